@@ -124,7 +124,8 @@ def _make_engine(
         return LocalEngine(_limit_jobs(jobs, backends) or count_cores(), wall_timeout_s)
     if jobs is not None:
         raise UsageError(
-            "--jobs is for this machine; a cluster runs as many at a time as it has workers for. Leave one of them out"
+            "--jobs is for this machine; a cluster runs as many at a time as it has workers for. Leave one of them out",
+            kind="conflicting-options",
         )
     from robotcore.sweep.cluster import ClusterEngine
 
@@ -136,7 +137,11 @@ def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 
     alone = [name for name in backends if load_backend(name).is_exclusive]
     if alone and jobs and jobs > 1:
-        raise UsageError(f"the backend {alone[0]!r} serves one run at a time. Leave --jobs out")
+        raise UsageError(
+            f"the backend {alone[0]!r} serves one run at a time. Leave --jobs out",
+            kind="backend-serves-one",
+            backend=alone[0],
+        )
     return 1 if alone else jobs
 
 

@@ -61,7 +61,9 @@ class ClusterEngine:
         except Exception as error:  # something else may answer there, and say anything
             raise BackendError(
                 f"no Dask scheduler answers at {self.address!r}. Start one (dask scheduler) and give the address that "
-                "it prints, such as tcp://lab:8786"
+                "it prints, such as tcp://lab:8786",
+                kind="no-scheduler",
+                address=self.address,
             ) from error
 
     def _require_workers(self, client: Any, bundle: JobBundle) -> None:
@@ -69,11 +71,13 @@ class ClusterEngine:
         faults = client.run(JobBundle.mismatch, bundle, on_error="return")
         if not faults:
             raise BackendError(
-                f"the cluster at {self.address} has no workers. Start some: dask worker {self.address} --nthreads 1"
+                f"the cluster at {self.address} has no workers. Start some: dask worker {self.address} --nthreads 1",
+                kind="no-workers",
+                address=self.address,
             )
         for worker, fault in faults.items():
             if fault:
-                raise BackendError(format_mismatch(worker, fault))
+                raise BackendError(format_mismatch(worker, fault), kind="worker-mismatch", worker=worker)
 
     def _ended(self, request: RunRequest, future: Future, workers: _Workers) -> RunOutput:
         from distributed import KilledWorker
@@ -83,7 +87,9 @@ class ClusterEngine:
         except KilledWorker:
             return make_failed_output(request, BackendError("every worker that tried it died"))
         except BackendError as error:
-            raise BackendError(f"{error}. What is done is kept; the same command goes on") from error
+            raise BackendError(
+                f"{error}. What is done is kept; the same command goes on", kind=error.kind, **error.fields
+            ) from error
         except (CancelledError, OSError) as error:  # a run's own OSError comes back as its record
             raise _make_gone_error(self.address) from error
         except Exception as error:  # noqa: BLE001  whatever a vendor's library raises costs this run alone
@@ -126,7 +132,9 @@ class _Workers:
         elif now - self._last_seen > NO_WORKERS_S:
             raise BackendError(
                 f"the cluster at {self._address} has had no workers for {NO_WORKERS_S:g} s. What is done is kept; "
-                f"start some (dask worker {self._address} --nthreads 1), and the same command goes on"
+                f"start some (dask worker {self._address} --nthreads 1), and the same command goes on",
+                kind="workers-gone",
+                address=self._address,
             )
         return _AHEAD * max(threads, 1)
 
@@ -145,7 +153,11 @@ class _Workers:
 
 
 def _make_gone_error(address: str) -> BackendError:
-    return BackendError(f"the scheduler at {address} is gone. What is done is kept; the same command goes on")
+    return BackendError(
+        f"the scheduler at {address} is gone. What is done is kept; the same command goes on",
+        kind="scheduler-gone",
+        address=address,
+    )
 
 
 def _await_result(future: Any) -> RunOutput | None:

@@ -35,7 +35,8 @@ def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOu
     BackendError where this worker is not fit for the bundle.
     """
     if fault := bundle.mismatch():
-        raise BackendError(format_mismatch(_read_address(), fault))
+        address = _read_address()
+        raise BackendError(format_mismatch(address, fault), kind="worker-mismatch", worker=address)
     with _worker_lock:
         try:
             root = _unpack_bundle(bundle)

@@ -31,7 +31,11 @@ class Journal:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError as error:
-                raise UsageError(f"{path.parent}: another sweep is writing there. Wait for it, or stop it") from error
+                raise UsageError(
+                    f"{path.parent}: another sweep is writing there. Wait for it, or stop it",
+                    kind="sweep-locked",
+                    directory=str(path.parent),
+                ) from error
             _drop_torn_line(file)
             on_failure.pop_all()
         return cls(file)

@@ -41,7 +41,10 @@ def import_extra(module: str, extra: str) -> Any:
         return import_module(module)
     except ImportError as error:
         raise BackendMissingError(
-            f"the sweep needs {module}, which is not installed. pip install 'robotcore[{extra}]'"
+            f"the sweep needs {module}, which is not installed. pip install 'robotcore[{extra}]'",
+            kind="library-missing",
+            module=module,
+            extra=extra,
         ) from error
 
 

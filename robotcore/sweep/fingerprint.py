@@ -133,7 +133,9 @@ def _read_content(file: Path) -> bytes:
     try:
         return file.read_bytes()
     except OSError as error:
-        raise UsageError(f"{file}: {error.strerror}. Name a file that can be read") from error
+        raise UsageError(
+            f"{file}: {error.strerror}. Name a file that can be read", kind="unreadable-file", file=str(file)
+        ) from error
 
 
 def format_manifest(dependencies: Dependencies, seeds: str) -> str:
@@ -160,7 +162,10 @@ def require_same(directory: Path, dependencies: Dependencies) -> None:
         more = f"; and {len(changed) - _MAX_CHANGES} more" if len(changed) > _MAX_CHANGES else ""
         raise UsageError(
             f"{directory} holds other results: {'; '.join(changed[:_MAX_CHANGES])}{more}. "
-            "Name another folder with --out, or run it anew with --fresh"
+            "Name another folder with --out, or run it anew with --fresh",
+            kind="other-results",
+            directory=str(directory),
+            changes=changed,
         )
 
 

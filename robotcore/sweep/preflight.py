@@ -50,11 +50,13 @@ def _call_app(
         worker.call(function, argument, limit_s=limit_s)
     except WorkerDiedError as error:
         fault = f"ends its process when it is {step} ({error})"
+        kind = "app-ends-process"
     except WorkerHungError:
         fault = f"does not come to an end within {limit_s:g} s when it is {step}"
+        kind = "app-hangs"
     else:
         return
-    raise UsageError(f"{app_path(app) if is_app_file(app) else app} {fault}. {INSTEAD}")
+    raise UsageError(f"{app_path(app) if is_app_file(app) else app} {fault}. {INSTEAD}", kind=kind, app=app, step=step)
 
 
 def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:
@@ -62,9 +64,17 @@ def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., 
     try:
         worker.call(function, *arguments, limit_s=CHECK_S)
     except WorkerDiedError as error:
-        raise BackendError(f"a process that opens {_format_backends(sweep)} dies: {error}. {_REMEDY}") from error
+        raise BackendError(
+            f"a process that opens {_format_backends(sweep)} dies: {error}. {_REMEDY}",
+            kind="backend-died",
+            backends=list(sweep.backends),
+        ) from error
     except WorkerHungError as error:
-        raise BackendError(f"{_format_backends(sweep)} cannot be opened: {error}. {_REMEDY}") from error
+        raise BackendError(
+            f"{_format_backends(sweep)} cannot be opened: {error}. {_REMEDY}",
+            kind="backend-hangs",
+            backends=list(sweep.backends),
+        ) from error
 
 
 def _load_backends(names: Sequence[str]) -> None:

@@ -124,7 +124,11 @@ class Results:
             return
         begun = {RESULTS, part_path(self.directory / MANIFEST).name}
         if any(file.name not in begun or _has_results(file) for file in self.directory.iterdir()):
-            raise UsageError(f"{self.directory} holds something that is no sweep. Name a new folder with --out")
+            raise UsageError(
+                f"{self.directory} holds something that is no sweep. Name a new folder with --out",
+                kind="not-a-sweep",
+                directory=str(self.directory),
+            )
 
     def _claim_folder(self) -> None:
         """Let the folder, which nobody else writes to by now, be that of this sweep; refuse what has other results."""
@@ -166,7 +170,10 @@ class Results:
     def _make_open_error(self, error: OSError) -> UsageError:
         fault = "it is no folder" if isinstance(error, FileExistsError) else error.strerror
         return UsageError(
-            f"{error.filename or self.directory}: {fault}. Nothing was run; let --out name a folder that can be written"
+            f"{error.filename or self.directory}: {fault}. Nothing was run; "
+            "let --out name a folder that can be written",
+            kind="unusable-folder",
+            directory=str(self.directory),
         )
 
     @contextmanager
@@ -178,7 +185,10 @@ class Results:
             remedy = "make room" if error.errno in _DISK_FULL else "let it be written"
             raise UsageError(
                 f"{error.filename or self.directory}: {error.strerror}. What is done is kept; {remedy}, and "
-                f"{self.resume_hint}"
+                f"{self.resume_hint}",
+                kind="results-not-written",
+                file=str(error.filename or self.directory),
+                resume_hint=self.resume_hint,
             ) from error
 
 
@@ -234,7 +244,9 @@ def read_results(file: Path, wanted: RunFilter) -> Iterator[Record]:
         if (run := RunKey.of(record)) not in wanted:
             continue
         if run in seen:
-            raise UsageError(f"{where}: the run {run} is there already. Delete one of its lines")
+            raise UsageError(
+                f"{where}: the run {run} is there already. Delete one of its lines", kind="duplicate-run", where=where
+            )
         seen.add(run)
         yield record
 
@@ -246,4 +258,8 @@ def _read_records(file: Path) -> Iterator[tuple[str, Record]]:
             try:
                 yield where, Record.from_json(line)
             except ValueError as error:
-                raise UsageError(f"{where}: {error}. Delete this line, and that run alone is run again") from error
+                raise UsageError(
+                    f"{where}: {error}. Delete this line, and that run alone is run again",
+                    kind="bad-record",
+                    where=where,
+                ) from error

@@ -55,14 +55,22 @@ class Sweep:
     def check(self) -> None:
         """Refuse now what would fail in every run: a wrong name, a setting, a backend that does not open."""
         if not len(self):
-            raise UsageError("there is nothing to sweep: name one backend, one world and one seed, or more of them")
+            raise UsageError(
+                "there is nothing to sweep: name one backend, one world and one seed, or more of them",
+                kind="empty-sweep",
+            )
         names: dict[str, str] = {}
         for backend, world in product(self.backends, self.worlds):
             plan = Plan.of(replace(self.request, backend=backend, world=world, seed=self.seeds[0]))
             _require_simulator(plan)
             assert plan.world, "a world was asked for"
             if (other := names.setdefault(plan.world.name, world)) != world:
-                raise UsageError(f"the worlds {other} and {world} are both called {plan.world.name!r}. Rename one")
+                raise UsageError(
+                    f"the worlds {other} and {world} are both called {plan.world.name!r}. Rename one",
+                    kind="ambiguous-world-name",
+                    worlds=[other, world],
+                    name=plan.world.name,
+                )
             if world == self.worlds[0]:  # the backend alone knows what is wrong with its options
                 plan.backend.open(plan.setup).close()
 
@@ -71,7 +79,9 @@ def _require_simulator(plan: Plan) -> None:
     if not plan.backend.builds_world(plan.description):
         raise UsageError(
             f"the backend {plan.backend.name!r} simulates no world, so there is nothing to sweep. "
-            "Take --backend kinematic, or another simulator (robotcore backends)"
+            "Take --backend kinematic, or another simulator (robotcore backends)",
+            kind="no-simulator",
+            backend=plan.backend.name,
         )
 
 
@@ -79,7 +89,11 @@ def parse_seeds(text: str) -> tuple[int, ...]:
     """Return the seeds in the order they are written, each once."""
     ranges = [_parse_range(text, part.strip()) for part in text.split(",")]
     if sum(map(len, ranges)) > MAX_SEEDS:
-        raise UsageError(f"--seeds {text}: more than {MAX_SEEDS:,} seeds. Take fewer, in several sweeps if need be")
+        raise UsageError(
+            f"--seeds {text}: more than {MAX_SEEDS:,} seeds. Take fewer, in several sweeps if need be",
+            kind="too-many-seeds",
+            seeds=text,
+        )
     return tuple(dict.fromkeys(chain.from_iterable(ranges)))
 
 
@@ -97,10 +111,17 @@ def format_seeds(seeds: Sequence[int]) -> str:
 def _parse_range(text: str, part: str) -> range:
     found = _RANGE.fullmatch(part)
     if not found:
-        raise UsageError(f"--seeds {text}: {part!r} is no seed. Write 7, or 1-200, or 1,5,9-12")
+        raise UsageError(
+            f"--seeds {text}: {part!r} is no seed. Write 7, or 1-200, or 1,5,9-12",
+            kind="bad-seed",
+            seeds=text,
+            part=part,
+        )
     first, last = int(found[1]), int(found[2] or found[1])
     if last < first:
-        raise UsageError(f"--seeds {text}: {part} runs backwards. Write {last}-{first}")
+        raise UsageError(
+            f"--seeds {text}: {part} runs backwards. Write {last}-{first}", kind="reversed-seeds", seeds=text, part=part
+        )
     return range(first, last + 1)
 
 

@@ -164,10 +164,15 @@ class Requirement:
     def parse(cls, text: str) -> Requirement:
         """Return what is written; UsageError says what would be right."""
         if not (found := _FORM.fullmatch(text)):
-            raise UsageError(f"--require {text!r} is no requirement. {_EXAMPLE}")
+            raise UsageError(f"--require {text!r} is no requirement. {_EXAMPLE}", kind="bad-requirement", text=text)
         measure, relation, number = found.groups()
         if measure not in MEASURES:
-            raise UsageError(f"--require {text!r}: unknown measure. {suggestion(measure, list(MEASURES))}")
+            raise UsageError(
+                f"--require {text!r}: unknown measure. {suggestion(measure, list(MEASURES))}",
+                kind="unknown-measure",
+                text=text,
+                measure=measure,
+            )
         return cls(measure, relation, _parse_bound(text, measure, number))
 
     def __str__(self) -> str:
@@ -211,11 +216,19 @@ def _parse_bound(text: str, measure: str, number: str) -> float:
     try:
         bound = float(number)
     except ValueError:
-        raise UsageError(f"--require {text!r}: {number!r} is no number. {_EXAMPLE}") from None
+        raise UsageError(
+            f"--require {text!r}: {number!r} is no number. {_EXAMPLE}", kind="bad-bound", text=text
+        ) from None
     if measure in _SHARES and not 0 <= bound <= 1:
-        raise UsageError(f"--require {text!r}: {measure} is a share from 0 to 1; write 97 % as 0.97")
+        raise UsageError(
+            f"--require {text!r}: {measure} is a share from 0 to 1; write 97 % as 0.97",
+            kind="bound-out-of-range",
+            text=text,
+        )
     if not 0 <= bound < math.inf:
-        raise UsageError(f"--require {text!r}: the bound must be a number from 0 on")
+        raise UsageError(
+            f"--require {text!r}: the bound must be a number from 0 on", kind="bound-out-of-range", text=text
+        )
     return bound
 
 

@@ -124,11 +124,15 @@ class WorkerProcess:
         except TimeoutError as error:
             self._end()
             raise NoWorkerError(
-                f"the worker processes do not start within {_START_S:g} s. Does python -c 'import cv2' end?"
+                f"the worker processes do not start within {_START_S:g} s. Does python -c 'import cv2' end?",
+                kind="worker-start-timeout",
+                limit_s=_START_S,
             ) from error
         except (EOFError, OSError) as error:
             how = _format_status(self._end(_EXIT_GRACE_S))
-            raise NoWorkerError(f"the worker processes die before they run anything: {how}") from error
+            raise NoWorkerError(
+                f"the worker processes die before they run anything: {how}", kind="worker-start-died", how=how
+            ) from error
         return process
 
     def _start_process(self) -> _Process:
@@ -138,7 +142,9 @@ class WorkerProcess:
             try:
                 self._process = process = _Process()
             except OSError as error:
-                raise NoWorkerError(f"no worker process can be started: {error.strerror}. Take fewer --jobs") from error
+                raise NoWorkerError(
+                    f"no worker process can be started: {error.strerror}. Take fewer --jobs", kind="worker-not-started"
+                ) from error
         return process
 
 

@@ -48,7 +48,12 @@ def require_writable(directory: Path) -> None:
     BackendMissingError where Jinja2 is missing, UsageError where the folder cannot be written.
     """
     if find_spec("jinja2") is None:
-        raise BackendMissingError("--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'")
+        raise BackendMissingError(
+            "--report needs Jinja2, which is not installed. pip install 'robotcore[sweep]'",
+            kind="library-missing",
+            module="jinja2",
+            extra="sweep",
+        )
     made = [folder for folder in (directory, *directory.parents) if not folder.exists()]
     with _report_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
@@ -65,4 +70,8 @@ def _report_errors(directory: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise UsageError(f"--report {directory}: {error.strerror}. Name a folder that can be written") from error
+        raise UsageError(
+            f"--report {directory}: {error.strerror}. Name a folder that can be written",
+            kind="unusable-folder",
+            directory=str(directory),
+        ) from error

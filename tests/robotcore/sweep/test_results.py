@@ -15,6 +15,7 @@ from robotcore.sweep import Results, Sweep
 from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.spec import format_command
 from tests.robotcore.sweep.conftest import AppFile, record_of, sweep_of
+from tests.texts import Raises
 
 SWEEP = sweep_of("green-search", seeds=3)
 LONG_AGO_NS = 10**18
@@ -84,9 +85,9 @@ def test_a_picture_is_named_by_its_record(tmp_path: Path) -> None:
     assert (tmp_path / kept.picture).read_bytes() == b"png"
 
 
-def test_a_folder_of_something_else_is_refused_even_where_all_is_to_be_anew(tmp_path: Path) -> None:
+def test_a_folder_of_something_else_is_refused_even_where_all_is_to_be_anew(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "thesis.tex").touch()
-    with pytest.raises(UsageError, match="no sweep"), Results(SWEEP, tmp_path, fresh=True):
+    with raises(UsageError, "not-a-sweep", directory=str(tmp_path)), Results(SWEEP, tmp_path, fresh=True):
         pass
     assert [file.name for file in tmp_path.iterdir()] == ["thesis.tex"]
 
@@ -109,10 +110,10 @@ def _killed(*arguments: object) -> None:
     raise SystemExit
 
 
-def test_results_without_a_word_of_what_was_asked_are_left_alone(tmp_path: Path) -> None:
+def test_results_without_a_word_of_what_was_asked_are_left_alone(tmp_path: Path, raises: Raises) -> None:
     file = tmp_path / "results.jsonl"
     file.write_text("somebody's\n")
-    with pytest.raises(UsageError, match="no sweep"), Results(SWEEP, tmp_path, fresh=True):
+    with raises(UsageError, "not-a-sweep", directory=str(tmp_path)), Results(SWEEP, tmp_path, fresh=True):
         pass
     assert file.read_text() == "somebody's\n"
 
@@ -127,10 +128,10 @@ def test_a_run_is_on_the_disk_before_the_next_one_is_taken(tmp_path: Path, monke
     assert len(synced) == 2
 
 
-def test_two_cannot_write_at_once(tmp_path: Path) -> None:
+def test_two_cannot_write_at_once(tmp_path: Path, raises: Raises) -> None:
     with (
         Results(SWEEP, tmp_path),
-        pytest.raises(UsageError, match="another sweep is writing"),
+        raises(UsageError, "sweep-locked", directory=str(tmp_path)),
         Results(SWEEP, tmp_path),
     ):
         pass
@@ -205,24 +206,22 @@ def test_a_world_of_ones_own_goes_by_the_name_in_its_file(tmp_path: Path) -> Non
     assert _seeds(tmp_path / "out", sweep) == ([2], [1])
 
 
-def test_a_run_that_is_there_twice_is_told_by_its_line(tmp_path: Path) -> None:
+def test_a_run_that_is_there_twice_is_told_by_its_line(tmp_path: Path, raises: Raises) -> None:
     file = _write_results(tmp_path, 1, 2)
     lines = file.read_text().splitlines(keepends=True)
     file.write_text("".join([*lines, lines[0]]))
-    words = f"^{file}, line 3: the run kinematic, open, seed 1 is there already. Delete one of its lines$"
-    with pytest.raises(UsageError, match=words):
+    with raises(UsageError, "duplicate-run", where=f"{file}, line 3"):
         _seeds(tmp_path)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_a_spoilt_line_is_told_with_its_number_and_without_it_its_run_alone_is_missing(
-    tmp_path: Path, number: int
+    tmp_path: Path, number: int, raises: Raises
 ) -> None:
     file = _write_results(tmp_path, 1, 2, 3)
     lines = file.read_bytes().splitlines(keepends=True)
     file.write_bytes(b"".join([*lines[: number - 1], b"spoilt\n", *lines[number:]]))
-    words = rf"^{file}, line {number}: no record of a run: .+\. Delete this line, and that run alone is run again$"
-    with pytest.raises(UsageError, match=words):
+    with raises(UsageError, "bad-record", where=f"{file}, line {number}"):
         _seeds(tmp_path)
     file.write_bytes(b"".join([*lines[: number - 1], *lines[number:]]))
     assert _seeds(tmp_path)[1] == [number]

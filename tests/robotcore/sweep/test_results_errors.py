@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 from contextlib import suppress
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from robotcore.sweep import Results
 from robotcore.sweep.durable import replace_text
 from robotcore.sweep.single_run import RunOutput
 from tests.robotcore.sweep.conftest import record_of, sweep_of
+from tests.texts import Raises
 
 SWEEP = sweep_of("green-search", seeds=3)
 ENDED = RunOutput(record_of(), None)
@@ -24,30 +24,30 @@ def _full(*_: object, **__: object) -> None:
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def _refused(directory: Path) -> str:
-    with pytest.raises(UsageError) as refused, Results(SWEEP, directory):
+def _open(directory: Path) -> None:
+    with Results(SWEEP, directory):
         pass
-    return str(refused.value)
 
 
-def test_a_folder_that_cannot_be_made_is_told_and_not_that_something_is_kept(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_made_is_told_and_not_that_something_is_kept(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "file").touch()
-    assert _refused(tmp_path / "file/sweep") == (
-        f"{tmp_path}/file/sweep: Not a directory. Nothing was run; let --out name a folder that can be written"
-    )
+    with raises(UsageError, "unusable-folder", directory=f"{tmp_path}/file/sweep"):
+        _open(tmp_path / "file/sweep")
 
 
-def test_a_file_in_the_place_of_the_folder_is_told(tmp_path: Path) -> None:
+def test_a_file_in_the_place_of_the_folder_is_told(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "file").touch()
-    assert _refused(tmp_path / "file").startswith(f"{tmp_path}/file: it is no folder. Nothing was run; ")
+    with raises(UsageError, "unusable-folder", directory=f"{tmp_path}/file"):
+        _open(tmp_path / "file")
 
 
-def test_a_disk_that_is_full_before_the_first_run_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_disk_that_is_full_before_the_first_run_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
     with monkeypatch.context() as before:
         before.setattr(Path, "replace", _full)
-        assert _refused(tmp_path / "here").endswith(
-            "No space left on device. Nothing was run; let --out name a folder that can be written"
-        )
+        with raises(UsageError, "unusable-folder", directory=str(tmp_path / "here")):
+            _open(tmp_path / "here")
     assert [file.name for file in (tmp_path / "here").iterdir()] == ["results.jsonl"]
     with Results(SWEEP, tmp_path / "here") as again:
         assert len(again.missing()) == 3
@@ -57,7 +57,7 @@ def test_a_disk_that_is_full_before_the_first_run_is_told(tmp_path: Path, monkey
     "fresh, way", [(False, "the same command goes on"), (True, "the same command without --fresh goes on")]
 )
 def test_a_disk_that_is_full_in_the_middle_is_told_and_leaves_whole_lines(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool, way: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool, way: str, raises: Raises
 ) -> None:
     file = tmp_path / "results.jsonl"
     with Results(SWEEP, tmp_path, fresh=fresh) as results:
@@ -65,26 +65,22 @@ def test_a_disk_that_is_full_in_the_middle_is_told_and_leaves_whole_lines(
         whole = file.read_bytes()
         assert results._journal
         monkeypatch.setattr(results._journal, "_file", _FullDisk(results._journal._file))
-        words = f"{tmp_path}: No space left on device. What is done is kept; make room, and {way}"
-        with pytest.raises(UsageError, match=f"^{re.escape(words)}$"):
+        with raises(UsageError, "results-not-written", file=str(tmp_path), resume_hint=way):
             results.add(ENDED)
     assert file.read_bytes() == whole
 
 
 def test_what_else_keeps_a_table_from_the_disk_is_told_and_leaves_no_half_of_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def locked(source: Path, target: Path) -> None:
         raise PermissionError(errno.EPERM, os.strerror(errno.EPERM), str(target))
 
-    words = (
-        "results.csv: Operation not permitted. What is done is kept; let it be written, and the same command goes on"
-    )
     with Results(SWEEP, tmp_path) as results:
         results.add(ENDED)
         with monkeypatch.context() as meanwhile:
             meanwhile.setattr(Path, "replace", locked)
-            with pytest.raises(UsageError, match=words):
+            with raises(UsageError, "results-not-written", file=str(tmp_path / "results.csv")):
                 results.write_tables()
         assert {file.name for file in tmp_path.iterdir()} == {"sweep.json", "results.jsonl"}
         results.write_tables()

@@ -17,6 +17,7 @@ import pytest
 
 from robotcore.errors import BackendError, DeployError, RobotcoreError, StaleSampleError, UnknownNameError
 from robotcore.sweep.worker import NoWorkerError, WorkerDiedError, WorkerHungError, WorkerProcess, read_reply
+from tests.texts import Raises
 
 
 @pytest.fixture
@@ -126,9 +127,11 @@ def test_a_process_that_ended_between_two_calls_costs_none_of_them(child: Worker
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
-def test_a_process_that_cannot_be_had_is_told(child: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_cannot_be_had_is_told(
+    child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
     monkeypatch.setattr(sys, "executable", "/no/such/python")
-    with pytest.raises(NoWorkerError, match=r"no worker process can be started: No such file"):
+    with raises(NoWorkerError, "worker-not-started"):
         child.call(os.getpid, limit_s=30)
 
 
@@ -157,19 +160,21 @@ def test_a_child_reads_nothing_of_what_is_meant_for_its_parent(child: WorkerProc
         os.close(before)
 
 
-def test_a_python_that_cannot_start_is_told(child: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_python_that_cannot_start_is_told(
+    child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
     monkeypatch.setattr(sys, "path", [])
-    with pytest.raises(NoWorkerError, match="die before they run anything: exit status 1"):
+    with raises(NoWorkerError, "worker-start-died", how="exit status 1"):
         child.call(os.getpid, limit_s=30)
 
 
 def test_a_python_that_does_not_come_to_its_start_is_told(
-    child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
     (tmp_path / "cv2.py").write_text("import threading; threading.Event().wait()")
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     monkeypatch.setattr("robotcore.sweep.worker._START_S", 3.0)
-    with pytest.raises(NoWorkerError, match="do not start within 3 s"):
+    with raises(NoWorkerError, "worker-start-timeout", limit_s=3.0):
         child.call(os.getpid, limit_s=30)
 
 

@@ -24,6 +24,7 @@ from robotcore.sweep.report.page import MAX_OPEN
 from robotcore.sweep.statistics import Requirement, group_records
 from robotcore.sweep.tables import COLUMNS
 from tests.robotcore.sweep.report.samples import Page, failed, many, passed
+from tests.texts import Raises
 
 
 def written(
@@ -269,15 +270,17 @@ def test_a_page_is_written_over_an_older_one(tmp_path: Path) -> None:
     assert "1 of 1 runs passed" in page.words
 
 
-def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "report").write_text("a file")
-    with pytest.raises(UsageError, match=r"--report .*report: File exists\. Name a folder that can be written"):
+    with raises(UsageError, "unusable-folder", directory=str(tmp_path / "report")):
         written([passed()], tmp_path)
 
 
-def test_a_missing_package_is_named_with_the_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_missing_package_is_named_with_the_extra(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
+) -> None:
     monkeypatch.setattr(report, "find_spec", lambda _: None)
-    with pytest.raises(BackendMissingError, match=r"Jinja2.*pip install 'robotcore\[sweep\]'"):
+    with raises(BackendMissingError, "library-missing", module="jinja2", extra="sweep"):
         written([passed()], tmp_path)
 
 
