@@ -153,4 +153,4 @@ KINDS: dict[str, Callable[[Rover], Iterator[bool]]] = {
 
 if __name__ == "__main__":
     needs.leave_on_sigterm()
-    sys.exit(needs.told("deploy_injection", main))
+    sys.exit(needs.run_or_skip("deploy_injection", main))

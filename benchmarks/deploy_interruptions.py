@@ -139,4 +139,4 @@ def _interrupt(kind: str, rover: Rover, push: subprocess.Popen[str]) -> None:
 
 if __name__ == "__main__":
     needs.leave_on_sigterm()
-    sys.exit(needs.told("deploy_interruptions", main))
+    sys.exit(needs.run_or_skip("deploy_interruptions", main))

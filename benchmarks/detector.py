@@ -98,12 +98,12 @@ def _print_times(frames: Sequence[Labelled]) -> float:
     rows = []
     medians = []
     for name, finder in FINDERS.items():
-        told = []
+        cells = []
         for in_cache in (False, True):
             ratio, seconds = copies(finder, frames, in_cache=in_cache)
-            told += [f"{ratio.median:.1f} ({ratio.low:.1f} to {ratio.high:.1f})", f"{1e6 * seconds:.0f}"]
+            cells += [f"{ratio.median:.1f} ({ratio.low:.1f} to {ratio.high:.1f})", f"{1e6 * seconds:.0f}"]
             medians.append(ratio.median)
-        rows.append((name, *told))
+        rows.append((name, *cells))
     print_table(("median (95 %)", "copies, as frames come", "µs", "copies, in the cache", "µs"), rows)
     return medians[0]
 

@@ -71,16 +71,16 @@ def _killed(diary: Path, random: Random) -> float | None:
 def _held(diary: Path, holds: int, seed: int) -> Iterator[float | None]:
     """Yield how long after the last command the last motor was stopped, for each hold; None where one was not."""
     subprocess.run([sys.executable, "-m", "benchmarks.held_run", str(diary), str(holds), str(seed)], check=True)  # noqa: S603
-    told = notes(diary)
-    begins, ends = ([note.time for note in told if note.what == what] for what in ("hold", "let go"))
+    notes_read = notes(diary)
+    begins, ends = ([note.time for note in notes_read if note.what == what] for what in ("hold", "let go"))
     for begin, end in zip(begins, ends, strict=True):
-        command = max(note.time for note in told if note.what.startswith("turn") and note.time < begin)
-        yield _stopped_after(command, [note for note in told if begin < note.time < end])
+        command = max(note.time for note in notes_read if note.what.startswith("turn") and note.time < begin)
+        yield _stopped_after(command, [note for note in notes_read if begin < note.time < end])
 
 
-def _stopped_after(time: float, told: Sequence[Note]) -> float | None:
+def _stopped_after(time: float, notes_read: Sequence[Note]) -> float | None:
     """Return how long after a time the last motor got its first stop."""
-    firsts = [[note.time for note in told if note.what == f"stop {motor}"] for motor in MOTORS]
+    firsts = [[note.time for note in notes_read if note.what == f"stop {motor}"] for motor in MOTORS]
     return max(min(stops) for stops in firsts) - time if all(firsts) else None
 
 

@@ -76,10 +76,10 @@ def main() -> int:
         servers = named or {api.backend: _doubled(api, stack) for api in APIS if api.backend in asked.apis.split(",")}
         print(machine())
         apis = [api for api in APIS if api.backend in servers]
-        told = [_compared(api, servers[api.backend], asked.pairs, asked.cycles) for api in apis]
+        results = [_compared(api, servers[api.backend], asked.pairs, asked.cycles) for api in apis]
         if "vrep" in servers:
-            told.append(_pictured(servers["vrep"], asked.pairs, asked.cycles, is_double=not named))
-    return int(not all(told))
+            results.append(_pictured(servers["vrep"], asked.pairs, asked.cycles, is_double=not named))
+    return int(not all(results))
 
 
 def _server(text: str) -> Server:

@@ -84,8 +84,8 @@ def main() -> int:
         columns, [_row(f"{api}, {way}", each) for api, ways in ended.items() for way, each in ways.items() if each]
     )
     results = [result for ways in ended.values() for each in ways.values() for result in each]
-    for told in sorted({_kind_of(result.reason) for result in results}):
-        print(f"said: {told}")
+    for lines in sorted({_kind_of(result.reason) for result in results}):
+        print(f"said: {lines}")
     return int(not all(result.is_named and not result.next_fault for result in results))
 
 
@@ -104,10 +104,10 @@ def _struck(api: str, trials: int, random: Random) -> dict[str, list[Ended]]:
 def _trial(api: str, double: Double, way: Way, random: Random) -> Ended:
     with _running(api, double, 60.0, is_paced=random.random() < 0.5) as process:
         assert process.stderr
-        told = process.stderr.readline()
+        lines = process.stderr.readline()
         sleep(random.uniform(0.0, MOMENTS_S))
-        if told.strip() != BEGUN or process.poll() is not None:
-            return Ended(process.poll(), 0.0, told + process.communicate()[1], "", "not tried")
+        if lines.strip() != BEGUN or process.poll() is not None:
+            return Ended(process.poll(), 0.0, lines + process.communicate()[1], "", "not tried")
         event = monotonic()
         way.strike(double)
         status = _status(process)

@@ -95,10 +95,10 @@ def _is_small() -> bool:
 
 def _held_mb(code: str) -> float:
     """Return the most memory that a fresh process held that ran this code, in MB (2^20 bytes)."""
-    told = subprocess.run(  # noqa: S603  our own code
+    done = subprocess.run(  # noqa: S603  our own code
         [sys.executable, "-c", f"{code}; {HELD}"], check=True, capture_output=True, text=True
     )
-    return int(told.stdout.split()[-1]) / 1024
+    return int(done.stdout.split()[-1]) / 1024
 
 
 if __name__ == "__main__":

@@ -110,8 +110,8 @@ def _print_simulators(count: int, random: Random) -> bool:
 
 def _is_named(said: str) -> bool:
     """Return whether the answer names what failed."""
-    told = json.loads(said) if said else {}
-    return any(name in told.get("reason", "") for name in ("_motor", "_encoder", "nose", "eye", "backend"))
+    reports = json.loads(said) if said else {}
+    return any(name in reports.get("reason", "") for name in ("_motor", "_encoder", "nose", "eye", "backend"))
 
 
 def _in_a_directory(trial: Callable[[Path], ResultT]) -> ResultT:

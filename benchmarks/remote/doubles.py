@@ -61,8 +61,8 @@ class Double:
     def await_serving(self) -> None:
         """Return when what was launched serves."""
         assert self._process.stdout
-        told = self._process.stdout.readline()
-        self.zmq_port, self.legacy_port = (int(port) for port in re.findall(r"\d+", told))
+        line = self._process.stdout.readline()
+        self.zmq_port, self.legacy_port = (int(port) for port in re.findall(r"\d+", line))
 
     def kill(self) -> None:
         """End it as nobody expects it, whatever it is at."""

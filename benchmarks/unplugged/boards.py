@@ -82,8 +82,8 @@ def _device(kind: Kind, side: str, number: int, port: Path) -> str:
     return text
 
 
-def _section(name: str, told: Section) -> str:
-    lines = (f"{key} = {_value(value)}\n" for key, value in told.items())
+def _section(name: str, table: Section) -> str:
+    lines = (f"{key} = {_value(value)}\n" for key, value in table.items())
     return f"[serial.{name}]\n{''.join(lines)}"
 
 

@@ -51,13 +51,13 @@ def signalled(directory: Path, random: Random, number: int) -> Ended:
 def going_wrong(directory: Path, random: Random, way: str) -> Ended:
     """Drive, and go wrong from within."""
     log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
-    told = ["--option", f"log={log}", "--set", f"log={log}"]
+    options = ["--option", f"log={log}", "--set", f"log={log}"]
     if way == "loses its camera":
-        told += ["--option", f"lost_after_s={after}"]
+        options += ["--option", f"lost_after_s={after}"]
     else:
         way = random.choice(["waits", "burns", "is deaf"]) if way == "hangs" else way
-        told += ["--set", f"way={way}", "--set", f"after_s={after}"]
-    with running(directory, [APP, "--backend", "witness", *told]) as process:
+        options += ["--set", f"way={way}", "--set", f"after_s={after}"]
+    with running(directory, [APP, "--backend", "witness", *options]) as process:
         return _ended(process, log)
 
 
@@ -90,8 +90,8 @@ def run_exhausted(directory: Path, random: Random, way: str, leaks: str) -> Ende
     with running(directory, arguments) as process:
         ended = _ended(process, log, _last_command if way == "goes on" else _event)
         said = process.stdout.read() if process.stdout else ""
-    is_told = said.count("\n") == 1 and json.loads(said)["exit_status"] == ended.status
-    return ended if is_told else ended._replace(status=None)
+    is_answered = said.count("\n") == 1 and json.loads(said)["exit_status"] == ended.status
+    return ended if is_answered else ended._replace(status=None)
 
 
 @contextmanager
@@ -150,8 +150,8 @@ def _ended(process: Popen[str], log: Path, since_of: Callable[[Sequence[Note]], 
     noted = notes(log)
     since = since_of(noted)
     stops = [_stopped_at([(value, time) for what, value, time in noted if what == name]) for name in MOTORS]
-    told = [stop for stop in stops if stop is not None]
-    return Ended(status, len(told) == len(MOTORS), max((max(0.0, stop - since) for stop in told), default=0.0))
+    times = [stop for stop in stops if stop is not None]
+    return Ended(status, len(times) == len(MOTORS), max((max(0.0, stop - since) for stop in times), default=0.0))
 
 
 def _stopped_at(commands: Sequence[tuple[float, float]]) -> float | None:

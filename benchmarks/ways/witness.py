@@ -88,8 +88,13 @@ class WitnessMotor(Motor):
 class WitnessRange(RangeSensor):
     """Sees nothing near."""
 
-    def __init__(self, told: RangeSensorDescription, clock: Clock) -> None:
-        super().__init__(told.name, min_range=told.min_range_m, max_range=told.max_range_m, cone=told.cone_rad)
+    def __init__(self, descriptions: RangeSensorDescription, clock: Clock) -> None:
+        super().__init__(
+            descriptions.name,
+            min_range=descriptions.min_range_m,
+            max_range=descriptions.max_range_m,
+            cone=descriptions.cone_rad,
+        )
         self._clock = clock
 
     def _newest(self) -> Range:

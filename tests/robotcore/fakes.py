@@ -35,13 +35,13 @@ class NullMotor(Motor):
     def __init__(self, name: str, max_velocity: float = 12.0) -> None:
         super().__init__(name, max_velocity)
         self.sent: list[float] = []
-        self.told: list[float] = []
+        self.received: list[float] = []
         self.is_broken = False
         self.on_command: Callable[[float], object] = lambda _: None
         self.releases = 0
 
     def _apply(self, rad_s: float) -> None:
-        self.told.append(rad_s)
+        self.received.append(rad_s)
         self.on_command(rad_s)
         if self.is_broken:
             raise DeviceError(self.name, "no current")

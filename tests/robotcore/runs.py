@@ -47,7 +47,7 @@ class Once(Watcher):
 
 def ended_by(watcher: Watcher) -> str:
     """Return the cause of the last intervention in the last record."""
-    records: list[TickRecord] = [told for what, told in watcher.heard if what == "tick"]
+    records: list[TickRecord] = [found for what, found in watcher.heard if what == "tick"]
     last = records[-1].interventions[-1]
     assert last.sent == REST
     return last.cause

@@ -25,8 +25,8 @@ class NotRunError(Exception):
     """A test cannot run here, and why."""
 
 
-def told(name: str, test: Callable[[], bool]) -> int:
-    """Run a test and return its exit status, with the reason told where it could not run."""
+def run_or_skip(name: str, test: Callable[[], bool]) -> int:
+    """Run a test and return its exit status, and print the reason if it cannot run."""
     try:
         return 0 if test() else 1
     except NotRunError as why:

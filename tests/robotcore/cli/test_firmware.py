@@ -68,9 +68,9 @@ def test_flashed_board_tells_what_it_runs(cli: Cli, tools: Tools, pty: Pty, deaf
     assert flashed.endswith("/robotcore_bridge.ino.hex:i")
 
 
-@pytest.mark.parametrize("says, told_as", [(b"", "nothing"), (b"Invalid Command\r\n", "b'Invalid Command'")])
+@pytest.mark.parametrize("says, shown_as", [(b"", "nothing"), (b"Invalid Command\r\n", "b'Invalid Command'")])
 def test_board_that_does_not_answer_as_ours_does_is_no_success(
-    cli: Cli, tools: Tools, pty: Pty, says: bytes, told_as: str
+    cli: Cli, tools: Tools, pty: Pty, says: bytes, shown_as: str
 ) -> None:
     tools.put("avrdude")
     board = AnsweringBoard(pty, says)
@@ -79,7 +79,7 @@ def test_board_that_does_not_answer_as_ours_does_is_no_success(
     finally:
         board.close()
     assert answer.status == 3
-    assert f"{pty.path}: was flashed, but asked for its version at 57600 baud it said {told_as}. Press" in answer.err
+    assert f"{pty.path}: was flashed, but asked for its version at 57600 baud it said {shown_as}. Press" in answer.err
 
 
 def test_avrdude_that_fails_is_quoted_and_the_board_is_not_asked(cli: Cli, tools: Tools, pty: Pty) -> None:

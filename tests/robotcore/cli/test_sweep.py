@@ -29,7 +29,7 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_every_combination_is_run_and_told(cli: Cli, asked: list[RunRequest]) -> None:
+def test_every_combination_is_run_and_reported(cli: Cli, asked: list[RunRequest]) -> None:
     done = cli("sweep", "avoid-obstacles", "--world", "open,arena", "--seeds", "1,3-4", "--set", "duration_s=0.2")
     assert done.status == 0
     assert {(request.world, request.seed) for request in asked} == {
@@ -79,7 +79,7 @@ def _passing(request: RunRequest, time: float) -> RunOutput:
     return RunOutput(replace(ended.record, result=result))
 
 
-def test_what_a_cluster_that_fails_has_reached_is_told_beside_the_error(
+def test_what_a_cluster_that_fails_has_reached_is_reported_beside_the_error(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def perform_one(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[RunOutput]:
@@ -110,7 +110,7 @@ def test_the_folder_has_the_record_of_each_run(cli: Cli, asked: list[RunRequest]
     assert Path("here", record.picture).read_bytes().startswith(b"\x89PNG")
 
 
-def test_failing_runs_are_told_by_reason_with_a_command_and_all_of_them_by_a_file(
+def test_failing_runs_are_reported_by_reason_with_a_command_and_all_of_them_by_a_file(
     cli: Cli, asked: list[RunRequest]
 ) -> None:
     done = cli("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-22", "--world", "open", "--out", "here")
@@ -234,7 +234,7 @@ def test_a_report_is_given_the_requirements(cli: Cli, asked: list[RunRequest], m
     assert [str(each) for each in done["requirements"]] == ["contacts<=0"]
 
 
-def test_a_report_that_cannot_be_written_is_told_before_the_sweep(
+def test_a_report_that_cannot_be_written_is_reported_before_the_sweep(
     cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     _report(monkeypatch, BackendMissingError("no Jinja2"))

@@ -30,7 +30,7 @@ def test_the_same_again_runs_nothing_and_says_when_it_was(cli: Cli, asked: list[
     assert len(asked) == 4
 
 
-def test_what_is_kept_is_told_before_the_rest_is_run(cli: Cli, asked: list[RunRequest]) -> None:
+def test_what_is_kept_is_reported_before_the_rest_is_run(cli: Cli, asked: list[RunRequest]) -> None:
     arguments = (*SHORT, "--seeds", "1-3", "--out", "here")
     assert "kept" not in cli(*arguments).out
     file = Path("here/results.jsonl")

@@ -180,7 +180,7 @@ class TestThreads:
         bench.stage.ask(Wheels(5.0, 5.0))
         loop = threading.Thread(target=bench.stage.commit)
         loop.start()
-        while not bench.left.told:
+        while not bench.left.received:
             pass
         bench.clock.sleep_until(0.5)
         assert bench.right.sent == [0.0]

@@ -93,7 +93,7 @@ def test_a_stop_that_hangs_is_not_begun_again_and_is_told_at_once(hung: HungMoto
     assert brakes.apply_apart()
     with pytest.raises(DeviceError, match="has not stopped"):
         brakes.apply()
-    assert hung.told == [0.0]
+    assert hung.received == [0.0]
 
 
 def test_one_that_comes_back_can_be_stopped_again(hung: HungMotor, reserve: Reserve) -> None:

@@ -20,4 +20,4 @@ def main(names: list[str]) -> bool:
 
 if __name__ == "__main__":
     needs.leave_on_sigterm()
-    sys.exit(needs.told("deploy", lambda: main(sys.argv[1:])))
+    sys.exit(needs.run_or_skip("deploy", lambda: main(sys.argv[1:])))

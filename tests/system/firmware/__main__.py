@@ -27,4 +27,4 @@ def main(names: list[str]) -> bool:
 
 if __name__ == "__main__":
     needs.leave_on_sigterm()
-    sys.exit(needs.told("firmware", lambda: main(sys.argv[1:])))
+    sys.exit(needs.run_or_skip("firmware", lambda: main(sys.argv[1:])))

@@ -73,4 +73,4 @@ def _packages() -> list[Path]:
 
 if __name__ == "__main__":
     needs.leave_on_sigterm()
-    sys.exit(needs.told("gpio", lambda: main(sys.argv[1:])))
+    sys.exit(needs.run_or_skip("gpio", lambda: main(sys.argv[1:])))

@@ -17,4 +17,4 @@ def main(names: list[str]) -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(needs.told("vrep", lambda: main(sys.argv[1:])))
+    sys.exit(needs.run_or_skip("vrep", lambda: main(sys.argv[1:])))

@@ -31,7 +31,7 @@ def project(tmp_path: Path) -> Path:
     return folder
 
 
-def told_in(project: Path) -> dict[str, Any]:
+def tool_table(project: Path) -> dict[str, Any]:
     """Return what the project's file says of its app, robot and world."""
     answer: dict[str, Any] = tomllib.loads((project / "pyproject.toml").read_text())["tool"]["robotcore"]
     return answer
@@ -70,7 +70,7 @@ def test_is_a_project_that_can_be_deployed(project: Path) -> None:
 def test_what_it_says_of_deploying_can_be_taken_in(project: Path) -> None:
     file = project / "pyproject.toml"
     file.write_text(re.sub(r"^# (?=\w+ = )", "", file.read_text(), flags=re.MULTILINE))
-    deploy = told_in(project)["deploy"]
+    deploy = tool_table(project)["deploy"]
     assert deploy.keys() == DeployTable.model_fields.keys()
     assert build_project(DeployOptions(), here=project).settings == {"speed_m_s": "0.15"}
 
@@ -87,5 +87,5 @@ def test_its_robot_and_its_room_are_described_right(project: Path, capfd: pytest
 
 @pytest.mark.parametrize("backend", ["kinematic", "virtualpi"])
 def test_its_app_finds_the_ball_on_the_desk_and_on_the_robots_own_drivers(project: Path, backend: str) -> None:
-    answer: dict[str, Any] = {key: str(project / name) for key, name in told_in(project).items() if key != "deploy"}
+    answer: dict[str, Any] = {key: str(project / name) for key, name in tool_table(project).items() if key != "deploy"}
     assert run(RunRequest(**answer, backend=backend, seed=7)).verified

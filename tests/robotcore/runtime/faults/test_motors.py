@@ -99,7 +99,7 @@ def test_a_stop_that_could_not_wait_for_a_call_that_hangs_is_sent_again_after_it
 
     motor.on_command = hang_until_stopped
     weak.renew()
-    assert motor.told == [4.0, 2.0, 0.0, 0.0]
+    assert motor.received == [4.0, 2.0, 0.0, 0.0]
     assert motor.sent[-1] == 0.0
 
 

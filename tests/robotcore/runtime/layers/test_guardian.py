@@ -131,7 +131,7 @@ def test_a_stop_of_the_guardian_is_an_intervention_and_driving_goes_on() -> None
     commit = assembled.stage.commit()
     (told,) = commit.interventions
     assert (told.cause, told.asked, told.sent) == ("guardian", Wheels(1.0, 2.0), Wheels(0.0, 0.0))
-    assert rig.left.told == [1.0, 0.0, 1.0]  # the driver hears of the stop too
+    assert rig.left.received == [1.0, 0.0, 1.0]  # the driver hears of the stop too
     assert not assembled.stage.commit().interventions
 
 
