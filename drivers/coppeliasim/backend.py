@@ -76,8 +76,8 @@ class CoppeliaSimBackend(Backend):
     def check(self, robot: RobotDescription) -> str:
         if self.builds_world(robot):
             return ""
-        placed = read_bindings(robot, SECTION)
-        return pluralize(len(placed), "object")
+        bound = read_bindings(robot, SECTION)
+        return pluralize(len(bound), "object")
 
     def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(CoppeliaSimOptions)
@@ -121,7 +121,7 @@ def _cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator
     """Yield how the wheels in a scene come to stand if this process is killed: time goes on then."""
     if joints:
         where = {"host": options.host, "port": options.port, "joints": list(joints.values())}
-        yield CutoffSpec(" and ".join(joints), "drivers.coppeliasim.cutoff:StandingJoints", where, STEPPED_S)
+        yield CutoffSpec(" and ".join(joints), "drivers.coppeliasim.cutoff:StopJoints", where, STEPPED_S)
 
 
 def _built(
@@ -136,10 +136,10 @@ def _built(
     with ExitStack() as undo:
         scene = connect()
         undo.callback(scene.close)
-        workshop = SceneBuilder(scene.connection)
-        clear_scene(scene, workshop)
-        undo.callback(leave_scene, scene, workshop, keep=keep)
-        simulation = Simulation(scene, setup, build_scene(scene, workshop, setup, world))
+        builder = SceneBuilder(scene.connection)
+        clear_scene(scene, builder)
+        undo.callback(leave_scene, scene, builder, keep=keep)
+        simulation = Simulation(scene, setup, build_scene(scene, builder, setup, world))
         simulation.start()
         devices = setup.open_each(simulation.open)
         release = undo.pop_all().close

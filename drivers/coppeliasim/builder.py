@@ -48,7 +48,7 @@ class SceneBuilder:
 
     def make(self, name: str, *arguments: object) -> int:
         """Call a function that makes an object; return its handle."""
-        return self._connection.told(int, name, *arguments)
+        return self._connection.call_as(int, name, *arguments)
 
     def dummy(self, alias: str) -> int:
         """Make a point that others can be put under."""
@@ -102,19 +102,19 @@ class SceneBuilder:
     def tree(self, root: str | int, kind: str = "handle_all", options: int = 0) -> list[int]:
         """Return what is in a tree, by the constant's name or a root's handle, of a kind."""
         base = self.constant(root) if isinstance(root, str) else root
-        return self._connection.told(list, "getObjectsInTree", base, self.constant(kind), options)
+        return self._connection.call_as(list, "getObjectsInTree", base, self.constant(kind), options)
 
     def path(self, handle: int) -> str:
         """Return an object's path."""
-        return self._connection.told(str, "getObjectAlias", handle, 1)
+        return self._connection.call_as(str, "getObjectAlias", handle, 1)
 
     def place(self, handle: int) -> Placement:
         """Return where an object is in the world."""
-        return self._connection.told(Placement.of, "getObjectPose", handle)
+        return self._connection.call_as(Placement.of, "getObjectPose", handle)
 
     def lamp(self, handle: int) -> tuple[object, ...]:
         """Return a lamp's state, a relic, and its diffuse and specular colours."""
-        return self._connection.told(tuple, "getLightParameters", handle)
+        return self._connection.call_as(tuple, "getLightParameters", handle)
 
     def collection(self, root: int, *, without: int = -1) -> int:
         """Make a collection of a tree, but for one object."""
@@ -154,9 +154,9 @@ class Placement(NamedTuple):
     qw: float = 1.0
 
     @classmethod
-    def of(cls, told: Any) -> Placement:
+    def of(cls, answer: Any) -> Placement:
         """Return the pose that the API tells; raises TypeError or ValueError where it is none."""
-        x, y, z, qx, qy, qz, qw = map(float, told)
+        x, y, z, qx, qy, qz, qw = map(float, answer)
         return cls(x, y, z, qx, qy, qz, qw)
 
     def at(self, local: Placement) -> Placement:

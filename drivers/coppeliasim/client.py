@@ -25,23 +25,23 @@ _CONVERSATION = ("_*wait*_", "_*repeat*_")
 """What a server may ask of a client that registers no callbacks."""
 
 
-class Unanswered(Exception):  # noqa: N818  one of four ends of a call, told apart by the connection
+class CallTimeout(Exception):  # noqa: N818  one of four ends of a call, told apart by the connection
     """The deadline of a call has passed."""
 
 
-class Gone(Exception):  # noqa: N818
+class Disconnected(Exception):  # noqa: N818
     """The server has hung up."""
 
 
-class Refused(Exception):  # noqa: N818
+class CallRefused(Exception):  # noqa: N818
     """The server's own error, in its words."""
 
 
-class Garbled(Exception):  # noqa: N818
+class ProtocolViolation(Exception):  # noqa: N818
     """What came back is no reply of this protocol; says what it is instead."""
 
 
-class FirstProtocol(Garbled):
+class FirstProtocolReply(ProtocolViolation):
     """What came back is a reply of the remote API's first protocol."""
 
 
@@ -67,17 +67,20 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         self._clock = MonotonicClock()
         self._deadline = 0.0
 
-    def notice_hang_ups(self) -> None:
+    def watch_disconnects(self) -> None:
         """Wait for nobody who hangs up from now on: the library would connect again, in silence, to whoever comes."""
         self._hang_ups = self.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
         self._awaited.register(self._hang_ups, zmq.POLLIN)
 
     def ask(self, function: str, arguments: Sequence[Any], within_s: float) -> Any:
-        """Call a function of the server; raises Unanswered, Gone, Refused or Garbled. The first two end the client."""
+        """Call a function of the server.
+
+        Raises CallTimeout, Disconnected, CallRefused or ProtocolViolation. The first two end the client.
+        """
         self._deadline = self._clock.now() + within_s
         return self.call(function, [wire(argument) for argument in arguments])
 
-    def hurry(self, within_s: float) -> None:
+    def shorten_deadline(self, within_s: float) -> None:
         """Let the call that is under way take no longer than this from now on; any thread may say so."""
         self._deadline = min(self._deadline, self._clock.now() + within_s)
 
@@ -97,15 +100,15 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         try:
             super()._send(request)
         except zmq.ZMQError as full:
-            raise Unanswered from full
+            raise CallTimeout from full
 
     def _recv(self) -> dict[str, Any]:
         left, ready = self._awaited_within()
         if self.socket not in ready:
-            raise Gone if ready else Unanswered
+            raise Disconnected if ready else CallTimeout
         reply = _reply_in(self.socket.recv(zmq.NOBLOCK))
         if not left and "func" in reply:  # a server that lets wait answers, and answers, and answers
-            raise Unanswered
+            raise CallTimeout
         return reply
 
     def _awaited_within(self) -> tuple[float, dict[Any, int]]:
@@ -133,21 +136,21 @@ def wire(value: Any) -> Any:
 
 
 def _reply_in(raw: bytes) -> dict[str, Any]:
-    """Return the reply in a message; raises Garbled where there is none, Refused where it tells an error."""
+    """Return the reply in a message; raises ProtocolViolation if there is none, CallRefused if it tells an error."""
     try:
         reply = cbor.loads(raw)
     except Exception as error:
-        raise Garbled(f"{len(raw)} bytes that are no CBOR") from error
+        raise ProtocolViolation(f"{len(raw)} bytes that are no CBOR") from error
     if not isinstance(reply, dict):
-        raise Garbled(f"no map but {type(reply).__name__}")
+        raise ProtocolViolation(f"no map but {type(reply).__name__}")
     if "success" in reply:
-        raise FirstProtocol
+        raise FirstProtocolReply
     if "err" in reply:
-        raise Refused(str(reply["err"]))
+        raise CallRefused(str(reply["err"]))
     if reply.get("func") in _CONVERSATION:
         return reply
     if not reply or reply.get("ret") == {}:  # an empty table of Lua's is a map; who leaves is told nothing
         return {"ret": []}
     if "func" not in reply and isinstance(reply.get("ret"), list):
         return reply
-    raise Garbled(f"a map with {', '.join(sorted(map(str, reply)))[:80]}")
+    raise ProtocolViolation(f"a map with {', '.join(sorted(map(str, reply)))[:80]}")

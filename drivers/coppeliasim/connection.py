@@ -62,7 +62,7 @@ class Connection:
         self.address, self.answer_s = address, answer_s
         self._client = client
         self._failure: BackendError | None = None
-        self._talks = SerialExecutor("zmq remote api")
+        self._executor = SerialExecutor("zmq remote api")
         self._known: Mapping[str, Any] = {}
 
     @classmethod
@@ -75,7 +75,7 @@ class Connection:
         try:
             connection.call("zmqRemoteApi.require", "sim", within_s=LOADING_S)
             connection._learn(connection.call("zmqRemoteApi.info", "sim", within_s=LOADING_S))
-            connection._client.notice_hang_ups()
+            connection._client.watch_disconnects()
         except BaseException:  # a signal too
             connection.close()
             raise
@@ -103,51 +103,57 @@ class Connection:
 
     def constant(self, name: str) -> int:
         """Return the value of ``sim.NAME``; raises BackendError where the server has none."""
-        told = self._known.get(name)
-        if isinstance(told, Mapping) and isinstance(told.get("const"), (int, float)):
-            return int(told["const"])
+        entry = self._known.get(name)
+        if isinstance(entry, Mapping) and isinstance(entry.get("const"), (int, float)):
+            return int(entry["const"])
         raise function_missing(self.address, f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
         """Call any function of the server; raises BackendError. Threads may call it: one call at a time."""
         limit = self.answer_s if within_s is None else max(within_s, self.answer_s)
         try:
-            return self._talks.do(partial(self._ask, function, arguments, limit))
+            return self._executor.run(partial(self._ask, function, arguments, limit))
         except Exception:
             raise
         except BaseException:  # Ctrl-C: nobody waits for as long as loading may take
-            self._client.hurry(max(HURRIED_S, self.answer_s))
+            self._client.shorten_deadline(max(HURRIED_S, self.answer_s))
             raise
 
-    def together(self, work: Callable[[], T]) -> T:
+    def run_batch(self, work: Callable[[], T]) -> T:
         """Return what work comes to that makes several calls; whoever waits for it is woken once for all of them."""
-        return self._talks.do(work)
+        return self._executor.run(work)
 
     def _ask(self, function: str, arguments: Sequence[Any], limit: float) -> Any:
-        from drivers.coppeliasim.client import FirstProtocol, Garbled, Gone, Refused, Unanswered
+        from drivers.coppeliasim.client import (
+            CallRefused,
+            CallTimeout,
+            Disconnected,
+            FirstProtocolReply,
+            ProtocolViolation,
+        )
 
         if self._failure:
             raise self._failure
         try:
             return self._client.ask(function, arguments, limit)
-        except Refused as error:
+        except CallRefused as error:
             raise RefusedError(f"coppeliasim: {self.address} refused {function}: {error}") from error
-        except Unanswered as error:
+        except CallTimeout as error:
             is_there = is_listening(self.address)
             silent = timed_out(self.address, function, limit, is_known=bool(self._known))
             self._failure = silent if is_there else server_gone(self.address, function)
             raise self._failure from error
-        except Gone as error:
+        except Disconnected as error:
             self._failure = server_gone(self.address, function)
             raise self._failure from error
-        except FirstProtocol as error:
+        except FirstProtocolReply as error:
             self._failure = server_too_old(self.address)
             raise self._failure from error
-        except Garbled as error:
+        except ProtocolViolation as error:
             self._failure = unexpected_answer(self.address, function, error)
             raise self._failure from error
 
-    def told(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
+    def call_as(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
         """Return what ``sim.NAME`` tells, converted; raises BackendError where that is not possible."""
         answer = self.sim(name, *arguments)
         try:
@@ -161,8 +167,8 @@ class Connection:
             with suppress(BackendError):  # it has gone before us
                 self.call("_*end*_")
             self._failure = BackendError(f"coppeliasim: the connection to {self.address} is closed")
-        self._talks.do(self._client.close)
-        self._talks.close()
+        self._executor.run(self._client.close)
+        self._executor.close()
 
     def _learn(self, info: Any) -> None:
         if not isinstance(info, Mapping) or "getObjectPosition" not in info:

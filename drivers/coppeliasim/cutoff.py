@@ -13,7 +13,7 @@ SHORT_S = 0.3
 IDLE_S = 5.0
 
 
-class StandingJoints(Cutoff):
+class StopJoints(Cutoff):
     """Gives joints the target velocity zero, over a connection of its own, which a server has for many at a time.
 
     A server that is gone, or hangs, is told of, and no failure: the wheels of a simulation hurt nobody.
@@ -27,16 +27,16 @@ class StandingJoints(Cutoff):
         import drivers.coppeliasim.client  # noqa: F401
 
     def stop(self) -> str | None:
-        from drivers.coppeliasim.client import Client, Garbled, Gone, Refused, Unanswered
+        from drivers.coppeliasim.client import CallRefused, CallTimeout, Client, Disconnected, ProtocolViolation
 
         client = Client(self._host, self._port, IDLE_S)
         try:
             client.ask("zmqRemoteApi.require", ["sim"], SHORT_S)
             for joint in self._joints:
-                with suppress(Refused):  # of a joint that is there no more
+                with suppress(CallRefused):  # of a joint that is there no more
                     client.ask("sim.setJointTargetVelocity", [joint, 0.0], SHORT_S)
             client.ask("_*end*_", [], SHORT_S)
-        except (Unanswered, Gone, Refused, Garbled):
+        except (CallTimeout, Disconnected, CallRefused, ProtocolViolation):
             return Unconfirmed(f"{self._host}:{self._port} does not answer; where the simulator is gone, nothing turns")
         finally:
             client.close()

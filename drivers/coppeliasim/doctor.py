@@ -30,13 +30,13 @@ def diagnose(address: Address) -> Iterator[Finding]:
 
 def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
     connection = scene.connection
-    version = connection.told(int, "getInt32Param", connection.constant("intparam_program_full_version"))
+    version = connection.call_as(int, "getInt32Param", connection.constant("intparam_program_full_version"))
     yield Finding.ok(_NAME, f"version {_version(version)} answers at {connection.address}")
-    engine = connection.told(int, "getInt32Param", connection.constant("intparam_dynamic_engine"))
+    engine = connection.call_as(int, "getInt32Param", connection.constant("intparam_dynamic_engine"))
     yield Finding.ok("physics", f"by {_ENGINES.get(engine, engine)}")
     if scene.state() is not State.STOPPED:
         yield Finding.warning("proximity sensors", "not tried: a simulation is under way", "Stop it, and look again")
-    elif proximity_works(SceneBuilder(connection), scene.detected):
+    elif proximity_works(SceneBuilder(connection), scene.detect):
         yield Finding.ok("proximity sensors", "detect what is in front of them")
     else:
         yield Finding.warning(

@@ -35,60 +35,60 @@ class BuiltRobot(NamedTuple):
     """The robot's own frame in the body's."""
 
 
-def build_robot(workshop: SceneBuilder, robot: RobotDescription, start: Pose) -> BuiltRobot:
+def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> BuiltRobot:
     """Make a robot that stands at its start; one without a drive stands still."""
     body, frame = robot.body, place_on_floor(start)
     centre = Placement(*body.middle_m)
     size = (body.length_m, body.width_m, body.height_m)
-    root = workshop.shape("cuboid", size, frame.at(centre), body.colour, CollisionMask.BODY, robot.name)
-    workshop.mark(root, NO_UNDO)
+    root = builder.shape("cuboid", size, frame.at(centre), body.colour, CollisionMask.BODY, robot.name)
+    builder.mark(root, NO_UNDO)
     joints: dict[str, int] = {}
     if drive := robot.drive:
-        workshop.let_move(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
-        joints = _add_wheels(workshop, drive, root, frame)
+        builder.let_move(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
+        joints = _add_wheels(builder, drive, root, frame)
         if drive.caster:
-            _add_casters(workshop, drive.caster, root, frame, _room_for_casters(body))
+            _add_casters(builder, drive.caster, root, frame, _room_for_casters(body))
     return BuiltRobot(root, joints, Placement(-centre.x, 0.0, -centre.z))
 
 
-def _add_wheels(workshop: SceneBuilder, drive: Drive, root: int, frame: Placement) -> dict[str, int]:
+def _add_wheels(builder: SceneBuilder, drive: Drive, root: int, frame: Placement) -> dict[str, int]:
     sides = ((drive.left, drive.left_encoder, 0.5), (drive.right, drive.right_encoder, -0.5))
     joints: dict[str, int] = {}
     for motor, encoder, side in sides:
         hub = frame.at(AXLE._replace(y=side * drive.track_m, z=drive.wheel_radius_m))
-        joint = _add_joint(workshop, motor, root, hub)
-        _add_wheel(workshop, drive, joint, hub)
+        joint = _add_joint(builder, motor, root, hub)
+        _add_wheel(builder, drive, joint, hub)
         joints |= {name: joint for name in (motor, encoder) if name}
     return joints
 
 
-def _add_joint(workshop: SceneBuilder, motor: str, root: int, hub: Placement) -> int:
-    constant = workshop.constant
-    joint = workshop.make("createJoint", constant("joint_revolute"), constant("jointmode_dynamic"), 0, [0.04, 0.01])
-    workshop.call("setJointInterval", joint, False, [-TURNS_RAD, 2 * TURNS_RAD])  # else its angle begins anew at π
-    workshop.set_int(joint, "jointintparam_dynctrlmode", constant("jointdynctrl_velocity"))
-    workshop.call("setJointTargetForce", joint, WHEEL_FORCE_NM)
-    workshop.call("setJointTargetVelocity", joint, 0.0)  # the API makes joints that turn
-    workshop.put(joint, hub, motor, root)
+def _add_joint(builder: SceneBuilder, motor: str, root: int, hub: Placement) -> int:
+    constant = builder.constant
+    joint = builder.make("createJoint", constant("joint_revolute"), constant("jointmode_dynamic"), 0, [0.04, 0.01])
+    builder.call("setJointInterval", joint, False, [-TURNS_RAD, 2 * TURNS_RAD])  # else its angle begins anew at π
+    builder.set_int(joint, "jointintparam_dynctrlmode", constant("jointdynctrl_velocity"))
+    builder.call("setJointTargetForce", joint, WHEEL_FORCE_NM)
+    builder.call("setJointTargetVelocity", joint, 0.0)  # the API makes joints that turn
+    builder.put(joint, hub, motor, root)
     return joint
 
 
-def _add_wheel(workshop: SceneBuilder, drive: Drive, joint: int, hub: Placement) -> None:
+def _add_wheel(builder: SceneBuilder, drive: Drive, joint: int, hub: Placement) -> None:
     size = (2 * drive.wheel_radius_m,) * 3
-    wheel = workshop.shape("spheroid", size, hub, DARK, CollisionMask.WHEEL, "wheel", joint)
-    workshop.let_move(wheel, drive.wheel_mass_kg, _ball_moments(drive.wheel_mass_kg, drive.wheel_radius_m))
-    workshop.set_friction(wheel, 1.0)
+    wheel = builder.shape("spheroid", size, hub, DARK, CollisionMask.WHEEL, "wheel", joint)
+    builder.let_move(wheel, drive.wheel_mass_kg, _ball_moments(drive.wheel_mass_kg, drive.wheel_radius_m))
+    builder.set_friction(wheel, 1.0)
 
 
-def _add_casters(workshop: SceneBuilder, caster: Caster, root: int, frame: Placement, room: float) -> None:
+def _add_casters(builder: SceneBuilder, caster: Caster, root: int, frame: Placement, room: float) -> None:
     away = min(abs(caster.x_m), room)
     for name, x in (("front_caster", away), ("rear_caster", -away)):
         place = frame.at(Placement(x, 0.0, caster.radius_m))
-        sensor = workshop.make("createForceSensor", 0, [0, 1, 1, 0, 0], [0.01, 100.0, 100.0, 0, 0])
-        workshop.put(sensor, place, name, root)
-        ball = workshop.shape("spheroid", (2 * caster.radius_m,) * 3, place, DARK, CollisionMask.CASTER, "ball", sensor)
-        workshop.let_move(ball, CASTER_MASS_KG, _ball_moments(CASTER_MASS_KG, caster.radius_m))
-        workshop.set_friction(ball, 0.0)
+        sensor = builder.make("createForceSensor", 0, [0, 1, 1, 0, 0], [0.01, 100.0, 100.0, 0, 0])
+        builder.put(sensor, place, name, root)
+        ball = builder.shape("spheroid", (2 * caster.radius_m,) * 3, place, DARK, CollisionMask.CASTER, "ball", sensor)
+        builder.let_move(ball, CASTER_MASS_KG, _ball_moments(CASTER_MASS_KG, caster.radius_m))
+        builder.set_friction(ball, 0.0)
 
 
 def _room_for_casters(body: Body) -> float:

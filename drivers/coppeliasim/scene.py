@@ -59,19 +59,19 @@ class CoppeliaSimScene(Scene):
 
     def find(self, path: str) -> SceneObject | None:
         try:
-            handle = self.connection.told(int, "getObject", path, {"noError": True})
+            handle = self.connection.call_as(int, "getObject", path, {"noError": True})
         except RefusedError:  # of an old name that is no path
             handle = self._find_flat(path)
         return self._object(handle) if handle >= 0 else None
 
     def objects(self) -> Sequence[SceneObject]:
-        handles = self.connection.told(list, "getObjectsInTree", self.connection.constant("handle_scene"))
+        handles = self.connection.call_as(list, "getObjectsInTree", self.connection.constant("handle_scene"))
         return [self._object(handle) for handle in handles]
 
     def state(self) -> State:
         """Return what the simulation does; a stop that is under way is waited for."""
         wall = MonotonicClock()
-        while (state := self.connection.told(int, "getSimulationState")) in _STOPPING and wall.now() < _STOPPING_S:
+        while (state := self.connection.call_as(int, "getSimulationState")) in _STOPPING and wall.now() < _STOPPING_S:
             wall.sleep_until(wall.now() + _NAP_S)
         if state & _ADVANCING:
             return State.RUNNING
@@ -96,10 +96,10 @@ class CoppeliaSimScene(Scene):
             raise BackendError(f"coppeliasim: the simulation was told to stop and is {state.value}. Stop it by hand")
 
     def time_step(self) -> float:
-        return self.connection.told(float, "getSimulationTimeStep")
+        return self.connection.call_as(float, "getSimulationTimeStep")
 
     def time(self) -> float:
-        return self.connection.told(float, "getSimulationTime")
+        return self.connection.call_as(float, "getSimulationTime")
 
     def advance(self, steps: int) -> None:
         for _ in range(steps):
@@ -114,44 +114,44 @@ class CoppeliaSimScene(Scene):
         self.connection.sim("setJointTargetVelocity", joint, rad_s)
 
     def joint_position(self, joint: int) -> float:
-        return self.connection.told(float, "getJointPosition", joint)
+        return self.connection.call_as(float, "getJointPosition", joint)
 
-    def detected(self, sensor: int) -> Point | None:
+    def detect(self, sensor: int) -> Point | None:
         name = "handleProximitySensor" if self._is_explicit(sensor) else "readProximitySensor"
-        return self.connection.told(_detected_point, name, sensor)
+        return self.connection.call_as(_detected_point, name, sensor)
 
-    def blindness(self, sensor: int) -> str | None:
-        if self._probe is None or self._probe(self.detected):
+    def why_unreliable(self, sensor: int) -> str | None:
+        if self._probe is None or self._probe(self.detect):
             return None
         return (
             f"the CoppeliaSim at {self.connection.address} does not detect a box in front of a proximity sensor, so "
             "that every way seems free. Take one with the plug-in for them, as the maker's downloads are"
         )
 
-    def lens(self, sensor: int) -> CameraOptics:
-        width, height = self.connection.told(_size, "getVisionSensorRes", sensor)
-        is_perspective = self.connection.told(
+    def optics(self, sensor: int) -> CameraOptics:
+        width, height = self.connection.call_as(_size, "getVisionSensorRes", sensor)
+        is_perspective = self.connection.call_as(
             int, "getObjectInt32Param", sensor, self.connection.constant("visionintparam_perspective_operation")
         )
         if not is_perspective:
             return CameraOptics(width, height, None)
-        wide = self.connection.told(
+        wide = self.connection.call_as(
             float, "getObjectFloatParam", sensor, self.connection.constant("visionfloatparam_perspective_angle")
         )
         return CameraOptics(width, height, horizontal_fov(wide, width, height))
 
     def picture(self, sensor: int) -> RawPicture:
         """Return what it sees now, if it is handled explicitly; else what it saw at the end of the last step."""
-        return self.connection.together(partial(self._seen, sensor))
+        return self.connection.run_batch(partial(self._seen, sensor))
 
     def show(self, sensor: int, picture: RawPicture) -> None:
         self.connection.sim("setVisionSensorImg", sensor, picture.pixels)
 
     def position(self, handle: int) -> Point:
-        return self.connection.told(_point, "getObjectPosition", handle)
+        return self.connection.call_as(_point, "getObjectPosition", handle)
 
     def velocity(self, handle: int) -> Point:
-        return self.connection.told(_linear, "getObjectVelocity", handle)
+        return self.connection.call_as(_linear, "getObjectVelocity", handle)
 
     def close(self) -> None:
         try:
@@ -163,22 +163,22 @@ class CoppeliaSimScene(Scene):
     def _seen(self, sensor: int) -> RawPicture:
         if self._is_explicit(sensor):
             self.connection.sim("handleVisionSensor", sensor)
-        return self.connection.told(_raw_picture, "getVisionSensorImg", sensor)
+        return self.connection.call_as(_raw_picture, "getVisionSensorImg", sensor)
 
     def _find_flat(self, name: str) -> int:
         try:
-            return self.connection.told(int, "getObjectHandle", name)
+            return self.connection.call_as(int, "getObjectHandle", name)
         except RefusedError:
             return -1
 
     def _object(self, handle: int) -> SceneObject:
-        number = self.connection.told(int, "getObjectType", handle)
-        path = self.connection.told(str, "getObjectAlias", handle, 1)
+        number = self.connection.call_as(int, "getObjectType", handle)
+        path = self.connection.call_as(str, "getObjectAlias", handle, 1)
         return SceneObject(handle, path, self._kinds.get(number, ObjectKind.OTHER))
 
     def _is_explicit(self, sensor: int) -> bool:
         if sensor not in self._explicit:
-            self._explicit[sensor] = bool(self.connection.told(int, "getExplicitHandling", sensor))
+            self._explicit[sensor] = bool(self.connection.call_as(int, "getExplicitHandling", sensor))
         return self._explicit[sensor]
 
     def _out_of_step(self, passed: float, steps: int) -> BackendError:
@@ -198,30 +198,30 @@ class CoppeliaSimScene(Scene):
         return BackendError(f"coppeliasim: the simulation at {self.connection.address} {what}")
 
 
-def _point(told: Any) -> Point:
-    x, y, z = told
+def _point(answer: Any) -> Point:
+    x, y, z = answer
     return float(x), float(y), float(z)
 
 
-def _linear(told: Any) -> Point:
-    linear, _ = told
+def _linear(answer: Any) -> Point:
+    linear, _ = answer
     return _point(linear)
 
 
-def _size(told: Any) -> tuple[int, int]:
-    width, height = told
+def _size(answer: Any) -> tuple[int, int]:
+    width, height = answer
     return int(width), int(height)
 
 
-def _detected_point(told: Any) -> Point | None:
+def _detected_point(answer: Any) -> Point | None:
     """Return the point of a proximity sensor's result; where it detects nothing, all but the first is rubbish."""
-    if isinstance(told, int):
+    if isinstance(answer, int):
         return None
-    return _point(told[2]) if told[0] == 1 else None
+    return _point(answer[2]) if answer[0] == 1 else None
 
 
-def _raw_picture(told: Any) -> RawPicture:
-    pixels, *size = told  # the size is one list, and was two numbers before 4.4
+def _raw_picture(answer: Any) -> RawPicture:
+    pixels, *size = answer  # the size is one list, and was two numbers before 4.4
     width, height = _size(size[0] if len(size) == 1 else size)
     if not isinstance(pixels, bytes) or len(pixels) != 3 * width * height:
         raise ValueError(f"{width} x {height} pixels")

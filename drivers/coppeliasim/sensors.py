@@ -42,15 +42,15 @@ class VisionSensorSpec:
     ignored: str = ""
 
 
-def add_vision_sensor(workshop: SceneBuilder, eye: VisionSensorSpec, alias: str, place: Placement, parent: int) -> int:
+def add_vision_sensor(builder: SceneBuilder, eye: VisionSensorSpec, alias: str, place: Placement, parent: int) -> int:
     """Make a vision sensor that renders when it is told to."""
     floats = [eye.near_m, eye.far_m, perspective_angle(eye.fov, *eye.size), 0.02, 0, 0, *[eye.empty] * 3, 0, 0]
     options = _EXPLICIT_VISION | _PERSPECTIVE | _OWN_BACKGROUND
-    sensor = workshop.make("createVisionSensor", options, [*eye.size, 0, 0], floats)
-    workshop.set_int(sensor, "visionintparam_entity_to_render", eye.seen)
+    sensor = builder.make("createVisionSensor", options, [*eye.size, 0, 0], floats)
+    builder.set_int(sensor, "visionintparam_entity_to_render", eye.seen)
     if eye.ignored:
-        workshop.set_int(sensor, f"visionintparam_{eye.ignored}ignored", 1)
-    workshop.put(sensor, place, alias, parent)
+        builder.set_int(sensor, f"visionintparam_{eye.ignored}ignored", 1)
+    builder.put(sensor, place, alias, parent)
     return sensor
 
 
@@ -68,20 +68,20 @@ _AWAY = Placement(0.0, 0.0, 900.0)
 
 
 @contextmanager
-def probe_with_box(workshop: SceneBuilder, make: Callable[[], int]) -> Iterator[int]:
+def probe_with_box(builder: SceneBuilder, make: Callable[[], int]) -> Iterator[int]:
     """Make a sensor with a box right in front of it, far from all else, and remove both; yields the sensor."""
     made: list[int] = []
     try:
-        cuboid = workshop.constant("primitiveshape_cuboid")
-        made.append(box := workshop.make("createPrimitiveShape", cuboid, [_SIDE_M] * 3, 0))
-        workshop.mark(box, NO_UNDO)
+        cuboid = builder.constant("primitiveshape_cuboid")
+        made.append(box := builder.make("createPrimitiveShape", cuboid, [_SIDE_M] * 3, 0))
+        builder.mark(box, NO_UNDO)
         made.append(sensor := make())
-        workshop.mark(sensor, NO_UNDO)
-        workshop.put(box, _AWAY._replace(x=BOX_M + _SIDE_M / 2), "robotcore_probe", -1)
-        workshop.put(sensor, _AWAY.at(FORWARD), "robotcore_probe_sensor", -1)
+        builder.mark(sensor, NO_UNDO)
+        builder.put(box, _AWAY._replace(x=BOX_M + _SIDE_M / 2), "robotcore_probe", -1)
+        builder.put(sensor, _AWAY.at(FORWARD), "robotcore_probe_sensor", -1)
         yield sensor
     finally:
-        workshop.call("removeObjects", made)
+        builder.call("removeObjects", made)
 
 
 _PYRAMID, _EXPLICIT_PROXIMITY = 30, 1
@@ -100,39 +100,39 @@ def proximity_works(builder: SceneBuilder, detect: Callable[[int], Point | None]
 
 
 def add_proximity_sensor(
-    workshop: SceneBuilder, told: RangeSensorDescription, body: int, frame: Placement, met: int
+    builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, met: int
 ) -> int:
     """Make a flat fan that begins inside the body, and detects what is in a collection."""
-    sensor = _make_pyramid(workshop, told.max_range_m + FAN_SETBACK_M, told.cone_rad)
-    workshop.set_int(sensor, "proxintparam_entity_to_detect", met)
-    workshop.put(sensor, frame.at(place_mount(told.mount, behind_m=FAN_SETBACK_M)), told.name, body)
+    sensor = _make_pyramid(builder, description.max_range_m + FAN_SETBACK_M, description.cone_rad)
+    builder.set_int(sensor, "proxintparam_entity_to_detect", met)
+    builder.put(sensor, frame.at(place_mount(description.mount, behind_m=FAN_SETBACK_M)), description.name, body)
     return sensor
 
 
 class ProximityRangeSensor(RangeSensor):
     """The way to the nearest point that a proximity sensor detects."""
 
-    def __init__(self, scene: Scene, told: RangeSensorDescription, sensor: int, clock: Clock) -> None:
-        limits = {"min_range": told.min_range_m, "max_range": told.max_range_m}
-        super().__init__(told.name, cone=told.cone_rad, **limits)
-        self._scene, self._sensor, self._fan = scene, sensor, Fan(cone=told.cone_rad, **limits)
+    def __init__(self, scene: Scene, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
+        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
+        super().__init__(description.name, cone=description.cone_rad, **limits)
+        self._scene, self._sensor, self._fan = scene, sensor, Fan(cone=description.cone_rad, **limits)
         self._newest_at = SampleCache(clock, self._listen)
 
     def _newest(self) -> Range:
         return self._newest_at()
 
     def _listen(self, time: float, sequence: int) -> Range:
-        if (point := self._scene.detected(self._sensor)) is None:
+        if (point := self._scene.detect(self._sensor)) is None:
             return Range(math.inf, time, sequence)
         left, up, ahead = point
         distance = self._fan.reading(np.array([math.hypot(*point)]))
         return Range(distance, time, sequence, None if math.isinf(distance) else (ahead - FAN_SETBACK_M, left, up))
 
 
-def _make_pyramid(workshop: SceneBuilder, reach: float, cone: float) -> int:
+def _make_pyramid(builder: SceneBuilder, reach: float, cone: float) -> int:
     """Make a pyramid that opens sideways by ``cone``, and hardly upwards."""
     side = 2 * reach * math.tan(cone / 2)
-    return workshop.make(
+    return builder.make(
         "createProximitySensor",
         _PYRAMID,
         _ULTRASONIC,
@@ -151,28 +151,28 @@ _JUST_UNDER = 1e-3
 """Where nothing is in view, depth reads a little less than the farthest."""
 
 
-def add_fan(workshop: SceneBuilder, told: RangeSensorDescription, body: int, frame: Placement, met: int) -> int:
+def add_fan(builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, met: int) -> int:
     """Make the vision sensor of a fan; its outermost pixels look along the edges of the cone, at a collection."""
-    cone = max(told.cone_rad, BEAM_RAD)
+    cone = max(description.cone_rad, BEAM_RAD)
     fov = 2 * math.atan(math.tan(cone / 2) * FAN_RAYS / (FAN_RAYS - 1))
-    eye = VisionSensorSpec((FAN_RAYS, 1), fov, far_m=fan_reach(told), seen=met, ignored="rgb")
-    return add_vision_sensor(workshop, eye, told.name, frame.at(place_mount(told.mount, behind_m=FAN_SETBACK_M)), body)
+    eye = VisionSensorSpec((FAN_RAYS, 1), fov, far_m=fan_reach(description), seen=met, ignored="rgb")
+    return add_vision_sensor(
+        builder, eye, description.name, frame.at(place_mount(description.mount, behind_m=FAN_SETBACK_M)), body
+    )
 
 
-def fan_reach(told: RangeSensorDescription) -> float:
+def fan_reach(description: RangeSensorDescription) -> float:
     """Return how far the fan looks, from where its rays begin, in metres."""
-    return told.max_range_m + 2 * FAN_SETBACK_M
+    return description.max_range_m + 2 * FAN_SETBACK_M
 
 
-def require_depth(workshop: SceneBuilder, connection: Connection) -> None:
+def require_depth(builder: SceneBuilder, connection: Connection) -> None:
     """Raise BackendError where a box right in front of a vision sensor is not seen.
 
     One that is not rendered, for want of graphics, tells the farthest depth: the way would seem free.
     """
     eye = VisionSensorSpec((FAN_RAYS, 1), BEAM_RAD, far_m=2 * BOX_M, ignored="rgb")
-    with probe_with_box(
-        workshop, partial(add_vision_sensor, workshop, eye, "", Placement(0.0, 0.0, 0.0), -1)
-    ) as sensor:
+    with probe_with_box(builder, partial(add_vision_sensor, builder, eye, "", Placement(0.0, 0.0, 0.0), -1)) as sensor:
         seen = _read_depths(connection, sensor).min()
     if abs(seen - BOX_M) > _PROBED_M:
         raise BackendError(
@@ -185,15 +185,15 @@ def require_depth(workshop: SceneBuilder, connection: Connection) -> None:
 class FanRangeSensor(RangeSensor):
     """Reads depth along the optical axis, and divides it by each ray's cosine."""
 
-    def __init__(self, connection: Connection, told: RangeSensorDescription, sensor: int, clock: Clock) -> None:
-        limits = {"min_range": told.min_range_m, "max_range": told.max_range_m}
-        super().__init__(told.name, cone=told.cone_rad, **limits)
+    def __init__(self, connection: Connection, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
+        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
+        super().__init__(description.name, cone=description.cone_rad, **limits)
         self._connection, self._sensor = connection, sensor
-        self._fan = Fan(cone=told.cone_rad, **limits)
-        side = np.tan(max(told.cone_rad, BEAM_RAD) / 2)
+        self._fan = Fan(cone=description.cone_rad, **limits)
+        side = np.tan(max(description.cone_rad, BEAM_RAD) / 2)
         self._slopes = np.linspace(side, -side, FAN_RAYS)  # the first pixel is the leftmost
         self._stretch = np.hypot(1.0, self._slopes)
-        self._far = fan_reach(told) * (1 - _JUST_UNDER)
+        self._far = fan_reach(description) * (1 - _JUST_UNDER)
         self._newest_at = SampleCache(clock, self._listen)
 
     def _newest(self) -> Range:
@@ -215,11 +215,11 @@ class FanRangeSensor(RangeSensor):
 def _read_depths(connection: Connection, sensor: int) -> Array:
     """Return how far a vision sensor sees now, in metres."""
     connection.sim("handleVisionSensor", sensor)  # unasked, it tells the depth of before
-    return connection.told(_to_depths, "getVisionSensorDepth", sensor, 1)
+    return connection.call_as(_to_depths, "getVisionSensorDepth", sensor, 1)
 
 
-def _to_depths(told: object) -> Array:
+def _to_depths(answer: object) -> Array:
     """Return a row of depths in metres; raises ValueError where it is none."""
-    if not (isinstance(told, tuple) and isinstance(told[0], bytes) and len(told[0]) == 4 * FAN_RAYS):
+    if not (isinstance(answer, tuple) and isinstance(answer[0], bytes) and len(answer[0]) == 4 * FAN_RAYS):
         raise ValueError("no row of depths")
-    return np.frombuffer(told[0], dtype="<f4").astype(np.float64)
+    return np.frombuffer(answer[0], dtype="<f4").astype(np.float64)

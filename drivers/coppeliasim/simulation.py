@@ -66,23 +66,23 @@ class Simulation:
         self._scene.start()
         self._scene.advance(1)
 
-    def open(self, told: SimulatedDevice) -> Device:
+    def open(self, description: SimulatedDevice) -> Device:
         """Open one device; raises DeviceError where it sits on a wheel that is not there."""
         scene, clock = self._scene, self.clock
-        if isinstance(told, MotorDescription):
-            motor = BuiltMotor(scene, told, self._joint_of(told.name), clock.step)
+        if isinstance(description, MotorDescription):
+            motor = BuiltMotor(scene, description, self._joint_of(description.name), clock.step)
             self._motors.append(motor)
             return motor
-        if isinstance(told, EncoderDescription):
-            return BuiltEncoder(scene, told, self._joint_of(told.name), clock)
-        sensor = self._built.sensors[told.name]
-        if isinstance(told, RangeSensorDescription):
+        if isinstance(description, EncoderDescription):
+            return BuiltEncoder(scene, description, self._joint_of(description.name), clock)
+        sensor = self._built.sensors[description.name]
+        if isinstance(description, RangeSensorDescription):
             if self._built.has_proximity:
-                return ProximityRangeSensor(scene, told, sensor, clock)
-            return FanRangeSensor(scene.connection, told, sensor, clock)
-        if isinstance(told, CameraDescription):
-            return SceneCamera(told.name, told.intrinsics, scene, sensor, clock)
-        display: DisplayDescription = told  # of a new kind of device, the type checker tells
+                return ProximityRangeSensor(scene, description, sensor, clock)
+            return FanRangeSensor(scene.connection, description, sensor, clock)
+        if isinstance(description, CameraDescription):
+            return SceneCamera(description.name, description.intrinsics, scene, sensor, clock)
+        display: DisplayDescription = description  # of a new kind of device, the type checker tells
         return SceneDisplay(display.name, scene, sensor)
 
     @property
@@ -94,11 +94,11 @@ class Simulation:
     def notes(self) -> Sequence[str]:
         """Say what measures distances, where anything does."""
         by = "a proximity sensor" if self._built.has_proximity else "pictures of depth; there are no proximity sensors"
-        names = [told.name for told in self._chosen if isinstance(told, RangeSensorDescription)]
+        names = [description.name for description in self._chosen if isinstance(description, RangeSensorDescription)]
         return [f"{name} measures by {by}" for name in names]
 
     def _advance(self, steps: int) -> None:
-        self._scene.connection.together(partial(self._step, steps))
+        self._scene.connection.run_batch(partial(self._step, steps))
 
     def _step(self, steps: int) -> None:
         for _ in range(steps):
@@ -128,18 +128,18 @@ class BuiltScene(NamedTuple):
     """Whether distances come from proximity sensors; else from pictures of depth."""
 
 
-def clear_scene(scene: CoppeliaSimScene, workshop: SceneBuilder) -> None:
+def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
     """Remove what a program that was killed has left; raise BackendError where somebody else uses the scene."""
     if (state := scene.state()) is not State.STOPPED:
         raise BackendError(
             f"coppeliasim: a simulation of somebody's is {state.value} in the CoppeliaSim at "
             f"{scene.connection.address}. Stop it, and run again"
         )
-    restore(workshop)
-    require_empty(workshop)
+    restore(builder)
+    require_empty(builder)
 
 
-def leave_scene(scene: CoppeliaSimScene, workshop: SceneBuilder, *, keep: bool) -> None:
+def leave_scene(scene: CoppeliaSimScene, builder: SceneBuilder, *, keep: bool) -> None:
     """Stop, and remove what was made and give back what was changed, or hand it over where it is to be kept.
 
     Where the simulator is gone or hangs, that is left to whoever comes next.
@@ -148,28 +148,30 @@ def leave_scene(scene: CoppeliaSimScene, workshop: SceneBuilder, *, keep: bool) 
         return
     scene.stop()
     if keep:
-        release(workshop)
+        release(builder)
     else:
-        restore(workshop)
+        restore(builder)
 
 
-def build_scene(scene: CoppeliaSimScene, workshop: SceneBuilder, setup: Setup, world: WorldDescription) -> BuiltScene:
+def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, world: WorldDescription) -> BuiltScene:
     """Build the world and the robot in it, in a scene that has room, and let a tick be a step of its time."""
-    built_world = build_world(workshop, world)
-    has_proximity = proximity_works(workshop, scene.detected)
-    if not has_proximity and any(isinstance(told, RangeSensorDescription) for told in setup.chosen):
-        require_depth(workshop, scene.connection)
-    undo: list[Undo] = [_undo_engine(workshop), _undo_time_step(scene, workshop)]
+    built_world = build_world(builder, world)
+    has_proximity = proximity_works(builder, scene.detect)
+    if not has_proximity and any(isinstance(description, RangeSensorDescription) for description in setup.chosen):
+        require_depth(builder, scene.connection)
+    undo: list[Undo] = [_undo_engine(builder), _undo_time_step(scene, builder)]
     undo += undo_collections(built_world.root, (built_world.seen, built_world.met))
-    save_scene_state(workshop, built_world.root, world.light, undo)
-    _set_engine(workshop)
-    _set_time_step(scene, workshop, 1 / setup.rate_hz)
-    robot = build_robot(workshop, setup.robot, world.start.pose)
+    save_scene_state(builder, built_world.root, world.light, undo)
+    _set_engine(builder)
+    _set_time_step(scene, builder, 1 / setup.rate_hz)
+    robot = build_robot(builder, setup.robot, world.start.pose)
     sensors = _Sensors(
-        workshop, robot.body, place_on_floor(world.start.pose), built_world, sky_grey(world), has_proximity
+        builder, robot.body, place_on_floor(world.start.pose), built_world, sky_grey(world), has_proximity
     )
-    handles = {told.name: handle for told in setup.chosen if (handle := sensors.add(told)) is not None}
-    finish_building(workshop, built_world.root)
+    handles = {
+        description.name: handle for description in setup.chosen if (handle := sensors.add(description)) is not None
+    }
+    finish_building(builder, built_world.root)
     return BuiltScene(built_world, robot, handles, has_proximity)
 
 
@@ -181,49 +183,51 @@ def sky_grey(world: WorldDescription) -> float:
 class _Sensors(NamedTuple):
     """Where and how sensors are added to a robot's body."""
 
-    workshop: SceneBuilder
+    builder: SceneBuilder
     body: int
     frame: Placement
     world: BuiltWorld
     sky: float
     has_proximity: bool
 
-    def add(self, told: AnyDevice) -> int | None:
+    def add(self, description: AnyDevice) -> int | None:
         """Make what a device is, and return its handle; None where it is no sensor."""
-        if isinstance(told, RangeSensorDescription):
+        if isinstance(description, RangeSensorDescription):
             add = add_proximity_sensor if self.has_proximity else add_fan
-            return add(self.workshop, told, self.body, self.frame, self.world.met)
-        if isinstance(told, CameraDescription):
-            size, fov = (told.width_px, told.height_px), told.horizontal_fov_rad
+            return add(self.builder, description, self.body, self.frame, self.world.met)
+        if isinstance(description, CameraDescription):
+            size, fov = (description.width_px, description.height_px), description.horizontal_fov_rad
             eye = VisionSensorSpec(size, fov, empty=self.sky, seen=self.world.seen, ignored="depth")
-            return add_vision_sensor(self.workshop, eye, told.name, self.frame.at(place_mount(told.mount)), self.body)
-        if isinstance(told, DisplayDescription):
+            return add_vision_sensor(
+                self.builder, eye, description.name, self.frame.at(place_mount(description.mount)), self.body
+            )
+        if isinstance(description, DisplayDescription):
             place = self.frame.at(FORWARD._replace(z=_SCREEN_HEIGHT_M))
             return add_vision_sensor(
-                self.workshop, VisionSensorSpec(SCREEN, _SCREEN_FOV_RAD), told.name, place, self.body
+                self.builder, VisionSensorSpec(SCREEN, _SCREEN_FOV_RAD), description.name, place, self.body
             )
         return None
 
 
-def _undo_engine(workshop: SceneBuilder) -> Undo:
+def _undo_engine(builder: SceneBuilder) -> Undo:
     """Return the call that lets what computes the physics be as it is now."""
-    parameter = workshop.constant("intparam_dynamic_engine")
-    return "setInt32Param", parameter, workshop.call("getInt32Param", parameter)
+    parameter = builder.constant("intparam_dynamic_engine")
+    return "setInt32Param", parameter, builder.call("getInt32Param", parameter)
 
 
-def _set_engine(workshop: SceneBuilder) -> None:
+def _set_engine(builder: SceneBuilder) -> None:
     """Let Bullet compute the physics, for which the wheels are made: with others they slip, or do not turn."""
-    workshop.call("setInt32Param", workshop.constant("intparam_dynamic_engine"), workshop.constant("physics_bullet"))
+    builder.call("setInt32Param", builder.constant("intparam_dynamic_engine"), builder.constant("physics_bullet"))
 
 
-def _undo_time_step(scene: CoppeliaSimScene, workshop: SceneBuilder) -> Undo:
+def _undo_time_step(scene: CoppeliaSimScene, builder: SceneBuilder) -> Undo:
     """Return the call that lets the time step be as it is now."""
-    return "setFloatParam", workshop.constant("floatparam_simulation_time_step"), scene.time_step()
+    return "setFloatParam", builder.constant("floatparam_simulation_time_step"), scene.time_step()
 
 
-def _set_time_step(scene: CoppeliaSimScene, workshop: SceneBuilder, step_s: float) -> None:
+def _set_time_step(scene: CoppeliaSimScene, builder: SceneBuilder, step_s: float) -> None:
     """Let the simulation step so; raises BackendError where it does not take it."""
-    parameter = workshop.constant("floatparam_simulation_time_step")
+    parameter = builder.constant("floatparam_simulation_time_step")
     scene.connection.sim("setFloatParam", parameter, step_s, within_s=LOADING_S)
     if abs((got := scene.time_step()) - step_s) > _SAME * step_s:
         raise BackendError(

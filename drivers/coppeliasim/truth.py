@@ -35,7 +35,7 @@ class ContactCounter:
     def _touching(self) -> set[int]:
         things: set[int] = set()
         for index in range(1000):  # each contact is a call; there is hardly ever one
-            pair = self._connection.told(_pair, "getContactInfo", self._all, self._body, index)
+            pair = self._connection.call_as(_pair, "getContactInfo", self._all, self._body, index)
             if not pair:
                 break
             things |= pair & self._things
@@ -55,7 +55,7 @@ class CoppeliaSimTruth:
 
     def twist(self) -> Twist:
         """Return how the body moves: all of it goes ahead as fast as the axle's middle."""
-        linear, angular = self._connection.told(_vectors, "getObjectVelocity", self._body)
+        linear, angular = self._connection.call_as(_vectors, "getObjectVelocity", self._body)
         forward = _ahead(self._origin())
         return Twist(sum(a * b for a, b in zip(forward, linear, strict=True)), angular[2])
 
@@ -63,7 +63,7 @@ class CoppeliaSimTruth:
         return self._touches.count
 
     def _origin(self) -> Placement:
-        return self._connection.told(Placement.of, "getObjectPose", self._body).at(self._frame)
+        return self._connection.call_as(Placement.of, "getObjectPose", self._body).at(self._frame)
 
 
 def _ahead(frame: Placement) -> tuple[float, float, float]:
@@ -71,15 +71,15 @@ def _ahead(frame: Placement) -> tuple[float, float, float]:
     return tip.x, tip.y, tip.z
 
 
-def _pair(told: object) -> set[int]:
-    assert isinstance(told, (list, tuple))
-    pair = set(map(int, told[0]))
+def _pair(answer: object) -> set[int]:
+    assert isinstance(answer, (list, tuple))
+    pair = set(map(int, answer[0]))
     if len(pair) not in (0, 2):
         raise ValueError("no pair of objects")
     return pair
 
 
-def _vectors(told: object) -> tuple[list[float], list[float]]:
-    assert isinstance(told, (list, tuple))
-    linear, angular = told
+def _vectors(answer: object) -> tuple[list[float], list[float]]:
+    assert isinstance(answer, (list, tuple))
+    linear, angular = answer
     return list(map(float, linear)), list(map(float, angular))

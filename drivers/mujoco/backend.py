@@ -58,14 +58,14 @@ class MujocoBackend(Backend):
         try:
             import mujoco
         except Exception as error:
-            told = " ".join(str(error).split())
+            text = " ".join(str(error).split())
             way = os.environ.get("MUJOCO_GL")
             remedy = (
                 f"Unset MUJOCO_GL, which is {way!r}: what works is found"
                 if way
                 else "pip install --force-reinstall mujoco"
             )
-            raise BackendMissingError(f"MuJoCo cannot be imported: {told}. {remedy}") from error
+            raise BackendMissingError(f"MuJoCo cannot be imported: {text}. {remedy}") from error
         if tuple(map(int, mujoco.__version__.split(".")[:2])) < OLDEST:
             needed = "{}.{}".format(*OLDEST)
             raise BackendMissingError(
@@ -112,17 +112,17 @@ class Simulation:
     def clock(self) -> SteppedClock:
         return self._physics.clock
 
-    def open(self, told: SimulatedDevice) -> Device:
+    def open(self, description: SimulatedDevice) -> Device:
         """Open one device; raises DeviceError where it sits on a wheel that is not there."""
-        if isinstance(told, MotorDescription):
-            return MujocoMotor(self.model, self.data, told, self._body)
-        if isinstance(told, EncoderDescription):
-            return MujocoEncoder(told, self.clock, self._body)
-        if isinstance(told, RangeSensorDescription):
-            return MujocoRangeSensor(self.model, self.data, told, self.clock, self._body)
-        if isinstance(told, CameraDescription):
-            return self._eyes.open(told, self.clock, self._body)
-        display: DisplayDescription = told  # of a new kind of device, the type checker tells
+        if isinstance(description, MotorDescription):
+            return MujocoMotor(self.model, self.data, description, self._body)
+        if isinstance(description, EncoderDescription):
+            return MujocoEncoder(description, self.clock, self._body)
+        if isinstance(description, RangeSensorDescription):
+            return MujocoRangeSensor(self.model, self.data, description, self.clock, self._body)
+        if isinstance(description, CameraDescription):
+            return self._eyes.open(description, self.clock, self._body)
+        display: DisplayDescription = description  # of a new kind of device, the type checker tells
         return MemoryDisplay(display.name)
 
     def close(self) -> None:

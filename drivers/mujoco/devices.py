@@ -139,13 +139,13 @@ class CameraSet:
         self._things = {thing.name: model.geom(seen_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
         self._renderer: Renderer | None = None
 
-    def open(self, told: CameraDescription, clock: Clock, body: Body) -> MujocoCamera:
+    def open(self, description: CameraDescription, clock: Clock, body: Body) -> MujocoCamera:
         """Open a camera; raises DeviceError, with what to install, where there is no OpenGL without a screen."""
         try:
             self._renderer = self._renderer or Renderer(self._model, self._data, self._sky)
         except NoOpenGL as missing:
-            raise DeviceError(told.name, str(missing)) from missing
-        return MujocoCamera(told, clock, body, self._renderer, self._things)
+            raise DeviceError(description.name, str(missing)) from missing
+        return MujocoCamera(description, clock, body, self._renderer, self._things)
 
     def close(self) -> None:
         """Let OpenGL go. May be called again."""

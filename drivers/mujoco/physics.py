@@ -59,8 +59,8 @@ class Physics:
             from mujoco import mju_warningText
 
             kind = int(warning.number.argmax())
-            told = mju_warningText(kind, int(warning.lastinfo[kind]))
-            raise BackendError(f"mujoco: {told} Look at the masses and torques in the robot's description")
+            text = mju_warningText(kind, int(warning.lastinfo[kind]))
+            raise BackendError(f"mujoco: {text} Look at the masses and torques in the robot's description")
 
 
 class ContactCounter:

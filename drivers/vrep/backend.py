@@ -60,8 +60,8 @@ class VrepBackend(Backend):
     vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
 
     def check(self, robot: RobotDescription) -> str:
-        placed = read_bindings(robot, SECTION)
-        return pluralize(len(placed), "object")
+        bound = read_bindings(robot, SECTION)
+        return pluralize(len(bound), "object")
 
     def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(VrepOptions)
@@ -105,4 +105,4 @@ def _cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[Cutoff
     if joints:
         where = {"host": options.host, "port": options.port, "joints": list(joints.values())}
         patience_s = UNSTEPPED_S if options.is_stepped else 0.0
-        yield CutoffSpec(" and ".join(joints), "drivers.vrep.cutoff:StandingJoints", where, patience_s)
+        yield CutoffSpec(" and ".join(joints), "drivers.vrep.cutoff:StopJoints", where, patience_s)

@@ -109,7 +109,7 @@ class Connection:
         self._clock = MonotonicClock()
         self._number = 0
         self._turn = threading.RLock()
-        self._telling = threading.Lock()
+        self._waiting_lock = threading.Lock()
         self._waiting: dict[Identity, Request[None]] = {}
         self._unconfirmed: dict[Identity, Request[None]] = {}
         self._time_ms = 0
@@ -158,7 +158,7 @@ class Connection:
         It waits for nobody, not even for a step that another thread has the simulation take: so wheels are stopped.
         Where the server refuses it, the call that learns of it raises RefusedError.
         """
-        with self._telling:
+        with self._waiting_lock:
             self._waiting[request.identity] = request
 
     def call(self, request: Request[T]) -> T:
@@ -208,7 +208,7 @@ class Connection:
 
     def _send_waiting(self, *more: Request[None]) -> int:
         """Send what waits, and ``more``; return the message's number."""
-        with self._telling:
+        with self._waiting_lock:
             waiting, self._waiting = self._waiting, {}
         self._unconfirmed |= waiting
         return self._exchange([*waiting.values(), *more]) if waiting or more else self._number

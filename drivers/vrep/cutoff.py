@@ -19,7 +19,7 @@ DEAF_S = 0.75
 so long, for a guardian is to have stopped everything within one. One that hangs is not: its app is to end soon."""
 
 
-class StandingJoints(Cutoff):
+class StopJoints(Cutoff):
     """Gives joints the target velocity zero, over a connection of its own.
 
     A port serves one program at a time: it is free when the app's process has ended. A server that is gone, hangs, or
@@ -39,7 +39,7 @@ class StandingJoints(Cutoff):
                 self._stand()
             except RemoteApiError as failure:
                 if isinstance(failure, ServerHangsError) or clock.now() + RETRY_S > DEAF_S:
-                    return self._told(failure)
+                    return self._unconfirmed(failure)
             else:
                 return None
             clock.sleep_until(clock.now() + RETRY_S)
@@ -53,7 +53,7 @@ class StandingJoints(Cutoff):
                 connection.set(requests.joint_target_velocity(joint, 0.0))
             connection.call(requests.CLOCK)  # all that was set is done when this is answered
 
-    def _told(self, failure: RemoteApiError) -> Unconfirmed:
+    def _unconfirmed(self, failure: RemoteApiError) -> Unconfirmed:
         if isinstance(failure, NobodyListensError):
             gone = f"nobody listens at {self._host}:{self._port} any more; where the simulator is gone, nothing turns"
             return Unconfirmed(gone)

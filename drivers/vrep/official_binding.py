@@ -109,9 +109,9 @@ class Calls:
     @property
     def server_state(self) -> int:
         """The bits of the newest header: 1 is running, 2 paused."""
-        self.do("simxGetPingTime")
-        _, told = self.api.simxGetInMessageInfo(self._client, _SERVER_STATE)  # its code is 1 where all is well
-        return int(told)
+        self.run("simxGetPingTime")
+        _, state = self.api.simxGetInMessageInfo(self._client, _SERVER_STATE)  # its code is 1 where all is well
+        return int(state)
 
     @property
     def time_s(self) -> float:
@@ -126,14 +126,14 @@ class Calls:
         """Return which of its names a function has in this binding."""
         return next((name for name in names if hasattr(self.api, name)), names[0])
 
-    def do(self, function: str, *args: Any) -> Any:
+    def run(self, function: str, *args: Any) -> Any:
         """Call a function that takes no operation mode; return what came with its code."""
         with self._turn:
             return self._checked(getattr(self.api, function)(self._client, *args))
 
     def once(self, function: str, *args: Any) -> Any:
         """Return an answer that is waited for."""
-        return self.do(function, *args, self.api.simx_opmode_blocking)
+        return self.run(function, *args, self.api.simx_opmode_blocking)
 
     def read(self, function: str, *args: Any) -> Any:
         """Return the newest answer of a stream, which begins with the first call."""

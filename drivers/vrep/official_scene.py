@@ -61,15 +61,15 @@ class OfficialScene(Scene):
         return [SceneObject(handle, name, self._kinds.get(handle, ObjectKind.OTHER)) for handle, name in named]
 
     def state(self) -> State:
-        told = self._calls.server_state
-        if not told & _RUNNING:
+        server_state = self._calls.server_state
+        if not server_state & _RUNNING:
             return State.STOPPED
-        return State.PAUSED if told & _PAUSED else State.RUNNING
+        return State.PAUSED if server_state & _PAUSED else State.RUNNING
 
     def start(self) -> None:
         for left in range(STARTS - 1, -1, -1):
             if self._is_stepped:
-                self._calls.do("simxSynchronous", True)
+                self._calls.run("simxSynchronous", True)
             self._calls.once("simxStartSimulation")
             if self._comes_to_move():
                 return
@@ -100,11 +100,11 @@ class OfficialScene(Scene):
     def joint_position(self, joint: int) -> float:
         return float(self._calls.read("simxGetJointPosition", joint))
 
-    def detected(self, sensor: int) -> Point | None:
+    def detect(self, sensor: int) -> Point | None:
         is_detected, (x, y, z), *_ = self._calls.read("simxReadProximitySensor", sensor)
         return (x, y, z) if is_detected else None
 
-    def lens(self, sensor: int) -> CameraOptics:
+    def optics(self, sensor: int) -> CameraOptics:
         whole = self._calls.named("simxGetObjectInt32Param", "simxGetObjectIntParameter")
         width, height = (int(self._calls.once(whole, sensor, number)) for number in (RESOLUTION_X, RESOLUTION_Y))
         fraction = self._calls.named("simxGetObjectFloatParam", "simxGetObjectFloatParameter")
@@ -137,7 +137,7 @@ class OfficialScene(Scene):
         """Let a simulation that goes on without us go on by itself, and leave."""
         if self._is_stepped:
             with suppress(RemoteApiError):
-                self._calls.do("simxSynchronous", False)
+                self._calls.run("simxSynchronous", False)
         self._calls.close()
 
     @cached_property
@@ -154,10 +154,10 @@ class OfficialScene(Scene):
         """Trigger a step; return whether time has moved by it."""
         begun = self.time()
         try:
-            self._calls.do("simxSynchronousTrigger")
+            self._calls.run("simxSynchronousTrigger")
         except RefusedError:
             return False
-        self._calls.do("simxGetPingTime")
+        self._calls.run("simxGetPingTime")
         return self._comes(lambda: self.time() != begun)
 
     def _comes(self, is_so: Callable[[], bool]) -> bool:

@@ -84,11 +84,11 @@ class LegacyScene(Scene):
     def joint_position(self, joint: int) -> float:
         return self._newest(requests.joint_position(joint))
 
-    def detected(self, sensor: int) -> Point | None:
+    def detect(self, sensor: int) -> Point | None:
         seen = self._newest(requests.proximity(sensor))
         return _point(seen.point) if seen.is_detected else None
 
-    def lens(self, sensor: int) -> CameraOptics:
+    def optics(self, sensor: int) -> CameraOptics:
         width, height = self._once(columns(sensor)), self._once(rows(sensor))
         return CameraOptics(width, height, horizontal_fov(self._once(view_angle(sensor)), width, height))
 
@@ -104,10 +104,10 @@ class LegacyScene(Scene):
 
     @cached_property
     def _kinds(self) -> dict[int, ObjectKind]:
-        told = self._once(TYPES)
+        types = self._once(TYPES)
         return {
             handle: KINDS.get(number, ObjectKind.OTHER)
-            for handle, number in zip(told.handles, told.numbers, strict=False)
+            for handle, number in zip(types.handles, types.numbers, strict=False)
         }
 
 

@@ -38,7 +38,7 @@ class SteppedScene(LegacyScene):
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
-        self._talks = SerialExecutor("remote api")
+        self._executor = SerialExecutor("remote api")
         self._failure: RemoteApiError | None = None
         self._read: dict[Identity, Any] = {}
         self._asked: dict[Identity, Request[Any]] = {}
@@ -86,8 +86,8 @@ class SteppedScene(LegacyScene):
         """Let a simulation that goes on without us go on by itself, and leave."""
         with suppress(RemoteApiError):
             self._said(partial(self._connection.wait_for_triggers, wait=False))
-        self._talks.do(self._connection.close)
-        self._talks.close()
+        self._executor.run(self._connection.close)
+        self._executor.close()
 
     def _once(self, request: Request[T]) -> T:
         return self._said(partial(self._connection.call, request))
@@ -134,7 +134,7 @@ class SteppedScene(LegacyScene):
 
     def _said(self, talk: Callable[[], T]) -> T:
         """Return what a talk comes to; after a line has failed, all fails with the same words."""
-        return self._talks.do(partial(self._talked, talk))
+        return self._executor.run(partial(self._talked, talk))
 
     def _talked(self, talk: Callable[[], T]) -> T:
         if self._failure:

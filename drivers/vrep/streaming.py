@@ -46,7 +46,7 @@ class StreamReader:
         self._mailbox, self._timeout_s = mailbox, timeout_s
         self._clock = MonotonicClock()
         self._streams: set[Identity] = set()
-        self._telling_time, self._told_s = Lock(), 0.0
+        self._time_lock, self._last_time_s = Lock(), 0.0
 
     @classmethod
     def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, patience_s: float = PATIENCE_S) -> StreamReader:
@@ -81,11 +81,11 @@ class StreamReader:
             raise _halted("stopped")
         if server.is_paused:
             raise _halted("paused")
-        with self._telling_time:
+        with self._time_lock:
             time_s = self.newest(requests.CLOCK).time_s
-            if time_s < self._told_s:
+            if time_s < self._last_time_s:
                 raise _halted("stopped")
-            self._told_s = time_s
+            self._last_time_s = time_s
         return time_s
 
     def start(self) -> None:
@@ -97,7 +97,7 @@ class StreamReader:
         """Stop the simulation and return when the server says that it has."""
         self.call(requests.STOP)
         self._await_state(lambda server: not server.is_running)
-        self._told_s = 0.0
+        self._last_time_s = 0.0
 
     def stream(self, request: Request[T]) -> T:
         """Have the answer sent again and again from now on; return the first one."""

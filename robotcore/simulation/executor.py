@@ -23,7 +23,7 @@ class SerialExecutor:
     the work goes on; the next piece of work begins when that is done.
 
     >>> work = SerialExecutor("doctest")
-    >>> work.do(lambda: 6 * 7)
+    >>> work.run(lambda: 6 * 7)
     42
     >>> work.close()
     """
@@ -33,13 +33,13 @@ class SerialExecutor:
         self._asking, self._is_closed = Lock(), False
         self._thread = start_thread(self._work, name)
 
-    def do(self, work: Callable[[], T]) -> T:
+    def run(self, work: Callable[[], T]) -> T:
         """Return what it returns, or raise what it raises. Any thread may ask; work may ask for more, done at once.
 
         After `close` whoever asks does it.
         """
         done = SimpleQueue[tuple[Any, BaseException | None]]()
-        if current_thread() is self._thread or not self._asked(lambda: done.put(_outcome_of(work))):
+        if current_thread() is self._thread or not self._submit(lambda: done.put(_outcome_of(work))):
             return work()
         value, failure = done.get()
         if failure is not None:
@@ -52,10 +52,10 @@ class SerialExecutor:
 
     def close(self) -> None:
         """Finish what was asked for, and end the thread. May be called again."""
-        self._asked(None)
+        self._submit(None)
         self._thread.join(CLOSING_S)
 
-    def _asked(self, task: Callable[[], None] | None) -> bool:
+    def _submit(self, task: Callable[[], None] | None) -> bool:
         """Ask for a task, None for the last; return whether there is a thread to do it."""
         with self._asking:
             if self._is_closed:

@@ -43,8 +43,8 @@ def compile_model(spec: MjSpec) -> MjModel:
     try:
         return spec.compile()
     except ValueError as error:
-        told = " ".join(str(error).removeprefix("Error: ").split())
-        raise BackendError(f"mujoco: {told}. Look at the masses and lengths in the descriptions") from error
+        text = " ".join(str(error).removeprefix("Error: ").split())
+        raise BackendError(f"mujoco: {text}. Look at the masses and lengths in the descriptions") from error
 
 
 def _set_options(spec: MjSpec, step: float) -> None:

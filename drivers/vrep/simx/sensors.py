@@ -57,8 +57,8 @@ def simxGetVisionSensorDepthBuffer(
 def simxReadVisionSensor(clientID: int, sensorHandle: int, operationMode: int) -> tuple[int, bool, list[list[float]]]:
     """Return the code, whether its filters have detected something, and the packets of numbers they give."""
     request = of_handle("read vision sensor", 0x1011, sensorHandle, _packets)
-    code, (detected, packets) = read(clientID, request, operationMode, (False, []))
-    return code, detected, packets
+    code, (detect, packets) = read(clientID, request, operationMode, (False, []))
+    return code, detect, packets
 
 
 def simxReadForceSensor(
@@ -91,9 +91,9 @@ def _bytes_of(image: Any) -> bytes:
 
 
 def _packets(data: memoryview) -> tuple[bool, list[list[float]]]:
-    detected, count = struct.unpack_from("<Bi", data)
+    detect, count = struct.unpack_from("<Bi", data)
     sizes = struct.unpack_from(f"<{max(count, 0)}i", data, 5)
-    return detected != 0, _cut(struct.unpack_from(f"<{sum(sizes)}f", data, 5 + 4 * len(sizes)), sizes)
+    return detect != 0, _cut(struct.unpack_from(f"<{sum(sizes)}f", data, 5 + 4 * len(sizes)), sizes)
 
 
 def _cut(values: Sequence[float], sizes: Sequence[int]) -> list[list[float]]:

@@ -51,8 +51,8 @@ def floats(count: int, offset: int = 0) -> Callable[[memoryview], Vector]:
 
 def read_proximity(data: memoryview) -> Proximity:
     """Return what a proximity sensor says."""
-    detected, *numbers = struct.unpack_from("<B3fi3f", data)
-    return Proximity(detected != 0, tuple(numbers[:3]), numbers[3], tuple(numbers[4:]))
+    detect, *numbers = struct.unpack_from("<B3fi3f", data)
+    return Proximity(detect != 0, tuple(numbers[:3]), numbers[3], tuple(numbers[4:]))
 
 
 def read_colour(data: memoryview) -> Pixels:

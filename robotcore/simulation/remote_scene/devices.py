@@ -85,7 +85,7 @@ class SceneRangeSensor(RangeSensor):
         return self._newest_at()
 
     def _sense(self, time: float, sequence: int) -> Range:
-        point = self._scene.detected(self._sensor)
+        point = self._scene.detect(self._sensor)
         distance = math.inf if point is None else math.hypot(*point)
         return Range(math.inf if distance > self.max_range else max(distance, self.min_range), time, sequence)
 
@@ -122,7 +122,7 @@ class SceneDisplay(Display):
     def __init__(self, name: str, scene: Scene, sensor: int) -> None:
         super().__init__(name)
         self._scene, self._sensor = scene, sensor
-        lens = scene.lens(sensor)
+        lens = scene.optics(sensor)
         self._size = (lens.width, lens.height)
 
     def _show(self, image: Image) -> None:

@@ -115,10 +115,10 @@ class Scene(ABC):
         """Return a joint's angle in radians; of one that turns round and round, between -π and π."""
 
     @abstractmethod
-    def detected(self, sensor: int) -> Point | None:
+    def detect(self, sensor: int) -> Point | None:
         """Return the point that a proximity sensor detects, in its own frame; None where it detects nothing."""
 
-    def blindness(self, sensor: int) -> str | None:
+    def why_unreliable(self, sensor: int) -> str | None:
         """Return why a proximity sensor cannot be believed where it detects nothing; None where it can.
 
         For servers that answer so although they do not look: the way would seem free. A sentence, and what to do. Asked
@@ -127,7 +127,7 @@ class Scene(ABC):
         return None
 
     @abstractmethod
-    def lens(self, sensor: int) -> CameraOptics:
+    def optics(self, sensor: int) -> CameraOptics:
         """Return how a vision sensor sees."""
 
     @abstractmethod

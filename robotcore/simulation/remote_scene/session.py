@@ -79,35 +79,35 @@ def open_in_scene(
     before it connects, UsageError where the rate does not fit the time step, and what `find_all` and `running` raise;
     what was opened by then is closed again.
     """
-    placed = read_bindings(setup.robot, section, setup.devices)
+    bound = read_bindings(setup.robot, section, setup.devices)
     with ExitStack() as undo:
         beneath = undo.enter_context(ExitStack())
         scene = connect()
         beneath.callback(scene.close)
-        found = find_all(setup.robot.name, placed, scene)
+        found = find_all(setup.robot.name, bound, scene)
         stepped = SteppedClock(setup.rate_hz, scene.advance, scene.time_step()) if is_stepped else None
         beneath.enter_context(keep_running(scene, owner))
-        for joint in _joints(placed, found).values():
+        for joint in _joints(bound, found).values():
             scene.set_joint_velocity(joint, 0.0)  # the scene, or whoever was here before, may have left it turning
         if stepped:
             scene.advance(1)  # before its first step a scene shows nothing
         clock = stepped or ServerClock(scene.time)
         undo.callback(clock.close)
-        joined = _DeviceOpener(setup.robot, scene, clock, {each.told.name: each.place for each in placed}, found)
+        joined = _DeviceOpener(setup.robot, scene, clock, {each.description.name: each.place for each in bound}, found)
         devices = []
-        for told in setup.chosen:
-            devices.append(device := joined.open(told))
+        for description in setup.chosen:
+            devices.append(device := joined.open(description))
             undo.callback(device.close)
         truth = _ground_truth(setup.robot, scene, found)
-        specs = cutoffs(_joints(placed, found))
+        specs = cutoffs(_joints(bound, found))
         robot = Robot(setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=specs)
         undo.pop_all()
     return robot
 
 
-def _joints(placed: Iterable[SceneBinding], found: Found) -> dict[str, int]:
+def _joints(bound: Iterable[SceneBinding], found: Found) -> dict[str, int]:
     """Return the joints of the motors."""
-    motors = (each.told.name for each in placed if isinstance(each.told, MotorDescription))
+    motors = (each.description.name for each in bound if isinstance(each.description, MotorDescription))
     return {name: joint.handle for name in motors if (joint := found[name])}
 
 
@@ -121,36 +121,36 @@ class _DeviceOpener:
     bindings: Mapping[str, ObjectBinding]
     found: Found
 
-    def open(self, told: SimulatedDevice) -> Device:
+    def open(self, description: SimulatedDevice) -> Device:
         """Open a device; a display that has no object is kept in memory."""
-        thing = self.found.get(told.name)
+        thing = self.found.get(description.name)
         if thing is None:
-            return MemoryDisplay(told.name)
-        if isinstance(told, MotorDescription):
-            return SceneMotor(told, self.scene, thing.handle, is_reversed=self._is_reversed(told))
-        if isinstance(told, EncoderDescription):
-            return self._encoder(told, thing.handle)
-        if isinstance(told, RangeSensorDescription):
-            return SceneRangeSensor(told, self.scene, thing.handle, self.clock)
-        if isinstance(told, CameraDescription):
-            return self._camera(told, thing.handle)
-        display: DisplayDescription = told  # of a new kind of device, the type checker tells
+            return MemoryDisplay(description.name)
+        if isinstance(description, MotorDescription):
+            return SceneMotor(description, self.scene, thing.handle, is_reversed=self._is_reversed(description))
+        if isinstance(description, EncoderDescription):
+            return self._encoder(description, thing.handle)
+        if isinstance(description, RangeSensorDescription):
+            return SceneRangeSensor(description, self.scene, thing.handle, self.clock)
+        if isinstance(description, CameraDescription):
+            return self._camera(description, thing.handle)
+        display: DisplayDescription = description  # of a new kind of device, the type checker tells
         return SceneDisplay(display.name, self.scene, thing.handle)
 
-    def _encoder(self, told: EncoderDescription, joint: int) -> SceneEncoder:
+    def _encoder(self, description: EncoderDescription, joint: int) -> SceneEncoder:
         limits = [motor.max_velocity_rad_s for motor in self.robot.all_of(MotorDescription)]
         quarter_turn_s = math.pi / 2 / max(limits, default=FASTEST_RAD_S)
-        is_reversed = self._is_reversed(told)
-        return SceneEncoder(told, self.scene, joint, self.clock, quarter_turn_s, is_reversed=is_reversed)
+        is_reversed = self._is_reversed(description)
+        return SceneEncoder(description, self.scene, joint, self.clock, quarter_turn_s, is_reversed=is_reversed)
 
-    def _camera(self, told: CameraDescription, sensor: int) -> SceneCamera:
-        place = self.bindings[told.name]
+    def _camera(self, description: CameraDescription, sensor: int) -> SceneCamera:
+        place = self.bindings[description.name]
         as_found = isinstance(place, CameraBinding) and place.as_found
-        intrinsics = intrinsics_of(told, self.scene.lens(sensor), as_found=as_found)
-        return SceneCamera(told.name, intrinsics, self.scene, sensor, self.clock)
+        intrinsics = intrinsics_of(description, self.scene.optics(sensor), as_found=as_found)
+        return SceneCamera(description.name, intrinsics, self.scene, sensor, self.clock)
 
-    def _is_reversed(self, told: SimulatedDevice) -> bool:
-        place = self.bindings[told.name]
+    def _is_reversed(self, description: SimulatedDevice) -> bool:
+        place = self.bindings[description.name]
         return isinstance(place, JointBinding) and place.reversed
 
 

@@ -20,15 +20,15 @@ def running(*options: str) -> Iterator[tuple[subprocess.Popen[str], int, int]]:
     command = [sys.executable, "-m", "tests.doubles.coppeliasim", "--zmq-port", "0", "--legacy-port", "0", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
-        told = re.fullmatch(r"coppeliasim double: zmq (\d+), legacy (\d+)\n", process.stdout.readline())
-        assert told
+        ports = re.fullmatch(r"coppeliasim double: zmq (\d+), legacy (\d+)\n", process.stdout.readline())
+        assert ports
         try:
-            yield process, int(told[1]), int(told[2])
+            yield process, int(ports[1]), int(ports[2])
         finally:
             process.kill()
 
 
-def test_it_serves_a_robot_in_a_drawn_world_until_it_is_told_to_end() -> None:
+def test_it_serves_a_robot_in_a_drawn_world_until_it_is_asked_to_end() -> None:
     with running("--robot", "rover", "--world", "arena", "--seed", "7", "--running") as (process, port, _):
         with talking(port, "one") as (client,):
             assert client.call("sim.getObject", "/rover/left_motor")["ret"][0] >= 0

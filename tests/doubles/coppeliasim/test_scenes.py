@@ -49,10 +49,10 @@ def test_its_camera_sees_what_the_kinematic_one_does() -> None:
     simulator = described_scene(ROVER, ARENA)
     driven(simulator, 0.0, 0.0, steps=1)
     eye = simulator.graph.find("/rover/eye")
-    told = ROVER.first_of(CameraDescription)
+    description = ROVER.first_of(CameraDescription)
     assert isinstance(eye, VisionSensor)
-    assert told
-    picture = Painter(ARENA).picture(View.of(told.intrinsics, told.mount, ARENA.start.pose))
+    assert description
+    picture = Painter(ARENA).picture(View.of(description.intrinsics, description.mount, ARENA.start.pose))
     off = np.abs(simulator.picture(eye)[::-1, :, ::-1].astype(int) - picture)
     assert (off > 1).mean() < 0.002
 

@@ -10,7 +10,7 @@ import zmq
 from robotcore.description import DisplayDescription, RobotDescription, load_robot
 
 
-class Babbling:
+class ScriptedServer:
     """Answers each message with what ``reply`` makes of it; a context manager."""
 
     def __init__(self, reply: Callable[[bytes], bytes]) -> None:
@@ -18,7 +18,7 @@ class Babbling:
         self._is_closing = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="babbling server", daemon=True)
 
-    def __enter__(self) -> Babbling:
+    def __enter__(self) -> ScriptedServer:
         self._context = zmq.Context()
         self._socket = self._context.socket(zmq.ROUTER)
         self._socket.linger = 0
@@ -42,6 +42,6 @@ class Babbling:
 def joined(name: str) -> RobotDescription:
     """Return a robot that is in the scene as the double's described scenes have it: devices by their own names."""
     robot = load_robot(name)
-    devices = [told.name for told in robot.devices if not isinstance(told, DisplayDescription)]
+    devices = [words.name for words in robot.devices if not isinstance(words, DisplayDescription)]
     section = {device: {"path": f"/{name}/{device.replace('encoder', 'motor')}"} for device in devices}
     return robot.model_copy(update={"backends": {"coppeliasim": section}})

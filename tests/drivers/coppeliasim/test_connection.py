@@ -25,7 +25,7 @@ from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scenes import default_scene
 from tests.doubles.coppeliasim.zmq import ZmqServer
-from tests.drivers.coppeliasim.servers import Babbling
+from tests.drivers.coppeliasim.servers import ScriptedServer
 
 ANSWER_S = 0.2
 BOUND_S = 5.0
@@ -34,13 +34,13 @@ BOUND_S = 5.0
 INFO = {"getObjectPosition": {"func": {}}, "handle_all": {"const": -2}}
 
 
-def told(reply: object) -> bytes:
+def encode(reply: object) -> bytes:
     return bytes(cbor.dumps(reply))
 
 
 def greeting(message: bytes) -> bytes:
     """Answer as CoppeliaSim does when a client comes."""
-    return told({"ret": [INFO] if cbor.loads(message)["func"].endswith("info") else {}})
+    return encode({"ret": [INFO] if cbor.loads(message)["func"].endswith("info") else {}})
 
 
 def connected(port: int) -> Connection:
@@ -54,8 +54,8 @@ def double() -> Iterator[Double]:
 
 
 @pytest.fixture(scope="module")
-def babbling() -> Iterator[Babbling]:
-    with Babbling(greeting) as server:
+def babbling() -> Iterator[ScriptedServer]:
+    with ScriptedServer(greeting) as server:
         yield server
 
 
@@ -74,7 +74,7 @@ def test_doctor_names_no_option_as_its_own() -> None:
     assert f"of robotcore run and check: the doctor looks at {address} alone" in finding.remedy
 
 
-def test_port_where_who_listens_says_nothing_is_told_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_port_where_who_listens_says_nothing_is_reported_to_iton(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.coppeliasim.connection.GREETING_S", ANSWER_S)
     with (
         socket.create_server(("127.0.0.1", 0)) as silent,
@@ -83,7 +83,7 @@ def test_port_where_who_listens_says_nothing_is_told_soon(monkeypatch: pytest.Mo
         connected(silent.getsockname()[1])
 
 
-def test_port_of_the_legacy_remote_api_is_told_with_its_backend(
+def test_port_of_the_legacy_remote_api_is_reported_with_its_backend(
     double: Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("drivers.coppeliasim.connection.GREETING_S", ANSWER_S)
@@ -99,33 +99,33 @@ def test_server_that_greets_and_does_not_answer_is_not_waited_for_for_ever(monke
             connected(port)
 
 
-def test_host_that_is_none_is_told() -> None:
+def test_host_that_is_none_is_reported() -> None:
     with pytest.raises(BackendError, match=r"nobody listens at no\.such\.host\.invalid:23000 \(\S+"):
         Connection.open(Address(host="no.such.host.invalid"), ANSWER_S)
 
 
-def test_first_protocol_is_told_from_its_answer() -> None:
-    old = told({"success": False, "error": "No such function: zmqRemoteApi.require"})
-    with Babbling(lambda _: old) as server, pytest.raises(BackendError, match=r"first protocol .* up to 4\.5"):
+def test_first_protocol_is_distinguished_from_its_answer() -> None:
+    old = encode({"success": False, "error": "No such function: zmqRemoteApi.require"})
+    with ScriptedServer(lambda _: old) as server, pytest.raises(BackendError, match=r"first protocol .* up to 4\.5"):
         connected(server.port)
 
 
-def test_server_that_lets_wait_and_wait_is_left_at_the_deadline(babbling: Babbling) -> None:
+def test_server_that_lets_wait_and_wait_is_left_at_the_deadline(babbling: ScriptedServer) -> None:
     babbling.reply = greeting
     connection = connected(babbling.port)
-    babbling.reply = lambda _: told({"func": "_*wait*_", "args": {}})
+    babbling.reply = lambda _: encode({"func": "_*wait*_", "args": {}})
     with pytest.raises(BackendError, match=r"has not answered sim\.step for 0\.2 s"):
         connection.call("sim.step")
     connection.close()
 
 
-def test_reply_that_names_a_function_of_the_program_runs_nothing(babbling: Babbling) -> None:
+def test_reply_that_names_a_function_of_the_program_runs_nothing(babbling: ScriptedServer) -> None:
     ran: list[int] = []
     sys.modules["__main__"].__dict__["victim"] = ran.append
     try:
         babbling.reply = greeting
         connection = connected(babbling.port)
-        babbling.reply = lambda _: told({"func": "victim", "args": [1]})
+        babbling.reply = lambda _: encode({"func": "victim", "args": [1]})
         with pytest.raises(BackendError, match="not CoppeliaSim's ZeroMQ remote API"):
             connection.call("sim.step")
         connection.close()
@@ -137,46 +137,46 @@ def test_reply_that_names_a_function_of_the_program_runs_nothing(babbling: Babbl
 @given(
     st.one_of(
         st.binary(max_size=40),
-        st.integers(0, 200).map(lambda cut: told({"ret": [INFO, "x" * 99]})[:cut]),
+        st.integers(0, 200).map(lambda cut: encode({"ret": [INFO, "x" * 99]})[:cut]),
         st.recursive(
             st.one_of(st.none(), st.integers(-(2**63), 2**63), st.floats(), st.text(max_size=5), st.binary(max_size=5)),
             lambda part: st.lists(part, max_size=4) | st.dictionaries(st.sampled_from(["ret", "func", "args"]), part),
             max_leaves=8,
-        ).map(told),
+        ).map(encode),
     )
 )
 @settings(max_examples=150, deadline=None)
 def test_random_and_cut_replies_are_a_named_error_or_an_answer_and_never_a_hang(
-    babbling: Babbling, reply: bytes
+    babbling: ScriptedServer, reply: bytes
 ) -> None:
     babbling.reply = greeting
     clock = MonotonicClock()
     connection = connected(babbling.port)
     babbling.reply = lambda _: reply
     try:
-        connection.told(float, "getObjectPosition", 1)
+        connection.call_as(float, "getObjectPosition", 1)
     except BackendError as error:
         assert str(error).startswith("coppeliasim: 127.0.0.1:")  # noqa: PT017  an answer that is one is fine too
     connection.close()
     assert clock.now() < BOUND_S
 
 
-def test_server_side_error_is_told_in_its_words_and_ends_nothing(double: Double) -> None:
+def test_server_side_error_is_reported_in_its_words_and_ends_nothing(double: Double) -> None:
     connection = connected(double.zmq_port)
     with pytest.raises(RefusedError, match=r"refused sim\.getObjectPosition: 354: .*object does not exist"):
         connection.sim("getObjectPosition", 999999)
-    assert connection.told(int, "getSimulationState") == 0
+    assert connection.call_as(int, "getSimulationState") == 0
     connection.close()
 
 
-def test_lacking_function_is_named_and_an_older_name_is_taken(babbling: Babbling) -> None:
+def test_lacking_function_is_named_and_an_older_name_is_taken(babbling: ScriptedServer) -> None:
     asked: list[tuple[str, list[Any]]] = []
 
     def old(message: bytes) -> bytes:
         request = cbor.loads(message)
         asked.append((request["func"], request["args"]))
         info = {**INFO, "createPureShape": {"func": {}}, "setJointMaxForce": {"func": {}}}
-        return told({"ret": [info] if request["func"].endswith("info") else [7]})
+        return encode({"ret": [info] if request["func"].endswith("info") else [7]})
 
     babbling.reply = old
     connection = connected(babbling.port)
@@ -202,7 +202,7 @@ def test_answer_that_is_there_counts_though_this_program_was_held_up(
         clock.sleep_until(clock.now() + 2 * ANSWER_S)
 
     monkeypatch.setattr(Client, "_send", held_up)
-    assert connection.told(int, "getSimulationState") == 0
+    assert connection.call_as(int, "getSimulationState") == 0
     monkeypatch.undo()
     connection.close()
 
@@ -221,7 +221,7 @@ def test_ctrl_c_is_heard_soon_where_a_server_hangs_that_may_take_long(monkeypatc
 
 def test_client_that_nobody_closed_holds_up_no_exit(double: Double) -> None:
     client = Client("127.0.0.1", double.zmq_port, 5.0)
-    client.notice_hang_ups()
+    client.watch_disconnects()
     client.__del__()
     assert client.context.closed
 

@@ -38,7 +38,7 @@ def port(simulator: Simulator) -> Iterator[int]:
 
 def setup_on(port: int, world: str = "arena", **options: Any) -> Setup:
     robot = load_robot("rover")
-    names = frozenset(told.name for told in robot.devices)
+    names = frozenset(words.name for words in robot.devices)
     return Setup(robot, load_world(world), names, options={"port": port, **options})
 
 
@@ -182,12 +182,12 @@ def test_what_somebody_has_added_since_a_program_was_killed_stays(simulator: Sim
 def cut_off_in_building(port: int, *made: str) -> None:
     """Leave a scene as a program does that is killed when these have no parent yet."""
     connection = Connection.open(Address(port=port), 5.0)
-    workshop = SceneBuilder(connection)
-    root = workshop.dummy("arena")
-    workshop.mark(root, NO_UNDO)
-    begin_building(workshop, root)
+    builder = SceneBuilder(connection)
+    root = builder.dummy("arena")
+    builder.mark(root, NO_UNDO)
+    begin_building(builder, root)
     for alias in made:
-        workshop.shape("spheroid", (0.1,) * 3, Placement(0.0, 0.0, 1.0), (9, 9, 9), CollisionMask.THING, alias)
+        builder.shape("spheroid", (0.1,) * 3, Placement(0.0, 0.0, 1.0), (9, 9, 9), CollisionMask.THING, alias)
     connection.close()
 
 
@@ -261,7 +261,7 @@ def test_robot_that_is_built_is_looked_for_in_no_scene() -> None:
         list(CoppeliaSimBackend().inspect_scene(setup))
 
 
-def test_scene_that_is_somebodys_is_told_with_robots_that_join_one() -> None:
+def test_scene_that_is_somebodys_is_reported_with_robots_that_join_one() -> None:
     with (
         Double(bubblerob_scene()) as double,
         pytest.raises(BackendError, match=r"as bubblerob and lookout"),

@@ -119,7 +119,7 @@ def test_a_simulation_that_went_wrong_says_so_and_does_not_begin_anew(
         simulation.truth.pose()
 
 
-def told() -> str:
+def run_program() -> str:
     """Return all that a robot tells after two seconds in which it bumped into something."""
     with MujocoBackend().open(setup(world(box(0.5, yaw=0.4), ball(0.3, 0.5)))) as robot:
         drive(robot, 5.0, 7.3, 2.0)
@@ -128,9 +128,9 @@ def told() -> str:
 
 
 def test_another_process_comes_to_the_very_same_and_prints_nothing_of_its_own() -> None:
-    program = f"from {__name__} import told; print(told())"
+    program = f"from {__name__} import run_program; print(run_program())"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == f"{told()}\n"
+    assert done.stdout == f"{run_program()}\n"
     assert done.stderr == ""
 
 
@@ -147,13 +147,13 @@ pytest.importorskip("mujoco")
 @pytest.mark.parametrize(
     "command", [("run", "avoid-obstacles", "--backend", "mujoco"), ("export", "rover", "--format", "mjcf")]
 )
-def test_an_opengl_that_mujoco_does_not_know_is_told_in_a_line(command: tuple[str, ...]) -> None:
+def test_an_opengl_that_mujoco_does_not_know_is_reported_in_a_line(command: tuple[str, ...]) -> None:
     environment = {**os.environ, "MUJOCO_GL": "crayon"}
-    told = subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-m", "robotcore", *command], env=environment, capture_output=True, text=True, check=False
     )
-    assert (told.returncode, told.stdout) == (3, "")
-    assert told.stderr == (
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr == (
         "error: MuJoCo cannot be imported: invalid value for environment variable MUJOCO_GL: crayon. "
         "Unset MUJOCO_GL, which is 'crayon': what works is found\n"
     )
@@ -166,7 +166,9 @@ def test_without_the_library_nothing_opens_and_it_says_what_to_install(monkeypat
 
 
 @pytest.mark.parametrize("version", ["3.4.0", "2.10.1"])
-def test_a_library_that_is_too_old_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch, version: str) -> None:
+def test_a_library_that_is_too_old_is_reported_with_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, version: str
+) -> None:
     monkeypatch.setattr(mujoco, "__version__", version)
     with pytest.raises(BackendMissingError, match=rf"MuJoCo {version} is too old.*pip install --upgrade"):
         MujocoBackend().require_installed()

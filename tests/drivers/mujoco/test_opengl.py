@@ -119,8 +119,8 @@ print(robot.camera.read().image.sum())
 
 def printed(more: str = "", **environment: str) -> str:
     """Return what a program of its own prints that leaves its robot open; it complains of nothing."""
-    command, told = [sys.executable, "-W", "error", "-c", PROGRAM + more], {**os.environ, **environment}
-    done = subprocess.run(command, capture_output=True, text=True, env=told, check=False)
+    command, environment_ = [sys.executable, "-W", "error", "-c", PROGRAM + more], {**os.environ, **environment}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment_, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout
 
@@ -135,10 +135,10 @@ def test_a_program_that_draws_itself_finds_its_environment_and_pyopengl_untouche
     printed("assert not {'MUJOCO_GL', 'PYOPENGL_PLATFORM'} & set(os.environ) and 'OpenGL' not in sys.modules")
 
 
-def test_a_way_that_mujoco_itself_stumbles_over_is_told_in_one_line() -> None:
-    told = {**os.environ, "MUJOCO_GL": "eggs"}
+def test_a_way_that_mujoco_itself_stumbles_over_is_reported_in_one_line() -> None:
+    environment_ = {**os.environ, "MUJOCO_GL": "eggs"}
     command = [sys.executable, "-c", PROGRAM]
-    done = subprocess.run(command, capture_output=True, text=True, env=told, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment_, check=False)
     assert done.stderr.splitlines()[-1].endswith("Unset MUJOCO_GL, which is 'eggs': what works is found")
 
 
@@ -178,6 +178,6 @@ except DeviceGroupError as refused:
 @needs_egl
 @needs_osmesa
 def test_beside_another_opengl_osmesa_says_what_to_set() -> None:
-    told = printed(AFTER_ANOTHER, MUJOCO_GL="egl")
-    assert "eye: MuJoCo cannot draw by osmesa: " in told
-    assert told.endswith("Where the program has a window or a renderer of its own, set MUJOCO_GL=osmesa\n")
+    environment_ = printed(AFTER_ANOTHER, MUJOCO_GL="egl")
+    assert "eye: MuJoCo cannot draw by osmesa: " in environment_
+    assert environment_.endswith("Where the program has a window or a renderer of its own, set MUJOCO_GL=osmesa\n")

@@ -37,7 +37,7 @@ class TestDriving(driving.Driving):
 )
 def test_it_climbs_nothing_that_it_is_driven_against(thing: Thing) -> None:
     simulation = Simulation(setup(world(thing)), world(thing))
-    motors = [simulation.open(told) for told in ROVER.all_of(MotorDescription)]
+    motors = [simulation.open(words) for words in ROVER.all_of(MotorDescription)]
     for motor in motors:
         assert isinstance(motor, Motor)
         motor.set_velocity(12.0)

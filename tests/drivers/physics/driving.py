@@ -89,14 +89,14 @@ class Driving(OnAnEngine):
         assert (left, right) == pytest.approx((6.0, -6.0), abs=0.02)
 
     def test_encoders_of_a_robot_that_stands_tell_no_turn(self) -> None:
-        told = set()
+        angles = set()
         with self.opened() as robot:
             encoder = robot["left_encoder"]
             assert isinstance(encoder, Encoder)
             for tick in range(20):
                 robot.clock.sleep_until(tick / 20)
-                told.add(encoder.read().angle)
-        assert told == {0.0}
+                angles.add(encoder.read().angle)
+        assert angles == {0.0}
 
     @pytest.mark.parametrize("thing", [box(0.5), post(0.5), ball(0.5)], ids=["box", "post", "ball"])
     def test_a_touch_counts_once_while_it_lasts_and_anew_after_drawing_back(self, thing: Thing) -> None:

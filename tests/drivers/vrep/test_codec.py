@@ -146,7 +146,7 @@ def test_a_version_that_is_not_known_is_refused(version: int) -> None:
 
 
 @given(st.data())
-def test_a_message_that_is_cut_or_changed_is_understood_or_told_of(data: st.DataObject) -> None:
+def test_a_message_that_is_cut_or_changed_is_understood_or_reported(data: st.DataObject) -> None:
     message = bytearray(encode_message(3, 4, [JOINT.encoded(), requests.object_handle("/a").encoded()]))
     message[:2] = b"\0\0"
     for at in data.draw(st.lists(st.integers(0, len(message) - 1), max_size=4)):
@@ -171,11 +171,11 @@ def test_an_answer_in_pieces_is_whole_when_its_last_piece_has_come() -> None:
 
 
 @given(st.binary(max_size=60), st.sampled_from([requests.colour_image(1), requests.proximity(1), requests.LAST_ERRORS]))
-def test_an_answer_of_any_bytes_is_a_value_or_told_of(data: bytes, request_: Request[object]) -> None:
+def test_an_answer_of_any_bytes_is_a_value_or_reported(data: bytes, request_: Request[object]) -> None:
     with suppress(GarbledReplyError):
         request_.read(Piece(1, b"", 0, 0, False, memoryview(data)))
 
 
-def test_a_request_that_failed_is_told_of_with_what_was_asked() -> None:
+def test_a_request_that_failed_is_reported_with_what_was_asked() -> None:
     with pytest.raises(RefusedError, match="refused to find '/nope'"):
         requests.object_handle("/nope").read(Piece(1, b"", 0, 0, True, memoryview(b"")))

@@ -106,7 +106,7 @@ def test_numbers_of_numpy_go_as_plain_ones(number: float, connection: Connection
     assert target_of(simulator, LEFT) == 2.5
 
 
-def test_what_the_simulator_refuses_is_told_by_the_call_that_learns_of_it(stepped: Connection) -> None:
+def test_what_the_simulator_refuses_is_reported_by_the_call_that_learns_of_it(stepped: Connection) -> None:
     with pytest.raises(RefusedError, match=f"drive joint {NOBODY}"):
         stepped.call(requests.joint_target_velocity(NOBODY, 1.0))
     with pytest.raises(RefusedError, match=f"tell the position of joint {NOBODY}"):
@@ -142,7 +142,7 @@ def test_stop_returns_when_it_has_stopped_and_start_when_it_runs_again(stepped: 
     assert stepped.step().time_s == pytest.approx(0.05)
 
 
-def test_a_simulator_that_answers_and_does_nothing_is_told_of_in_time(
+def test_a_simulator_that_answers_and_does_nothing_is_reported_in_time(
     server: LegacyServer, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with Connection.to("127.0.0.1", server.port, 0.5) as connection:
@@ -228,7 +228,7 @@ def test_a_trigger_of_an_earlier_step_begins_none(answers: PendingRequests) -> N
     assert not answers.are_complete
 
 
-def test_a_trigger_that_is_refused_is_told(answers: PendingRequests) -> None:
+def test_a_trigger_that_is_refused_is_reported(answers: PendingRequests) -> None:
     with pytest.raises(SimulationHaltedError, match="takes no step"):
         answers.take(server(5), [piece(requests.TRIGGER, 0, failed=True)])
 
@@ -240,8 +240,8 @@ def test_without_a_trigger_the_first_answer_counts() -> None:
     assert answers.are_complete
 
 
-@pytest.mark.parametrize("state, told", [(0, "was stopped"), (PAUSED, "is paused")])
-def test_a_simulation_that_halts_before_the_step_is_told(state: int, told: str, answers: PendingRequests) -> None:
+@pytest.mark.parametrize("state, words", [(0, "was stopped"), (PAUSED, "is paused")])
+def test_a_simulation_that_halts_before_the_step_is_reported(state: int, words: str, answers: PendingRequests) -> None:
     answers.take(server(5), [piece(requests.TRIGGER, 100)])
-    with pytest.raises(SimulationHaltedError, match=told):
+    with pytest.raises(SimulationHaltedError, match=words):
         answers.take(server(6, state), [])

@@ -18,7 +18,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
-from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
+from tests.doubles.coppeliasim.legacy.faults import CutReplies, DropConnection, Fault, Hang, SendGarbage
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
@@ -59,7 +59,7 @@ def drive(port: int, *observers: Once, robot: str = "rover", duration_s: float =
     return result
 
 
-def test_dead_server_is_told_with_what_to_do(server: LegacyServer) -> None:
+def test_dead_server_is_reported_with_what_to_do(server: LegacyServer) -> None:
     port = server.port
     server.close()
     result = drive(port)
@@ -72,10 +72,10 @@ def test_dead_server_is_told_with_what_to_do(server: LegacyServer) -> None:
 @pytest.mark.parametrize(
     "fault, named",
     [
-        (Dies, "is gone"),
-        (Hangs, "has not answered"),
-        (partial(Cuts, 3), "has not answered"),
-        (partial(Babbles, b"HTTP/1.1 400 Bad Request\r\n\r\n"), "no reply of the legacy remote API"),
+        (DropConnection, "is gone"),
+        (Hang, "has not answered"),
+        (partial(CutReplies, 3), "has not answered"),
+        (partial(SendGarbage, b"HTTP/1.1 400 Bad Request\r\n\r\n"), "no reply of the legacy remote API"),
     ],
     ids=["dies", "hangs", "cuts", "babbles"],
 )
@@ -114,7 +114,7 @@ def test_simulation_that_somebody_halts_ends_the_run_by_name(
     assert f"the simulation was {named}" in result.reason
 
 
-def test_two_apps_on_one_port_are_told_apart(server: LegacyServer) -> None:
+def test_two_apps_on_one_port_are_distinguished(server: LegacyServer) -> None:
     second: list[RunResult] = []
     first = drive(server.port, Once(lambda: second.append(drive(server.port))), duration_s=0.5)
     assert first.outcome is Outcome.SUCCESS

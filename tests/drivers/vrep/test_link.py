@@ -27,7 +27,7 @@ from drivers.vrep.wire.messages import encode_message, encode_packets
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
-from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Fault, Hangs
+from tests.doubles.coppeliasim.legacy.faults import CutReplies, DropConnection, Fault, Hang, SendGarbage
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.legacy.service import Service
 from tests.doubles.coppeliasim.scenes import default_scene
@@ -83,13 +83,13 @@ def test_a_server_that_listens_a_little_later_is_found(connect: Callable[..., An
         services.pop().close()
 
 
-def test_a_name_that_no_machine_has_is_told_as_well() -> None:
+def test_a_name_that_no_machine_has_is_reported_as_well() -> None:
     with pytest.raises(NobodyListensError, match=r"robot\.invalid"):
         Link.to("robot.invalid", 19997)
 
 
 @pytest.mark.parametrize("connect", ENDS)
-def test_a_second_program_on_a_port_is_told_of_the_first(connect: Callable[..., object], server: LegacyServer) -> None:
+def test_a_second_program_on_a_port_is_reported_the_first(connect: Callable[..., object], server: LegacyServer) -> None:
     with (
         Connection.to("127.0.0.1", server.port),
         pytest.raises(ServerHangsError, match="one program at a time: end the other one"),
@@ -97,7 +97,7 @@ def test_a_second_program_on_a_port_is_told_of_the_first(connect: Callable[..., 
         connect("127.0.0.1", server.port, SHORT_S)
 
 
-def test_one_that_the_server_hangs_up_on_at_once_is_told_of_the_first_as_well() -> None:
+def test_one_that_the_server_hangs_up_on_at_once_is_reported_the_first_as_well() -> None:
     with answering(b"") as port, pytest.raises(ServerLostError, match="one program at a time: end the other one"):
         Connection.to("127.0.0.1", port, patience_s=0.0)
 
@@ -125,11 +125,11 @@ def test_server_that_hangs_up_once_after_another_program_has_left_is_tried_again
 @pytest.mark.parametrize(
     "fault, kind",
     [
-        (Dies(), ServerLostError),
-        (Dies(10), ServerLostError),
-        (Hangs(), ServerHangsError),
-        (Cuts(5), ServerHangsError),
-        (Babbles(b"HTTP/1.1 400 Bad Request\r\n\r\n"), GarbledReplyError),
+        (DropConnection(), ServerLostError),
+        (DropConnection(10), ServerLostError),
+        (Hang(), ServerHangsError),
+        (CutReplies(5), ServerHangsError),
+        (SendGarbage(b"HTTP/1.1 400 Bad Request\r\n\r\n"), GarbledReplyError),
     ],
     ids=["killed", "killed in a reply", "hung", "cut", "another server"],
 )
@@ -172,7 +172,7 @@ def test_a_reply_that_trickles_in_does_not_outlast_the_time_out() -> None:
         thread.join()
 
 
-def test_port_of_the_zeromq_remote_api_is_told_with_its_backend() -> None:
+def test_port_of_the_zeromq_remote_api_is_reported_with_its_backend() -> None:
     with Double(default_scene()) as double, pytest.raises(GarbledReplyError, match="which is --backend coppeliasim"):
         Connection.to("127.0.0.1", double.zmq_port, LONGER_S)
 

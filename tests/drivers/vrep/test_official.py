@@ -60,23 +60,24 @@ def test_the_constants_are_those_of_the_same_folder(tmp_path: Path, library: Pat
 
 
 @pytest.mark.parametrize(
-    "missing, told", [("sim.py", r"no sim\.py or vrep\.py"), ("simConst.py", r"needs simConst\.py"), (LIBRARY, LIBRARY)]
+    "missing, words",
+    [("sim.py", r"no sim\.py or vrep\.py"), ("simConst.py", r"needs simConst\.py"), (LIBRARY, LIBRARY)],
 )
-def test_what_is_missing_is_named(missing: str, told: str, tmp_path: Path, library: Path) -> None:
+def test_what_is_missing_is_named(missing: str, words: str, tmp_path: Path, library: Path) -> None:
     (folder_with(tmp_path, library) / missing).unlink()
-    with pytest.raises(BackendMissingError, match=f"binding: .*{told}.*takes the folder"):
+    with pytest.raises(BackendMissingError, match=f"binding: .*{words}.*takes the folder"):
         load_binding(tmp_path)
 
 
-def test_a_library_of_another_system_is_told(tmp_path: Path, library: Path) -> None:
+def test_a_library_of_another_system_is_reported(tmp_path: Path, library: Path) -> None:
     (folder_with(tmp_path, library) / LIBRARY).write_bytes(b"MZ not for here")
     with pytest.raises(BackendMissingError, match=r"cannot be loaded.*for this system and processor"):
         load_binding(tmp_path)
 
 
-@pytest.mark.parametrize("text, told", [("print 'Python 2'\n", "cannot be imported"), ("x = 1\n", "no simxStart")])
-def test_a_module_that_is_no_binding_is_told(text: str, told: str, tmp_path: Path, library: Path) -> None:
-    with pytest.raises(BackendMissingError, match=told):
+@pytest.mark.parametrize("text, words", [("print 'Python 2'\n", "cannot be imported"), ("x = 1\n", "no simxStart")])
+def test_a_module_that_is_no_binding_is_reported(text: str, words: str, tmp_path: Path, library: Path) -> None:
+    with pytest.raises(BackendMissingError, match=words):
         load_binding(folder_with(tmp_path, library, text=text))
 
 
@@ -104,13 +105,13 @@ def test_step_over_a_binding_is_a_step() -> None:
     assert (result.ticks, result.sim_time_s) == (21, 1.0)
 
 
-def test_port_on_which_nobody_listens_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_port_on_which_nobody_listens_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simx, "simxStart", lambda *_: -1)
     result = run_over_it(arena("rover", 3), "avoid-obstacles")
     assert (result.exit_status, "nobody answers at 127.0.0.1" in result.reason) == (3, True)
 
 
-def test_folder_without_a_binding_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folder_without_a_binding_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     result = run_over_it(arena("rover", 3), "avoid-obstacles")
     assert (result.exit_status, "there is no sim.py or vrep.py in" in result.reason) == (3, True)

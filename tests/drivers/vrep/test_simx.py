@@ -10,7 +10,7 @@ import pytest
 
 from drivers.vrep import simx
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.doubles.coppeliasim.legacy.faults import Babbles, Hangs
+from tests.doubles.coppeliasim.legacy.faults import Hang, SendGarbage
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import Joint, VisionSensor
@@ -61,7 +61,7 @@ def test_without_a_server_no_client_starts(unused_port: int) -> None:
 
 
 @pytest.mark.parametrize("client", [-1, 0, 300])
-def test_a_client_that_was_not_started_is_told_by_a_code(client: int) -> None:
+def test_a_client_that_was_not_started_is_reported_by_a_code(client: int) -> None:
     assert simx.simxGetJointPosition(client, 1, WAIT) == (64, 0.0)
     assert simx.simxSetJointTargetVelocity(client, 1, 1.0, WAIT) == 64
     assert simx.simxGetVisionSensorImage(client, 1, 0, WAIT) == (64, [], [])
@@ -142,7 +142,7 @@ def test_what_is_sent_while_communication_is_paused_goes_out_in_one_message(clie
     wait_for(lambda: target(simulator) == 2.0)
 
 
-def test_wheels_that_were_told_to_stop_stop_although_the_script_ends(client: int, simulator: Simulator) -> None:
+def test_wheels_that_were_asked_to_stop_stop_although_the_script_ends(client: int, simulator: Simulator) -> None:
     simx.simxSetJointTargetVelocity(client, LEFT, 3.0, WAIT)
     simx.simxSetJointTargetVelocity(client, LEFT, 0.0, simx.simx_opmode_oneshot)
     simx.simxFinish(client)
@@ -155,7 +155,7 @@ def test_a_server_that_fails_gives_codes_and_no_exceptions(mode: str, server: Le
     if mode == "is gone":
         server.service.hang_up()
     else:
-        server.service.fail(Hangs() if mode == "hangs" else Babbles(b"?" * 100))
+        server.service.fail(Hang() if mode == "hangs" else SendGarbage(b"?" * 100))
     assert simx.simxGetJointPosition(client, LEFT, WAIT) == (3, 0.0)
     assert simx.simxGetJointPosition(client, LEFT, simx.simx_opmode_oneshot) == (1, 0.0)
     server.service.fail(None)

@@ -16,7 +16,7 @@ from drivers.vrep.wire.errors import (
     SimulationHaltedError,
 )
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.doubles.coppeliasim.legacy.faults import Hangs
+from tests.doubles.coppeliasim.legacy.faults import Hang
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
@@ -72,23 +72,23 @@ def test_what_is_streamed_can_be_asked_for_without_ending_its_stream(following: 
     wait_for(lambda: following.newest(requests.joint_position(LEFT)).time_s > before)
 
 
-def test_what_the_simulator_refuses_is_told(following: StreamReader) -> None:
+def test_what_the_simulator_refuses_is_reported(following: StreamReader) -> None:
     with pytest.raises(RefusedError, match="find '/nope'"):
         following.call(requests.object_handle("/nope"))
     with pytest.raises(RefusedError, match="position of joint 99999"):
         following.stream(requests.joint_position(99999))
 
-    def is_told() -> bool:
+    def is_reported() -> bool:
         try:
             following.set(requests.joint_target_velocity(99999, 1.0))
         except RefusedError:
             return True
         return False
 
-    wait_for(is_told)
+    wait_for(is_reported)
 
 
-def test_a_server_that_is_gone_is_told_of_by_everything(following: StreamReader, server: LegacyServer) -> None:
+def test_a_server_that_is_gone_is_reported_by_everything(following: StreamReader, server: LegacyServer) -> None:
     server.service.hang_up()
     assert isinstance(error_of(following), ServerLostError)
     with pytest.raises(ServerLostError):
@@ -97,14 +97,14 @@ def test_a_server_that_is_gone_is_told_of_by_everything(following: StreamReader,
         following.call(requests.object_handle("/rover"))
 
 
-def test_a_server_that_hangs_is_told_of_in_time(following: StreamReader, server: LegacyServer) -> None:
-    hang = Hangs()
+def test_a_server_that_hangs_is_reported_in_time(following: StreamReader, server: LegacyServer) -> None:
+    hang = Hang()
     server.service.fail(hang)
     assert isinstance(error_of(following), ServerHangsError)
     hang.release()
 
 
-def test_a_simulator_that_answers_and_does_nothing_is_told_of(
+def test_a_simulator_that_answers_and_does_nothing_is_reported(
     following: StreamReader, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tests.doubles.coppeliasim.legacy.client.Client.turn", lambda _: None)
@@ -125,7 +125,7 @@ def test_a_simulation_that_is_stopped_has_no_time(following: StreamReader, simul
     assert isinstance(error_of(following), SimulationHaltedError)
 
 
-def test_simulation_that_was_stopped_and_started_again_unseen_is_told_of_and_not_waited_for(
+def test_simulation_that_was_stopped_and_started_again_unseen_is_reported_and_not_waited_for(
     following: StreamReader, simulator: Simulator
 ) -> None:
     wait_for(lambda: following.time_s > 0.3)

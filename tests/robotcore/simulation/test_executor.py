@@ -32,19 +32,19 @@ def test_signal_interrupts_who_waits_and_what_is_asked_next_comes_after_the_work
         done.append("talk")
 
     with pytest.raises(KeyboardInterrupt):
-        work.do(talk)
-    work.do(lambda: done.append("stop"))
+        work.run(talk)
+    work.run(lambda: done.append("stop"))
     assert done == ["talk", "stop"]
 
 
 def test_what_fails_fails_where_it_was_asked_for(work: SerialExecutor) -> None:
     with pytest.raises(ZeroDivisionError):
-        work.do(lambda: 1 / 0)
-    assert work.do(lambda: 1) == 1
+        work.run(lambda: 1 / 0)
+    assert work.run(lambda: 1) == 1
 
 
 def test_work_may_ask_for_more(work: SerialExecutor) -> None:
-    assert work.do(lambda: work.do(lambda: 1) + 1) == 2
+    assert work.run(lambda: work.run(lambda: 1) + 1) == 2
 
 
 def test_close_ends_the_thread_and_leaves_the_work_to_who_asks(work: SerialExecutor) -> None:
@@ -52,7 +52,7 @@ def test_close_ends_the_thread_and_leaves_the_work_to_who_asks(work: SerialExecu
     work.close()
     work.close()
     assert threading.active_count() == before - 1
-    assert work.do(threading.current_thread) is threading.current_thread()
+    assert work.run(threading.current_thread) is threading.current_thread()
 
 
 def test_a_sample_is_taken_when_it_is_read_and_once_an_instant() -> None:

@@ -36,7 +36,7 @@ def opened(
 ) -> Robot:
     """Open a robot, by default the rover, with all its devices where none is named."""
     described = robot or load_robot("rover")
-    names = frozenset(devices or (told.name for told in described.devices))
+    names = frozenset(devices or (words.name for words in described.devices))
     return CoppeliaSimBackend().open(Setup(described, world, names, rate_hz, options=options(**more)))
 
 

@@ -30,35 +30,35 @@ RESOLUTION = struct.calcsize("<2i")
 Message = tuple[Header, list[Command]]
 
 
-def differences(recorded: Message, told: Message, time_ms: int = TIME_MS) -> list[str]:
+def differences(recorded: Message, reply: Message, time_ms: int = TIME_MS) -> list[str]:
     """Return what is different, a line each; nothing where the double's reply is as good as the real one's."""
-    return [*_in_headers(recorded[0], told[0]), *_in_commands(recorded[1], told[1], time_ms)]
+    return [*_in_headers(recorded[0], reply[0]), *_in_commands(recorded[1], reply[1], time_ms)]
 
 
-def _in_headers(recorded: Header, told: Header) -> Iterator[str]:
+def _in_headers(recorded: Header, reply: Header) -> Iterator[str]:
     for name in ("scene", "state"):
-        if getattr(recorded, name) != getattr(told, name):
-            yield f"header: {name} {getattr(told, name)}, recorded {getattr(recorded, name)}"
+        if getattr(recorded, name) != getattr(reply, name):
+            yield f"header: {name} {getattr(reply, name)}, recorded {getattr(recorded, name)}"
 
 
-def _in_commands(recorded: list[Command], told: list[Command], time_ms: int) -> Iterator[str]:
-    for one, other in zip_longest(recorded, told):
+def _in_commands(recorded: list[Command], reply: list[Command], time_ms: int) -> Iterator[str]:
+    for one, other in zip_longest(recorded, reply):
         if one is None or other is None:
-            yield f"commands: {told}, recorded {recorded}"
+            yield f"commands: {reply}, recorded {recorded}"
             return
         yield from _in_command(one, other, time_ms)
 
 
-def _in_command(recorded: Command, told: Command, time_ms: int) -> Iterator[str]:
+def _in_command(recorded: Command, reply: Command, time_ms: int) -> Iterator[str]:
     for name in ("code", "mode", "identity", "delay_ms", "status"):
-        if getattr(recorded, name) != getattr(told, name):
-            yield f"command {recorded.code}: {name} {getattr(told, name)}, recorded {getattr(recorded, name)}"
-    if abs(recorded.sim_ms - told.sim_ms) > time_ms:
-        yield f"command {recorded.code}: at {told.sim_ms} ms, recorded {recorded.sim_ms} ms"
-    if len(recorded.data) != len(told.data):
-        yield f"command {recorded.code}: {len(told.data)} bytes of data, recorded {len(recorded.data)}"
-    elif not CLOSE.get(recorded.code, _equal)(recorded.data, told.data):
-        yield f"command {recorded.code}: {told.data.hex()}, recorded {recorded.data.hex()}"
+        if getattr(recorded, name) != getattr(reply, name):
+            yield f"command {recorded.code}: {name} {getattr(reply, name)}, recorded {getattr(recorded, name)}"
+    if abs(recorded.sim_ms - reply.sim_ms) > time_ms:
+        yield f"command {recorded.code}: at {reply.sim_ms} ms, recorded {recorded.sim_ms} ms"
+    if len(recorded.data) != len(reply.data):
+        yield f"command {recorded.code}: {len(reply.data)} bytes of data, recorded {len(recorded.data)}"
+    elif not CLOSE.get(recorded.code, _equal)(recorded.data, reply.data):
+        yield f"command {recorded.code}: {reply.data.hex()}, recorded {recorded.data.hex()}"
 
 
 def _equal(one: bytes, other: bytes) -> bool:

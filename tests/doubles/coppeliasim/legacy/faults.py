@@ -20,7 +20,7 @@ class Fault(Protocol):
 
 
 @dataclass
-class Hangs:
+class Hang:
     """Sends nothing, and does nothing else, until it is released; the connection stays open."""
 
     released: threading.Event = field(default_factory=threading.Event)
@@ -35,7 +35,7 @@ class Hangs:
 
 
 @dataclass(frozen=True)
-class Dies:
+class DropConnection:
     """Sends so many bytes of an answer, then is gone."""
 
     sent: int = 0
@@ -46,7 +46,7 @@ class Dies:
 
 
 @dataclass(frozen=True)
-class Cuts:
+class CutReplies:
     """Sends so many bytes of every answer, and goes on as if that were all."""
 
     sent: int
@@ -56,7 +56,7 @@ class Cuts:
 
 
 @dataclass(frozen=True)
-class Babbles:
+class SendGarbage:
     """Sends these bytes in place of every answer."""
 
     what: bytes

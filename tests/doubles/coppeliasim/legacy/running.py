@@ -70,8 +70,8 @@ class Running:
 
     def last_errors(self, command: Command) -> bytes:
         """Return how many there are and their texts, each with its zero, and forget them."""
-        told = b"".join(error.encode() + b"\0" for error in self._errors)
-        answer = INT.pack(len(self._errors)) + told
+        texts = b"".join(error.encode() + b"\0" for error in self._errors)
+        answer = INT.pack(len(self._errors)) + texts
         self._errors.clear()
         return answer
 

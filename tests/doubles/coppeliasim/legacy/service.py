@@ -13,7 +13,7 @@ from functools import partial
 
 from tests.doubles.coppeliasim.legacy.client import Client
 from tests.doubles.coppeliasim.legacy.codec import PACKET_SIZE, ProtocolError, packed_up, read_message
-from tests.doubles.coppeliasim.legacy.faults import Fault, Hangs, ServerDiedError
+from tests.doubles.coppeliasim.legacy.faults import Fault, Hang, ServerDiedError
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
 HOST = "127.0.0.1"
@@ -98,7 +98,7 @@ class Service:
             self._fault.send(line, answer)
 
     def _release(self) -> None:
-        if isinstance(self._fault, Hangs):
+        if isinstance(self._fault, Hang):
             self._fault.release()
 
 

@@ -53,9 +53,9 @@ def test_what_is_not_there_is_an_error_with_a_text(client: Talker) -> None:
     reply = client.ask(Code.GET_OBJECT_HANDLE, name("/nope"))
     assert (reply.data, reply.status) == (ints(-1), 1)
     client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(BODY), floats(1.0))
-    told = client.ask(Code.GET_LAST_ERRORS).data
-    assert told[:4] == ints(2)
-    assert told.endswith(b"object is not a joint. (simSetJointTargetVelocity)\0")
+    errors = client.ask(Code.GET_LAST_ERRORS).data
+    assert errors[:4] == ints(2)
+    assert errors.endswith(b"object is not a joint. (simSetJointTargetVelocity)\0")
     assert client.ask(Code.GET_LAST_ERRORS).data == ints(0)
 
 
@@ -96,7 +96,7 @@ def test_a_picture_of_another_size_is_refused(client: Talker) -> None:
     assert client.ask(Code.SET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN), bytes(ROWS * COLUMNS)).status == 1
 
 
-def test_an_object_is_put_where_it_is_told_to_be(client: Talker) -> None:
+def test_an_object_is_put_where_it_is_asked_to_be(client: Talker) -> None:
     client.ask(Code.SET_OBJECT_POSITION, ints(BOX), ints(BODY) + floats(0.5, 0.25, 0.0))
     client.ask(Code.SET_OBJECT_ORIENTATION, ints(BOX), ints(-1) + floats(0.0, 0.0, 0.5))
     position = client.ask(Code.GET_OBJECT_POSITION, ints(BOX, -1)).data
@@ -126,12 +126,12 @@ def test_a_signal_is_kept_until_it_is_cleared(client: Talker) -> None:
     assert client.ask(Code.GET_FLOAT_SIGNAL, name("speed")).status == 1
 
 
-def test_a_parent_is_told_and_minus_one_where_there_is_none(client: Talker) -> None:
+def test_a_parent_is_reported_and_minus_one_where_there_is_none(client: Talker) -> None:
     assert client.ask(Code.GET_OBJECT_PARENT, ints(LEFT)).data == ints(BODY)
     assert client.ask(Code.GET_OBJECT_PARENT, ints(BODY)).data == ints(-1)
 
 
-def test_children_are_told_one_by_one_until_minus_one(client: Talker) -> None:
+def test_children_are_reported_one_by_one_until_minus_one(client: Talker) -> None:
     children = [client.ask(Code.GET_OBJECT_CHILD, ints(LEFT, index)).data for index in (0, 1)]
     assert children == [ints(LEFT + 1), ints(-1)]
 

@@ -55,7 +55,7 @@ SESSIONS: dict[str, tuple[Callable[[], Simulator], type[Service]]] = {
 }
 
 
-def told(service: Service, messages: list[bytes]) -> dict[int, Message]:
+def send_all(service: Service, messages: list[bytes]) -> dict[int, Message]:
     """Return what a service answers, by the number of the message that each reply is to."""
     replies: dict[int, Message] = {}
     with socket.create_connection(("127.0.0.1", service.port)) as line, line.makefile("rb") as coming:
@@ -77,7 +77,7 @@ def test_every_reply_is_the_real_servers(name: str) -> None:
     scene, service_of = SESSIONS[name]
     recorded, service = session(name), service_of(scene())
     try:
-        replies = told(service, recorded.messages)
+        replies = send_all(service, recorded.messages)
     finally:
         service.close()
     time_ms, found = TIME_MS, list[str]()
@@ -101,7 +101,7 @@ def test_what_is_read_from_a_recording_is_written_the_same(name: str) -> None:
             assert unpack(pack(header, [command])) == (header, [command])
 
 
-def test_a_difference_is_told() -> None:
+def test_a_difference_is_reported() -> None:
     header, command = Header(3, 0, state=1), Command(Code.GET_JOINT_POSITION, 0, b"abcd", bytes(4))
     assert differences((header, [command]), (header, [command])) == []
     for other in (replace(command, status=1), replace(command, data=b"\0\0\x80?"), replace(command, sim_ms=50)):

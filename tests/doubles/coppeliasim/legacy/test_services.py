@@ -10,7 +10,7 @@ import pytest
 
 from tests.doubles.coppeliasim.legacy.codec import Command, packed_up, read_message
 from tests.doubles.coppeliasim.legacy.codes import Code, Mode
-from tests.doubles.coppeliasim.legacy.faults import Babbles, Cuts, Dies, Hangs
+from tests.doubles.coppeliasim.legacy.faults import CutReplies, DropConnection, Hang, SendGarbage
 from tests.doubles.coppeliasim.legacy.recorded_scenes import later_scene
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.legacy.talking import PATIENCE_S, Talker, floats, ints, name
@@ -170,7 +170,7 @@ def test_a_temporary_service_that_is_started_early_lives_through_one_run(
 
 
 def test_a_server_that_hangs_sends_nothing_until_it_is_released(server: LegacyServer) -> None:
-    hanging = Hangs()
+    hanging = Hang()
     with Talker(server.port) as client:
         server.service.fail(hanging, after=1)
         client.say()
@@ -185,7 +185,7 @@ def test_a_server_that_hangs_sends_nothing_until_it_is_released(server: LegacySe
 
 def test_a_server_that_hangs_can_be_closed(server: LegacyServer) -> None:
     with Talker(server.port) as client:
-        server.service.fail(Hangs())
+        server.service.fail(Hang())
         client.send()
         time.sleep(SOON_S)
         server.close()
@@ -193,7 +193,7 @@ def test_a_server_that_hangs_can_be_closed(server: LegacyServer) -> None:
 
 def test_a_server_that_dies_sends_the_beginning_of_a_reply(server: LegacyServer) -> None:
     with Talker(server.port) as client:
-        server.service.fail(Dies(sent=7))
+        server.service.fail(DropConnection(sent=7))
         client.send()
         assert len(client.line.recv(100)) + len(client.line.recv(100)) == 7
         assert client.line.recv(1) == b""
@@ -204,10 +204,10 @@ def test_a_server_that_dies_sends_the_beginning_of_a_reply(server: LegacyServer)
 
 def test_replies_are_cut_or_replaced(server: LegacyServer) -> None:
     with Talker(server.port) as client:
-        server.service.fail(Cuts(sent=3))
+        server.service.fail(CutReplies(sent=3))
         client.send()
         assert client.line.recv(100) == b"\1\0\x12"
-        server.service.fail(Babbles(b"nonsense"))
+        server.service.fail(SendGarbage(b"nonsense"))
         client.send()
         assert client.line.recv(100) == b"nonsense"
 

@@ -35,7 +35,7 @@ HANDLED, LEAST_DEPTH = "sim.handleVisionSensor", 4
 
 
 @dataclass(frozen=True)
-class Told:
+class Answer:
     """What a server replied, whether the call waited, and the reply as it was sent."""
 
     reply: Any
@@ -51,7 +51,7 @@ class Player:
         self._socket.rcvtimeo = PATIENCE_MS
         self._uuid = str(uuid.uuid4())
 
-    def ask(self, request: dict[str, Any]) -> Told:
+    def ask(self, request: dict[str, Any]) -> Answer:
         """Return the reply to a request, once it no longer has to wait."""
         raw = self._exchange(request)
         waited = False
@@ -60,7 +60,7 @@ class Player:
             raw = self._exchange({"func": EXECUTED, "args": [], "argsL": 0})
         if request.get("func") == LEFT:
             self._uuid = str(uuid.uuid4())
-        return Told(reply, waited, raw)
+        return Answer(reply, waited, raw)
 
     def _exchange(self, request: dict[str, Any]) -> bytes:
         self._socket.send(dumps({**request, "uuid": self._uuid}))
@@ -85,16 +85,16 @@ def play(exchanges: Sequence[Exchange], port: int) -> list[str]:
 
 
 def _played(player: Player, exchange: Exchange) -> Iterator[str]:
-    told = player.ask(exchange.request)
-    if told.waited != exchange.waited:
-        yield f"waited: {told.waited}, recorded {exchange.waited}"
+    reply = player.ask(exchange.request)
+    if reply.waited != exchange.waited:
+        yield f"waited: {reply.waited}, recorded {exchange.waited}"
     if exchange.name == CONTACT:
-        yield from _in_contacts(exchange.reply["ret"], told.reply.get("ret", told.reply))
+        yield from _in_contacts(exchange.reply["ret"], reply.reply.get("ret", reply.reply))
         return
     tolerance = ANYTHING if _is_at_the_wall(exchange) else TOLERANCES.get(exchange.name, EXACT)
-    yield from differences(exchange.reply, told.reply, tolerance)
-    if tolerance is EXACT and exchange.raw not in {None, told.raw}:
-        yield f"{told.raw.hex()}, recorded {exchange.raw.hex() if exchange.raw else ''}"
+    yield from differences(exchange.reply, reply.reply, tolerance)
+    if tolerance is EXACT and exchange.raw not in {None, reply.raw}:
+        yield f"{reply.raw.hex()}, recorded {exchange.raw.hex() if exchange.raw else ''}"
 
 
 def _is_at_the_wall(exchange: Exchange) -> bool:
@@ -103,8 +103,8 @@ def _is_at_the_wall(exchange: Exchange) -> bool:
     return is_handled and exchange.reply["ret"][1][LEAST_DEPTH] < AT_THE_WALL
 
 
-def _in_contacts(recorded: Any, told: Any) -> Iterator[str]:
-    yield from differences(recorded[:1], told[:1], where="who")
-    yield from differences(recorded[1:2], told[1:2], Tolerance(CONTACT_M), where="where")
-    yield from differences([len(each) for each in recorded], [len(each) for each in told], where="lengths")
-    yield from differences(recorded[3:], told[3:], Tolerance(1e-6), where="normal")
+def _in_contacts(recorded: Any, reply: Any) -> Iterator[str]:
+    yield from differences(recorded[:1], reply[:1], where="who")
+    yield from differences(recorded[1:2], reply[1:2], Tolerance(CONTACT_M), where="where")
+    yield from differences([len(each) for each in recorded], [len(each) for each in reply], where="lengths")
+    yield from differences(recorded[3:], reply[3:], Tolerance(1e-6), where="normal")

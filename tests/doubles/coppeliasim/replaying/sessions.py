@@ -49,15 +49,15 @@ def _messages(file: str) -> Iterator[tuple[int, Message]]:
 
 def _exchanges(messages: Iterator[tuple[int, Message]]) -> Iterator[Exchange]:
     asked, waited = (0, dict[str, Any]()), False
-    for number, told in messages:
-        body = _decoded(told["body"])
-        if told["dir"] == "request":
+    for number, message in messages:
+        body = _decoded(message["body"])
+        if message["dir"] == "request":
             if body.get("func") != EXECUTED:
                 asked, waited = (number, body), False
         elif body.get("func") == WAIT:
             waited = True
         elif asked[0]:
-            raw = base64.b64decode(told["raw_b64"]) if "raw_b64" in told else None
+            raw = base64.b64decode(message["raw_b64"]) if "raw_b64" in message else None
             yield Exchange(*asked, body, waited, raw)
 
 

@@ -39,7 +39,7 @@ class Contact(NamedTuple):
         return Contact(self.second, self.first, self.point, (-fx, -fy, -fz), (-nx, -ny, -nz))
 
 
-class Feeler(Bumper):
+class ContactSensor(Bumper):
     """A bumper that knows which things it was kept out of, by their place among the surroundings."""
 
     def __init__(self, surroundings: Clearance, start: Pose) -> None:

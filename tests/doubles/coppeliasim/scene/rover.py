@@ -8,7 +8,7 @@ from dataclasses import replace
 from drivers.kinematic.clearance import Clearance
 from drivers.kinematic.motion import Chassis, Wheel
 from robotcore.geometry import Pose
-from tests.doubles.coppeliasim.scene.contacts import GRAVITY_M_S2, Contact, Feeler, nearest_points
+from tests.doubles.coppeliasim.scene.contacts import GRAVITY_M_S2, Contact, ContactSensor, nearest_points
 from tests.doubles.coppeliasim.scene.drives import Drive
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, Shape, Thing
@@ -50,7 +50,7 @@ class Rover:
         base = Transform.turned(drive.start.heading, (drive.start.x, drive.start.y, 0.0))
         self._body_on_base = base.inverse.then(pose)
         self._stand = _body_of(drive.body, self._body_on_base)
-        self._feeler = Feeler(self._surroundings(scenery), drive.start)
+        self._feeler = ContactSensor(self._surroundings(scenery), drive.start)
         self._chassis = Chassis(drive.start, drive.geometry, self._left.wheel, self._right.wheel, self._feeler)
         self._written = drive.body.local
 

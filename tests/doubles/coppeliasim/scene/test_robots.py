@@ -63,7 +63,7 @@ def test_a_joint_that_turns_the_other_way_round_drives_backwards(simulator: Simu
     assert right.position == pytest.approx(-2.0)
 
 
-def test_a_wheel_that_is_told_no_number_stands(simulator: Simulator) -> None:
+def test_a_wheel_that_gets_no_number_stands(simulator: Simulator) -> None:
     drive(simulator, math.nan, math.nan, steps=5)
     assert axle(simulator) == pytest.approx((0.47, 0.2, 0.0))
 

@@ -55,7 +55,7 @@ def test_depths_are_along_the_optical_axis(simulator: Simulator) -> None:
     assert depths.min() == pytest.approx(1.3, abs=0.02)
 
 
-def test_never_rendered_is_told_from_nothing_in_view(simulator: Simulator) -> None:
+def test_never_rendered_is_distinguished_from_nothing_in_view(simulator: Simulator) -> None:
     sensor = eye(simulator, 9, 1)
     assert simulator.depth(sensor)[0, 0] == 10.0
     simulator.graph.put(sensor, Transform((0.0, 0.0, 5.0), AHEAD))

@@ -59,21 +59,21 @@ def _ball(target: Ball) -> Shape:
 
 
 def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -> None:
-    told, start = robot.body, world.start.pose
+    description, start = robot.body, world.start.pose
     frame = Transform.turned(start.heading, (start.x, start.y, 0.0))
-    middle = Transform((told.centre_x_m, 0.0, told.clearance_m + told.height_m / 2))
-    size = (told.length_m, told.width_m, told.height_m)
-    body = moving(robot.name, size, frame.then(middle), Primitive.CUBOID, told.mass_kg, _rgb(told.colour))
+    middle = Transform((description.centre_x_m, 0.0, description.clearance_m + description.height_m / 2))
+    size = (description.length_m, description.width_m, description.height_m)
+    body = moving(robot.name, size, frame.then(middle), Primitive.CUBOID, description.mass_kg, _rgb(description.colour))
     body.is_model_base, body.is_static = True, robot.drive is None
     graph.add(body)
     inward = middle.inverse
     for motor in robot.all_of(MotorDescription):
         _add_wheel(graph, body, inward, robot, motor)
-    for told_of in robot.devices:
-        if sensor := _sensor(told_of, inward):
+    for device in robot.devices:
+        if sensor := _sensor(device, inward):
             graph.add(sensor, body)
-        elif isinstance(told_of, DisplayDescription):
-            graph.add(_screen(told_of.name))
+        elif isinstance(device, DisplayDescription):
+            graph.add(_screen(device.name))
 
 
 def _add_wheel(graph: Graph, body: Thing, inward: Transform, robot: RobotDescription, motor: MotorDescription) -> None:
@@ -89,16 +89,20 @@ def _add_wheel(graph: Graph, body: Thing, inward: Transform, robot: RobotDescrip
     graph.add(moving(f"{motor.name}_wheel", size, Transform(), Primitive.CYLINDER, drive.wheel_mass_kg), joint)
 
 
-def _sensor(told: object, inward: Transform) -> Thing | None:
+def _sensor(description: object, inward: Transform) -> Thing | None:
     """Return the object that a sensor is, in its body's frame; None for what is none."""
-    if isinstance(told, RangeSensorDescription):
-        nose = ProximitySensor(told.name, reach=told.max_range_m, cone=told.cone_rad, setback=FAN_SETBACK_M)
-        nose.local = inward.then(_looking(told.mount))
+    if isinstance(description, RangeSensorDescription):
+        nose = ProximitySensor(
+            description.name, reach=description.max_range_m, cone=description.cone_rad, setback=FAN_SETBACK_M
+        )
+        nose.local = inward.then(_looking(description.mount))
         return nose
-    if isinstance(told, CameraDescription):
-        eye = VisionSensor(told.name, width=told.width_px, height=told.height_px, near=NEAR_M, far=FAR_M)
-        eye.angle = _longer(told)
-        eye.local = inward.then(_looking(told.mount))
+    if isinstance(description, CameraDescription):
+        eye = VisionSensor(
+            description.name, width=description.width_px, height=description.height_px, near=NEAR_M, far=FAR_M
+        )
+        eye.angle = _longer(description)
+        eye.local = inward.then(_looking(description.mount))
         return eye
     return None
 
@@ -120,10 +124,10 @@ def _about_z(angle: float) -> Quaternion:
     return (0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2))
 
 
-def _longer(told: CameraDescription) -> float:
+def _longer(description: CameraDescription) -> float:
     """Return the angle across the longer side of the picture."""
-    stretch = max(1.0, told.height_px / told.width_px)
-    return 2 * math.atan(math.tan(told.horizontal_fov_rad / 2) * stretch)
+    stretch = max(1.0, description.height_px / description.width_px)
+    return 2 * math.atan(math.tan(description.horizontal_fov_rad / 2) * stretch)
 
 
 def _rgb(colour: tuple[int, int, int]) -> Vector:

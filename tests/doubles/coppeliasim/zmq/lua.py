@@ -98,13 +98,13 @@ class Chunk:
 
         def wrapped(*args: Any) -> Any:
             try:
-                return tuple(self._told(each) for each in call([_python(arg) for arg in args]))
+                return tuple(self._to_lua(each) for each in call([_python(arg) for arg in args]))
             except SceneError as error:
                 raise LuaError(f"1: in sim.{name}: {error}") from error
 
         return wrapped
 
-    def _told(self, value: Any) -> Any:
+    def _to_lua(self, value: Any) -> Any:
         return Buffer(value) if isinstance(value, bytes) else self._table(value)
 
     def _returned(self, values: Any) -> tuple[Any, ...]:

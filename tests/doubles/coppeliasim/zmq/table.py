@@ -13,8 +13,8 @@ RECORDED = Path(__file__).parents[1] / "recorded"
 @cache
 def table() -> dict[str, dict[str, Any]]:
     """Return it as the server sends it: ``{"func": {}}`` or ``{"const": value}`` by name."""
-    told: dict[str, dict[str, Any]] = json.loads((RECORDED / "sim-info.json").read_text())
-    return told
+    content: dict[str, dict[str, Any]] = json.loads((RECORDED / "sim-info.json").read_text())
+    return content
 
 
 def constants() -> dict[str, Any]:

@@ -109,7 +109,7 @@ def client() -> Iterator[Talker]:
         yield talker
 
 
-def test_what_is_told_is_what_the_real_server_told(client: Talker) -> None:
+def test_what_is_reported_is_what_the_real_server_returned(client: Talker) -> None:
     for (name, *args), expected in TOLD:
         assert (name, args, client.call(f"sim.{name}", *args)) == (name, args, {"ret": expected})
 

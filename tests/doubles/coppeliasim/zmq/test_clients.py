@@ -112,7 +112,7 @@ def test_what_is_no_request_gets_an_answer_and_harms_nobody(pair: tuple[Talker, 
     assert other.call("sim.getObject", 5) == {"err": "354: in sim.getObject: argument 1 is not a string/buffer."}
 
 
-def test_a_client_of_the_first_protocol_is_told_so(pair: tuple[Talker, ...]) -> None:
+def test_a_client_of_the_first_protocol_is_reported_to_it(pair: tuple[Talker, ...]) -> None:
     from tests.doubles.coppeliasim.zmq.wire import dumps
 
     assert pair[0].say_bytes(dumps({"func": "sim.getSimulationState", "args": []}))["success"] is False

@@ -35,7 +35,7 @@ def test_the_table_of_functions_is_as_long_as_the_recorded_one() -> None:
 
 
 @pytest.mark.parametrize(
-    "told",
+    "reply",
     [
         {"ret": [1.0]},
         {"ret": [1, 2]},
@@ -44,8 +44,8 @@ def test_the_table_of_functions_is_as_long_as_the_recorded_one() -> None:
         {"ret": ["1"]},
     ],
 )
-def test_another_reply_is_told(told: dict[str, Any]) -> None:
-    assert list(differences({"ret": [1]}, told))
+def test_another_reply_is_reported(reply: dict[str, Any]) -> None:
+    assert list(differences({"ret": [1]}, reply))
 
 
 def test_a_tolerance_is_for_figures_only() -> None:

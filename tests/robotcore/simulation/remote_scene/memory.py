@@ -117,16 +117,16 @@ class MemoryScene(Scene):
         assert isinstance(encoder, Encoder)
         return math.remainder(encoder.read().angle + 3.0, math.tau)
 
-    def detected(self, sensor: int) -> Point | None:
+    def detect(self, sensor: int) -> Point | None:
         nose = self.robot[DEVICES[sensor]]
         assert isinstance(nose, RangeSensor)
         distance = nose.read().distance
         return None if math.isinf(distance) else (0.0, 0.0, distance)
 
-    def blindness(self, sensor: int) -> str | None:
+    def why_unreliable(self, sensor: int) -> str | None:
         return self.blind
 
-    def lens(self, sensor: int) -> CameraOptics:
+    def optics(self, sensor: int) -> CameraOptics:
         if sensor == 20:
             return self.screen
         seen = self.robot.camera.intrinsics

@@ -65,39 +65,39 @@ def test_running_simulation_is_left_running() -> None:
 
 
 @pytest.mark.parametrize(
-    "state, whose, told",
+    "state, whose, words",
     [
         (State.PAUSED, Owner.OURS, "the simulation is paused"),
         (State.STOPPED, Owner.THEIRS, "simulation=theirs"),
     ],
 )
-def test_simulation_that_is_not_ours_to_start_is_refused_and_left_alone(state: State, whose: Owner, told: str) -> None:
+def test_simulation_that_is_not_ours_to_start_is_refused_and_left_alone(state: State, whose: Owner, words: str) -> None:
     setup = setup_of(rover())
     scene = MemoryScene(setup, state)
-    with pytest.raises(BackendError, match=told):
+    with pytest.raises(BackendError, match=words):
         joined(scene, setup, whose)
     assert scene.diary == ["leave"]
 
 
-def test_section_that_is_wrong_is_told_before_anybody_connects() -> None:
+def test_section_that_is_wrong_is_reported_before_anybody_connects() -> None:
     setup = setup_of(load_robot("rover").model_copy(update={"backends": {}}))
     with pytest.raises(DescriptionError):
         open_in_scene(setup, "memory", lambda: pytest.fail("connected"))
 
 
-def test_all_that_is_missing_is_told_at_once_with_what_was_probably_meant() -> None:
+def test_all_that_is_missing_is_reported_at_once_with_what_was_probably_meant() -> None:
     setup = setup_of(rover(nose={"path": "/rover/nos"}, eye={"path": "/rover/leftMotor"}))
     scene = MemoryScene(setup)
     with pytest.raises(DeviceGroupError) as refused:
         joined(scene, setup)
-    told = str(refused.value)
-    assert "nose: the scene has no object '/rover/nos'. Did you mean '/rover/nose'?" in told
-    assert "eye: '/rover/leftMotor' is a joint, expected a vision sensor" in told
+    words = str(refused.value)
+    assert "nose: the scene has no object '/rover/nos'. Did you mean '/rover/nose'?" in words
+    assert "eye: '/rover/leftMotor' is a joint, expected a vision sensor" in words
     assert scene.diary == ["leave"]
 
 
 @pytest.mark.parametrize(
-    "change, told",
+    "change, words",
     [
         (partial(without, "/v1"), "screen: the scene has no object '/v1'"),
         (
@@ -108,10 +108,10 @@ def test_all_that_is_missing_is_told_at_once_with_what_was_probably_meant() -> N
         (lambda scene: setattr(scene, "blind", "it sees nothing. Install it"), "nose: it sees nothing. Install it"),
     ],
 )
-def test_object_that_does_not_fit_is_refused_before_anything_runs(change: Change, told: str) -> None:
+def test_object_that_does_not_fit_is_refused_before_anything_runs(change: Change, words: str) -> None:
     setup = setup_of(rover())
     scene = changed(setup, change)
-    with pytest.raises(DeviceError, match=told):
+    with pytest.raises(DeviceError, match=words):
         joined(scene, setup)
     assert "start" not in scene.diary
 
@@ -164,7 +164,7 @@ def test_shown_picture_is_scaled_and_upright_for_the_one_who_looks() -> None:
     assert shown[10, 10].tolist() == shown[40, 50].tolist() == [0, 0, 0]
 
 
-def test_joint_that_turns_backwards_is_told_and_read_the_other_way_round() -> None:
+def test_joint_that_turns_backwards_is_reported_and_read_the_other_way_round() -> None:
     turned = {"path": "/rover/leftMotor", "reversed": True}
     setup = setup_of(rover(left_motor=turned, left_encoder=turned), "left_motor", "left_encoder")
     with joined(scene := MemoryScene(setup), setup) as robot:
@@ -210,7 +210,7 @@ def test_distance_is_the_way_to_the_point_within_the_limits(
     point: tuple[float, float, float], read: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     setup = setup_of(rover(), "nose")
-    monkeypatch.setattr(MemoryScene, "detected", lambda *_: point)
+    monkeypatch.setattr(MemoryScene, "detect", lambda *_: point)
     with joined(MemoryScene(setup), setup) as robot:
         assert robot.range.read().distance == pytest.approx(read)
 

@@ -28,7 +28,7 @@ def test_field_of_view_is_across_whatever_the_shape_of_the_picture(size: tuple[i
     eye = ROVER.first_of(CameraDescription)
     assert eye
     changed = eye.model_copy(update={"width_px": size[0], "height_px": size[1]})
-    devices = tuple(changed if told is eye else told for told in ROVER.devices)
+    devices = tuple(changed if words is eye else words for words in ROVER.devices)
     world = worlds.ball(eye.mount, 0.9, 0.25 * eye.horizontal_fov_rad)
     ball = world.targets[0]
     view = View.of(changed.intrinsics, eye.mount, Pose(0.0, 0.0, 0.0))

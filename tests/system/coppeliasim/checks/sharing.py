@@ -73,7 +73,7 @@ def test_killed_program_is_recovered_from() -> None:
     require_alike(snapshot(), before)
 
 
-def test_pause_and_stop_of_somebody_are_told_by_name() -> None:
+def test_pause_and_stop_of_somebody_are_reported_by_name() -> None:
     for name, said in (("pauseSimulation", "paused by somebody"), ("stopSimulation", "stopped by somebody")):
         robot = opened(worlds.empty())
         with looking() as other:
@@ -107,4 +107,4 @@ def test_errors_of_the_server_end_nothing() -> None:
     with looking() as other:
         with pytest.raises(RefusedError, match="object does not exist"):
             other.sim("getObjectPosition", 999999)
-        assert other.told(float, "getSimulationTimeStep") > 0
+        assert other.call_as(float, "getSimulationTimeStep") > 0

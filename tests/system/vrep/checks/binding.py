@@ -53,7 +53,7 @@ def stop(number: int) -> None:
 
 
 @pytest.mark.usefixtures("relay")
-def test_handles_are_told_by_path_and_by_name(number: int) -> None:
+def test_handles_are_reported_by_path_and_by_name(number: int) -> None:
     assert handle_of(number, "/v0") == handle_of(number, "v0") != handle_of(number, "v1")
     assert simx.simxGetObjectHandle(number, "/nobody", WAIT)[0] == simx.simx_return_remote_error_flag
     code, place = simx.simxGetObjectPosition(number, handle_of(number, "ball"), -1, WAIT)

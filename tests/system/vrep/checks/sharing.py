@@ -33,7 +33,7 @@ class Once:
         """Nothing more."""
 
 
-def test_second_program_is_told_apart_and_the_first_goes_on() -> None:
+def test_second_program_is_distinguished_and_the_first_goes_on() -> None:
     second: list[RunResult] = []
     with scenes.relay():
         first = run_on("mark-green", Once(lambda: second.append(run_on("mark-green"))))

@@ -26,11 +26,11 @@ class PathError(NoObjectError):
 
 @function("getObject")
 def get_object(session: Session, path: str, options: dict[str, Any] | None = None) -> int:
-    told = options or {}
-    proxy = told.get("proxy")
+    settings = options or {}
+    proxy = settings.get("proxy")
     start = session.simulator.graph[proxy] if proxy is not None else None
-    found = session.simulator.graph.find(path, told.get("index", 0), start)
-    if found is None and not told.get("noError"):
+    found = session.simulator.graph.find(path, settings.get("index", 0), start)
+    if found is None and not settings.get("noError"):
         raise PathError("1254: in sim._getObject")
     return found.handle if found else -1
 

@@ -18,21 +18,21 @@ Answer = tuple[int, float, list[float], int, list[float]]
 def read_proximity_sensor(session: Session, sensor: ProximitySensor) -> Answer:
     """What was detected in the last step; nothing while stopped."""
     if session.simulator.state is State.STOPPED and not sensor.explicit:
-        return _told(None)
-    return _told(session.simulator.detection(sensor))
+        return _answer(None)
+    return _answer(session.simulator.detection(sensor))
 
 
 @function("handleProximitySensor")
 def handle_proximity_sensor(session: Session, sensor: ProximitySensor) -> Answer:
     _require_explicit(sensor)
-    return _told(session.simulator.detection(sensor))
+    return _answer(session.simulator.detection(sensor))
 
 
 @function("checkProximitySensor")
 def check_proximity_sensor(session: Session, sensor: ProximitySensor, entity: int) -> Answer:
     if entity != HANDLE_ALL:
         raise SceneError("the double checks proximity sensors against all objects only.")
-    return _told(session.simulator.detection(sensor))
+    return _answer(session.simulator.detection(sensor))
 
 
 @function("resetProximitySensor")
@@ -47,7 +47,7 @@ def _require_explicit(sensor: ProximitySensor) -> None:
         raise SceneError("object not tagged for explicit handling.")
 
 
-def _told(detection: Detection | None) -> Answer:
+def _answer(detection: Detection | None) -> Answer:
     if detection is None:
         return 0, 0.0, [0.0, 0.0, 0.0], -1, [0.0, 0.0, 0.0]
     return 1, detection.distance, list(detection.point), detection.handle, list(detection.normal)

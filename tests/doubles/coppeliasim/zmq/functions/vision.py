@@ -61,8 +61,8 @@ def get_vision_sensor_resolution(session: Session, sensor: VisionSensor) -> list
 def get_vision_sensor_depth(session: Session, sensor: VisionSensor, options: int = 0) -> tuple[bytes, list[int]]:
     """Bit 0 of the options: metres; else from 0 at the near plane to 1 at the far one."""
     depths = session.simulator.depth(sensor)
-    told = depths if options & METRES else _normalised(sensor, depths)
-    return told.astype("<f4").tobytes(), [sensor.width, sensor.height]
+    values = depths if options & METRES else _normalised(sensor, depths)
+    return values.astype("<f4").tobytes(), [sensor.width, sensor.height]
 
 
 @function("getVisionSensorDepthBuffer")
