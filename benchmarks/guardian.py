@@ -23,7 +23,7 @@ from time import monotonic, sleep
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.description import load_robot
 from robotcore.runtime.plan import RunRequest
-from robotcore.safety.deadman import MIN_LEASE_S, PATIENCE_S
+from robotcore.safety.deadman import LOCK_TIMEOUT_S, MIN_LEASE_S
 from tests.robotcore.safety.guardian.doubles import MOTORS
 from tests.robotcore.safety.guardian.recorder import Note, notes
 
@@ -93,7 +93,7 @@ def _told(times: Sequence[float | None]) -> tuple[str, str, str]:
 
 def _lease_ms() -> float:
     ticks, rate_hz = load_robot("rover").safety.lease_ticks, RunRequest("app").rate_hz
-    return 1000 * (max(ticks / rate_hz, MIN_LEASE_S) + PATIENCE_S)
+    return 1000 * (max(ticks / rate_hz, MIN_LEASE_S) + LOCK_TIMEOUT_S)
 
 
 if __name__ == "__main__":

@@ -32,9 +32,9 @@ class AnsweringCommand(click.Command):
             raise
 
     def invoke(self, ctx: click.Context) -> Any:
-        from robotcore.runtime.signals import Interrupts
+        from robotcore.runtime.signals import SignalGuard
 
-        with Interrupts():
+        with SignalGuard():
             try:
                 return super().invoke(ctx)
             except (RobotcoreError, Interrupted) as error:

@@ -23,10 +23,10 @@ def command(folder: Path, *, is_driver: bool) -> None:
     It runs, passes its tests and deploys as it is. NAME may be a path, whose last part is the project's name.
     """
     from robotcore.cli.scaffold import DRIVER, PROJECT, make
-    from robotcore.runtime.signals import Interrupts
+    from robotcore.runtime.signals import SignalGuard
 
     template = DRIVER if is_driver else PROJECT
-    with Interrupts():
+    with SignalGuard():
         make(template, folder)
     for line in _what_next(template, folder):
         write_line(line)

@@ -67,10 +67,10 @@ def faults(_context: click.Context, _parameter: click.Parameter, values: tuple[s
     """Return specs of faults in their canonical form, those of a file in its place."""
     if not values:
         return ()
-    from robotcore.runtime.faults.spec import specs_in
+    from robotcore.runtime.faults.spec import read_specs
 
     try:
-        return specs_in(values)
+        return read_specs(values)
     except UsageError as error:
         raise click.BadParameter(str(error)) from error
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from robotcore.recording.recorder import Recorder
     from robotcore.runtime.result import RunResult
     from robotcore.runtime.session import Observer
-    from robotcore.runtime.signals import Interrupts
+    from robotcore.runtime.signals import SignalGuard
     from robotcore.view.picture import PictureRecorder
     from robotcore.view.progress import Progress
 
@@ -69,17 +69,17 @@ def command(
     or backend failed, 4 the safety stage stopped it, 5 the app raised, 128 + the signal's number when interrupted.
     """
     from robotcore.deploy.systemd_notify import Notifier
-    from robotcore.runtime.signals import Interrupts
+    from robotcore.runtime.signals import SignalGuard
 
-    with Interrupts() as interrupts:
+    with SignalGuard() as interrupts:
         drawer = _drawer(picture)
         recorder = make_recorder(record, dict(asked["options"]), is_jpeg=record_jpeg, limit=record_limit)
         notifier = Notifier.of(os.environ)
-        last_words = _last_words(recorder, notifier, as_json=as_json)
+        on_forced_exit = _last_words(recorder, notifier, as_json=as_json)
         prepare_result(as_json=as_json)
         with redirect_prints(as_json=as_json):
-            result = _run(asked, drawer, recorder, notifier, interrupts, last_words)
-        interrupts.hold()
+            result = _run(asked, drawer, recorder, notifier, interrupts, on_forced_exit)
+        interrupts.mask()
         made = []
         if picture and drawer:
             result, drawn = _with_picture(result, drawer, picture)
@@ -132,8 +132,8 @@ def _run(
     drawer: PictureRecorder | None,
     recorder: Recorder | None,
     notifier: Notifier | None,
-    interrupts: Interrupts,
-    last_words: Callable[[RunResult], None],
+    interrupts: SignalGuard,
+    on_forced_exit: Callable[[RunResult], None],
 ) -> RunResult:
     from robotcore.cli.estop_key import EmergencyStopKey, can_listen
     from robotcore.runtime.session import RunRequest, run
@@ -152,7 +152,7 @@ def _run(
         )
         observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal) if each]
         taps = [recorder.layer] if recorder else []
-        return run(RunRequest(**_requested(**asked)), observers, taps, last_words=last_words)
+        return run(RunRequest(**_requested(**asked)), observers, taps, on_forced_exit=on_forced_exit)
 
 
 def _last_words(recorder: Recorder | None, notifier: Notifier | None, *, as_json: bool) -> Callable[[RunResult], None]:

@@ -42,13 +42,13 @@ def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
 
 def _stop(backend: Backend, setup: Setup) -> int:
     from robotcore.errors import BackendError
-    from robotcore.safety.guardian.process import make_stand
+    from robotcore.safety.guardian.process import stop_once
 
     cutoffs = backend.cutoffs(setup)
     if not cutoffs:
         write_line(f"{setup.robot.name}: nothing to stop on {backend.name}")
         return 0
-    report = make_stand(cutoffs)
+    report = stop_once(cutoffs)
     if report.done:
         write_line(f"{setup.robot.name}: stopped {', '.join(report.done)}")
     for words in report.told:

@@ -147,11 +147,11 @@ def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
     """Run what is missing; return what kept it from its end, if anything did."""
-    from robotcore.runtime.signals import Interrupts
+    from robotcore.runtime.signals import SignalGuard
     from robotcore.sweep.local import execute
     from robotcore.sweep.summary import SweepProgress
 
-    with Interrupts() as interrupts:
+    with SignalGuard() as interrupts:
         try:
             with results:
                 failing = [record.is_failure for record in results.records()]
@@ -162,7 +162,7 @@ def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | B
         except (Interrupted, BackendError) as error:
             return error
         finally:
-            interrupts.hold()
+            interrupts.mask()
     return None
 
 

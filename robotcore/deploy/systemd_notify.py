@@ -19,7 +19,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.observer import Run
 from robotcore.runtime.result import RunResult
-from robotcore.runtime.trace import TickRecord, voltages_told
+from robotcore.runtime.trace import TickRecord, format_voltages
 
 SOCKET, WATCHDOG_US, WATCHDOG_PID = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"
 """What systemd puts into the environment of a service's process."""
@@ -111,7 +111,7 @@ class Notifier:
 
 
 def _under_way(record: TickRecord) -> str:
-    return ", ".join(filter(None, (record.doing, f"{record.time:.0f} s", voltages_told(record.voltages))))
+    return ", ".join(filter(None, (record.doing, f"{record.time:.0f} s", format_voltages(record.voltages))))
 
 
 def _status(words: str) -> str:

@@ -21,8 +21,8 @@ from robotcore.recording.events import (
     ShownPicture,
     WheelAngles,
 )
-from robotcore.runtime.layers.base import Layer, MotorOver, Reader
-from robotcore.safety import Commit, Intervention, Latch, Stage
+from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader
+from robotcore.safety import CommandFilter, Commit, Intervention, Latch
 
 
 @dataclass(slots=True)
@@ -135,7 +135,7 @@ class RecordedDisplay(Display):
 class RecordedStage:
     """Records the commands to the drive, and the answers of the safety stage."""
 
-    def __init__(self, buffer: TickBuffer, inner: Stage) -> None:
+    def __init__(self, buffer: TickBuffer, inner: CommandFilter) -> None:
         self._buffer, self._inner = buffer, inner
 
     @property
@@ -171,7 +171,7 @@ class RecordedStage:
             raise
 
 
-class RecordedMotor(MotorOver):
+class RecordedMotor(MotorWrapper):
     """Records the commands to a motor outside the drive, and the answers.
 
     After the latch has tripped, it records no stop: the framework stops motors too.
@@ -237,10 +237,10 @@ class RecordingLayer(Layer):
     def display(self, display: Display) -> Display:
         return RecordedDisplay(self._buffer, display)
 
-    def stage(self, stage: Stage) -> Stage:
-        return RecordedStage(self._buffer, stage)
+    def command_filter(self, inner: CommandFilter) -> CommandFilter:
+        return RecordedStage(self._buffer, inner)
 
-    def lone_motor(self, motor: Motor) -> Motor:
+    def standalone_motor(self, motor: Motor) -> Motor:
         return RecordedMotor(self._buffer, motor)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:

@@ -66,7 +66,7 @@ class _Source(SourceFileLoader):
 
 def _imported(path: Path) -> ModuleType:
     """Run the file as a module."""
-    import_beside(path)
+    use_script_folder(path)
     name = f"app_{path.stem}"
     spec = spec_from_file_location(name, path, loader=_Source(name, str(path)))
     assert spec, "a .py file has a spec"
@@ -103,7 +103,7 @@ class _Folder:
 _folders: dict[Path, _Folder] = {}
 
 
-def import_beside(file: Path) -> None:
+def use_script_folder(file: Path) -> None:
     """Let imports look beside this file first, as a script's do, and no longer beside the file that was given before.
 
     What was imported from beside it is there again, as it was.

@@ -11,11 +11,11 @@ from robotcore.hal.devices import Motor, Sensor
 from robotcore.hal.drive import DifferentialDrive
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.layers import Assembled
-from robotcore.runtime.monitors import Gauges, Outages
+from robotcore.runtime.monitors import BatteryMonitor, DeviceLossTracker
 from robotcore.runtime.result import Outcome
-from robotcore.runtime.signals import Recalled
+from robotcore.runtime.signals import WatchdogInterrupt
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety import LOST, Commit, Intervention, Stay
+from robotcore.safety import LOST, Commit, Intervention, TimeLimit
 
 TickObserver = Callable[[TickRecord], None]
 
@@ -43,16 +43,16 @@ class Loop:
         rate_hz: float,
         timeout: float,
         observers: Sequence[TickObserver] = (),
-        stepping: Stay | None = None,
-        watching: Stay | None = None,
+        stepping: TimeLimit | None = None,
+        watching: TimeLimit | None = None,
         outage: float = 0.0,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
         self._latch, self._stage, self._where = assembled.latch, assembled.stage, assembled.where
         self._reserve = assembled.brakes.reserve
         self._stepping, self._watching = stepping, watching
-        self._stand = partial(assembled.halt, LOST)
-        self.outages = Outages(outage)
+        self._stop_and_wait = partial(assembled.halt, LOST)
+        self.outages = DeviceLossTracker(outage)
         self._drive = assembled.robot.drive if assembled.stage else None
         self.behaviour = behaviour
         self.trace = Trace(behaviour.milestones)
@@ -62,7 +62,7 @@ class Loop:
         self._observers = tuple(observers)
         self._next = self._clock.now()
         self._process = os.getpid()
-        self._gauges = Gauges(assembled.robot)
+        self._gauges = BatteryMonitor(assembled.robot)
         self._warnings: tuple[str, ...] = ()
         self._is_latch_noted = False
         self._noted = -1
@@ -73,7 +73,7 @@ class Loop:
         return self._clock.now()
 
     @property
-    def untold(self) -> Sequence[Intervention]:
+    def unreported_interventions(self) -> Sequence[Intervention]:
         """What stopped the robot for good in a tick that has not come back to tell it."""
         is_told = self._latch.error is None or self._is_latch_noted
         return () if is_told else self._latch.interventions(self._clock.now())
@@ -107,16 +107,16 @@ class Loop:
         try:
             status = self.tick()
         except DeviceLostError as lost:
-            self._bear(lost)
+            self._tolerate(lost)
             return Status.RUNNING
         self.outages.end(self._clock.now())
         return status
 
-    def _bear(self, lost: DeviceLostError) -> None:
+    def _tolerate(self, lost: DeviceLostError) -> None:
         """Stand without a device that is lost; raise that it is, where it has been away for too long."""
-        if not self.outages.bears(lost, self._clock.now()):
+        if not self.outages.tolerates(lost, self._clock.now()):
             raise lost
-        self._stand()
+        self._stop_and_wait()
 
     def tick(self) -> Status:
         """Decide once, guard and commit what was decided, and note it; a tick that fails is noted too."""
@@ -127,7 +127,7 @@ class Loop:
         self._warnings += self._gauges.read(self._clock.now())
         commit, lost = _IDLE, None
         try:
-            self._require_back()
+            self._probe_lost_devices()
             status = self._decide()
             self._latch.check()
             if self._stage:
@@ -144,7 +144,7 @@ class Loop:
         if self._stage:
             self._stage.stop()
 
-    def _require_back(self) -> None:
+    def _probe_lost_devices(self) -> None:
         """Ask all that was lost whether it is back; raises DeviceLostError where it is not.
 
         A display is not asked: whoever shows something on it hears.
@@ -195,7 +195,7 @@ class Loop:
             status = self._step()
         except UsageError as error:
             raise BehaviourError.raised_by(app, error) from error
-        except (RobotcoreError, Interrupted, Recalled):
+        except (RobotcoreError, Interrupted, WatchdogInterrupt):
             raise
         except BaseException as error:
             self._reserve.release_memory()
@@ -233,6 +233,6 @@ class Loop:
             try:
                 return self._clock.sleep_until(self._next)
             except DeviceLostError:  # noqa: PERF203  the next one may be another motor's
-                if not self.outages.are_borne:
+                if not self.outages.is_enabled:
                     raise
-                self._stand()
+                self._stop_and_wait()

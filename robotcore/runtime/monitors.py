@@ -16,14 +16,14 @@ PATIENCE_S = 3.0
 """A motor that starts pulls the voltage down for a moment, which says nothing of how full a battery is."""
 
 
-class Gauges:
+class BatteryMonitor:
     """Reads every battery of a robot once a second, whatever its app reads. Nobody drives by what they tell.
 
     ``voltages`` are what they told last, by name, in volts; it is another mapping where there is something new.
     """
 
     def __init__(self, robot: Robot) -> None:
-        self._gauges = [Gauge(device) for device in robot.devices.values() if isinstance(device, Battery)]
+        self._gauges = [BatteryGauge(device) for device in robot.devices.values() if isinstance(device, Battery)]
         self._due = -inf if self._gauges else inf
         self.voltages: Mapping[str, float] = {}
 
@@ -37,7 +37,7 @@ class Gauges:
         return tuple(filter(None, warnings))
 
 
-class Gauge:
+class BatteryGauge:
     """Reads one battery, and warns once where it is low, and once where it does not tell."""
 
     def __init__(self, battery: Battery) -> None:
@@ -52,17 +52,19 @@ class Gauge:
         try:
             sample = self._battery.read()
         except DeviceError as failure:
-            return self._untold(str(failure))
+            return self._read_failure_warning(str(failure))
         if not isfinite(sample.voltage):
-            return self._untold(f"{self.name}: {sample.voltage} V is no voltage. Report it to whoever wrote its driver")
+            return self._read_failure_warning(
+                f"{self.name}: {sample.voltage} V is no voltage. Report it to whoever wrote its driver"
+            )
         self.voltage = sample.voltage
-        return self._judged(sample)
+        return self._low_voltage_warning(sample)
 
-    def _untold(self, why: str) -> str:
+    def _read_failure_warning(self, why: str) -> str:
         has_failed, self._has_failed = self._has_failed, True
         return "" if has_failed else f"{why.rstrip('.')}. The run goes on: nobody drives by it"
 
-    def _judged(self, sample: Voltage) -> str:
+    def _low_voltage_warning(self, sample: Voltage) -> str:
         """Return a warning where the voltage stays too low. Before the first command no motor can be the reason."""
         limit = self._battery.warn_below
         if limit is None or sample.voltage >= limit:
@@ -73,7 +75,7 @@ class Gauge:
         return ""
 
 
-class Outages:
+class DeviceLossTracker:
     """Tells whether a run may go on without a device that is lost, for up to ``limit`` seconds at a time.
 
     ``lost`` are the names of those that are, in the order in which they were missed: it ends when all are back.
@@ -86,13 +88,13 @@ class Outages:
         self._told: list[tuple[str, float]] = []
 
     @property
-    def are_borne(self) -> bool:
+    def is_enabled(self) -> bool:
         """Whether a loss is waited for at all."""
         return self._limit > 0
 
-    def bears(self, lost: DeviceLostError, now: float) -> bool:
+    def tolerates(self, lost: DeviceLostError, now: float) -> bool:
         """Take in a tick in which a device was lost; return whether there may be another one."""
-        if not self.are_borne:
+        if not self.is_enabled:
             return False
         if not self.lost:
             self._since = now

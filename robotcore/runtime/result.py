@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from robotcore.runtime.behaviour import Behaviour
     from robotcore.runtime.loop import Loop
     from robotcore.runtime.plan import Plan, RunRequest
-    from robotcore.runtime.verification import Judgement
+    from robotcore.runtime.verification import Verification
 
 
 class Outcome(str, Enum):
@@ -30,42 +30,51 @@ class Outcome(str, Enum):
 
 @dataclass(frozen=True)
 class RunResult:
-    """One run, told in full; None is what the backend cannot know.
-
-    ``verified`` is the simulator's word on ``outcome``; ``judge`` is the app that was asked for it instead of this
-    one. ``exit_status`` is 0 for a success that is not disputed. ``milestones`` maps each one reached to its time;
-    ``conditions`` are what the seed drew of light, looks, sensors and wheels, by name, and what the world's file fixes
-    of sensors and wheels; ``faults`` are the specs of what was to fail on purpose; ``notes`` say what of the robot was
-    not what it seems, and what there was to warn of; ``batteries`` are the lowest voltage that each one told, and the
-    last, ``lowest_v`` and ``last_v``, by name; ``dropped_pictures`` is how many its recording had to leave out, None
-    where it was not recorded; ``error`` is what ended the run, if an error did.
-    """
+    """The result of one run. None stands for a value that the backend cannot measure."""
 
     app: str
+    """The app's name, or its file."""
     backend: str
     robot: str
     world: str | None
+    """None if the backend has no world file."""
     seed: int | None
     outcome: Outcome
     exit_status: int
+    """0 if the run is a success and the verification does not contradict it."""
     reason: str = ""
+    """Why the run ended, as a sentence."""
     verified: bool | None = None
+    """The simulator's judgement of `outcome`; None if it is unknown."""
     judge: str | None = None
+    """The app that verified the run, if it is not the app itself."""
     sim_time_s: float = 0.0
+    """The robot's time at the end, in seconds."""
     wall_time_s: float = 0.0
     ticks: int = 0
     overruns: int = 0
+    """Ticks that took longer than their period."""
     contacts: int | None = None
+    """Contacts of the robot with obstacles; None if the backend cannot count them."""
     distance_to_target_m: float | None = None
     interventions: int = 0
+    """How often the command filter or the latch changed a command."""
     milestones: dict[str, float] = field(default_factory=dict)
+    """The time of each milestone that was reached, in seconds."""
     conditions: dict[str, float | str] = field(default_factory=dict)
+    """The values drawn from the seed (light, surfaces, sensors, wheels) and the values that the world's file fixes."""
     faults: list[str] = field(default_factory=list)
+    """The specifications of the injected faults."""
     notes: list[str] = field(default_factory=list)
+    """Warnings, and properties of the robot that differ from its description."""
     batteries: dict[str, dict[str, float]] = field(default_factory=dict)
+    """For each battery the lowest and the last voltage: ``lowest_v``, ``last_v``."""
     trace_sha256: str | None = None
+    """The digest of the trace, see `Trace`."""
     dropped_pictures: int | None = None
+    """Pictures that the recording left out; None without a recording."""
     error: BaseException | None = field(default=None, repr=False, compare=False)
+    """The exception that ended the run, if one did."""
 
     @property
     def verifier(self) -> str:
@@ -81,11 +90,11 @@ class RunResult:
 
     def to_json(self) -> str:
         """Return the result as one line of JSON, without the exception itself."""
-        told = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "error"}
-        return json.dumps(told)
+        values = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "error"}
+        return json.dumps(values)
 
 
-class Ending(NamedTuple):
+class RunEnd(NamedTuple):
     """How a run ended: ``error`` ended it, if one did; ``late`` is what failed when it was over."""
 
     outcome: Outcome
@@ -100,11 +109,13 @@ def outcome_of(error: RobotcoreError | Interrupted) -> Outcome:
     return Outcome.STOPPED if isinstance(error, SafetyStop) else Outcome.ERROR
 
 
-def told(plan: Plan, loop: Loop | None, judgement: Judgement, ending: Ending, wall_time: float) -> RunResult:
+def build_result(
+    plan: Plan, loop: Loop | None, verification: Verification, ending: RunEnd, wall_time: float
+) -> RunResult:
     """Return all that is known of a run; ``loop`` is None where none began."""
     request, behaviour, (outcome, error, late) = plan.request, plan.behaviour, ending
     said = str(error) if error else behaviour.reason or _default_reason(outcome, request, behaviour)
-    verified = False if error and judgement.verified else judgement.verified
+    verified = False if error and verification.verified else verification.verified
     return RunResult(
         app=app_name(request.app),
         backend=plan.backend.name,
@@ -120,8 +131,8 @@ def told(plan: Plan, loop: Loop | None, judgement: Judgement, ending: Ending, wa
         wall_time_s=round(wall_time, 3),
         ticks=loop.trace.ticks if loop else 0,
         overruns=loop.overruns if loop else 0,
-        contacts=judgement.contacts,
-        distance_to_target_m=judgement.distance,
+        contacts=verification.contacts,
+        distance_to_target_m=verification.distance,
         interventions=loop.trace.interventions if loop else 0,
         milestones=dict(loop.trace.milestones) if loop else {},
         conditions=plan.drawn,

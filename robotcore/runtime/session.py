@@ -15,33 +15,40 @@ from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.layers.base import Layer
-from robotcore.runtime.layers.guardian import guarded
+from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import Observer, Run
 from robotcore.runtime.plan import Plan, RunRequest
-from robotcore.runtime.result import Ending, Outcome, RunResult, outcome_of, told
-from robotcore.runtime.signals import Interrupts, Recalled
-from robotcore.runtime.time_limits import SIMULATED, closing, judging, opening, stepping, watching
-from robotcore.runtime.verification import Judgement, judged
-from robotcore.safety import EmergencyStop, Watchdog, Whereabouts
+from robotcore.runtime.result import Outcome, RunEnd, RunResult, build_result, outcome_of
+from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
+from robotcore.runtime.time_limits import (
+    SIMULATION_FACTOR,
+    close_limit,
+    judge_limit,
+    observer_limit,
+    open_limit,
+    step_limit,
+)
+from robotcore.runtime.verification import Verification, verify_run
+from robotcore.safety import ActivityMonitor, EmergencyStop, Watchdog
 from robotcore.safety.motor_stop import STOP_S
 from robotcore.safety.reserve import Reserve
 
-FAREWELL_S = 0.2
+SHUTDOWN_GRACE_S = 0.2
 """When a process must end, closing what hangs, and each of those who want to hear of it, get this long."""
 
-ENDING_THREADS = 4
+SHUTDOWN_THREADS = 4
 """What may hang when a process must end, each in a thread of its own: latching, closing, the observers, last words."""
 
-WAKING_S = 0.3
+WAKE_UP_S = 0.3
 """A sensor that was suspended too has a new sample after this."""
 
 
-class _UnansweredError(Exception):
+class _NoAnswerError(Exception):
     """A robot cannot be closed; why has been told already."""
 
 
-class Execution:
+class RunSession:
     """A run that is to be."""
 
     def __init__(
@@ -49,57 +56,59 @@ class Execution:
         plan: Plan,
         observers: Sequence[Observer],
         taps: Sequence[Layer],
-        interrupts: Interrupts,
-        last_words: Callable[[RunResult], object],
-        patience: float,
+        interrupts: SignalGuard,
+        on_forced_exit: Callable[[RunResult], object],
+        timeout_scale: float,
     ) -> None:
         self._plan, self._observers, self._taps, self._interrupts = plan, observers, taps, interrupts
-        self._last_words = last_words
-        self._wall, self._where = MonotonicClock(), Whereabouts()
-        patience *= SIMULATED if plan.request.gui else 1.0
+        self._last_words = on_forced_exit
+        self._wall, self._activity = MonotonicClock(), ActivityMonitor()
+        timeout_scale *= SIMULATION_FACTOR if plan.request.gui else 1.0
         self._reserve = Reserve(self._wall)
-        self._watchdog = Watchdog(self._where, self._bite, self._end_hard, self._reserve, patience, self._note_tracer)
-        self._closing = closing(plan.backend.name)
-        self._bitten: RobotcoreError | None = None
+        self._watchdog = Watchdog(
+            self._activity, self._on_timeout, self._force_exit, self._reserve, timeout_scale, self._note_tracer
+        )
+        self._closing = close_limit(plan.backend.name)
+        self._timeout_error: RobotcoreError | None = None
         self._assembled: Assembled | None = None
         self._guard = ExitStack()
         self._loop: Loop | None = None
-        self._judgement = Judgement()
+        self._verification = Verification()
         self._late_failure: RobotcoreError | None = None
         self._is_unanswered = False
 
     def result(self) -> RunResult:
         """Run to the end, whichever it is, and tell the observers too."""
         try:
-            return self._result()
+            return self._run_to_result()
         finally:
             with suppress(MemoryError):
                 self._reserve.close()
 
-    def _result(self) -> RunResult:
+    def _run_to_result(self) -> RunResult:
         error: RobotcoreError | Interrupted | None = None
         try:
-            outcome = self._watched()
+            outcome = self._run_under_watchdog()
         except (RobotcoreError, Interrupted) as caught:
             error, outcome = caught, outcome_of(caught)
         except MemoryError as short:
             error = _cause_of(short) or ResourceError("the program is out of memory")
             outcome = outcome_of(error)
-        except Recalled:  # too late for the loop to tell why
-            error = self._why_recalled
+        except WatchdogInterrupt:  # too late for the loop to tell why
+            error = self._latched_error
             outcome = outcome_of(error)
         except BaseException as bug:
-            self._tell(self._told(RobotcoreError(f"{type(bug).__name__}: {bug}"), Outcome.ERROR))
+            self._notify_observers(self._build_result(RobotcoreError(f"{type(bug).__name__}: {bug}"), Outcome.ERROR))
             raise
         if self._late_failure and error is None:
             error, outcome = self._late_failure, Outcome.ERROR
-        result = self._told(error, outcome)
-        if failures := self._tell(result):
+        result = self._build_result(error, outcome)
+        if failures := self._notify_observers(result):
             raise failures[0]
         return result
 
-    def _watched(self) -> Outcome:
-        self._reserve.hold(ENDING_THREADS)
+    def _run_under_watchdog(self) -> Outcome:
+        self._reserve.hold(SHUTDOWN_THREADS)
         self._watchdog.start()
         try:
             return self._run_and_close()
@@ -107,7 +116,7 @@ class Execution:
             self._watchdog.close()
 
     def _run_and_close(self) -> Outcome:
-        raw = robot = self._opened()
+        raw = robot = self._open_robot()
         outcome = Outcome.ERROR
         try:
             self._assembled = assembled = self._assemble(raw)
@@ -116,19 +125,19 @@ class Execution:
         finally:
             self._reserve.release_memory()
             try:
-                self._interrupts.hold()
+                self._interrupts.mask()
                 self._stop(raw)
                 self._judge(raw, outcome)
             finally:  # even where a signal came just before the hold
-                self._interrupts.hold()
+                self._interrupts.mask()
                 self._close(robot)
         return outcome
 
-    def _opened(self) -> Robot:
+    def _open_robot(self) -> Robot:
         plan = self._plan
-        self._where.begin(opening(plan.backend.name))
+        self._activity.begin(open_limit(plan.backend.name))
         raw = plan.backend.open(plan.setup)
-        self._where.begin(None)
+        self._activity.begin(None)
         self._plan = replace(plan, notes=(*plan.notes, *raw.notes))
         return raw
 
@@ -141,27 +150,27 @@ class Execution:
             plan.request.rate_hz,
             plan.request.timeout_s,
             [*(observer.tick for observer in self._observers), lambda _: self._interrupts.check()],
-            stepping(plan.behaviour, safety.watchdog_s),
-            watching(safety.watchdog_s * (SIMULATED if assembled.robot.clock.is_lockstep else 1.0)),
+            step_limit(plan.behaviour, safety.watchdog_s),
+            observer_limit(safety.watchdog_s * (SIMULATION_FACTOR if assembled.robot.clock.is_lockstep else 1.0)),
             safety.outage_s,
         )
         self._interrupts.stop_with(self._last_resort)
-        self._interrupts.suspend_with(partial(assembled.halt, "suspension"), self._let_sensors_wake, is_to_wait=True)
+        self._interrupts.suspend_with(partial(assembled.halt, "suspension"), self._wait_for_sensors, is_to_wait=True)
         run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
-        with self._interrupts.put_off():
+        with self._interrupts.defer():
             for observer in self._observers:
                 observer.begin(run)
         return self._loop.run()
 
-    def _let_sensors_wake(self) -> None:
+    def _wait_for_sensors(self) -> None:
         """Wait until what is polled has something newer than from before the suspension, which would be stale."""
-        self._wall.sleep_until(self._wall.now() + WAKING_S)
+        self._wall.sleep_until(self._wall.now() + WAKE_UP_S)
 
     def _assemble(self, raw: Robot) -> Assembled:
         plan, clock = self._plan, self._clock_for(raw)
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
         faults = [fault.layer(clock, seed) for fault in plan.faults]
-        guard = guarded(raw, plan.description.safety.lease_ticks / rate_hz, self._guard)
+        guard = guard_motors(raw, plan.description.safety.lease_ticks / rate_hz, self._guard)
         assembled = assemble(
             raw,
             plan.description,
@@ -172,7 +181,7 @@ class Execution:
             faults,
             self._taps,
             guard,
-            self._where,
+            self._activity,
             self._reserve,
         )
         self._reserve.hold(len(raw.motors))
@@ -195,7 +204,7 @@ class Execution:
         so the motors, it may take as long as any answer: a simulator on a busy machine is only slow.
         """
         if assembled := self._assembled:
-            self._where.begin(self._closing)
+            self._activity.begin(self._closing)
             assembled.latch.set(DeviceClosedError(raw.name))
             may_be_slow = raw.clock.is_lockstep and not self._is_unanswered
             failures = assembled.brakes.apply_apart(self._plan.description.safety.answer_s if may_be_slow else STOP_S)
@@ -206,44 +215,44 @@ class Execution:
         """Ask the truth while the simulator lives; one that has died has no word."""
         if not self._is_unanswered:
             plan = self._plan
-            self._where.begin(judging(plan.judge, plan.backend.name))
-            self._judgement = judged(plan.judge, self._truth_of(raw), outcome, plan.request.judge)
-            self._late_failure = self._late_failure or self._judgement.failure
+            self._activity.begin(judge_limit(plan.judge, plan.backend.name))
+            self._verification = verify_run(plan.judge, self._truth_of(raw), outcome, plan.request.judge)
+            self._late_failure = self._late_failure or self._verification.failure
 
     def _close(self, robot: Robot) -> None:
         """Close the robot; a guardian stops what cannot be closed."""
-        self._where.begin(self._closing)
+        self._activity.begin(self._closing)
         try:
-            with suppress(_UnansweredError), self._guard:
-                self._let_go(robot)
+            with suppress(_NoAnswerError), self._guard:
+                self._close_robot(robot)
         except RobotcoreError as failure:
             self._late_failure = failure
 
-    def _let_go(self, robot: Robot) -> None:
+    def _close_robot(self, robot: Robot) -> None:
         """Close the robot; one that does not answer is not waited for."""
         if not (self._is_unanswered or (self._assembled and self._assembled.brakes.are_hung)):
             robot.close()
             return
         closing = self._reserve.call(robot.close)
-        if not closing.is_done_within(FAREWELL_S) or closing.failure:
-            raise _UnansweredError
+        if not closing.is_done_within(SHUTDOWN_GRACE_S) or closing.failure:
+            raise _NoAnswerError
 
     @property
-    def _why_recalled(self) -> RobotcoreError:
+    def _latched_error(self) -> RobotcoreError:
         """What latched first, where something was there to latch."""
-        error = (self._assembled and self._assembled.latch.error) or self._bitten
+        error = (self._assembled and self._assembled.latch.error) or self._timeout_error
         assert error
         return error
 
-    def _bite(self, error: RobotcoreError) -> None:
+    def _on_timeout(self, error: RobotcoreError) -> None:
         """Stop what moves, for the loop's thread does not come back, and call it."""
-        self._bitten = error
+        self._timeout_error = error
         self._is_unanswered = isinstance(error, (BackendError, DeviceError))
         try:
             if self._assembled:
                 self._assembled.latch.set(error)
         finally:
-            self._interrupts.recall()
+            self._interrupts.interrupt_main_thread()
 
     def _note_tracer(self, error: RobotcoreError) -> None:
         """Say, once, that the watchdog would have ended the run."""
@@ -252,12 +261,12 @@ class Execution:
         with suppress(OSError):
             os.write(2, f"note: {note}\n".encode())
 
-    def _end_hard(self, error: RobotcoreError) -> None:
+    def _force_exit(self, error: RobotcoreError) -> None:
         """End the process, which nothing else ends; but not one whose main thread has other things to do."""
-        if self._interrupts.are_heard:
+        if self._interrupts.is_in_main_thread:
             try:
                 self._reserve.release_memory()
-                self._farewell(error, len(self._loop.untold) if self._loop else 0)
+                self._report_forced_exit(error, len(self._loop.unreported_interventions) if self._loop else 0)
             finally:
                 os._exit(error.exit_status)
 
@@ -267,22 +276,22 @@ class Execution:
         self._reserve.release_memory()
         try:
             latching = partial(self._assembled.latch.set, DeviceClosedError(self._assembled.robot.name))
-            self._reserve.call(latching).is_done_within(FAREWELL_S)
+            self._reserve.call(latching).is_done_within(SHUTDOWN_GRACE_S)
         finally:
             try:
                 self._assembled.brakes.apply_apart()
             finally:
                 if self._interrupts.raised:
-                    self._farewell(self._interrupts.raised)
+                    self._report_forced_exit(self._interrupts.raised)
 
-    def _farewell(self, error: RobotcoreError | Interrupted, untold: int = 0) -> None:
+    def _report_forced_exit(self, error: RobotcoreError | Interrupted, unreported: int = 0) -> None:
         """Tell everyone how the run ends, while there is still somebody to; of interventions also those untold."""
-        result = self._told(error, outcome_of(error))
-        result = replace(result, interventions=result.interventions + untold)
-        for hear in (partial(self._tell, result), partial(self._last_words, result)):
-            self._reserve.call(hear).is_done_within(FAREWELL_S)
+        result = self._build_result(error, outcome_of(error))
+        result = replace(result, interventions=result.interventions + unreported)
+        for hear in (partial(self._notify_observers, result), partial(self._last_words, result)):
+            self._reserve.call(hear).is_done_within(SHUTDOWN_GRACE_S)
 
-    def _tell(self, result: RunResult) -> list[Exception]:
+    def _notify_observers(self, result: RunResult) -> list[Exception]:
         """Tell every observer the end, each on its own; return what was raised."""
         failures = []
         for observer in self._observers:
@@ -292,9 +301,9 @@ class Execution:
                 failures.append(failure)
         return failures
 
-    def _told(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
-        ending = Ending(outcome, error, self._late_failure)
-        return told(self._plan, self._loop, self._judgement, ending, self._wall.now())
+    def _build_result(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
+        ending = RunEnd(outcome, error, self._late_failure)
+        return build_result(self._plan, self._loop, self._verification, ending, self._wall.now())
 
 
 def _cause_of(error: BaseException) -> RobotcoreError | Interrupted | None:
@@ -309,7 +318,7 @@ def _cause_of(error: BaseException) -> RobotcoreError | Interrupted | None:
 __all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
 
 
-def _say(result: RunResult) -> None:
+def _print_reason(result: RunResult) -> None:
     """Say on standard error why the process ends; a stream of Python's may be held by what hangs."""
     os.write(2, f"error: {result.reason}\n".encode())
 
@@ -319,16 +328,20 @@ def run(
     observers: Sequence[Observer] = (),
     taps: Sequence[Layer] = (),
     *,
-    last_words: Callable[[RunResult], object] = _say,
-    patience: float = 1.0,
+    on_forced_exit: Callable[[RunResult], object] = _print_reason,
+    timeout_scale: float = 1.0,
 ) -> RunResult:
-    """Run an app and tell how it ended; ``taps`` are layers that see all that goes to the app and comes from it.
+    """Run an app and return its result.
 
-    Raises UsageError and BackendMissingError before anything is opened. What happens from then on is in the result,
-    and every motor is stopped. An app or a driver that does not come back ends the process, where it cannot be
-    interrupted: ``last_words`` is then called with the result, from another thread. Every limit on how long something
-    may take is ``patience`` times as long.
+    observers: they get the run's beginning, each tick and the result.
+    taps: layers that see every sample that the app gets and every command that it gives.
+    on_forced_exit: if an app or a driver hangs and cannot be interrupted, the process exits. This function is called
+    first with the result, in another thread.
+    timeout_scale: a factor on every time limit of the run.
+
+    Raises UsageError and BackendMissingError before anything is opened. A later error is in the result, and every
+    motor is stopped.
     """
     plan = Plan.of(request)
-    with Interrupts() as interrupts:
-        return Execution(plan, observers, taps, interrupts, last_words, patience).result()
+    with SignalGuard() as interrupts:
+        return RunSession(plan, observers, taps, interrupts, on_forced_exit, timeout_scale).result()

@@ -15,14 +15,14 @@ from robotcore.errors import Interrupted
 
 LAST_SIGNAL = 3
 
-RECALL: int = getattr(signal, "SIGURG", signal.SIGINT)
+WATCHDOG_SIGNAL: int = getattr(signal, "SIGURG", signal.SIGINT)
 """It interrupts a call that waits, and does nothing where nobody hears it."""
 
 ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
 SUSPEND: int | None = getattr(signal, "SIGTSTP", None)
 
 
-class Recalled(BaseException):
+class WatchdogInterrupt(BaseException):
     """Raised where the program is, by whoever has latched: the latch knows why the run ends."""
 
 
@@ -39,8 +39,8 @@ def die_of(number: int) -> NoReturn:
     os._exit(128 + number)
 
 
-class Interrupts:
-    """While entered, a signal raises Interrupted where the program is; after `hold` none does.
+class SignalGuard:
+    """While entered, a signal raises Interrupted where the program is; after `mask` none does.
 
     So nothing cuts short the stopping of the motors. A signal that the program was started to ignore (``nohup``) is
     left alone. Hears nothing outside the main thread, where Python delivers no signals. ``raised`` is the last one.
@@ -50,7 +50,7 @@ class Interrupts:
 
     def __init__(self) -> None:
         self._thread = threading.get_ident()
-        self._is_held = self._is_put_off = self._is_recalled = False
+        self._is_masked = self._is_deferred = self._is_interrupted = False
         self.raised: Interrupted | None = None
         self._last_resort: Callable[[], object] = lambda: None
         self._count = 0
@@ -61,25 +61,25 @@ class Interrupts:
         self._after_suspension: Callable[[], object] = lambda: None
 
     @property
-    def are_heard(self) -> bool:
-        """Whether this was entered in the main thread."""
+    def is_in_main_thread(self) -> bool:
+        """Whether the guard was entered in the main thread, and so handles signals."""
         return bool(self._before)
 
-    def hold(self) -> None:
+    def mask(self) -> None:
         """From here on no signal raises: the robot is being closed."""
-        self._is_held = True
+        self._is_masked = True
         self._is_to_wait = False
-        if self._is_recalled:
-            _take_back()
+        if self._is_interrupted:
+            _cancel_interrupt()
 
     @contextmanager
-    def put_off(self) -> Iterator[None]:
+    def defer(self) -> Iterator[None]:
         """While entered, a signal waits, but for the third: what is done here is done wholly, and can be undone."""
-        self._is_put_off = True
+        self._is_deferred = True
         try:
             yield
         finally:
-            self._is_put_off = False
+            self._is_deferred = False
         self.check()
 
     def stop_with(self, last_resort: Callable[[], object]) -> None:
@@ -104,24 +104,28 @@ class Interrupts:
             self._suspension = 0
             self._suspend(number)
 
-    def recall(self) -> None:
-        """Raise Recalled in the thread that entered this, wherever it is, unless it holds; to be called from another.
+    def interrupt_main_thread(self) -> None:
+        """Raise WatchdogInterrupt, from another thread, in the thread that entered this, unless it is masked..
 
-        Outside the main thread a call that waits cannot be interrupted: it is raised when that returns.
+        Outside the main thread a call that waits cannot be interrupted; the exception is raised when the call returns.
         """
-        if self._is_held:
+        if self._is_masked:
             return
-        if self.are_heard:
-            signal.pthread_kill(self._thread, RECALL)
+        if self.is_in_main_thread:
+            signal.pthread_kill(self._thread, WATCHDOG_SIGNAL)
         else:
-            self._is_recalled = True
-            _raise_in(self._thread, Recalled)
+            self._is_interrupted = True
+            _raise_in(self._thread, WatchdogInterrupt)
 
-    def __enter__(self) -> Interrupts:
+    def __enter__(self) -> SignalGuard:
         if threading.current_thread() is threading.main_thread():
-            handlers = {**dict.fromkeys(ENDING, self._raise), RECALL: self._come_back, SUSPEND: self._hear_suspension}
-            heard = {number: handler for number, handler in handlers.items() if number and _is_to_be_heard(number)}
-            self._before = {number: signal.signal(number, handler) for number, handler in heard.items()}
+            handlers = {
+                **dict.fromkeys(ENDING, self._raise),
+                WATCHDOG_SIGNAL: self._interrupt,
+                SUSPEND: self._on_suspend,
+            }
+            handled = {number: handler for number, handler in handlers.items() if number and _is_handled(number)}
+            self._before = {number: signal.signal(number, handler) for number, handler in handled.items()}
         return self
 
     def __exit__(
@@ -134,27 +138,27 @@ class Interrupts:
             signal.signal(number, handler)
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
-        if self._is_held:
+        if self._is_masked:
             return
         self._count += 1
         self.raised = Interrupted(number)
         if self._count == LAST_SIGNAL:
             self._end(number)
-        if not self._is_put_off:
+        if not self._is_deferred:
             raise self.raised
 
-    def _come_back(self, number: int, frame: FrameType | None) -> None:
-        if not self._is_held:
-            raise Recalled
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        if not self._is_masked:
+            raise WatchdogInterrupt
 
-    def _hear_suspension(self, number: int, frame: FrameType | None) -> None:
+    def _on_suspend(self, number: int, frame: FrameType | None) -> None:
         if self._is_to_wait:
             self._suspension = number
-        elif not self._is_held:  # the robot is closed first
+        elif not self._is_masked:  # the robot is closed first
             self._suspend(number)
 
     def _suspend(self, number: int) -> None:
-        """Suspend the program, or let whoever heard the signal before do so."""
+        """Suspend the program, or call the handler that was installed before."""
         self._before_suspension()
         if callable(outer := self._before[number]):
             outer(number, None)
@@ -167,14 +171,14 @@ class Interrupts:
         self._after_suspension()
 
     def _end(self, number: int) -> NoReturn:
-        self._is_held = True
+        self._is_masked = True
         try:
             self._last_resort()
         finally:
             die_of(number)
 
 
-class _TakenBackError(BaseException):
+class _CancelInterrupt(BaseException):
     """Raised in the place of what was not raised yet."""
 
 
@@ -183,18 +187,18 @@ def _raise_in(thread: int, kind: type[BaseException]) -> None:
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))
 
 
-def _take_back() -> None:
+def _cancel_interrupt() -> None:
     """Let nothing be raised in this thread any more.
 
     CPython 3.11 goes on looking for what is not to be raised after all, and no tracer, a debugger's for one, comes past
     that; so another exception is raised in its place.
     """
-    with suppress(_TakenBackError):
-        _raise_in(threading.get_ident(), _TakenBackError)
+    with suppress(_CancelInterrupt):
+        _raise_in(threading.get_ident(), _CancelInterrupt)
         while True:
             pass
 
 
-def _is_to_be_heard(number: int) -> bool:
+def _is_handled(number: int) -> bool:
     """Return whether to hear a signal: one that the program was started to ignore is left alone, but for two."""
     return number in (signal.SIGINT, signal.SIGTERM) or signal.getsignal(number) is not signal.SIG_IGN

@@ -8,7 +8,7 @@ from types import FrameType
 
 from robotcore.errors import BackendError, RobotcoreError, WatchdogError
 from robotcore.runtime.behaviour import Behaviour
-from robotcore.safety import Stay
+from robotcore.safety import TimeLimit
 
 GRACE_S = 1.0
 OPENING_S = 60.0
@@ -17,12 +17,12 @@ OPENING_S = 60.0
 CLOSING_S = 10.0
 """A camera or a simulator may take its time to end."""
 
-SIMULATED = 10.0
+SIMULATION_FACTOR = 10.0
 """So much longer may those who look on take where all time is simulated: it waits for a disk, and nothing real moves.
 The same goes for a simulator's window, which somebody may drag."""
 
 
-def opening(backend: str) -> Stay:
+def open_limit(backend: str) -> TimeLimit:
     """Return the stay in the opening of a robot."""
 
     def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
@@ -30,10 +30,10 @@ def opening(backend: str) -> Stay:
             f"the backend {backend!r} has not opened the robot for {seconds:.0f} s. Does what it connects to answer?"
         )
 
-    return Stay(OPENING_S, overdue, GRACE_S)
+    return TimeLimit(OPENING_S, overdue, GRACE_S)
 
 
-def stepping(app: Behaviour, limit_s: float) -> Stay:
+def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
     """Return the stay in an app's step."""
 
     def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
@@ -43,19 +43,19 @@ def stepping(app: Behaviour, limit_s: float) -> Stay:
             "An app never waits: return Status.RUNNING, and go on in the next tick"
         )
 
-    return Stay(limit_s, overdue, GRACE_S)
+    return TimeLimit(limit_s, overdue, GRACE_S)
 
 
-def watching(limit_s: float) -> Stay:
+def observer_limit(limit_s: float) -> TimeLimit:
     """Return the stay with the observers."""
 
     def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
         return WatchdogError(f"what looks at the run has not come back for {seconds:.1f} s: {_innermost(frame)}")
 
-    return Stay(limit_s, overdue, GRACE_S)
+    return TimeLimit(limit_s, overdue, GRACE_S)
 
 
-def judging(judge: Behaviour, backend: str) -> Stay:
+def judge_limit(judge: Behaviour, backend: str) -> TimeLimit:
     """Return the stay with who judges the end of a run, and with the simulator that tells him the truth."""
 
     def overdue(seconds: float, frame: FrameType | None) -> RobotcoreError:
@@ -64,16 +64,16 @@ def judging(judge: Behaviour, backend: str) -> Stay:
             return WatchdogError(f"{kind.__name__} has not come back from verify for {seconds:.1f} s{line}")
         return BackendError(f"the backend {backend!r} has not told the truth about the run's end for {seconds:.1f} s")
 
-    return Stay(CLOSING_S, overdue, 0.0)
+    return TimeLimit(CLOSING_S, overdue, 0.0)
 
 
-def closing(backend: str) -> Stay:
+def close_limit(backend: str) -> TimeLimit:
     """Return the stay at the end of a run, which nothing calls back: the process ends."""
 
     def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
         return BackendError(f"the backend {backend!r} has not let go of the robot for {seconds:.1f} s")
 
-    return Stay(CLOSING_S, overdue, 0.0)
+    return TimeLimit(CLOSING_S, overdue, 0.0)
 
 
 def _line(kind: type, frame: FrameType | None) -> str:

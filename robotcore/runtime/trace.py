@@ -39,10 +39,10 @@ class TickRecord(NamedTuple):
         return f"waiting for {self.lost}" if self.lost else self.state
 
 
-def voltages_told(voltages: Mapping[str, float]) -> str:
+def format_voltages(voltages: Mapping[str, float]) -> str:
     """Return voltages in words; each with its battery's name only where there are several.
 
-    >>> voltages_told({"battery": 7.412})
+    >>> format_voltages({"battery": 7.412})
     '7.41 V'
     """
     if len(voltages) == 1:

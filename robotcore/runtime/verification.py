@@ -6,14 +6,14 @@ from dataclasses import MISSING, dataclass, replace
 
 from robotcore.errors import BehaviourError, RobotcoreError, UnknownNameError, UsageError
 from robotcore.hal.truth import Truth
-from robotcore.runtime.apps import app_path, import_beside, is_app_file, load_app
+from robotcore.runtime.apps import app_path, is_app_file, load_app, use_script_folder
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.settings import configure, settings_of
 
 
 @dataclass(frozen=True)
-class Judgement:
+class Verification:
     """What the truth says at the end; None is what nobody knows. ``failure`` is what the judge's own code raised."""
 
     verified: bool | None = None
@@ -22,19 +22,19 @@ class Judgement:
     failure: BehaviourError | None = None
 
 
-def judged(judge: Behaviour, truth: Truth | None, outcome: Outcome, name: str | None) -> Judgement:
-    """Return the judgement of a run that ended so; a simulator that has died has no word."""
+def verify_run(judge: Behaviour, truth: Truth | None, outcome: Outcome, name: str | None) -> Verification:
+    """Verify a run by the simulator's truth. If the simulator has died, every value is None."""
     if truth is None:
-        return Judgement()
+        return Verification()
     try:
-        measured = Judgement(None, truth.contacts, truth.distance_to_target)
+        measured = Verification(None, truth.contacts, truth.distance_to_target)
         try:
-            said = verdict(judge, truth, name)
+            said = ask_judge(judge, truth, name)
         except BehaviourError as error:
             return replace(measured, failure=error)
         return replace(measured, verified=said and outcome is Outcome.SUCCESS)
     except (RobotcoreError, OSError, EOFError):
-        return Judgement()
+        return Verification()
 
 
 def load_judge(name: str) -> Behaviour:
@@ -55,13 +55,13 @@ def load_judge(name: str) -> Behaviour:
     return configure(judge, {})
 
 
-def verdict(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
+def ask_judge(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
     """Return what the judge says; ``name`` is what it was asked for by, None where an app judges itself.
 
     Raises BehaviourError where its own code raises.
     """
     if name and is_app_file(name):
-        import_beside(app_path(name))
+        use_script_folder(app_path(name))
     try:
         said = judge.verify(truth)
         return None if said is None else bool(said)  # an array of several has no truth

@@ -1,12 +1,12 @@
 """The safety stage: what stands between every command and the motors, the same on every backend."""
 
-from robotcore.safety.command_filter import LOST, Commit, SafetyStage, Stage
+from robotcore.safety.command_filter import LOST, CommandFilter, Commit, SafetyFilter
 from robotcore.safety.deadman import Deadman
 from robotcore.safety.latch import EmergencyStop, Latch
-from robotcore.safety.motor_stop import Brakes
-from robotcore.safety.plausibility import RangesChange, WheelsFollow
+from robotcore.safety.motor_stop import StopGroup
+from robotcore.safety.plausibility import StuckRangeCheck, WheelTrackingCheck
 from robotcore.safety.rules import (
-    REST,
+    STOPPED,
     AccelerationLimit,
     DistanceAhead,
     Intervention,
@@ -15,13 +15,14 @@ from robotcore.safety.rules import (
     VelocityLimit,
     stopping_distance,
 )
-from robotcore.safety.watchdog import Stay, Watchdog, Whereabouts
+from robotcore.safety.watchdog import ActivityMonitor, TimeLimit, Watchdog
 
 __all__ = [
     "LOST",
-    "REST",
+    "STOPPED",
     "AccelerationLimit",
-    "Brakes",
+    "ActivityMonitor",
+    "CommandFilter",
     "Commit",
     "Deadman",
     "DistanceAhead",
@@ -29,14 +30,13 @@ __all__ = [
     "Intervention",
     "Latch",
     "RangeGuard",
-    "RangesChange",
     "Rule",
-    "SafetyStage",
-    "Stage",
-    "Stay",
+    "SafetyFilter",
+    "StopGroup",
+    "StuckRangeCheck",
+    "TimeLimit",
     "VelocityLimit",
     "Watchdog",
-    "WheelsFollow",
-    "Whereabouts",
+    "WheelTrackingCheck",
     "stopping_distance",
 ]

@@ -11,10 +11,10 @@ from robotcore.errors import DeviceLostError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Motor, invalid_velocity
-from robotcore.safety.deadman import Deadman, Patiently
+from robotcore.safety.deadman import Deadman, TimedLock
 from robotcore.safety.latch import Latch
-from robotcore.safety.motor_stop import Brakes
-from robotcore.safety.rules import REST, Intervention, Rule
+from robotcore.safety.motor_stop import StopGroup
+from robotcore.safety.rules import STOPPED, Intervention, Rule
 
 LOST = "lost device"
 """Why the robot stands, as interventions name it, while it waits for a device."""
@@ -28,7 +28,7 @@ class Commit(NamedTuple):
     interventions: tuple[Intervention, ...]
 
 
-class Stage(Protocol):
+class CommandFilter(Protocol):
     """What the commands of a drive pass: the safety stage, or a layer over it."""
 
     @property
@@ -38,7 +38,7 @@ class Stage(Protocol):
     def commit(self) -> Commit: ...
 
 
-class SafetyStage:
+class SafetyFilter:
     """Guards the two motors of a drive.
 
     ``clock`` is the loop's, which stands still within a tick; the deadman's lease runs on it too, and a clock may cut
@@ -55,7 +55,7 @@ class SafetyStage:
         lease: float,
         latch: Latch | None = None,
         on_sent: Callable[[Wheels, float], None] | None = None,
-        brakes: Brakes | None = None,
+        brakes: StopGroup | None = None,
     ) -> None:
         self._clock = clock
         self._left, self._right = left, right
@@ -63,11 +63,11 @@ class SafetyStage:
         self._latch = latch or Latch()
         self._on_sent = on_sent
         self._lock = RLock()
-        self._brakes = brakes or Brakes.on(left, right)
+        self._brakes = brakes or StopGroup.on(left, right)
         self._deadman = Deadman(clock, lease, self._cut, self._lock, self._brakes.reserve)
         self._asked: Wheels | None = None
-        self._guarded = self._sent = self._judged_after = REST
-        self._halts = self._halts_before = 0
+        self._guarded = self._sent = self._filtered_after = STOPPED
+        self._stops = self._stops_before = 0
         self._is_stopped = self._is_cut_off = False
         self._changes: list[Intervention] = []
         self._cuts: list[Intervention] = []
@@ -82,7 +82,7 @@ class SafetyStage:
         for motor, velocity in ((self._left, wheels.left), (self._right, wheels.right)):
             if not math.isfinite(velocity):
                 self._latch.trip(invalid_velocity(motor.name, velocity))
-        self._guarded = self._guard(wheels)
+        self._guarded = self._apply_rules(wheels)
         self._asked, self._is_stopped = wheels, False
         return self._guarded
 
@@ -91,11 +91,11 @@ class SafetyStage:
 
         The lease ends when they were stopped: where a stop hangs or fails, the deadman is the next to try.
         """
-        with Patiently(self._lock):
-            self._asked = self._guarded = REST
+        with TimedLock(self._lock):
+            self._asked = self._guarded = STOPPED
             self._changes.clear()
             self._is_stopped = False
-            self._halt(self._clock.now())
+            self._stop_motors(self._clock.now())
             self._is_stopped = True
             self._deadman.rest()
 
@@ -104,13 +104,13 @@ class SafetyStage:
 
         What a tick that was broken off had asked for is forgotten: the next one would send it, and nobody asked then.
         """
-        with Patiently(self._lock):
+        with TimedLock(self._lock):
             now = self._clock.now()
             self._asked, self._is_stopped = None, False
             self._changes.clear()
-            if self._sent != REST:
-                self._cuts.append(Intervention(now, cause, self._sent, REST))
-            self._halt(now)
+            if self._sent != STOPPED:
+                self._cuts.append(Intervention(now, cause, self._sent, STOPPED))
+            self._stop_motors(now)
             self._deadman.rest()
 
     @property
@@ -122,38 +122,38 @@ class SafetyStage:
         """Send this tick's command and begin a new lease; without one, guard again what is still being driven."""
         self._latch.check()
         with self._lock:
-            self._halts_before = self._halts
+            self._stops_before = self._stops
             asked, self._asked = self._asked, None
-            sent = self._hold_back() if asked is None else self._carried_out(asked)
+            sent = self._recheck() if asked is None else self._send_asked(asked)
             changes = (*self._cuts, *self._changes)
             self._cuts.clear()
             self._changes.clear()
             return Commit(asked, sent, changes)
 
-    def _carried_out(self, asked: Wheels) -> Wheels:
+    def _send_asked(self, asked: Wheels) -> Wheels:
         """Send a command; a stop of this tick was sent when it was asked for."""
-        return REST if self._is_stopped else self._send(self._still_guarded(asked))
+        return STOPPED if self._is_stopped else self._send(self._apply_rules_again(asked))
 
-    def _still_guarded(self, asked: Wheels) -> Wheels:
+    def _apply_rules_again(self, asked: Wheels) -> Wheels:
         """Return what the rules made of a command; they are asked again where it was cut short since."""
-        return self._guarded if self._sent is self._judged_after else self._guard(asked)
+        return self._guarded if self._sent is self._filtered_after else self._apply_rules(asked)
 
-    def _hold_back(self) -> Wheels | None:
+    def _recheck(self) -> Wheels | None:
         """Lessen a command that lives on where the rules would no longer let it pass; its lease goes on."""
-        if self._sent == REST or (lessened := self._guard(self._sent)) == self._sent:
+        if self._sent == STOPPED or (lessened := self._apply_rules(self._sent)) == self._sent:
             return None
-        return self._tell(lessened)
+        return self._command_motors(lessened)
 
     def _send(self, wheels: Wheels) -> Wheels:
         """Send a command. Its lease begins before the first motor turns, and ends after the last one stands."""
-        if wheels != REST:
+        if wheels != STOPPED:
             self._deadman.renew(self._clock.now())
-        sent = self._tell(wheels)
-        if wheels == REST:
+        sent = self._command_motors(wheels)
+        if wheels == STOPPED:
             self._deadman.rest()
         return sent
 
-    def _tell(self, wheels: Wheels) -> Wheels:
+    def _command_motors(self, wheels: Wheels) -> Wheels:
         """Tell the motors, and return what they say they do; where one fails, or a stop came meanwhile, stop both."""
         if not self._is_overtaken:
             try:
@@ -162,22 +162,22 @@ class SafetyStage:
                 self.suspend(LOST)
                 raise
             except Exception:
-                self._halt(self._clock.now())
+                self._stop_motors(self._clock.now())
                 raise
             if not self._is_overtaken:
                 self._note(sent, self._clock.now())
                 return sent
-        self._halt(self._clock.now())
-        return REST
+        self._stop_motors(self._clock.now())
+        return STOPPED
 
     @property
     def _is_overtaken(self) -> bool:
         """Whether a stop came since the commit began: past its lock, where the rules or a motor took their time."""
-        return self._halts != self._halts_before or self._latch.error is not None
+        return self._stops != self._stops_before or self._latch.error is not None
 
-    def _guard(self, wheels: Wheels) -> Wheels:
+    def _apply_rules(self, wheels: Wheels) -> Wheels:
         self._changes.clear()
-        self._judged_after = self._sent
+        self._filtered_after = self._sent
         for rule in self._rules:
             lessened = rule(wheels, self._sent)
             if lessened != wheels:
@@ -189,23 +189,23 @@ class SafetyStage:
         """Stop both motors; where a stop had failed, once more."""
         driven = self._sent
         try:
-            self._halt(expiry)
+            self._stop_motors(expiry)
         finally:
-            if driven != REST:
-                self._cuts.append(Intervention(expiry, "deadman", driven, REST))
+            if driven != STOPPED:
+                self._cuts.append(Intervention(expiry, "deadman", driven, STOPPED))
 
     def _cut_off(self) -> None:
         """Stop for good: the latch has tripped. A second try reports what the first one found."""
         if not self._is_cut_off:
-            self._latch.driven, self._latch.untold, self._cuts = self._sent, self._cuts, []
+            self._latch.driven, self._latch.unreported_interventions, self._cuts = self._sent, self._cuts, []
             self._is_cut_off = True
         self.stop()
 
-    def _halt(self, now: float) -> None:
+    def _stop_motors(self, now: float) -> None:
         """Stop each motor on its own, also if noting it fails."""
-        self._halts += 1
+        self._stops += 1
         try:
-            self._note(REST, now)
+            self._note(STOPPED, now)
         finally:
             self._brakes.apply()
 

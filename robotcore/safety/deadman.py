@@ -10,10 +10,10 @@ from robotcore.hal.clock import Clock
 from robotcore.safety.reserve import Reserve
 from robotcore.threads import is_out_of_memory
 
-PATIENCE_S = 0.05
+LOCK_TIMEOUT_S = 0.05
 
 
-class Patiently:
+class TimedLock:
     """Holds a lock while entered, if it can be had soon; does without where its owner hangs in a vendor's call."""
 
     __slots__ = ("_is_held", "_lock")
@@ -22,7 +22,7 @@ class Patiently:
         self._lock = lock
 
     def __enter__(self) -> None:
-        self._is_held = self._lock.acquire(timeout=PATIENCE_S)
+        self._is_held = self._lock.acquire(timeout=LOCK_TIMEOUT_S)
 
     def __exit__(self, *_: object) -> None:
         if self._is_held:
@@ -70,7 +70,7 @@ class Deadman:
             raise
 
     def _check(self, called_at: float) -> None:
-        with Patiently(self._lock):
+        with TimedLock(self._lock):
             self._is_waiting = False
             if self._expiry is None:
                 return

@@ -10,21 +10,22 @@ from typing import NoReturn
 from robotcore.errors import EmergencyStopError, RobotcoreError, SafetyStop
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.reserve import Reserve
-from robotcore.safety.rules import REST, Intervention
+from robotcore.safety.rules import STOPPED, Intervention
 from robotcore.threads import is_out_of_memory
 
 
 class Latch:
     """Keeps the first error that it is set to, and raises it at every `check` from then on; any thread may set it.
 
-    ``driven`` is what the wheels were told when it tripped, rad/s; ``untold`` what was cut before, and no tick tells.
-    ``reserve`` has the memory that a stop may need.
+    driven: the wheel velocities at the moment when the latch tripped, rad/s.
+    unreported_interventions: stops of the deadman before that moment, which no tick has reported.
+    reserve: the memory that a stop may need.
     """
 
     def __init__(self, reserve: Reserve | None = None) -> None:
         self.error: RobotcoreError | None = None
-        self.driven = REST
-        self.untold: Sequence[Intervention] = ()
+        self.driven = STOPPED
+        self.unreported_interventions: Sequence[Intervention] = ()
         self._lock = RLock()
         self._reserve = reserve or Reserve(MonotonicClock())
         self._calls: list[Callable[[], object]] = []
@@ -36,7 +37,7 @@ class Latch:
 
     def interventions(self, now: float) -> tuple[Intervention, ...]:
         """Return what a trace is to tell of it."""
-        return (*self.untold, Intervention(now, self.cause, self.driven, REST))
+        return (*self.unreported_interventions, Intervention(now, self.cause, self.driven, STOPPED))
 
     def call(self, stop: Callable[[], object]) -> None:
         """Call this when the latch trips, after those that asked before: at once, in the thread that trips it."""

@@ -19,7 +19,7 @@ STOP_S = 0.2
 """A motor whose stop takes longer is given up, though its stop goes on: nothing waits for it again."""
 
 
-class Brake:
+class MotorStop:
     """Stops one motor. While one stop is under way no other is begun."""
 
     def __init__(self, motor: Motor, reserve: Reserve) -> None:
@@ -70,7 +70,7 @@ class Brake:
         )
 
 
-class Brakes:
+class StopGroup:
     """Stops motors, each on its own.
 
     The thread that made this stops them one after the other: the watchdog looks after it. From any other thread each is
@@ -78,20 +78,20 @@ class Brakes:
     reserve they are stopped one after the other.
     """
 
-    def __init__(self, brakes: Iterable[Brake], reserve: Reserve) -> None:
+    def __init__(self, brakes: Iterable[MotorStop], reserve: Reserve) -> None:
         self.reserve = reserve
         self._brakes = tuple(brakes)
         self._home = get_ident()
 
     @classmethod
-    def on(cls, *motors: Motor, reserve: Reserve | None = None) -> Brakes:
+    def on(cls, *motors: Motor, reserve: Reserve | None = None) -> StopGroup:
         """Return brakes for these motors."""
         reserve = reserve or Reserve(MonotonicClock())
-        return cls([Brake(motor, reserve) for motor in motors], reserve)
+        return cls([MotorStop(motor, reserve) for motor in motors], reserve)
 
-    def of(self, *motors: Motor) -> Brakes:
+    def of(self, *motors: Motor) -> StopGroup:
         """Return the same brakes for some of the motors alone."""
-        return Brakes([brake for brake in self._brakes if brake.motor in motors], self.reserve)
+        return StopGroup([brake for brake in self._brakes if brake.motor in motors], self.reserve)
 
     @property
     def are_hung(self) -> bool:

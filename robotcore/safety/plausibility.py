@@ -11,17 +11,17 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.safety.latch import Latch
 
-FOLLOWING = 0.25
+MIN_RESPONSE = 0.25
 """A wheel that turns this share of what it is told follows: lag, slip and a flat battery take less away."""
 
-ENOUGH_RAD = 1.0
+MIN_ANGLE_RAD = 1.0
 """What a wheel is told is judged when it comes to this much: of less, lag takes too large a part."""
 
-ENOUGH_COUNTS = 4
+MIN_COUNTS = 4
 """The same for encoders so coarse that one count is more."""
 
 
-class WheelsFollow:
+class WheelTrackingCheck:
     """A rule that changes no command, and trips the latch where a wheel does not follow.
 
     A wheel is judged by what it was told and what it turned while it was driven one way, for ``patience`` seconds and
@@ -43,8 +43,8 @@ class WheelsFollow:
         count: float = 0.0,
     ) -> None:
         self._clock, self._latch, self._told, self._turned = clock, latch, told, turned
-        enough = max(ENOUGH_RAD, ENOUGH_COUNTS * count)
-        self._wheels = [_Followed(*names, patience, enough) for names in zip(motors, encoders, strict=True)]
+        enough = max(MIN_ANGLE_RAD, MIN_COUNTS * count)
+        self._wheels = [_WheelCheck(*names, patience, enough) for names in zip(motors, encoders, strict=True)]
 
     def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
         now, told, turned = self._clock.now(), self._told(), self._turned()
@@ -54,7 +54,7 @@ class WheelsFollow:
         return asked
 
 
-class _Followed:
+class _WheelCheck:
     """One wheel, and since when it has been driven the way it is."""
 
     def __init__(self, motor: str, encoder: str, patience: float, enough: float) -> None:
@@ -71,7 +71,7 @@ class _Followed:
         if passed < self._patience or abs(asked) < self._enough:
             return ""
         self._begin(now, sense, told, turned)
-        if done * sense >= FOLLOWING * abs(asked):
+        if done * sense >= MIN_RESPONSE * abs(asked):
             return ""
         told_it = f"{self._motor} was told to turn {asked:.1f} rad in {passed:.1f} s"
         return f"{told_it} and turned {round(done, 1) + 0.0} rad by {self._encoder}"  # no -0.0
@@ -80,14 +80,14 @@ class _Followed:
         self._since, self._sense, self._told, self._turned = now, sense, told, turned
 
 
-SAME_M = 0.001
+SAME_DISTANCE_M = 0.001
 """Distances that differ by less are the same. No true one stays so for long: the robot moves 10 mm in a tick."""
 
-TURNED_RAD = 1.0
+MIN_TURN_RAD = 1.0
 """How far the robot must also have turned: along a wall, and in a corridor, a wide cone hears the same all the way."""
 
 
-class RangesChange:
+class StuckRangeCheck:
     """A rule that changes no command, and trips the latch where a range sensor tells the same wherever the robot goes.
 
     ``pose`` is where the wheels have taken the robot, by their encoders: a robot that only believes to move hears the
@@ -100,7 +100,7 @@ class RangesChange:
 
     def __init__(self, latch: Latch, sensors: Iterable[RangeSensor], pose: Callable[[], Pose], patience: float) -> None:
         self._latch, self._pose = latch, pose
-        self._sensors = [_Told(sensor, patience) for sensor in sensors]
+        self._sensors = [_RangeHistory(sensor, patience) for sensor in sensors]
 
     def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
         if asked.left + asked.right > 0:
@@ -110,7 +110,7 @@ class RangesChange:
         return asked
 
 
-class _Told:
+class _RangeHistory:
     """What one sensor told last, since when it is the same, and how far the robot has gone from reading to reading."""
 
     def __init__(self, sensor: RangeSensor, patience: float) -> None:
@@ -131,14 +131,14 @@ class _Told:
         self._driven += pose.distance_to(self._at.x, self._at.y)
         self._turned += abs(wrap_angle(pose.heading - self._at.heading))
         self._at = pose
-        if self._driven < self._patience or self._turned < TURNED_RAD:
+        if self._driven < self._patience or self._turned < MIN_TURN_RAD:
             return ""
         gone = f"drove {self._driven:.2f} m and turned {degrees(self._turned):.0f}°"
         return f"{self._sensor.name} told the same {self._distance:.2f} m while the wheels {gone}"
 
     def _repeats(self, distance: float) -> bool:
         is_measured = self._sensor.min_range < distance < self._sensor.max_range
-        return is_measured and abs(distance - self._distance) < SAME_M
+        return is_measured and abs(distance - self._distance) < SAME_DISTANCE_M
 
     def _begin(self, distance: float, pose: Pose) -> None:
         self._distance, self._at = distance, pose

@@ -10,7 +10,7 @@ from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import RangeSensor
 
-REST = Wheels(0.0, 0.0)
+STOPPED = Wheels(0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,14 +105,14 @@ class DistanceAhead:
 
     def __init__(self, clock: Clock, sensors: Sequence[RangeSensor]) -> None:
         self._clock = clock
-        self._left = [_Left(sensor) for sensor in sensors]
+        self._left = [_ClearanceAhead(sensor) for sensor in sensors]
 
     def __call__(self, speed: float) -> float:
         now = self._clock.now()
         return min([left.at(now, speed) for left in self._left])
 
 
-class _Left:
+class _ClearanceAhead:
     """What one sensor leaves to drive."""
 
     def __init__(self, sensor: RangeSensor) -> None:

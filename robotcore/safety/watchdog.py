@@ -19,10 +19,10 @@ from robotcore.safety.reserve import Reserve
 from robotcore.threads import start_thread
 
 T = TypeVar("T")
-ToldT = TypeVar("ToldT")
+ArgumentT = TypeVar("ArgumentT")
 
 
-class Stay(NamedTuple):
+class TimeLimit(NamedTuple):
     """Somewhere the thread should not be for longer than ``limit_s``.
 
     ``error`` makes the error of its having been there for so many seconds, given the thread's innermost frame.
@@ -34,7 +34,7 @@ class Stay(NamedTuple):
     grace_s: float
 
 
-class Whereabouts:
+class ActivityMonitor:
     """What the thread that made this is doing, and which driver's call it is in.
 
     ``moves`` grows with each change of ``doing``, ``calls`` with each call that is begun: where they stand still, so
@@ -45,16 +45,16 @@ class Whereabouts:
 
     def __init__(self) -> None:
         self.thread, self.native_thread = get_ident(), get_native_id()
-        self.doing: Stay | None = None
-        self.call: Stay | None = None
+        self.doing: TimeLimit | None = None
+        self.call: TimeLimit | None = None
         self.moves = self.calls = self.ticks = 0
 
-    def begin(self, doing: Stay | None) -> None:
+    def begin(self, doing: TimeLimit | None) -> None:
         """Note what the thread does from now on; None is not watched."""
         self.doing = doing
         self.moves += 1
 
-    def asking(self, call: Stay, function: Callable[[], T]) -> T:
+    def call_driver(self, call: TimeLimit, function: Callable[[], T]) -> T:
         """Call a driver's function; what other threads do is not noted."""
         if get_ident() != self.thread:
             return function()
@@ -65,23 +65,23 @@ class Whereabouts:
         finally:
             self.call = before
 
-    def telling(self, call: Stay, function: Callable[[ToldT], T], told: ToldT) -> T:
-        """Do as `asking` does for a function that is told something: so both cost a third less than one for any."""
+    def call_driver_with(self, call: TimeLimit, function: Callable[[ArgumentT], T], argument: ArgumentT) -> T:
+        """Call a driver's function with one argument. Two methods cost a third less than one with ``*args``."""
         if get_ident() != self.thread:
-            return function(told)
+            return function(argument)
         before, self.call = self.call, call
         self.calls += 1
         try:
-            return function(told)
+            return function(argument)
         finally:
             self.call = before
 
 
-LATE = 2.0
+MAX_LATENESS = 2.0
 """Whoever looks this many times later than he meant to was held up himself: what is over that does not count."""
 
 
-class FairTime:
+class RunnableTime:
     """Counts the seconds of a thread that is looked at every ``period_s``.
 
     What does not count: where the system tells (Linux), the time in which the thread was ready to run and had no
@@ -92,7 +92,7 @@ class FairTime:
 
     def __init__(self, native_thread: int, period_s: float) -> None:
         self._file = Path(f"/proc/self/task/{native_thread}/schedstat")
-        self._longest = LATE * period_s
+        self._longest = MAX_LATENESS * period_s
         self._wall = MonotonicClock()
         self._last = 0.0
         self._waited = self._waiting_time()
@@ -119,26 +119,29 @@ FIRST_TICK_S = 30.0
 
 
 class Watchdog:
-    """From `start` to `close`, looks where the loop's thread is, on the machine's time, whatever the robot's clock is.
+    """Checks from `start` to `close`, by the machine's clock, how long the loop's thread has been in one place.
 
-    ``bite`` is called with the error where it stays too long: to stop the motors and call the thread back. Where it has
-    not come back within its grace, ``end`` is called. Both in the watchdog's thread. ``patience`` makes every limit
-    longer. ``reserve`` has the memory that it may need. While a debugger or another tracer follows the thread, nothing
-    is too long: ``report_tracer`` is then called once, with the error that would have ended the run.
+    where: the activity of the loop's thread.
+    on_timeout: called with the error if a time limit is exceeded; it stops the motors and interrupts the thread.
+    end: called if the thread has not continued within the limit's grace. Both are called in the watchdog's thread.
+    scale: a factor on every limit.
+    reserve: the memory that the watchdog may need.
+    report_tracer: called once with the error if a limit is exceeded while a debugger or another tracer follows the
+    thread. In that case the run goes on.
     """
 
     def __init__(
         self,
-        where: Whereabouts,
-        bite: Callable[[RobotcoreError], object],
+        where: ActivityMonitor,
+        on_timeout: Callable[[RobotcoreError], object],
         end: Callable[[RobotcoreError], object],
         reserve: Reserve,
-        patience: float = 1.0,
+        scale: float = 1.0,
         report_tracer: Callable[[RobotcoreError], object] = lambda _: None,
     ) -> None:
-        self._where, self._bite, self._end, self._patience = where, bite, end, patience
-        self._doing, self._call = _Standstill(), _Standstill()
-        self._bitten: _Bitten | None = None
+        self._activity, self._on_timeout, self._end, self._scale = where, on_timeout, end, scale
+        self._doing, self._call = _StallTimer(), _StallTimer()
+        self._timeout: _Timeout | None = None
         self._reserve, self._report_tracer = reserve, report_tracer
         self._has_reported_tracer = False
         self._is_closed = Event()
@@ -146,7 +149,9 @@ class Watchdog:
 
     def start(self) -> None:
         """Begin to look. Raises ResourceError if the system refuses the thread."""
-        self._thread = start_thread(partial(self._watch, FairTime(self._where.native_thread, PERIOD_S)), "watchdog")
+        self._thread = start_thread(
+            partial(self._watch, RunnableTime(self._activity.native_thread, PERIOD_S)), "watchdog"
+        )
 
     def close(self) -> None:
         """Look no more. May be called again."""
@@ -154,7 +159,7 @@ class Watchdog:
         if self._thread:
             self._thread.join()
 
-    def _watch(self, time: FairTime) -> None:
+    def _watch(self, time: RunnableTime) -> None:
         while not self._is_closed.is_set():
             try:
                 if not self._is_closed.wait(PERIOD_S):
@@ -164,40 +169,40 @@ class Watchdog:
 
     def _look(self, passed: float) -> None:
         """Take in where the thread is, and for how long it has been there."""
-        where = self._where
+        where = self._activity
         call, doing = where.call, where.doing
         in_call = self._call.after(passed if call else 0.0, where.calls)
         in_doing = self._doing.after(0.0 if call else passed, where.moves)
-        if self._bitten and self._bitten.moves == where.moves:
-            self._wait_for_it(self._bitten, passed)
+        if self._timeout and self._timeout.moves == where.moves:
+            self._wait_for_it(self._timeout, passed)
         elif call and in_call > self._limit(call):
-            self._catch(call, in_call)
+            self._time_out(call, in_call)
         elif doing and in_doing > self._limit(doing):
-            self._catch(doing, in_doing)
+            self._time_out(doing, in_doing)
 
-    def _limit(self, stay: Stay) -> float:
-        limit = max(stay.limit_s, FIRST_TICK_S) if self._where.ticks <= 1 else stay.limit_s
-        return limit * self._patience
+    def _limit(self, stay: TimeLimit) -> float:
+        limit = max(stay.limit_s, FIRST_TICK_S) if self._activity.ticks <= 1 else stay.limit_s
+        return limit * self._scale
 
-    def _catch(self, stay: Stay, seconds: float) -> None:
-        frame = sys._current_frames().get(self._where.thread)  # noqa: SLF001  the one way to see another thread
+    def _time_out(self, stay: TimeLimit, seconds: float) -> None:
+        frame = sys._current_frames().get(self._activity.thread)  # noqa: SLF001  the one way to see another thread
         error = stay.error(seconds, frame)
         if is_debugged(frame):
             if not self._has_reported_tracer:
                 self._has_reported_tracer = True
                 self._report_tracer(error)
             return
-        self._bitten = _Bitten(error, self._where.moves, stay.grace_s)
-        self._bite(error)
+        self._timeout = _Timeout(error, self._activity.moves, stay.grace_s)
+        self._on_timeout(error)
 
-    def _wait_for_it(self, bitten: _Bitten, passed: float) -> None:
-        bitten.left_s -= passed
-        if bitten.left_s < 0:
-            bitten.left_s = inf
-            self._end(bitten.error)
+    def _wait_for_it(self, timeout: _Timeout, passed: float) -> None:
+        timeout.left_s -= passed
+        if timeout.left_s < 0:
+            timeout.left_s = inf
+            self._end(timeout.error)
 
 
-class _Standstill:
+class _StallTimer:
     """For how long something has not changed."""
 
     def __init__(self) -> None:
@@ -212,7 +217,7 @@ class _Standstill:
 
 
 @dataclass
-class _Bitten:
+class _Timeout:
     """A thread that was called back, with so many seconds left for it."""
 
     error: RobotcoreError

@@ -38,7 +38,7 @@ def perform(request: RunRequest) -> RunOutput:
 
     path, picture = PathRecorder(), PictureRecorder()
     try:
-        result = run(request, [path, picture], patience=TIMEOUT_SCALE)
+        result = run(request, [path, picture], timeout_scale=TIMEOUT_SCALE)
     except RobotcoreError as error:
         result = _make_error_result(request, error)
     # An app's own objects may not fit through a pipe; the words of its exception are in the reason.

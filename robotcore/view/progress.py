@@ -15,7 +15,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.layers.devices import LayeredRangeSensor
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
-from robotcore.runtime.trace import TickRecord, voltages_told
+from robotcore.runtime.trace import TickRecord, format_voltages
 from robotcore.text import escape
 
 REFRESH_HZ = 10
@@ -76,7 +76,7 @@ class Progress:
                 escape(f"{request.app} on {request.backend}"),
                 escape(record.doing),
                 _range_of(self._run),
-                voltages_told(record.voltages),
+                format_voltages(record.voltages),
                 f"{record.time:.1f} s",
                 self._pace(record, self._run),
                 _faults_at(self._run, record.time),

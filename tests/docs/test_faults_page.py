@@ -18,7 +18,7 @@ from robotcore.errors import DeviceLostError
 from robotcore.plugins import fault_names
 from robotcore.runtime.faults import Kind, plan_faults
 from robotcore.runtime.faults.planning import ROLES, load_fault
-from robotcore.runtime.faults.spec import parameters_of, specs_in
+from robotcore.runtime.faults.spec import parameters_of, read_specs
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.runtime.faults.rigs import faulty
@@ -57,7 +57,7 @@ def test_command_tells_what_the_page_says(exchange: Exchange, folder: Path, capf
 def test_file_is_what_it_stands_for(tmp_path: Path) -> None:
     file = tmp_path / "faults.toml"
     file.write_text(FILES[0])
-    assert specs_in([str(file)]) == ("camera drop=0.2 after=5", "left_motor weak=0.6")
+    assert read_specs([str(file)]) == ("camera drop=0.2 after=5", "left_motor weak=0.6")
 
 
 def test_commands_at_the_top_are_understood() -> None:

@@ -9,7 +9,7 @@ from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.session import Run, RunResult
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety import REST
+from robotcore.safety import STOPPED
 from tests.robotcore.fakes import Deed
 
 Runner = Callable[..., RunResult]
@@ -49,7 +49,7 @@ def ended_by(watcher: Watcher) -> str:
     """Return the cause of the last intervention in the last record."""
     records: list[TickRecord] = [found for what, found in watcher.heard if what == "tick"]
     last = records[-1].interventions[-1]
-    assert last.sent == REST
+    assert last.sent == STOPPED
     return last.cause
 
 

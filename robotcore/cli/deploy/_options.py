@@ -20,9 +20,9 @@ class DeployCommand(click.Command):
     """While it runs, a signal raises Interrupted, so that nothing that it started is left behind."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        from robotcore.runtime.signals import Interrupts
+        from robotcore.runtime.signals import SignalGuard
 
-        with Interrupts():
+        with SignalGuard():
             return super().invoke(ctx)
 
 

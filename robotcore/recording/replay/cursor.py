@@ -29,7 +29,7 @@ from robotcore.recording import (
     WheelAngles,
 )
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety.rules import REST
+from robotcore.safety.rules import STOPPED
 from robotcore.text import escape
 
 
@@ -168,7 +168,7 @@ class TickReader:
 
     def next_held_command(self) -> Wheels:
         """Return what was being asked of the wheels, for an app that commands one alone."""
-        return _take(self._held_commands) or REST
+        return _take(self._held_commands) or STOPPED
 
 
 def _take(left: deque[EventT]) -> EventT | None:

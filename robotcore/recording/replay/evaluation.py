@@ -155,8 +155,8 @@ class DecisionComparator(Layer):
     def latch(self, latch: Latch) -> None:
         self._layer.latch(latch)
 
-    def lone_motor(self, motor: Motor) -> Motor:
-        return self._layer.lone_motor(motor)
+    def standalone_motor(self, motor: Motor) -> Motor:
+        return self._layer.standalone_motor(motor)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         def reader() -> Wheels:

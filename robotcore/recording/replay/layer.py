@@ -13,12 +13,12 @@ from robotcore.geometry import Wheels
 from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
 from robotcore.recording import DriveCommand, MotorCommand, RecordedError, Recording
 from robotcore.recording.replay.cursor import ReplayCursor, format_motor_command, format_wheels
-from robotcore.runtime.layers.base import Layer, MotorOver, Reader
+from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
-from robotcore.safety import Commit, Latch, Stage
-from robotcore.safety.rules import REST
+from robotcore.safety import CommandFilter, Commit, Latch
+from robotcore.safety.rules import STOPPED
 
 Command = tuple[float, ...]
 """Of one motor or of both wheels, rad/s."""
@@ -100,7 +100,7 @@ class ReplayedStage:
     def stop(self) -> None:
         if not self._is_in_tick:
             return
-        self._asked = REST
+        self._asked = STOPPED
         if error := self._find_answer(None).error:
             raise_recorded(error, self._latch)
 
@@ -150,7 +150,7 @@ def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
     raise error
 
 
-class ReplayedMotor(MotorOver):
+class ReplayedMotor(MotorWrapper):
     """Turns nothing. Once the run is ended for good a stop is no command: robots are closed so."""
 
     def __init__(self, inner: Motor, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
@@ -227,11 +227,11 @@ class ReplayLayer(Layer):
         """Return what reads the battery, held to nothing: it is read beside the app, at whatever pace."""
         return read
 
-    def stage(self, stage: Stage) -> Stage:
+    def command_filter(self, inner: CommandFilter) -> CommandFilter:
         self._stage = ReplayedStage(self.cursor, self._comparator, self._latch)
         return self._stage
 
-    def lone_motor(self, motor: Motor) -> Motor:
+    def standalone_motor(self, motor: Motor) -> Motor:
         return ReplayedMotor(motor, self.cursor, self._comparator, self._latch)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:

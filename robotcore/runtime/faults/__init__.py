@@ -1,7 +1,7 @@
 """Faults on purpose: what can fail on a robot, made to fail when and as one says, the same on every backend."""
 
-from robotcore.runtime.faults.base import SENSORS, EagerLayer, Fault, Kind, Occasion
+from robotcore.runtime.faults.base import SENSORS, Fault, FaultContext, Kind, PollingLayer
 from robotcore.runtime.faults.planning import PlannedFault, plan_faults
 from robotcore.runtime.faults.spec import Spec
 
-__all__ = ["SENSORS", "EagerLayer", "Fault", "Kind", "Occasion", "PlannedFault", "Spec", "plan_faults"]
+__all__ = ["SENSORS", "Fault", "FaultContext", "Kind", "PlannedFault", "PollingLayer", "Spec", "plan_faults"]

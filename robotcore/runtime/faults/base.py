@@ -22,7 +22,7 @@ from robotcore.runtime.layers.imperfections import Noise, random_at
 
 
 @dataclass(frozen=True)
-class Occasion:
+class FaultContext:
     """One fault of a run, as it was ``written``; ``position`` tells it from the run's other faults.
 
     What is drawn belongs to the seed, the fault, the device and the instant: it comes out the same in every run, and
@@ -88,7 +88,7 @@ class Fault(StrictModel):
     lasts: Duration | None = None
 
     @abstractmethod
-    def layer(self, occasion: Occasion) -> Layer:
+    def layer(self, context: FaultContext) -> Layer:
         """Return the layer that makes devices fail; it is put over those only that are to."""
 
     def is_on(self, time: float) -> bool:
@@ -96,7 +96,7 @@ class Fault(StrictModel):
         return -ROUNDING_S <= time - self.after < (self.lasts or inf) - ROUNDING_S
 
 
-class EndingTicks(ClockWrapper):
+class TickEndClock(ClockWrapper):
     """Calls ``end_tick`` at the end of each tick, just before time passes."""
 
     def __init__(self, source: Clock, end_tick: Callable[[], None]) -> None:
@@ -108,7 +108,7 @@ class EndingTicks(ClockWrapper):
         return super().sleep_until(deadline)
 
 
-class Stalling(ClockWrapper):
+class StallingClock(ClockWrapper):
     """Comes back ``stall`` seconds later from the first tick at ``first`` or after; then again ``every`` seconds.
 
     No stall begins at ``end`` or later. Time, and all that others have asked for, goes on meanwhile.
@@ -128,27 +128,27 @@ class Stalling(ClockWrapper):
         return super().sleep_until(max(deadline, awake)) and awake <= deadline
 
 
-class EagerLayer(Layer):
+class PollingLayer(Layer):
     """Reads what is `polled` in every tick: at its end, where nobody has by then."""
 
     def __init__(self) -> None:
-        self._polled: list[Polled[Any]] = []
+        self._polled: list[PolledReader[Any]] = []
 
     def polled(self, read: Reader[SampleT]) -> Reader[SampleT]:
         """Return what reads the same, and is read in every tick."""
-        polled = Polled(read)
+        polled = PolledReader(read)
         self._polled.append(polled)
         return polled
 
     def clock(self, clock: Clock) -> Clock:
-        return EndingTicks(clock, self._end_tick)
+        return TickEndClock(clock, self._end_tick)
 
     def _end_tick(self) -> None:
         for polled in self._polled:
             polled.end_tick()
 
 
-class Polled(Generic[SampleT]):
+class PolledReader(Generic[SampleT]):
     """Reads a sensor when it is asked, or at the end of the tick; a failure is told to those only who ask."""
 
     def __init__(self, read: Reader[SampleT]) -> None:

@@ -10,9 +10,9 @@ from pydantic import Field
 
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Motor
-from robotcore.runtime.faults.base import EndingTicks, Fault, Kind, Occasion
-from robotcore.runtime.layers.base import Layer, MotorOver
-from robotcore.safety.deadman import Patiently
+from robotcore.runtime.faults.base import Fault, FaultContext, Kind, TickEndClock
+from robotcore.runtime.layers.base import Layer, MotorWrapper
+from robotcore.safety.deadman import TimedLock
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 
@@ -25,8 +25,8 @@ class Dead(Fault):
     on = _MOTORS
     example = "right_motor dead after=10"
 
-    def layer(self, occasion: Occasion) -> Turning:
-        return Turning(self, occasion.clock, 0.0)
+    def layer(self, context: FaultContext) -> MotorGainLayer:
+        return MotorGainLayer(self, context.clock, 0.0)
 
 
 class Weak(Fault):
@@ -37,8 +37,8 @@ class Weak(Fault):
 
     value: Gain
 
-    def layer(self, occasion: Occasion) -> Turning:
-        return Turning(self, occasion.clock, self.value)
+    def layer(self, context: FaultContext) -> MotorGainLayer:
+        return MotorGainLayer(self, context.clock, self.value)
 
 
 class Reversed(Fault):
@@ -47,11 +47,11 @@ class Reversed(Fault):
     on = _MOTORS
     example = "left_motor reversed"
 
-    def layer(self, occasion: Occasion) -> Turning:
-        return Turning(self, occasion.clock, -1.0)
+    def layer(self, context: FaultContext) -> MotorGainLayer:
+        return MotorGainLayer(self, context.clock, -1.0)
 
 
-class Turning(Layer):
+class MotorGainLayer(Layer):
     """Turns motors ``gain`` times as fast as they are told while ``fault`` is there.
 
     Where it comes or goes while a command lives, the command is told anew at the end of the tick.
@@ -67,7 +67,7 @@ class Turning(Layer):
         return faulty
 
     def clock(self, clock: Clock) -> Clock:
-        return EndingTicks(clock, self._end_tick)
+        return TickEndClock(clock, self._end_tick)
 
     def _gain_now(self) -> float:
         return self._gain if self._fault.is_on(self._clock.now()) else 1.0
@@ -77,7 +77,7 @@ class Turning(Layer):
             motor.renew()
 
 
-class FaultyMotor(MotorOver):
+class FaultyMotor(MotorWrapper):
     """A motor that turns ``gain()`` times as fast as it is told; a deadman may stop it from another thread."""
 
     def __init__(self, inner: Motor, gain: Callable[[], float]) -> None:
@@ -88,7 +88,7 @@ class FaultyMotor(MotorOver):
         self._lock = RLock()
 
     def stop(self) -> None:
-        with Patiently(self._lock):
+        with TimedLock(self._lock):
             self._stops += 1
             self._asked = self._told = 0.0
             super().stop()

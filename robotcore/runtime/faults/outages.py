@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from robotcore.errors import DeviceLostError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Display, Image, Motor, SampleT, Sensor
-from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, Kind, Occasion, Stalling
-from robotcore.runtime.layers.base import Layer, MotorOver, Reader
+from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, Kind, StallingClock
+from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader
 
 Pause = Annotated[float, Field(ge=0.001, le=60, description="seconds")]
 
@@ -48,7 +48,7 @@ class Stall(Outage):
 
     value: Pause
 
-    def layer(self, occasion: Occasion) -> StalledLoop:
+    def layer(self, context: FaultContext) -> StalledLoop:
         return StalledLoop(self)
 
 
@@ -58,8 +58,8 @@ class Lost(Outage):
     on = frozenset(Kind) - {Kind.LOOP}
     example = "connection lost=2 after=10"
 
-    def layer(self, occasion: Occasion) -> CutOff:
-        return CutOff(self, occasion)
+    def layer(self, context: FaultContext) -> ConnectionLoss:
+        return ConnectionLoss(self, context)
 
 
 class StalledLoop(Layer):
@@ -70,14 +70,14 @@ class StalledLoop(Layer):
 
     def clock(self, clock: Clock) -> Clock:
         fault = self._fault
-        return Stalling(clock, fault.value, fault.after, fault.every or inf, fault.after + (fault.lasts or inf))
+        return StallingClock(clock, fault.value, fault.after, fault.every or inf, fault.after + (fault.lasts or inf))
 
 
-class CutOff(Layer):
+class ConnectionLoss(Layer):
     """Lets no sample, no command and no picture through while the connection is lost."""
 
-    def __init__(self, fault: Lost, occasion: Occasion) -> None:
-        self._fault, self._occasion = fault, occasion
+    def __init__(self, fault: Lost, context: FaultContext) -> None:
+        self._fault, self._context = fault, context
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def reached() -> SampleT:
@@ -94,14 +94,14 @@ class CutOff(Layer):
 
     def require(self, device: str) -> None:
         """Raise DeviceLostError by the device's name and the fault while it cannot be reached."""
-        if self._fault.is_on(self._occasion.clock.now()):
-            raise DeviceLostError(device, f'the connection is lost, by the fault "{self._occasion.written}"')
+        if self._fault.is_on(self._context.clock.now()):
+            raise DeviceLostError(device, f'the connection is lost, by the fault "{self._context.written}"')
 
 
-class _DistantMotor(MotorOver):
+class _DistantMotor(MotorWrapper):
     """A motor that may not be reached."""
 
-    def __init__(self, inner: Motor, connection: CutOff) -> None:
+    def __init__(self, inner: Motor, connection: ConnectionLoss) -> None:
         super().__init__(inner)
         self._connection = connection
 
@@ -113,7 +113,7 @@ class _DistantMotor(MotorOver):
 class _DistantDisplay(Display):
     """A display that may not be reached."""
 
-    def __init__(self, inner: Display, connection: CutOff) -> None:
+    def __init__(self, inner: Display, connection: ConnectionLoss) -> None:
         super().__init__(inner.name)
         self._inner, self._connection = inner, connection
 

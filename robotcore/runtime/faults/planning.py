@@ -14,8 +14,8 @@ from robotcore.errors import BackendMissingError, UnknownNameError, UsageError, 
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Battery, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor, Voltage
 from robotcore.plugins import FAULTS, fault_names, load_registered
-from robotcore.runtime.faults.base import Fault, Kind, Occasion
-from robotcore.runtime.faults.spec import VALUE, Spec, form_of, shown
+from robotcore.runtime.faults.base import Fault, FaultContext, Kind
+from robotcore.runtime.faults.spec import VALUE, Spec, form_of, quote_text
 from robotcore.runtime.layers.base import Layer, Reader
 
 _KINDS = {
@@ -103,7 +103,7 @@ def load_fault(name: str) -> type[Fault]:
     return found
 
 
-def faults_called(effect: str) -> list[type[Fault]]:
+def find_faults(effect: str) -> list[type[Fault]]:
     """Return what has this effect: one fault, or one for each of several kinds of device.
 
     Raises UnknownNameError, with the nearest name; UsageError where no fault at all is registered.
@@ -131,7 +131,7 @@ def _kinds_of(name: str) -> frozenset[Kind]:
     return frozenset()
 
 
-class Selected(Layer):
+class DeviceFilter(Layer):
     """Puts ``layer`` over the devices of these names, and over the clock; all others stay as they are."""
 
     def __init__(self, layer: Layer, names: Collection[str]) -> None:
@@ -174,8 +174,8 @@ class PlannedFault:
 
     def layer(self, clock: Clock, seed: int) -> Layer:
         """Return the layer over the target's devices, for one run."""
-        occasion = Occasion(clock, seed, self.position, str(self))
-        return Selected(self.fault.layer(occasion), self.target.devices)
+        context = FaultContext(clock, seed, self.position, str(self))
+        return DeviceFilter(self.fault.layer(context), self.target.devices)
 
     def is_on(self, time: float) -> bool:
         """Return whether the fault is there at a time on the robot's clock."""
@@ -189,22 +189,22 @@ def plan_faults(
 
     Raises UsageError in one or two lines, with the right form, where a spec is wrong.
     """
-    return tuple(_planned(Spec.parse(text), description, opened, index) for index, text in enumerate(specs))
+    return tuple(_plan_fault(Spec.parse(text), description, opened, index) for index, text in enumerate(specs))
 
 
-def _planned(spec: Spec, description: RobotDescription, opened: Collection[str], position: int) -> PlannedFault:
+def _plan_fault(spec: Spec, description: RobotDescription, opened: Collection[str], position: int) -> PlannedFault:
     try:
-        candidates = faults_called(spec.effect)
+        candidates = find_faults(spec.effect)
         target = find_target(spec.target, description, opened)
     except UsageError as error:
         raise _refused(spec, f"{error}\nrobotcore faults lists what there is") from error
     fault = next((fault for fault in candidates if target.kind in fault.on), None)
     if fault is None:
-        raise _misplaced(spec, target.kind, candidates)
+        raise _wrong_kind(spec, target.kind, candidates)
     return PlannedFault(spec, _checked(spec, fault), target, position)
 
 
-def _misplaced(spec: Spec, kind: Kind, candidates: Sequence[type[Fault]]) -> UsageError:
+def _wrong_kind(spec: Spec, kind: Kind, candidates: Sequence[type[Fault]]) -> UsageError:
     fitting = [role for each, role in ROLES.items() if any(each in fault.on for fault in candidates)]
     return _refused(
         spec,
@@ -241,4 +241,4 @@ def _needs_value(fault: type[Fault]) -> bool:
 
 
 def _refused(spec: Spec, reason: str) -> UsageError:
-    return UsageError(f"--fault {shown(str(spec))}: {reason}")
+    return UsageError(f"--fault {quote_text(str(spec))}: {reason}")

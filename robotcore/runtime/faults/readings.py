@@ -9,9 +9,9 @@ from typing import Annotated
 from pydantic import Field
 
 from robotcore.hal.devices import Camera, Frame, Image, Range, RangeSensor
-from robotcore.runtime.faults.base import Fault, Kind, Occasion, Probability
-from robotcore.runtime.layers.base import Layer, Reader, reading_of
-from robotcore.runtime.layers.imperfections import Developed, grain
+from robotcore.runtime.faults.base import Fault, FaultContext, Kind, Probability
+from robotcore.runtime.layers.base import Layer, Reader, limit_reading
+from robotcore.runtime.layers.imperfections import ProcessedFrames, grain
 
 Deviation = Annotated[float, Field(gt=0, le=1, description="metres")]
 Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
@@ -25,12 +25,12 @@ class RangeNoise(Fault):
 
     value: Deviation
 
-    def layer(self, occasion: Occasion) -> Misreading:
+    def layer(self, context: FaultContext) -> RangeDistortion:
         def noisy(sensor: RangeSensor, reading: Range) -> Range:
-            error = occasion.noise(sensor.name, self.value).at(reading.time)
-            return reading_of(sensor, reading, reading.distance + error)
+            error = context.noise(sensor.name, self.value).at(reading.time)
+            return limit_reading(sensor, reading, reading.distance + error)
 
-        return Misreading(self, noisy)
+        return RangeDistortion(self, noisy)
 
 
 class Stuck(Fault):
@@ -41,8 +41,8 @@ class Stuck(Fault):
 
     value: Distance
 
-    def layer(self, occasion: Occasion) -> Misreading:
-        return Misreading(self, lambda sensor, reading: _elsewhere(sensor, reading, self.value))
+    def layer(self, context: FaultContext) -> RangeDistortion:
+        return RangeDistortion(self, lambda sensor, reading: _replace_distance(sensor, reading, self.value))
 
 
 class Spikes(Fault):
@@ -53,17 +53,17 @@ class Spikes(Fault):
 
     value: Probability
 
-    def layer(self, occasion: Occasion) -> Misreading:
+    def layer(self, context: FaultContext) -> RangeDistortion:
         def spiky(sensor: RangeSensor, reading: Range) -> Range:
-            random = occasion.random_at(sensor.name, reading.time)
+            random = context.random_at(sensor.name, reading.time)
             if random.random() >= self.value:
                 return reading
-            return _elsewhere(sensor, reading, random.uniform(sensor.min_range, sensor.max_range))
+            return _replace_distance(sensor, reading, random.uniform(sensor.min_range, sensor.max_range))
 
-        return Misreading(self, spiky)
+        return RangeDistortion(self, spiky)
 
 
-class Misreading(Layer):
+class RangeDistortion(Layer):
     """Makes of each reading of a range sensor another one while ``fault`` is there."""
 
     def __init__(self, fault: Fault, misread: Callable[[RangeSensor, Range], Range]) -> None:
@@ -77,8 +77,8 @@ class Misreading(Layer):
         return misread
 
 
-def _elsewhere(sensor: RangeSensor, reading: Range, distance: float) -> Range:
-    return reading_of(sensor, replace(reading, point=None), distance)
+def _replace_distance(sensor: RangeSensor, reading: Range, distance: float) -> Range:
+    return limit_reading(sensor, replace(reading, point=None), distance)
 
 
 GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
@@ -92,20 +92,20 @@ class CameraNoise(Fault):
 
     value: GreyLevels
 
-    def layer(self, occasion: Occasion) -> Grainy:
-        return Grainy(self, self.value, occasion)
+    def layer(self, context: FaultContext) -> Grainy:
+        return Grainy(self, self.value, context)
 
 
 class Grainy(Layer):
     """Adds noise to the pictures that are captured while ``fault`` is there."""
 
-    def __init__(self, fault: Fault, sigma: float, occasion: Occasion) -> None:
-        self._fault, self._sigma, self._occasion = fault, sigma, occasion
+    def __init__(self, fault: Fault, sigma: float, context: FaultContext) -> None:
+        self._fault, self._sigma, self._context = fault, sigma, context
 
     def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
-        grainy = grain(self._occasion.noise(camera.name, self._sigma))
+        grainy = grain(self._context.noise(camera.name, self._sigma))
 
         def effect(image: Image, time: float) -> Image:
             return grainy(image, time) if self._fault.is_on(time) else image
 
-        return Developed(read, [effect])
+        return ProcessedFrames(read, [effect])

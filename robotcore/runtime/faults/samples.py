@@ -12,7 +12,7 @@ from pydantic import Field
 
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Encoder, SampleT, Sensor
-from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, EagerLayer, Fault, Kind, Occasion, Probability
+from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, Fault, FaultContext, Kind, PollingLayer, Probability
 from robotcore.runtime.layers.base import Reader
 
 Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
@@ -26,8 +26,8 @@ class Drop(Fault):
 
     value: Probability
 
-    def layer(self, occasion: Occasion) -> LostSamples:
-        return LostSamples(self, occasion, self.value)
+    def layer(self, context: FaultContext) -> LostSamples:
+        return LostSamples(self, context, self.value)
 
 
 class NoEcho(Drop):
@@ -43,8 +43,8 @@ class Freeze(Fault):
     on = SENSORS
     example = "camera freeze after=5 lasts=0.5"
 
-    def layer(self, occasion: Occasion) -> LostSamples:
-        return LostSamples(self, occasion, 1.0)
+    def layer(self, context: FaultContext) -> LostSamples:
+        return LostSamples(self, context, 1.0)
 
 
 class Delay(Fault):
@@ -58,22 +58,22 @@ class Delay(Fault):
 
     value: Latency
 
-    def layer(self, occasion: Occasion) -> LateSamples:
-        return LateSamples(self, self.value, occasion.clock)
+    def layer(self, context: FaultContext) -> LateSamples:
+        return LateSamples(self, self.value, context.clock)
 
 
-class LostSamples(EagerLayer):
+class LostSamples(PollingLayer):
     """Loses the samples that are captured while ``fault`` is there, each with a probability; never the first."""
 
-    def __init__(self, fault: Fault, occasion: Occasion, probability: float) -> None:
+    def __init__(self, fault: Fault, context: FaultContext, probability: float) -> None:
         super().__init__()
-        self._fault, self._occasion, self._probability = fault, occasion, probability
+        self._fault, self._context, self._probability = fault, context, probability
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         return self.polled(_Lossy(read, lambda time: self._is_lost(sensor.name, time)))
 
     def _is_lost(self, device: str, time: float) -> bool:
-        return self._fault.is_on(time) and self._occasion.random_at(device, time).random() < self._probability
+        return self._fault.is_on(time) and self._context.random_at(device, time).random() < self._probability
 
 
 class _Lossy(Generic[SampleT]):
@@ -90,7 +90,7 @@ class _Lossy(Generic[SampleT]):
         return self._last
 
 
-class LateSamples(EagerLayer):
+class LateSamples(PollingLayer):
     """Hands samples over ``latency`` seconds after their capture while ``fault`` is there."""
 
     def __init__(self, fault: Fault, latency: float, clock: Clock) -> None:
@@ -133,11 +133,11 @@ class Slip(Fault):
 
     value: Share
 
-    def layer(self, occasion: Occasion) -> Slipping:
-        return Slipping(self, self.value)
+    def layer(self, context: FaultContext) -> SlipLayer:
+        return SlipLayer(self, self.value)
 
 
-class Slipping(EagerLayer):
+class SlipLayer(PollingLayer):
     """Takes a ``share`` away from what wheels turn while ``fault`` is there."""
 
     def __init__(self, fault: Fault, share: float) -> None:

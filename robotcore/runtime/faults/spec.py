@@ -43,14 +43,14 @@ class Spec:
         words = text.split()
         if len(words) < 2:
             raise _refusal(text, f"{'an effect' if words else 'everything'} is missing")
-        target, (effect, value), *rest = words[0], *(_parted(text, word) for word in words[1:])
+        target, (effect, value), *rest = words[0], *(_split_word(text, word) for word in words[1:])
         for key, given in rest:
             if given is None:
-                raise _refusal(text, f"{shown(key)} has no value")
+                raise _refusal(text, f"{quote_text(key)} has no value")
             if [other for other, _ in rest].count(key) > 1:
                 raise _refusal(text, f"{key} is given twice")
         parameters = [(key, given) for key, given in rest if given is not None]
-        return cls(_named(text, target), effect.replace("-", "_"), value, tuple(sorted(parameters)))
+        return cls(_check_name(text, target), effect.replace("-", "_"), value, tuple(sorted(parameters)))
 
     def __str__(self) -> str:
         """The canonical form: the parameters in order, numbers as short as they can be."""
@@ -63,38 +63,38 @@ class Spec:
         return float(dict(self.parameters).get("after", 0.0))
 
 
-def shown(text: str) -> str:
+def quote_text(text: str) -> str:
     """Return a text from a user in quotes, not too long for a message."""
     return repr(text if len(text) <= LONGEST else f"{text[:LONGEST]}…")
 
 
 def _refusal(text: str, fault: str) -> UsageError:
-    return UsageError(f'{shown(text)}: {fault}. Write {GRAMMAR}, such as "{EXAMPLE}"')
+    return UsageError(f'{quote_text(text)}: {fault}. Write {GRAMMAR}, such as "{EXAMPLE}"')
 
 
-def _number_told(number: float) -> str:
+def _format_number(number: float) -> str:
     """Return a number as short as it can be and come out the same."""
     return repr(number).removesuffix(".0")
 
 
-def _parted(text: str, word: str) -> tuple[str, str | None]:
+def _split_word(text: str, word: str) -> tuple[str, str | None]:
     key, sign, value = word.partition("=")
     if sign and not value:
-        raise _refusal(text, f"{shown(word)} has no value")
-    return _named(text, key), _canonical(text, value) if sign else None
+        raise _refusal(text, f"{quote_text(word)} has no value")
+    return _check_name(text, key), _canonical(text, value) if sign else None
 
 
-def _named(text: str, word: str) -> str:
+def _check_name(text: str, word: str) -> str:
     if not _NAME.fullmatch(word):
-        raise _refusal(text, f"{shown(word)} is no name")
+        raise _refusal(text, f"{quote_text(word)} is no name")
     return word
 
 
 def _canonical(text: str, value: str) -> str:
     if not value.isprintable():
-        raise _refusal(text, f"{shown(value)} cannot be printed")
+        raise _refusal(text, f"{quote_text(value)} cannot be printed")
     with suppress(ValueError):
-        return _number_told(float(value))
+        return _format_number(float(value))
     return value
 
 
@@ -124,7 +124,7 @@ class _File(StrictModel):
     fault: Annotated[tuple[dict[str, Word], ...], Field(min_length=1, description="one or more tables: [[fault]]")]
 
 
-def specs_in(texts: Iterable[str]) -> tuple[str, ...]:
+def read_specs(texts: Iterable[str]) -> tuple[str, ...]:
     """Return specs in their canonical form; a file among them stands for those that are in it, in its order.
 
     Raises UsageError in one line; what is wrong for the robot is told when a run is planned.

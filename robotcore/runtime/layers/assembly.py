@@ -21,8 +21,8 @@ from robotcore.hal.clock import AppClock, Clock, TickClock
 from robotcore.hal.devices import Battery, Camera, Device, Display, Encoder, Motor, RangeSensor, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.layers.base import Layer, OnceATick, Reader
-from robotcore.runtime.layers.checks import Age, Watched
+from robotcore.runtime.layers.base import Layer, Reader, TickCache
+from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
 from robotcore.runtime.layers.devices import (
     LayeredBattery,
     LayeredCamera,
@@ -31,9 +31,9 @@ from robotcore.runtime.layers.devices import (
     LayeredRangeSensor,
 )
 from robotcore.runtime.layers.drive import GuardedDrive
-from robotcore.runtime.layers.imperfections import PERFECT, Conditioned
-from robotcore.runtime.layers.standalone_motor import LoneMotor
-from robotcore.safety import Brakes, Latch, Stage, Whereabouts
+from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
+from robotcore.runtime.layers.standalone_motor import StandaloneMotor
+from robotcore.safety import ActivityMonitor, CommandFilter, Latch, StopGroup
 from robotcore.safety.reserve import Reserve
 
 
@@ -67,19 +67,19 @@ class Stack:
                 return LayeredBattery(cell, self._read(cell.read, lambda layer, read: layer.battery(cell, read)))
         return sensor
 
-    def over_lone(self, motor: Motor) -> Motor:
+    def wrap_standalone(self, motor: Motor) -> Motor:
         """Return a motor that belongs to no drive under what the layers put over its guard."""
-        return reduce(lambda motor, layer: layer.lone_motor(motor), self.layers, motor)
+        return reduce(lambda motor, layer: layer.standalone_motor(motor), self.layers, motor)
 
     def _read(
         self, read: Reader[SampleT], through: Callable[[Layer, Reader[SampleT]], Reader[SampleT]]
-    ) -> OnceATick[SampleT]:
+    ) -> TickCache[SampleT]:
         for layer in self.layers:
             read = through(layer, read)
-        return OnceATick(self.clock, read)
+        return TickCache(self.clock, read)
 
 
-def slept_by(clock: Clock, layers: Iterable[Layer]) -> Clock:
+def wrap_clock(clock: Clock, layers: Iterable[Layer]) -> Clock:
     """Return the clock as a loop under the layers is to sleep by it."""
     return reduce(lambda slept, layer: layer.clock(slept), layers, clock)
 
@@ -100,9 +100,9 @@ class Assembled:
     robot: Robot
     clock: TickClock
     latch: Latch
-    stage: Stage | None
-    brakes: Brakes
-    where: Whereabouts
+    stage: CommandFilter | None
+    brakes: StopGroup
+    where: ActivityMonitor
     halts: tuple[Callable[[str], None], ...] = ()
 
     def halt(self, cause: str) -> None:
@@ -112,7 +112,7 @@ class Assembled:
         """
         with ExitStack() as each:
             for halt in self.halts:
-                each.callback(_halted, halt, cause)
+                each.callback(_suspend_quietly, halt, cause)
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
@@ -142,7 +142,7 @@ def assemble(
     faults: Sequence[Layer] = (),
     taps: Sequence[Layer] = (),
     guard: Layer = _UNGUARDED,
-    where: Whereabouts | None = None,
+    where: ActivityMonitor | None = None,
     reserve: Reserve | None = None,
 ) -> Assembled:
     """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
@@ -152,18 +152,18 @@ def assemble(
     ``where`` learns where the program is. ``reserve`` has threads and memory for stops.
     """
     reserve = reserve or Reserve(MonotonicClock())
-    safety, where, latch = description.safety, where or Whereabouts(), Latch(reserve)
+    safety, where, latch = description.safety, where or ActivityMonitor(), Latch(reserve)
     for tap in taps:
         tap.latch(latch)
-    watched = Watched(where, safety.answer_s, raw.name)
-    ticks = TickClock(slept_by(clock or raw.clock, (watched, *faults)))
-    conditioned = Conditioned(conditions, seed, description.drive)
-    stack = Stack(ticks, (watched, guard, conditioned, *faults, *taps, Age(ticks, safety.max_age_s, latch)))
+    watched = CallMonitorLayer(where, safety.answer_s, raw.name)
+    ticks = TickClock(wrap_clock(clock or raw.clock, (watched, *faults)))
+    conditioned = ImperfectionLayer(conditions, seed, description.drive)
+    stack = Stack(ticks, (watched, guard, conditioned, *faults, *taps, MaxAgeLayer(ticks, safety.max_age_s, latch)))
     devices = {device.name: stack.over(device) for device in raw.devices.values()}
     _mount(devices, description)
     _limit(devices, description)
     motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}
-    brakes = Brakes.on(*motors.values(), reserve=reserve)
+    brakes = StopGroup.on(*motors.values(), reserve=reserve)
     latch.call(brakes.apply_apart)
     guarded = None
     drive = description.drive
@@ -172,15 +172,15 @@ def assemble(
         devices |= guarded.motors
     alone = [motor for name, motor in motors.items() if guarded is None or name not in guarded.motors]
     lease = safety.lease_ticks / rate_hz
-    lone = [LoneMotor(motor, ticks, lease, latch, brakes.of(motor)) for motor in alone]
-    devices |= {motor.name: stack.over_lone(motor) for motor in lone}
+    lone = [StandaloneMotor(motor, ticks, lease, latch, brakes.of(motor)) for motor in alone]
+    devices |= {motor.name: stack.wrap_standalone(motor) for motor in lone}
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
     halts = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
     return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, where, halts)
 
 
-def _halted(halt: Callable[[str], None], cause: str) -> None:
+def _suspend_quietly(halt: Callable[[str], None], cause: str) -> None:
     with suppress(DeviceLostError):
         halt(cause)
 

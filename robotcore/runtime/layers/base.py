@@ -23,12 +23,12 @@ from robotcore.hal.devices import (
     Sensor,
     Voltage,
 )
-from robotcore.safety import Latch, Stage
+from robotcore.safety import CommandFilter, Latch
 
 Reader = Callable[[], SampleT]
 
 
-class OnceATick(Generic[SampleT]):
+class TickCache(Generic[SampleT]):
     """Within one tick, one sample, however often it is read; ``latest`` is the one read last."""
 
     def __init__(self, clock: TickClock, read: Reader[SampleT]) -> None:
@@ -83,11 +83,11 @@ class Layer:
         """Return the display as whoever is above shows pictures on it."""
         return display
 
-    def stage(self, stage: Stage) -> Stage:
+    def command_filter(self, inner: CommandFilter) -> CommandFilter:
         """Return what takes the commands of the drive."""
-        return stage
+        return inner
 
-    def lone_motor(self, motor: Motor) -> Motor:
+    def standalone_motor(self, motor: Motor) -> Motor:
         """Return a motor that belongs to no drive, guarded, as the app commands it."""
         return motor
 
@@ -103,7 +103,7 @@ class Layer:
         """Learn what ends the run for good; told once, before anything is read."""
 
 
-class MotorOver(Motor):
+class MotorWrapper(Motor):
     """A motor seen through a layer; what it is told goes as a subclass has it, a stop goes straight to the motor."""
 
     def __init__(self, inner: Motor) -> None:
@@ -118,7 +118,7 @@ class MotorOver(Motor):
         self._inner.close()
 
 
-def reading_of(sensor: RangeSensor, reading: Range, distance: float) -> Range:
+def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range:
     """Return a reading at another distance: never nearer than the sensor can tell, and ``inf`` past its range."""
     if distance > sensor.max_range:
         return replace(reading, distance=inf, point=None)

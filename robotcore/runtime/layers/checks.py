@@ -10,11 +10,11 @@ from typing import Generic
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
 from robotcore.hal.clock import Clock, ClockWrapper, TickClock
 from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
-from robotcore.runtime.layers.base import Layer, MotorOver, Reader
-from robotcore.safety import Latch, Stay, Whereabouts
+from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader
+from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 
 
-class Age(Layer):
+class MaxAgeLayer(Layer):
     """No sensor's sample is older than ``limit`` seconds: StaleSampleError instead, which ends the run.
 
     A battery's may be: nobody drives by it.
@@ -24,13 +24,13 @@ class Age(Layer):
         self._clock, self._limit, self._latch = clock, limit, latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return Fresh(sensor.name, self._clock, self._limit, self._latch, read)
+        return MaxAgeReader(sensor.name, self._clock, self._limit, self._latch, read)
 
     def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
         return read
 
 
-class Fresh(Generic[SampleT]):
+class MaxAgeReader(Generic[SampleT]):
     """Reads one sensor, and trips the latch where its newest sample is too old."""
 
     def __init__(self, device: str, clock: TickClock, limit: float, latch: Latch, read: Reader[SampleT]) -> None:
@@ -54,30 +54,30 @@ _ADVICE = "Is it still running and connected? Where it is only slow, raise safet
 
 
 @dataclass(frozen=True)
-class Watched(Layer):
+class CallMonitorLayer(Layer):
     """Notes each call of a driver, and each sleep.
 
     ``answer_s`` is how long one may take, ``robot`` the robot's name.
     """
 
-    where: Whereabouts
+    where: ActivityMonitor
     answer_s: float
     robot: str
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return partial(self.where.asking, self._stay_in(sensor.name), read)
+        return partial(self.where.call_driver, self._stay_in(sensor.name), read)
 
     def motor(self, motor: Motor) -> Motor:
-        return _WatchedMotor(motor, self.where, self._stay_in(motor.name))
+        return _MonitoredMotor(motor, self.where, self._stay_in(motor.name))
 
     def clock(self, clock: Clock) -> Clock:
-        return _WatchedClock(clock, self.where, Stay(self.answer_s, self._unpassed, GRACE_S))
+        return _MonitoredClock(clock, self.where, TimeLimit(self.answer_s, self._unpassed, GRACE_S))
 
-    def _stay_in(self, device: str) -> Stay:
+    def _stay_in(self, device: str) -> TimeLimit:
         def unanswered(seconds: float, _frame: FrameType | None) -> RobotcoreError:
             return DeviceError(device, f"has not answered for {seconds:.1f} s. {_ADVICE}")
 
-        return Stay(self.answer_s, unanswered, GRACE_S)
+        return TimeLimit(self.answer_s, unanswered, GRACE_S)
 
     def _unpassed(self, seconds: float, _frame: FrameType | None) -> RobotcoreError:
         return BackendError(
@@ -85,36 +85,36 @@ class Watched(Layer):
         )
 
 
-class _WatchedMotor(MotorOver):
+class _MonitoredMotor(MotorWrapper):
     """A motor of a driver."""
 
-    def __init__(self, inner: Motor, where: Whereabouts, stay: Stay) -> None:
+    def __init__(self, inner: Motor, where: ActivityMonitor, stay: TimeLimit) -> None:
         super().__init__(inner)
         self._where, self._stay = where, stay
 
     def set_velocity(self, rad_s: float) -> float:
-        return self._where.telling(self._stay, self._inner.set_velocity, rad_s)
+        return self._where.call_driver_with(self._stay, self._inner.set_velocity, rad_s)
 
     def stop(self) -> None:
-        self._where.asking(self._stay, self._inner.stop)
+        self._where.call_driver(self._stay, self._inner.stop)
 
     def _apply(self, rad_s: float) -> None:
         self.set_velocity(rad_s)
 
 
-class _WatchedClock(ClockWrapper):
+class _MonitoredClock(ClockWrapper):
     """A backend's clock. A sleep may take as long as it was to take, and then as long as any call.
 
     A connection that breaks while time is to pass, and that the driver has not translated, is a BackendError.
     """
 
-    def __init__(self, source: Clock, where: Whereabouts, stay: Stay) -> None:
+    def __init__(self, source: Clock, where: ActivityMonitor, stay: TimeLimit) -> None:
         super().__init__(source)
         self._where, self._stay = where, stay
         self._last = 0.0
 
     def now(self) -> float:
-        self._last = now = self._where.asking(self._stay, self._source.now)
+        self._last = now = self._where.call_driver(self._stay, self._source.now)
         return now
 
     def sleep_until(self, deadline: float) -> bool:
@@ -122,7 +122,7 @@ class _WatchedClock(ClockWrapper):
         if ahead > SHORT_S:
             stay = stay._replace(limit_s=stay.limit_s + ahead)
         try:
-            return self._where.telling(stay, self._source.sleep_until, deadline)
+            return self._where.call_driver_with(stay, self._source.sleep_until, deadline)
         except RobotcoreError:
             raise
         except (OSError, EOFError) as broken:

@@ -16,12 +16,12 @@ from robotcore.hal.devices import (
     Sensor,
     Voltage,
 )
-from robotcore.runtime.layers.base import OnceATick
+from robotcore.runtime.layers.base import TickCache
 
 
 class _Layered(Sensor[SampleT]):
     _inner: Sensor[SampleT]
-    _read: OnceATick[SampleT]
+    _read: TickCache[SampleT]
 
     @property
     def latest(self) -> SampleT | None:
@@ -38,7 +38,7 @@ class _Layered(Sensor[SampleT]):
 class LayeredRangeSensor(_Layered[Range], RangeSensor):
     """A range sensor through its layers."""
 
-    def __init__(self, inner: RangeSensor, read: OnceATick[Range]) -> None:
+    def __init__(self, inner: RangeSensor, read: TickCache[Range]) -> None:
         limits = {"min_range": inner.min_range, "max_range": inner.max_range}
         RangeSensor.__init__(self, inner.name, cone=inner.cone, **limits)
         self._inner, self._read = inner, read
@@ -47,7 +47,7 @@ class LayeredRangeSensor(_Layered[Range], RangeSensor):
 class LayeredCamera(_Layered[Frame], Camera):
     """A camera through its layers."""
 
-    def __init__(self, inner: Camera, read: OnceATick[Frame]) -> None:
+    def __init__(self, inner: Camera, read: TickCache[Frame]) -> None:
         Camera.__init__(self, inner.name, inner.intrinsics)
         self._inner, self._read = inner, read
 
@@ -55,7 +55,7 @@ class LayeredCamera(_Layered[Frame], Camera):
 class LayeredEncoder(_Layered[Angle], Encoder):
     """An encoder through its layers."""
 
-    def __init__(self, inner: Encoder, read: OnceATick[Angle]) -> None:
+    def __init__(self, inner: Encoder, read: TickCache[Angle]) -> None:
         Encoder.__init__(self, inner.name)
         self._inner, self._read = inner, read
 
@@ -63,7 +63,7 @@ class LayeredEncoder(_Layered[Angle], Encoder):
 class LayeredBattery(_Layered[Voltage], Battery):
     """A battery through its layers."""
 
-    def __init__(self, inner: Battery, read: OnceATick[Voltage]) -> None:
+    def __init__(self, inner: Battery, read: TickCache[Voltage]) -> None:
         Battery.__init__(self, inner.name)
         self._inner, self._read = inner, read
 

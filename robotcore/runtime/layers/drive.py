@@ -16,16 +16,16 @@ from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
 from robotcore.runtime.layers.base import Layer
 from robotcore.safety import (
     AccelerationLimit,
-    Brakes,
+    CommandFilter,
     DistanceAhead,
     Latch,
     RangeGuard,
-    RangesChange,
     Rule,
-    SafetyStage,
-    Stage,
+    SafetyFilter,
+    StopGroup,
+    StuckRangeCheck,
     VelocityLimit,
-    WheelsFollow,
+    WheelTrackingCheck,
 )
 
 
@@ -36,7 +36,7 @@ class WheelMotor(Motor):
     scale both.
     """
 
-    def __init__(self, inner: Motor, stage: Stage, *, is_left: bool) -> None:
+    def __init__(self, inner: Motor, stage: CommandFilter, *, is_left: bool) -> None:
         super().__init__(inner.name, inner.max_velocity)
         self._inner, self._stage, self._is_left = inner, stage, is_left
 
@@ -70,7 +70,7 @@ class GuardedDrive:
     """
 
     drive: DifferentialDrive
-    stage: Stage
+    stage: CommandFilter
     suspend: Callable[[str], None]
     motors: dict[str, Device]
 
@@ -84,7 +84,7 @@ class GuardedDrive:
         latch: Latch,
         rate_hz: float,
         layers: Sequence[Layer],
-        brakes: Brakes,
+        brakes: StopGroup,
     ) -> GuardedDrive:
         """Build the drive that ``description`` tells of over the devices that are open, ``layers`` over its stage.
 
@@ -100,9 +100,9 @@ class GuardedDrive:
         if counted:
             doubts.append(_following(description, drive, clock, latch, commanded.angles, counted))
             doubts.append(
-                RangesChange(latch, ahead, Odometry(drive.geometry, counted).pose, description.safety.stuck_m)
+                StuckRangeCheck(latch, ahead, Odometry(drive.geometry, counted).pose, description.safety.stuck_m)
             )
-        bare = SafetyStage(
+        bare = SafetyFilter(
             clock,
             left,
             right,
@@ -112,7 +112,7 @@ class GuardedDrive:
             commanded.turn_at,
             brakes.of(left, right),
         )
-        stage = reduce(lambda stage, layer: layer.stage(stage), layers, cast("Stage", bare))
+        stage = reduce(lambda stage, layer: layer.command_filter(stage), layers, cast("CommandFilter", bare))
         reckoned = _up_to_date(*encoders, commanded) if encoders else commanded.angles
         angles = reduce(lambda read, layer: layer.angles(read), layers, reckoned)
         odometry = Odometry(drive.geometry, angles)
@@ -176,12 +176,12 @@ def _following(
     latch: Latch,
     told: Callable[[], Wheels],
     turned: Callable[[], Wheels],
-) -> WheelsFollow:
+) -> WheelTrackingCheck:
     motors, encoders = (drive.left, drive.right), (drive.left_encoder or "", drive.right_encoder or "")
     counts = [
         math.tau / each.counts_per_turn for each in description.all_of(EncoderDescription) if each.name in encoders
     ]
-    return WheelsFollow(clock, latch, told, turned, motors, encoders, description.safety.follow_s, max(counts))
+    return WheelTrackingCheck(clock, latch, told, turned, motors, encoders, description.safety.follow_s, max(counts))
 
 
 def _motor(devices: Mapping[str, Device], name: str) -> Motor:

@@ -12,18 +12,18 @@ from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
-from robotcore.runtime.layers.base import Layer, MotorOver
-from robotcore.safety import Commit, Intervention, Stage
-from robotcore.safety.deadman import MIN_LEASE_S, PATIENCE_S
+from robotcore.runtime.layers.base import Layer, MotorWrapper
+from robotcore.safety import CommandFilter, Commit, Intervention
+from robotcore.safety.deadman import LOCK_TIMEOUT_S, MIN_LEASE_S
 from robotcore.safety.guardian.protocol import Report
-from robotcore.safety.rules import REST
+from robotcore.safety.rules import STOPPED
 
 if TYPE_CHECKING:
     from robotcore.safety.guardian.client import Guardian
 
 
-def guarded(raw: Robot, lease: float, end: ExitStack) -> Layer:
-    """Return the layer that has a robot's motors guarded until ``end``; without cutoffs it does nothing.
+def guard_motors(raw: Robot, lease: float, end: ExitStack) -> Layer:
+    """Return the layer that guards a robot's motors until ``end``. Without cutoffs the layer does nothing.
 
     ``lease`` is the deadman's. The guardian's is longer by the time for which the deadman waits for its lock, for it
     steps in where the deadman has not, and by the cutoffs' patience. Raises GuardianError where no guardian comes up.
@@ -32,11 +32,11 @@ def guarded(raw: Robot, lease: float, end: ExitStack) -> Layer:
         return Layer()
     from robotcore.safety.guardian.client import Guardian
 
-    patience = PATIENCE_S + max(cutoff.patience_s for cutoff in raw.cutoffs)
-    return Guarding(end.enter_context(Guardian(raw.cutoffs, max(lease, MIN_LEASE_S) + patience)), raw.clock)
+    patience = LOCK_TIMEOUT_S + max(cutoff.patience_s for cutoff in raw.cutoffs)
+    return GuardianLayer(end.enter_context(Guardian(raw.cutoffs, max(lease, MIN_LEASE_S) + patience)), raw.clock)
 
 
-class Guarding(Layer):
+class GuardianLayer(Layer):
     """Tells the guardian that something turns: from before the first motor is told to, until the last one stands.
 
     A clock's thread may stop motors while the loop commands them: what is told belongs to what is known, by a lock
@@ -54,8 +54,8 @@ class Guarding(Layer):
         self._motors.append(motor)
         return _GuardedMotor(motor, self)
 
-    def stage(self, stage: Stage) -> Stage:
-        return _GuardedStage(stage, self, self._clock)
+    def command_filter(self, inner: CommandFilter) -> CommandFilter:
+        return _GuardedFilter(inner, self, self._clock)
 
     @contextmanager
     def turning(self, motor: str) -> Iterator[None]:
@@ -65,7 +65,7 @@ class Guarding(Layer):
         """
         command = object()
         with self._stopping_all(), self._lock:
-            if self._guardian.is_driving():
+            if self._guardian.renew_lease():
                 self._stops += self._guardian.stops()
             self._turning.add(command)
         try:
@@ -81,7 +81,7 @@ class Guarding(Layer):
             if motor in self._turning:
                 self._turning.remove(motor)
                 if not self._turning:
-                    self._guardian.is_resting()
+                    self._guardian.end_lease()
 
     def news(self) -> list[Report]:
         """Return the guardian's stops since the last call; the drivers are told too, for they did not hear of them."""
@@ -106,10 +106,10 @@ class Guarding(Layer):
                 motor.stop()
 
 
-class _GuardedMotor(MotorOver):
+class _GuardedMotor(MotorWrapper):
     """A motor that the guardian knows of."""
 
-    def __init__(self, inner: Motor, guarding: Guarding) -> None:
+    def __init__(self, inner: Motor, guarding: GuardianLayer) -> None:
         super().__init__(inner)
         self._guarding = guarding
 
@@ -126,12 +126,12 @@ class _GuardedMotor(MotorOver):
             self._guarding.stands(self.name)
 
 
-class _GuardedStage(Stage):
+class _GuardedFilter(CommandFilter):
     """A stage whose ticks tell what the guardian did."""
 
-    def __init__(self, inner: Stage, guarding: Guarding, clock: Clock) -> None:
+    def __init__(self, inner: CommandFilter, guarding: GuardianLayer, clock: Clock) -> None:
         self._inner, self._guarding, self._clock = inner, guarding, clock
-        self._sent = REST
+        self._sent = STOPPED
 
     @property
     def asked(self) -> Wheels:
@@ -144,7 +144,7 @@ class _GuardedStage(Stage):
         self._inner.stop()
 
     def commit(self) -> Commit:
-        stops = [Intervention(self._clock.now(), "guardian", self._sent, REST) for _ in self._guarding.news()]
+        stops = [Intervention(self._clock.now(), "guardian", self._sent, STOPPED) for _ in self._guarding.news()]
         commit = self._inner.commit()
         self._sent = commit.sent or self._sent
         return commit._replace(interventions=(*stops, *commit.interventions))

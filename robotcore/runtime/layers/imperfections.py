@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robotcore.description import Conditions, Drive
 from robotcore.hal.devices import Camera, Frame, Image, Motor, Range, RangeSensor
-from robotcore.runtime.layers.base import Layer, MotorOver, Reader, reading_of
+from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader, limit_reading
 
 STRIP_STARTS = 1 << 16
 """From how many places a picture's noise may be cut out of its strip."""
@@ -85,7 +85,7 @@ Effect = Callable[[Image, float], Image]
 """Makes of a picture, and of the time it was captured at, another picture."""
 
 
-class Conditioned(Layer):
+class ImperfectionLayer(Layer):
     """Every device as the conditions have it; their noise belongs to the ``seed``, their gains to the ``drive``."""
 
     def __init__(self, conditions: Conditions, seed: int, drive: Drive | None) -> None:
@@ -96,20 +96,20 @@ class Conditioned(Layer):
     def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
         noise = Noise(self._seed, camera.name, self._conditions.camera_noise)
         effects = list(_effects(self._conditions, noise))
-        return Developed(read, effects) if effects else read
+        return ProcessedFrames(read, effects) if effects else read
 
     def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
         """Return what reads the range sensor: off by a bias and by noise."""
         bias, sigma = self._conditions.range_bias_m, self._conditions.range_noise_m
-        return Erring(sensor, read, bias, Noise(self._seed, sensor.name, sigma)) if bias or sigma else read
+        return NoisyRange(sensor, read, bias, Noise(self._seed, sensor.name, sigma)) if bias or sigma else read
 
     def motor(self, motor: Motor) -> Motor:
         """Return the motor, whose wheel turns its gain times as fast as it is told."""
         gain = self._gains.get(motor.name, 1.0)
-        return motor if gain == 1.0 else GainedMotor(motor, gain)
+        return motor if gain == 1.0 else ScaledMotor(motor, gain)
 
 
-class Developed:
+class ProcessedFrames:
     """Frames after some effects, one after the other; their time and number stay."""
 
     def __init__(self, read: Reader[Frame], effects: Sequence[Effect]) -> None:
@@ -124,7 +124,7 @@ class Developed:
         return Frame(image, frame.time, frame.sequence)
 
 
-class Erring:
+class NoisyRange:
     """Distances that are off: never nearer than the sensor can tell; past its range, and where nothing is, ``inf``."""
 
     def __init__(self, sensor: RangeSensor, read: Reader[Range], bias: float, noise: Noise) -> None:
@@ -132,10 +132,10 @@ class Erring:
 
     def __call__(self) -> Range:
         reading = self._read()
-        return reading_of(self._sensor, reading, reading.distance + self._bias + self._noise.at(reading.time))
+        return limit_reading(self._sensor, reading, reading.distance + self._bias + self._noise.at(reading.time))
 
 
-class GainedMotor(MotorOver):
+class ScaledMotor(MotorWrapper):
     """A motor that turns its gain times as fast as it is told, up to its limit, and does not know."""
 
     def __init__(self, inner: Motor, gain: float) -> None:

@@ -8,18 +8,18 @@ from threading import RLock
 from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
 from robotcore.hal.devices import Motor, invalid_velocity
-from robotcore.runtime.layers.base import MotorOver
-from robotcore.safety import Brakes, Deadman, Latch
-from robotcore.safety.deadman import Patiently
+from robotcore.runtime.layers.base import MotorWrapper
+from robotcore.safety import Deadman, Latch, StopGroup
+from robotcore.safety.deadman import TimedLock
 
 
-class LoneMotor(MotorOver):
+class StandaloneMotor(MotorWrapper):
     """A motor whose command is sent at once and lives one lease, as a drive's does: it is cut where nobody renews it.
 
     NaN latches, and what is latched moves no more. In a tick that lasts longer than a lease, commands are ignored.
     """
 
-    def __init__(self, inner: Motor, clock: TickClock, lease: float, latch: Latch, brakes: Brakes) -> None:
+    def __init__(self, inner: Motor, clock: TickClock, lease: float, latch: Latch, brakes: StopGroup) -> None:
         super().__init__(inner)
         self._clock, self._latch, self._brakes = clock, latch, brakes
         self._lock = RLock()
@@ -52,7 +52,7 @@ class LoneMotor(MotorOver):
         """Stop at once. Where that hangs or fails, the deadman is the next to try."""
         if self._is_closed:
             return
-        with Patiently(self._lock):
+        with TimedLock(self._lock):
             self._halt()
             self._deadman.rest()
 

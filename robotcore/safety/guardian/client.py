@@ -14,24 +14,24 @@ from types import TracebackType
 from robotcore.errors import GuardianError
 from robotcore.hal.cutoff import CutoffSpec, shared
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety.guardian.protocol import BYE, DRIVING, RESTING, Assignment, Lines, Report, first_line, heard
+from robotcore.safety.guardian.protocol import BYE, DRIVING, RESTING, Assignment, LineBuffer, Report, read_line, receive
 
-BEAT_S = 0.005
+MIN_RENEWAL_S = 0.005
 """A lease that is younger is not begun again: a drive has more than one motor, an app may command one in a loop."""
 
-STARTING_S = 20.0
+START_TIMEOUT_S = 20.0
 """Longer than a guardian gives its cutoffs to open, which it can tell better."""
 
-ANSWERING_S = 2.0
+ANSWER_TIMEOUT_S = 2.0
 """Longer than a guardian takes for a stop that hangs."""
 
-FAREWELL_S = 3.0
+EXIT_TIMEOUT_S = 3.0
 """Longer than a guardian takes for a stop and a closing that hang."""
 
-STOPPED = "Every motor was stopped: nobody would stop them if this process could not. Start the run again"
-NOT_STARTED = "Nothing has moved: nobody would stop the motors if this process could not"
+_RUN_STOPPED = "Every motor was stopped: nobody would stop them if this process could not. Start the run again"
+_NOT_STARTED = "Nothing has moved: nobody would stop the motors if this process could not"
 
-_DYING_S = 0.1
+_DEATH_TIMEOUT_S = 0.1
 """The motors are stopped after it is known how it died."""
 
 _STDERR = 2
@@ -51,13 +51,13 @@ class Guardian:
     def __init__(self, cutoffs: Sequence[CutoffSpec], lease: float) -> None:
         """Start it, and wait until it is ready. Raises GuardianError where it does not come up."""
         self._clock = MonotonicClock()
-        self._lines = Lines()
+        self._lines = LineBuffer()
         self._unanswered_since: float | None = None
         self._driving_since: float | None = None
         self._failure: GuardianError | None = None
         self._link, theirs = socketpair()
         with theirs:
-            self._process = _started(self._link, theirs)
+            self._process = _start_process(self._link, theirs)
         try:
             os.register_at_fork(after_in_child=self._link.close)  # a copy of this process would hide its end
             self._assign(Assignment(os.getpid(), lease, shared(cutoffs)))
@@ -65,7 +65,7 @@ class Guardian:
             self._end(0.0)
             raise
 
-    def is_driving(self) -> bool:
+    def renew_lease(self) -> bool:
         """Begin a lease, for a motor is about to be told to turn; return whether the last one was old enough.
 
         Never waits. Raises GuardianError where nobody guards: then the motor must not be told.
@@ -73,7 +73,7 @@ class Guardian:
         if self._failure:
             raise self._failure
         now = self._clock.now()
-        if self._driving_since is not None and now - self._driving_since < BEAT_S:
+        if self._driving_since is not None and now - self._driving_since < MIN_RENEWAL_S:
             return False
         try:
             self._link.send(DRIVING, MSG_DONTWAIT)
@@ -86,7 +86,7 @@ class Guardian:
             self._unanswered_since = now
         return True
 
-    def is_resting(self) -> None:
+    def end_lease(self) -> None:
         """End the lease: every motor was told to stand."""
         self._driving_since = None
         with suppress(OSError):  # who drives again is told
@@ -99,15 +99,15 @@ class Guardian:
         """
         if self._failure:
             raise self._failure
-        reports = [Report.from_line(line) for line in self._lines.of(self._heard()) if line]
+        reports = [Report.from_line(line) for line in self._lines.of(self._receive()) if line]
         if faults := [f"could not {report.deed} {fault}" for report in reports for fault in report.failed]:
             raise self._failed("; ".join(faults))
         return reports
 
-    def _heard(self) -> bytes:
+    def _receive(self) -> bytes:
         """Return what has come by now."""
         try:
-            said = heard(self._link, MSG_DONTWAIT)
+            said = receive(self._link, MSG_DONTWAIT)
         except BlockingIOError:
             self._require_patience()
             return b""
@@ -118,7 +118,7 @@ class Guardian:
 
     def _require_patience(self) -> None:
         since, now = self._unanswered_since, self._clock.now()
-        if since is not None and now - since > ANSWERING_S:
+        if since is not None and now - since > ANSWER_TIMEOUT_S:
             raise self._failed(f"has not answered for {now - since:.1f} s")
 
     def __enter__(self) -> Guardian:
@@ -135,7 +135,7 @@ class Guardian:
             if error is None:
                 self._link.send(BYE, MSG_DONTWAIT)
             self._link.shutdown(SHUT_WR)
-        self._end(FAREWELL_S)
+        self._end(EXIT_TIMEOUT_S)
 
     def _assign(self, assignment: Assignment) -> None:
         """Tell it what to guard, and wait until it can."""
@@ -143,41 +143,41 @@ class Guardian:
             line = assignment.to_line()
         except TypeError as error:
             raise GuardianError(f"the guardian takes plain data alone: {error}. Mend the driver's cutoffs") from error
-        self._link.settimeout(STARTING_S)
+        self._link.settimeout(START_TIMEOUT_S)
         try:
             self._link.sendall(line)
-            opened = Report.from_line(first_line(self._link))
+            opened = Report.from_line(read_line(self._link))
         except TimeoutError:
-            raise self._failed(f"is not ready within {STARTING_S:g} s", NOT_STARTED) from None
+            raise self._failed(f"is not ready within {START_TIMEOUT_S:g} s", _NOT_STARTED) from None
         except (EOFError, OSError):
-            raise self._died(NOT_STARTED) from None
+            raise self._died(_NOT_STARTED) from None
         if opened.failed:
-            raise self._failed(f"cannot open {'; '.join(opened.failed)}", NOT_STARTED)
+            raise self._failed(f"cannot open {'; '.join(opened.failed)}", _NOT_STARTED)
         self._link.settimeout(None)
 
-    def _died(self, so: str = STOPPED) -> GuardianError:
+    def _died(self, so: str = _RUN_STOPPED) -> GuardianError:
         with suppress(TimeoutExpired):
-            self._process.wait(_DYING_S)
+            self._process.wait(_DEATH_TIMEOUT_S)
         status = self._process.returncode
         killed = status is not None and status < 0
         how = signal.strsignal(-status) if killed else f"exit status {status}"
         return self._failed(f"died ({how})", so)
 
-    def _failed(self, fault: str, so: str = STOPPED) -> GuardianError:
+    def _failed(self, fault: str, so: str = _RUN_STOPPED) -> GuardianError:
         self._failure = GuardianError(f"the guardian process {self._process.pid} {fault}. {so}")
         return self._failure
 
-    def _end(self, farewell_s: float) -> None:
+    def _end(self, timeout_s: float) -> None:
         """See it go within this time, or end it."""
         try:
-            self._process.wait(farewell_s)
+            self._process.wait(timeout_s)
         except TimeoutExpired:
             self._process.kill()
             self._process.wait()
         self._link.close()
 
 
-def _started(ours: socket, theirs: socket) -> Popen[bytes]:
+def _start_process(ours: socket, theirs: socket) -> Popen[bytes]:
     """Start the process with its end of the link; it has nothing to read, and what it prints is no result of a run."""
     try:
         return Popen(  # noqa: S603  this very Python
@@ -189,4 +189,4 @@ def _started(ours: socket, theirs: socket) -> Popen[bytes]:
         )
     except OSError as error:
         ours.close()
-        raise GuardianError(f"no guardian process can be started: {error.strerror}. {NOT_STARTED}") from error
+        raise GuardianError(f"no guardian process can be started: {error.strerror}. {_NOT_STARTED}") from error

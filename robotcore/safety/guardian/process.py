@@ -15,10 +15,10 @@ from robotcore.errors import ResourceError, RobotcoreError
 from robotcore.hal.clock import Clock
 from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed, shared
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety.guardian.protocol import BYE, DRIVING, Assignment, Report, first_line, heard
+from robotcore.safety.guardian.protocol import BYE, DRIVING, Assignment, Report, read_line, receive
 from robotcore.threads import start_thread
 
-Deed = Literal["open", "arm", "rest", "stop", "close"]
+Action = Literal["open", "arm", "rest", "stop", "close"]
 """What a cutoff can be asked for."""
 
 RETRYING_S = 0.5
@@ -27,7 +27,7 @@ RETRYING_S = 0.5
 _PAUSE_S = 0.02
 
 
-class Hand:
+class CutoffWorker:
     """Works one cutoff, so that one that fails or hangs holds up no other. Its thread waits ready for a stop.
 
     If ``in_place`` is set, it has no thread, and `ask` does each deed in the caller's thread. No deed follows a close.
@@ -44,7 +44,7 @@ class Hand:
         if not in_place:
             start_thread(self._work, spec.device)
 
-    def ask(self, deed: Deed) -> _Task:
+    def ask(self, deed: Action) -> _Task:
         """Have a deed done after those that were asked for before."""
         task = _Task(getattr(self, f"_{deed}"))
         if self._in_place:
@@ -112,7 +112,7 @@ class _Task:
         return self._fault if self._is_over.wait(max(0.0, seconds)) else "does not answer"
 
 
-def together(hands: Sequence[Hand], deed: Deed, limit: float, clock: Clock) -> Report:
+def run_all(hands: Sequence[CutoffWorker], deed: Action, limit: float, clock: Clock) -> Report:
     """Have all hands do a deed at once, and tell within ``limit`` seconds what became of it."""
     tasks = [hand.ask(deed) for hand in hands]
     end = clock.now() + limit
@@ -132,33 +132,33 @@ ARMING_S = 0.1
 """Shorter: who arms one cutoff does not watch over the others meanwhile. Who is patient with the app is so here too."""
 
 
-DEAF_TO = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT)
+IGNORED_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT)
 """What ends all processes of a terminal or of systemd's unit, SIGABRT where its watchdog does: the app goes first."""
 
 
 def main() -> None:
     """Guard whatever comes through the socket that the command line names by its number."""
-    for number in DEAF_TO:
+    for number in IGNORED_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     link = socket(fileno=int(sys.argv[1]))
     link.set_inheritable(False)  # what a vendor's library starts must not hold it open
     with suppress(EOFError):
-        assignment = Assignment.from_line(first_line(link))
+        assignment = Assignment.from_line(read_line(link))
         try:
-            watch = Watch(link, assignment)
+            watch = GuardianProcess(link, assignment)
         except ResourceError as error:
             link.sendall(Report("open", (), (str(error),)).to_line())
         else:
             watch.keep()
 
 
-class Watch:
+class GuardianProcess:
     """Guards the motors of one run; ``link`` leads to its process."""
 
     def __init__(self, link: socket, assignment: Assignment) -> None:
         self._link, self._lease, self._app = link, assignment.lease, assignment.app
         self._clock = MonotonicClock()
-        self._hands = [Hand(spec, self._clock) for spec in assignment.cutoffs]
+        self._hands = [CutoffWorker(spec, self._clock) for spec in assignment.cutoffs]
         self._arming_s = ARMING_S + max(spec.patience_s for spec in assignment.cutoffs)
         self._is_armed = False
 
@@ -167,7 +167,7 @@ class Watch:
         opened = self._all("open", OPENING_S)
         self._say(opened.to_line())
         if not opened.failed and not self._is_dismissed():
-            _cry(self._app, self._all("stop", STOPPING_S))
+            _log_crash(self._app, self._all("stop", STOPPING_S))
         self._all("close", STOPPING_S)
 
     def _is_dismissed(self) -> bool:
@@ -175,11 +175,11 @@ class Watch:
         while True:
             self._link.settimeout(self._lease if self._is_armed else None)
             try:
-                said = heard(self._link)
+                said = receive(self._link)
             except TimeoutError:
                 self._is_armed = False
                 self._say((stops := self._all("stop", STOPPING_S)).to_line())
-                _tell(_warnings(stops))  # the app, which fell silent, may never hear of it
+                _log(_warnings(stops))  # the app, which fell silent, may never hear of it
                 continue
             if not said or said.endswith(BYE):
                 return bool(said)
@@ -194,25 +194,25 @@ class Watch:
                 self._say(turned.to_line())
         self._is_armed = is_driving
 
-    def _all(self, deed: Deed, limit: float) -> Report:
-        return together(self._hands, deed, limit, self._clock)
+    def _all(self, deed: Action, limit: float) -> Report:
+        return run_all(self._hands, deed, limit, self._clock)
 
     def _say(self, line: bytes) -> None:
-        with suppress(OSError):  # the app is gone: the next thing heard is its end
+        with suppress(OSError):  # the app is gone: the next read returns its end
             self._link.sendall(line)
 
 
-def _cry(app: int, stops: Report) -> None:
+def _log_crash(app: int, stops: Report) -> None:
     """Say what nobody else is left to say."""
     stopped = f"the run of process {app} broke off; stopped {', '.join(stops.done) or 'nothing'}"
-    _tell([*([stopped] if stops.done or stops.failed else []), *stops.told, *_warnings(stops)])
+    _log([*([stopped] if stops.done or stops.failed else []), *stops.told, *_warnings(stops)])
 
 
 def _warnings(stops: Report) -> list[str]:
     return [f"CANNOT STOP {fault}. Cut the motors' supply" for fault in stops.failed]
 
 
-def _tell(lines: Iterable[str]) -> None:
+def _log(lines: Iterable[str]) -> None:
     """Say lines on standard error."""
     with suppress(OSError):
         sys.stderr.write("".join(f"guardian: {line}\n" for line in lines))
@@ -224,24 +224,24 @@ LIMIT_S = 10.0
 ends is slow."""
 
 
-def make_stand(specs: Iterable[CutoffSpec]) -> Report:
+def stop_once(specs: Iterable[CutoffSpec]) -> Report:
     """Open the cutoffs, stop, and close them; return what was stopped, and what could not be, each with its fault.
 
     One that fails or hangs holds up no other, and nothing is raised. Without threads, which the system may refuse, one
     that hangs holds up those after it.
     """
     clock = MonotonicClock()
-    hands = [_hand(spec, clock) for spec in shared(specs)]
-    opened = together(hands, "open", LIMIT_S, clock)
+    hands = [_make_worker(spec, clock) for spec in shared(specs)]
+    opened = run_all(hands, "open", LIMIT_S, clock)
     ready = [hand for hand in hands if hand.device in opened.done]
-    stopped = together(ready, "stop", LIMIT_S, clock)
-    together(hands, "close", LIMIT_S, clock)
+    stopped = run_all(ready, "stop", LIMIT_S, clock)
+    run_all(hands, "close", LIMIT_S, clock)
     return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.told)
 
 
-def _hand(spec: CutoffSpec, clock: Clock) -> Hand:
+def _make_worker(spec: CutoffSpec, clock: Clock) -> CutoffWorker:
     """Return a hand with a thread of its own, or without one if the system refuses it: a stop needs none."""
     try:
-        return Hand(spec, clock)
+        return CutoffWorker(spec, clock)
     except ResourceError:
-        return Hand(spec, clock, in_place=True)
+        return CutoffWorker(spec, clock, in_place=True)

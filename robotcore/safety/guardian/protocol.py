@@ -1,7 +1,7 @@
 """What the app's process and its guardian say to each other, over a pair of sockets.
 
 From the app: one line, the `Assignment`, then single bytes. From the guardian: a line for whatever it has done, and an
-empty one for what it has heard. The end of the app's bytes without `BYE` is the end of the app.
+empty one for what it has receive. The end of the app's bytes without `BYE` is the end of the app.
 """
 
 from __future__ import annotations
@@ -64,25 +64,25 @@ class Report:
         return cls(told["deed"], tuple(told["done"]), tuple(told["failed"]), tuple(told["told"]))
 
 
-def heard(link: socket, flags: int = 0) -> bytes:
+def receive(link: socket, flags: int = 0) -> bytes:
     """Return what has come; nothing once the other end is gone."""
     with suppress(ConnectionError):  # what it was sent, it may have left unread
         return link.recv(_CHUNK, flags)
     return b""
 
 
-def first_line(link: socket) -> bytes:
+def read_line(link: socket) -> bytes:
     """Return the first line, without its end; EOFError where the other end goes before it is whole."""
     line = b""
     while not line.endswith(b"\n"):
-        if not (more := heard(link)):
+        if not (more := receive(link)):
             raise EOFError
         line += more
     return line
 
 
-class Lines:
-    """Puts lines together from what comes in pieces."""
+class LineBuffer:
+    """Joins received pieces to lines."""
 
     def __init__(self) -> None:
         self._begun = b""

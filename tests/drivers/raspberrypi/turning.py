@@ -29,13 +29,13 @@ class Motor:
             self._lgpio.gpio_claim_output(self._chip, gpio)
 
     def turn(self) -> None:
-        self._guardian.is_driving()
+        self._guardian.renew_lease()
         self._lgpio.tx_pwm(self._chip, FORWARD, 100, DUTY)
 
     def stop(self) -> None:
         self._lgpio.tx_pwm(self._chip, FORWARD, 0, 0)
         self._lgpio.gpio_write(self._chip, FORWARD, 0)
-        self._guardian.is_resting()
+        self._guardian.end_lease()
 
     def close(self) -> None:
         self._lgpio.gpiochip_close(self._chip)

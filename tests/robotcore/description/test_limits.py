@@ -13,7 +13,7 @@ from robotcore.description.loading import MAX_FILE_BYTES, MOST_DOTS, MOST_ENTRIE
 from robotcore.description.validation import MAX_FILE_ERRORS
 from robotcore.errors import UsageError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.faults.spec import MAX_INJECTED_FAULTS, specs_in
+from robotcore.runtime.faults.spec import MAX_INJECTED_FAULTS, read_specs
 from tests.robotcore.description.files import ARENA, ROVER, changed, errors
 
 SOON_S = 10.0
@@ -119,8 +119,8 @@ def test_faults_of_a_run_are_so_few_that_their_layers_can_be_put_over_a_device(t
     file = tmp_path / "faults.toml"
     file.write_text('[[fault]]\ntarget = "camera"\neffect = "drop"\nvalue = 0.2\n' * (MAX_INJECTED_FAULTS + 1))
     with pytest.raises(UsageError, match=f"at most {MAX_INJECTED_FAULTS}"):
-        specs_in([str(file)])
-    assert len(specs_in(["camera drop=0.2"] * MAX_INJECTED_FAULTS)) == MAX_INJECTED_FAULTS
+        read_specs([str(file)])
+    assert len(read_specs(["camera drop=0.2"] * MAX_INJECTED_FAULTS)) == MAX_INJECTED_FAULTS
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def main() -> int:
         patch("robotcore.runtime.plan.load_app", lambda _: object),
         patch("robotcore.runtime.plan.configure", lambda *_: App(deed)),
     ):
-        result = run(RunRequest("app", timeout_s=1e9), [Saying()], last_words=tell_all)
+        result = run(RunRequest("app", timeout_s=1e9), [Saying()], on_forced_exit=tell_all)
     tell_all(result)
     return result.exit_status
 

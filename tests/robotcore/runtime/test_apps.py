@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from robotcore.runtime import apps, versions
-from robotcore.runtime.apps import import_beside
+from robotcore.runtime.apps import use_script_folder
 
 
 @pytest.fixture(autouse=True)
@@ -40,25 +40,25 @@ def folders(tmp_path: Path) -> tuple[Path, Path]:
 @pytest.mark.parametrize("name", ["cog", "parts", "parts.wheel", "bare.wheel"])
 def test_modules_of_one_name_are_not_mixed_up(folders: tuple[Path, Path], name: str) -> None:
     for app, told in zip(folders * 2, "abab", strict=True):
-        import_beside(app)
+        use_script_folder(app)
         assert told == import_module(name).FROM
 
 
 def test_a_module_is_the_same_one_when_its_turn_comes_again(folders: tuple[Path, Path]) -> None:
     one, other = folders
-    import_beside(one)
+    use_script_folder(one)
     cog = import_module("cog")
-    import_beside(other)
-    import_beside(one)
+    use_script_folder(other)
+    use_script_folder(one)
     assert import_module("cog") is cog
 
 
 def test_what_only_the_other_folder_has_is_not_found(folders: tuple[Path, Path]) -> None:
     one, other = folders
     one.with_name("extra.py").touch()
-    import_beside(one)
+    use_script_folder(one)
     import_module("extra")
-    import_beside(other)
+    use_script_folder(other)
     with pytest.raises(ModuleNotFoundError):
         import_module("extra")
 
@@ -67,7 +67,7 @@ def test_a_folder_is_looked_into_once_however_often_it_is_named(folders: tuple[P
     one, other = folders
     before = list(sys.path)
     for app in (one, one, other, one):
-        import_beside(app)
+        use_script_folder(app)
     assert sys.path == [str(one.parent), *before]
 
 
@@ -77,8 +77,8 @@ def test_a_folder_that_was_on_the_path_anyway_stays_there(
     one, other = folders
     monkeypatch.syspath_prepend(one.parent)
     before = list(sys.path)
-    import_beside(one)
-    import_beside(other)
+    use_script_folder(one)
+    use_script_folder(other)
     assert sys.path == [str(other.parent), *before]
 
 
@@ -92,9 +92,9 @@ def test_a_library_below_the_folder_and_what_was_there_before_stay(
     monkeypatch.syspath_prepend(libraries)
     monkeypatch.syspath_prepend(one.parent)
     early = import_module("cog")
-    import_beside(one)
+    use_script_folder(one)
     library = import_module("library")
-    import_beside(other)
+    use_script_folder(other)
     assert sys.modules["library"] is library
     assert sys.modules["cog"] is early
 

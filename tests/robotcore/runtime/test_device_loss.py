@@ -121,7 +121,7 @@ class Line:
 
 
 class Board:
-    """A rover in a loop that bears a loss of a second, or as long as it is told; it keeps the record of each tick."""
+    """A rover in a loop that tolerates a loss of ``outage`` seconds. It keeps the record of each tick."""
 
     def __init__(self, rate_hz: float = 20.0, *, outage: float = 1.0) -> None:
         self.rig, self._outage = Rig(rate_hz), outage

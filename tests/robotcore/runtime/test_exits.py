@@ -18,7 +18,7 @@ from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run
-from robotcore.runtime.signals import Interrupts
+from robotcore.runtime.signals import SignalGuard
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import Deed, Rig, RigBackend
 from tests.robotcore.runs import Runner, Watcher, driving, ended_by, raising, then
@@ -49,12 +49,12 @@ def test_from_the_third_signal_on_every_command_is_refused(
 def test_a_recall_in_the_last_moment_ends_the_run_by_what_was_latched(
     perform: Runner, backend: RigBackend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hold, last_moment = Interrupts.hold, iter([WatchdogError("not back")])
+    hold, last_moment = SignalGuard.mask, iter([WatchdogError("not back")])
 
-    def hold_too_late(interrupts: Interrupts) -> None:
+    def hold_too_late(interrupts: SignalGuard) -> None:
         for error in last_moment:
             runs[0].latch.set(error)
-            interrupts.recall()
+            interrupts.interrupt_main_thread()
         hold(interrupts)
 
     runs: list[Assembled] = []
@@ -64,7 +64,7 @@ def test_a_recall_in_the_last_moment_ends_the_run_by_what_was_latched(
         return runs[0]
 
     monkeypatch.setattr("robotcore.runtime.session.assemble", keep)
-    monkeypatch.setattr(Interrupts, "hold", hold_too_late)
+    monkeypatch.setattr(SignalGuard, "mask", hold_too_late)
     result = perform(then(lambda _: Status.SUCCESS))
     assert (result.outcome, result.reason) == (Outcome.STOPPED, "not back")
     assert backend.rig.left.releases == 1

@@ -12,7 +12,7 @@ from robotcore.hal.truth import Truth
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest
-from robotcore.runtime.signals import Interrupts
+from robotcore.runtime.signals import SignalGuard
 from tests.robotcore.fakes import Deed, Rig, RigBackend, StillTruth
 from tests.robotcore.runs import Runner, then
 
@@ -61,14 +61,14 @@ def test_a_second_signal_cuts_the_stopping_short_of_nothing(perform: Runner, bac
 def test_a_signal_in_the_last_moment_keeps_nothing_from_being_closed(
     perform: Runner, backend: RigBackend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    hold, last_moment = Interrupts.hold, iter([signal.SIGTERM])
+    hold, last_moment = SignalGuard.mask, iter([signal.SIGTERM])
 
-    def hold_too_late(interrupts: Interrupts) -> None:
+    def hold_too_late(interrupts: SignalGuard) -> None:
         for number in last_moment:
             signal.raise_signal(number)
         hold(interrupts)
 
-    monkeypatch.setattr(Interrupts, "hold", hold_too_late)
+    monkeypatch.setattr(SignalGuard, "mask", hold_too_late)
     result = perform(then(lambda _: Status.SUCCESS))
     assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 143)
     assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from robotcore.errors import Interrupted
-from robotcore.runtime.signals import LAST_SIGNAL, RECALL, Interrupts, Recalled
+from robotcore.runtime.signals import LAST_SIGNAL, WATCHDOG_SIGNAL, SignalGuard, WatchdogInterrupt
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
 
@@ -36,12 +36,12 @@ def _own_handlers() -> Iterator[None]:
 class TestInterrupts:
     @pytest.mark.parametrize("number", SIGNALS)
     def test_a_signal_raises_where_the_program_is_whatever_it_catches(self, number: signal.Signals) -> None:
-        with pytest.raises(Interrupted, match=number.name) as raised, Interrupts(), suppress(Exception):
+        with pytest.raises(Interrupted, match=number.name) as raised, SignalGuard(), suppress(Exception):
             signal.raise_signal(number)
         assert raised.value.exit_status == 128 + number
 
     def test_one_that_was_swallowed_is_raised_again_by_a_check(self) -> None:
-        with Interrupts() as interrupts:
+        with SignalGuard() as interrupts:
             interrupts.check()
             with pytest.raises(Interrupted):
                 signal.raise_signal(signal.SIGTERM)
@@ -60,7 +60,7 @@ class TestInterrupts:
             ended.append("stopped")
 
         monkeypatch.setattr("robotcore.runtime.signals.die_of", die)
-        with Interrupts() as interrupts:
+        with SignalGuard() as interrupts:
             interrupts.stop_with(stop)
             for _ in range(2):
                 with pytest.raises(Interrupted):
@@ -73,61 +73,61 @@ class TestInterrupts:
     def test_one_that_is_put_off_raises_afterwards(self) -> None:
         done: list[str] = []
 
-        def do_wholly(interrupts: Interrupts) -> None:
-            with interrupts.put_off():
+        def do_wholly(interrupts: SignalGuard) -> None:
+            with interrupts.defer():
                 signal.raise_signal(signal.SIGTERM)
                 done.append("all")
 
-        with Interrupts() as interrupts, pytest.raises(Interrupted, match="SIGTERM"):
+        with SignalGuard() as interrupts, pytest.raises(Interrupted, match="SIGTERM"):
             do_wholly(interrupts)
         assert done == ["all"]
 
     def test_none_raises_while_it_is_held(self) -> None:
-        with Interrupts() as interrupts:
-            interrupts.hold()
+        with SignalGuard() as interrupts:
+            interrupts.mask()
             signal.raise_signal(signal.SIGTERM)
 
     def test_handlers_are_put_back(self) -> None:
         before = [signal.getsignal(number) for number in SIGNALS]
-        with Interrupts():
+        with SignalGuard():
             assert [signal.getsignal(number) for number in SIGNALS] != before
         assert [signal.getsignal(number) for number in SIGNALS] == before
 
     @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGQUIT])
     def test_one_that_was_ignored_stays_ignored(self, number: signal.Signals) -> None:
         signal.signal(number, signal.SIG_IGN)
-        with Interrupts():
+        with SignalGuard():
             signal.raise_signal(number)
 
     def test_a_recall_from_another_thread_interrupts_what_waits(self) -> None:
-        with Interrupts() as interrupts:
-            timer = threading.Timer(0.05, interrupts.recall)
+        with SignalGuard() as interrupts:
+            timer = threading.Timer(0.05, interrupts.interrupt_main_thread)
 
             def wait() -> None:
                 timer.start()
                 threading.Event().wait(30)  # where the machine is busy, the call may come before
 
-            with pytest.raises(Recalled):
+            with pytest.raises(WatchdogInterrupt):
                 wait()
             timer.join()
 
     def test_a_recall_that_comes_too_late_raises_nothing(self) -> None:
-        with Interrupts() as interrupts:
-            interrupts.hold()
-            signal.raise_signal(RECALL)
-            interrupts.recall()
+        with SignalGuard() as interrupts:
+            interrupts.mask()
+            signal.raise_signal(WATCHDOG_SIGNAL)
+            interrupts.interrupt_main_thread()
 
     def test_a_recall_that_nobody_hears_does_nothing(self) -> None:
-        with Interrupts():
+        with SignalGuard():
             pass
-        signal.raise_signal(RECALL)
+        signal.raise_signal(WATCHDOG_SIGNAL)
 
     def test_outside_the_main_thread_it_leaves_signals_alone(self) -> None:
         before = signal.getsignal(signal.SIGINT)
         seen: list[object] = []
 
         def enter() -> None:
-            with Interrupts():
+            with SignalGuard():
                 seen.append(signal.getsignal(signal.SIGINT))
 
         thread = threading.Thread(target=enter)

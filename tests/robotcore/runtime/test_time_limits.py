@@ -19,7 +19,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
-from robotcore.runtime.time_limits import judging
+from robotcore.runtime.time_limits import judge_limit
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.motor_stop import STOP_S
 from tests.robotcore.fakes import Deed, RigBackend
@@ -31,13 +31,13 @@ class Judge(Deed):
 
 
 def test_a_judge_that_hangs_is_named_by_its_line() -> None:
-    error = judging(Judge(lambda _: None), "rig").error(10.0, sys._getframe())
+    error = judge_limit(Judge(lambda _: None), "rig").error(10.0, sys._getframe())
     assert isinstance(error, WatchdogError)
     assert str(error).startswith("Judge has not come back from verify for 10.0 s, at test_overdue.py:")
 
 
 def test_a_simulator_that_does_not_tell_the_truth_is_named() -> None:
-    error = judging(Judge(lambda _: None), "rig").error(10.0, None)
+    error = judge_limit(Judge(lambda _: None), "rig").error(10.0, None)
     assert isinstance(error, BackendError)
     assert "'rig' has not told the truth" in str(error)
 

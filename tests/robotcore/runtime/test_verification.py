@@ -28,7 +28,7 @@ class {name}(Behaviour):
         return Status.{status}
 
     def verify(self, truth):
-        {verdict}
+        {ask_judge}
 """
 
 
@@ -37,12 +37,12 @@ def app(tmp_path: Path) -> App:
     """A file of a folder's own, with a helper beside it: it ends at once, and judges as it is told."""
 
     def write(
-        folder: str, verdict: str = "return True", status: str = "SUCCESS", fields: str = "speed: float = 0.1"
+        folder: str, ask_judge: str = "return True", status: str = "SUCCESS", fields: str = "speed: float = 0.1"
     ) -> str:
         file = tmp_path / folder / "robot.py"
         file.parent.mkdir(exist_ok=True)
         file.with_name("helper.py").write_text(f"WORDS = {folder!r}\n")
-        file.write_text(APP.format(name=folder.title(), verdict=verdict, status=status, fields=fields))
+        file.write_text(APP.format(name=folder.title(), ask_judge=ask_judge, status=status, fields=fields))
         return str(file)
 
     return write

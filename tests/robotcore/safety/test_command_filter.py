@@ -9,7 +9,7 @@ import pytest
 from robotcore.errors import DeviceError, InvalidCommandError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
-from robotcore.safety import AccelerationLimit, SafetyStage, VelocityLimit
+from robotcore.safety import AccelerationLimit, SafetyFilter, VelocityLimit
 from robotcore.safety.rules import Rule
 from tests.robotcore.fakes import NullMotor
 
@@ -21,7 +21,7 @@ class Bench:
         self.clock = TickClock(SteppedClock(20, lambda _: None))
         self.left, self.right = NullMotor("left"), NullMotor("right")
         self.heard: list[tuple[Wheels, float]] = []
-        self.stage = SafetyStage(
+        self.stage = SafetyFilter(
             self.clock,
             self.left,
             self.right,

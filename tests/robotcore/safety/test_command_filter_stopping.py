@@ -12,7 +12,7 @@ from robotcore.errors import DeviceError, EmergencyStopError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety import Brakes, Latch, SafetyStage
+from robotcore.safety import Latch, SafetyFilter, StopGroup
 from robotcore.safety.reserve import Reserve
 from tests.robotcore.fakes import NullMotor
 
@@ -40,7 +40,7 @@ class Bench:
     def __init__(self) -> None:
         self.latch, self.left, self.right, self.rule = Latch(), NullMotor("left"), NullMotor("right"), Meanwhile()
         clock = TickClock(SteppedClock(20, lambda _: None))
-        self.stage = SafetyStage(clock, self.left, self.right, [self.rule], 0.125, self.latch)
+        self.stage = SafetyFilter(clock, self.left, self.right, [self.rule], 0.125, self.latch)
         self.stage.ask(Wheels(2.0, 2.0))
         self.stage.commit()
 
@@ -85,7 +85,7 @@ def test_where_the_stop_of_one_motor_hangs_the_deadman_stops_the_other(clock: Mo
     right.on_command = lambda rad_s: stopped.set() if rad_s == 0 else None
 
     def drive() -> None:
-        stage = SafetyStage(clock, left, right, [], 0.1, brakes=Brakes.on(left, right, reserve=reserve))
+        stage = SafetyFilter(clock, left, right, [], 0.1, brakes=StopGroup.on(left, right, reserve=reserve))
         stage.ask(Wheels(2.0, 2.0))
         stage.commit()
         stage.stop()

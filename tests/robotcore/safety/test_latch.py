@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.errors import BackendError, DeviceError, EmergencyStopError, InvalidCommandError, SafetyStop
 from robotcore.geometry import Wheels
-from robotcore.safety import REST, EmergencyStop, Latch
+from robotcore.safety import STOPPED, EmergencyStop, Latch
 from tests.robotcore.fakes import Rig
 
 
@@ -46,7 +46,7 @@ def test_names_its_cause_as_interventions_do(error: SafetyStop, cause: str) -> N
     latch = Latch()
     latch.set(error)
     (intervention,) = latch.interventions(1.5)
-    assert (intervention.time, intervention.cause, intervention.sent) == (1.5, cause, REST)
+    assert (intervention.time, intervention.cause, intervention.sent) == (1.5, cause, STOPPED)
 
 
 class TestEmergencyStop:

@@ -13,8 +13,8 @@ from robotcore.errors import EmergencyStopError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.layers.standalone_motor import LoneMotor
-from robotcore.safety import Brakes, Deadman, Latch, SafetyStage
+from robotcore.runtime.layers.standalone_motor import StandaloneMotor
+from robotcore.safety import Deadman, Latch, SafetyFilter, StopGroup
 from robotcore.safety.reserve import Reserve
 from robotcore.threads import is_out_of_memory
 from tests.robotcore.fakes import NullMotor
@@ -41,10 +41,10 @@ class Robot:
         self.motors = [NullMotor("left_motor"), NullMotor("right_motor"), NullMotor("gripper")]
         left, right, gripper = self.motors
         self.latch = Latch(self.reserve)
-        self.brakes = Brakes.on(*self.motors, reserve=self.reserve)
+        self.brakes = StopGroup.on(*self.motors, reserve=self.reserve)
         self.latch.call(self.brakes.apply_apart)
-        self.stage = SafetyStage(ticks, left, right, [], LEASE_S, self.latch, brakes=self.brakes.of(left, right))
-        self.gripper = LoneMotor(gripper, ticks, LEASE_S, self.latch, self.brakes.of(gripper))
+        self.stage = SafetyFilter(ticks, left, right, [], LEASE_S, self.latch, brakes=self.brakes.of(left, right))
+        self.gripper = StandaloneMotor(gripper, ticks, LEASE_S, self.latch, self.brakes.of(gripper))
         self.stage.ask(Wheels(2.0, 2.0))
         self.stage.commit()
         self.gripper.set_velocity(2.0)

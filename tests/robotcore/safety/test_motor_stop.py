@@ -7,8 +7,8 @@ import pytest
 
 from robotcore.errors import DeviceError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety import Brakes
-from robotcore.safety.motor_stop import Brake
+from robotcore.safety import StopGroup
+from robotcore.safety.motor_stop import MotorStop
 from robotcore.safety.reserve import Reserve
 from tests.robotcore.fakes import NullMotor
 
@@ -40,7 +40,7 @@ def hung() -> Iterator[HungMotor]:
 
 def test_stops_every_motor() -> None:
     left, right = NullMotor("left_motor"), NullMotor("right_motor")
-    Brakes.on(left, right).apply()
+    StopGroup.on(left, right).apply()
     assert (left.sent, right.sent) == ([0.0], [0.0])
 
 
@@ -48,13 +48,13 @@ def test_one_that_fails_keeps_the_other_from_nothing_and_is_told() -> None:
     left, right = NullMotor("left_motor"), NullMotor("right_motor")
     left.is_broken = True
     with pytest.raises(DeviceError, match="left_motor: no current"):
-        Brakes.on(left, right).apply()
+        StopGroup.on(left, right).apply()
     assert right.sent == [0.0]
 
 
 def test_one_that_hangs_holds_up_nobody_who_stops_them_apart(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    brakes = Brakes.on(hung, right, reserve=reserve)
+    brakes = StopGroup.on(hung, right, reserve=reserve)
     (failure,) = brakes.apply_apart()
     assert "left_motor: has not stopped within 0.2 s" in str(failure)
     assert right.sent == [0.0]
@@ -62,7 +62,7 @@ def test_one_that_hangs_holds_up_nobody_who_stops_them_apart(hung: HungMotor, re
 
 
 def test_a_stop_that_is_under_way_is_waited_for(hung: HungMotor, reserve: Reserve) -> None:
-    brake = Brake(hung, reserve)
+    brake = MotorStop(hung, reserve)
     tell = brake.begin()
     threading.Timer(0.02, hung.let_go.set).start()
     brake.apply()
@@ -72,7 +72,7 @@ def test_a_stop_that_is_under_way_is_waited_for(hung: HungMotor, reserve: Reserv
 
 def test_from_another_thread_they_are_stopped_apart(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    brakes, raised = Brakes.on(hung, right, reserve=reserve), []
+    brakes, raised = StopGroup.on(hung, right, reserve=reserve), []
 
     def stop() -> None:
         try:
@@ -88,7 +88,7 @@ def test_from_another_thread_they_are_stopped_apart(hung: HungMotor, reserve: Re
 
 
 def test_a_stop_that_hangs_is_not_begun_again_and_is_told_at_once(hung: HungMotor, reserve: Reserve) -> None:
-    brakes = Brakes.on(hung, reserve=reserve)
+    brakes = StopGroup.on(hung, reserve=reserve)
     brakes.apply_apart()
     assert brakes.apply_apart()
     with pytest.raises(DeviceError, match="has not stopped"):
@@ -97,7 +97,7 @@ def test_a_stop_that_hangs_is_not_begun_again_and_is_told_at_once(hung: HungMoto
 
 
 def test_one_that_comes_back_can_be_stopped_again(hung: HungMotor, reserve: Reserve) -> None:
-    brakes = Brakes.on(hung, reserve=reserve)
+    brakes = StopGroup.on(hung, reserve=reserve)
     brakes.apply_apart()
     hung.let_go.set()
     while brakes.are_hung:
@@ -108,7 +108,7 @@ def test_one_that_comes_back_can_be_stopped_again(hung: HungMotor, reserve: Rese
 
 def test_some_of_them_share_what_is_known_of_all(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    brakes = Brakes.on(hung, right, reserve=reserve)
+    brakes = StopGroup.on(hung, right, reserve=reserve)
     brakes.apply_apart()
     assert brakes.of(hung).are_hung
     assert not brakes.of(right).are_hung
@@ -121,7 +121,7 @@ def test_a_stop_that_raises_what_ends_programs_is_a_failure_of_its_motor(reserve
         raise SystemExit
 
     motor.on_command = leave
-    (failure,) = Brakes.on(motor, reserve=reserve).apply_apart()
+    (failure,) = StopGroup.on(motor, reserve=reserve).apply_apart()
     assert isinstance(failure, DeviceError)
     assert failure.device == "left_motor"
 
@@ -134,5 +134,5 @@ def test_a_stop_for_which_memory_is_refused_is_made_again(reserve: Reserve) -> N
             raise refusal
 
     motor.on_command = refuse
-    assert Brakes.on(motor, reserve=reserve).apply_apart() == []
+    assert StopGroup.on(motor, reserve=reserve).apply_apart() == []
     assert motor.sent == [0.0]

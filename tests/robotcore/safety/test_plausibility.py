@@ -8,11 +8,11 @@ import pytest
 from robotcore.errors import DeviceError, RangeFaultError, WheelFaultError
 from robotcore.geometry import Pose, Wheels
 from robotcore.hal.clock import SteppedClock
-from robotcore.safety import Latch, RangesChange, WheelsFollow
+from robotcore.safety import Latch, StuckRangeCheck, WheelTrackingCheck
 from tests.robotcore.fakes import NullRange
 
 TICK_S = 0.05
-REST = Wheels(0.0, 0.0)
+STOPPED = Wheels(0.0, 0.0)
 Turning = Callable[[float, float], float]
 
 
@@ -23,12 +23,12 @@ class WheelBench:
         self.clock = SteppedClock(20, lambda _: None)
         self.latch = Latch()
         self.told, self.turned = [0.0, 0.0], [0.0, 0.0]
-        self._left, self._last = left, REST
+        self._left, self._last = left, STOPPED
         self._count = count
         motors = ("left_motor", "right_motor")
         angles = lambda: Wheels(*self.told), lambda: Wheels(*map(self._counted, self.turned))
         encoders = ("left_encoder", "right_encoder")
-        self._rule = WheelsFollow(self.clock, self.latch, *angles, motors, encoders, patience=1.5, count=count)
+        self._rule = WheelTrackingCheck(self.clock, self.latch, *angles, motors, encoders, patience=1.5, count=count)
 
     def drive(self, left: float, right: float, seconds: float = TICK_S) -> None:
         for _ in range(round(seconds / TICK_S)):
@@ -127,7 +127,7 @@ class RangeBench:
         self.nose = NullRange(SteppedClock(20, lambda _: None), distance=distance)
         self.pose = Pose(0.0, 0.0, 0.0)
         self.latch = Latch()
-        self._rule = RangesChange(self.latch, [self.nose], lambda: self.pose, patience=0.5)
+        self._rule = StuckRangeCheck(self.latch, [self.nose], lambda: self.pose, patience=0.5)
 
     def drive(self, metres: float, turning: float = 0.0, command: Wheels = FORWARD) -> None:
         """Drive so far, turning so much on the way, in rad."""

@@ -12,20 +12,20 @@ from robotcore.safety import AccelerationLimit, DistanceAhead, RangeGuard, Veloc
 from tests.robotcore.fakes import NullRange
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
-REST = Wheels(0.0, 0.0)
+STOPPED = Wheels(0.0, 0.0)
 wheels = st.builds(Wheels, st.floats(-100, 100), st.floats(-100, 100))
 
 
 class TestVelocityLimit:
     def test_lets_pass_what_is_within(self) -> None:
-        assert VelocityLimit(10.0)(Wheels(10.0, -10.0), REST) == (10.0, -10.0)
+        assert VelocityLimit(10.0)(Wheels(10.0, -10.0), STOPPED) == (10.0, -10.0)
 
     def test_slows_the_other_wheel_in_proportion(self) -> None:
-        assert VelocityLimit(10.0)(Wheels(20.0, -5.0), REST) == (10.0, -2.5)
+        assert VelocityLimit(10.0)(Wheels(20.0, -5.0), STOPPED) == (10.0, -2.5)
 
     @given(wheels)
     def test_keeps_the_path_and_the_limit(self, asked: Wheels) -> None:
-        sent = VelocityLimit(10.0)(asked, REST)
+        sent = VelocityLimit(10.0)(asked, STOPPED)
         assert max(map(abs, sent)) <= 10.0 + 1e-9
         assert sent.left * asked.right == pytest.approx(sent.right * asked.left, abs=1e-6)
         assert sent.left * asked.left >= 0
@@ -39,7 +39,7 @@ class TestAccelerationLimit:
         assert AccelerationLimit(2.0)(Wheels(9.0, 4.0), Wheels(1.0, 2.0)) == (3.0, 2.5)
 
     def test_holds_for_slowing_down_too(self) -> None:
-        assert AccelerationLimit(2.0)(REST, Wheels(10.0, 5.0)) == (8.0, 4.0)
+        assert AccelerationLimit(2.0)(STOPPED, Wheels(10.0, 5.0)) == (8.0, 4.0)
 
     @given(wheels, wheels)
     def test_no_wheel_changes_by_more_and_each_comes_nearer_to_what_was_asked(
@@ -60,18 +60,18 @@ class TestRangeGuard:
     def test_acts_exactly_at_the_stopping_distance(self, speed: float) -> None:
         limit = 0.10 + speed**2 / (2 * 0.5)
         asked = GEOMETRY.to_wheels(speed, 0.0)
-        assert _guard(limit + 1e-9)(asked, REST) == asked
-        assert _guard(limit - 1e-9)(asked, REST) == (0.0, 0.0)
+        assert _guard(limit + 1e-9)(asked, STOPPED) == asked
+        assert _guard(limit - 1e-9)(asked, STOPPED) == (0.0, 0.0)
 
     def test_takes_forward_motion_away_and_keeps_the_turn(self) -> None:
-        sent = _guard(0.05)(GEOMETRY.to_wheels(0.2, 1.5), REST)
+        sent = _guard(0.05)(GEOMETRY.to_wheels(0.2, 1.5), STOPPED)
         assert GEOMETRY.to_twist(sent) == pytest.approx((0.0, 1.5))
 
     @given(st.floats(-0.4, 0.4), st.floats(-5, 5), st.floats(0, 2))
     def test_never_drives_forward_too_near_nor_touches_the_turn(
         self, linear: float, angular: float, distance: float
     ) -> None:
-        sent = GEOMETRY.to_twist(_guard(distance)(GEOMETRY.to_wheels(linear, angular), REST))
+        sent = GEOMETRY.to_twist(_guard(distance)(GEOMETRY.to_wheels(linear, angular), STOPPED))
         assert sent.angular == pytest.approx(angular, abs=1e-9)
         assert distance >= stopping_distance(sent.linear, 0.10, 0.5) - 1e-9 or sent.linear <= 1e-12
         assert sent.linear == pytest.approx(linear, abs=1e-12) or linear > 0
@@ -80,11 +80,11 @@ class TestRangeGuard:
     def test_does_not_ask_for_a_distance_where_the_robot_does_not_go_forward(self, linear: float) -> None:
         guard = RangeGuard(GEOMETRY, lambda _: pytest.fail("asked"), 0.10, 0.5)
         asked = GEOMETRY.to_wheels(linear, 2.0)
-        assert guard(asked, REST) == asked
+        assert guard(asked, STOPPED) == asked
 
     def test_open_space_is_no_obstacle(self) -> None:
         asked = GEOMETRY.to_wheels(0.4, 0.0)
-        assert _guard(math.inf)(asked, REST) == asked
+        assert _guard(math.inf)(asked, STOPPED) == asked
 
 
 def _guard(distance: float) -> RangeGuard:
@@ -125,5 +125,5 @@ class TestDistanceAhead:
         speeds: list[float] = []
         guard = RangeGuard(GEOMETRY, lambda speed: speeds.append(speed) or math.inf, 0.10, 0.5)  # type: ignore[func-returns-value]
         guard(GEOMETRY.to_wheels(0.1, 0.0), GEOMETRY.to_wheels(0.3, 0.0))
-        guard(GEOMETRY.to_wheels(0.2, 0.0), REST)
+        guard(GEOMETRY.to_wheels(0.2, 0.0), STOPPED)
         assert speeds == pytest.approx([0.3, 0.2])

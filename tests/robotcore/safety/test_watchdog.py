@@ -11,63 +11,63 @@ import pytest
 
 from robotcore.errors import DeviceError, RobotcoreError, WatchdogError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety import Stay, Watchdog, Whereabouts
+from robotcore.safety import ActivityMonitor, TimeLimit, Watchdog
 from robotcore.safety.reserve import Reserve
-from robotcore.safety.watchdog import FIRST_TICK_S, FairTime, is_debugged
+from robotcore.safety.watchdog import FIRST_TICK_S, RunnableTime, is_debugged
 
 SECOND_NS = 1_000_000_000
 
 
 @pytest.fixture
-def time(tmp_path: Path) -> FairTime:
+def time(tmp_path: Path) -> RunnableTime:
     """The time of a thread that is looked at every second, by a clock that a test sets."""
-    fair = FairTime(0, 1.0)
+    fair = RunnableTime(0, 1.0)
     fair._file = tmp_path / "schedstat"
     fair._file.write_text("0 0 1")
     fair._wall = Mock()
     return fair
 
 
-def at(fair: FairTime, seconds: float, waited: float = 0.0) -> float:
+def at(fair: RunnableTime, seconds: float, waited: float = 0.0) -> float:
     fair._wall.now.return_value = seconds  # type: ignore[attr-defined]
     fair._file.write_text(f"5 {round(waited * SECOND_NS)} 9")
     return fair.passed()
 
 
-def test_counts_the_seconds_since_it_was_last_asked(time: FairTime) -> None:
+def test_counts_the_seconds_since_it_was_last_asked(time: RunnableTime) -> None:
     assert at(time, 1.0) == 1.0
     assert at(time, 1.5) == 0.5
 
 
-def test_does_not_count_the_wait_for_a_processor(time: FairTime) -> None:
+def test_does_not_count_the_wait_for_a_processor(time: RunnableTime) -> None:
     assert at(time, 1.0, waited=0.75) == pytest.approx(0.25)
     assert at(time, 2.0, waited=0.75) == 1.0
 
 
-def test_counts_a_wait_that_is_told_late_for_as_long_as_it_was(time: FairTime) -> None:
+def test_counts_a_wait_that_is_told_late_for_as_long_as_it_was(time: RunnableTime) -> None:
     assert at(time, 1.0, waited=1.5) == 0.0
     assert at(time, 2.0, waited=1.5) == pytest.approx(0.5)
 
 
-def test_does_not_count_for_how_long_whoever_looks_was_held_up(time: FairTime) -> None:
+def test_does_not_count_for_how_long_whoever_looks_was_held_up(time: RunnableTime) -> None:
     assert at(time, 100.0) == 2.0
 
 
-def test_counts_all_where_the_system_does_not_tell(time: FairTime, tmp_path: Path) -> None:
+def test_counts_all_where_the_system_does_not_tell(time: RunnableTime, tmp_path: Path) -> None:
     time._file = tmp_path / "missing" / "schedstat"
     time._wall.now.return_value = 1.0  # type: ignore[attr-defined]
     assert time.passed() == 1.0
 
 
-STEP = Stay(3.0, lambda seconds, _: WatchdogError(f"the app, {seconds:.1f} s"), 1.0)
-EYE = Stay(1.0, lambda seconds, _: DeviceError("eye", f"{seconds:.1f} s"), 0.3)
+STEP = TimeLimit(3.0, lambda seconds, _: WatchdogError(f"the app, {seconds:.1f} s"), 1.0)
+EYE = TimeLimit(1.0, lambda seconds, _: DeviceError("eye", f"{seconds:.1f} s"), 0.3)
 
 
 class Bench:
     """A watchdog that looks when it is told to, past the first tick."""
 
     def __init__(self, patience: float = 1.0) -> None:
-        self.where = Whereabouts()
+        self.where = ActivityMonitor()
         self.where.ticks = 2
         self.bites: list[RobotcoreError] = []
         self.ends: list[RobotcoreError] = []
@@ -78,7 +78,7 @@ class Bench:
             self.watchdog._look(0.05)
 
     def pass_time_in_the_eye(self, seconds: float) -> None:
-        self.where.telling(EYE, self.pass_time, seconds)
+        self.where.call_driver_with(EYE, self.pass_time, seconds)
 
 
 @pytest.fixture
@@ -199,7 +199,7 @@ def test_a_frame_that_nobody_follows_is_not_debugged() -> None:
 
 def test_looks_from_a_thread_of_its_own_until_it_is_closed() -> None:
     bitten = threading.Event()
-    where = Whereabouts()
+    where = ActivityMonitor()
     where.ticks = 2
     where.begin(STEP._replace(limit_s=0.1))
     watchdog = Watchdog(where, lambda _: bitten.set(), lambda _: None, Reserve(MonotonicClock()))
@@ -215,7 +215,7 @@ def test_looks_from_a_thread_of_its_own_until_it_is_closed() -> None:
 
 def test_a_bite_that_raises_is_followed_by_the_end() -> None:
     ended = threading.Event()
-    where = Whereabouts()
+    where = ActivityMonitor()
     where.ticks = 2
     where.begin(STEP._replace(limit_s=0.1, grace_s=0.1))
 

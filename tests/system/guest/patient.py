@@ -12,7 +12,7 @@ from tests.system.speed import scaled
 MAIN = "; main()"
 
 if __name__ == "__main__":
-    client.STARTING_S = scaled(client.STARTING_S)
+    client.START_TIMEOUT_S = scaled(client.START_TIMEOUT_S)
     limit = f"from robotcore.safety.guardian import process; process.OPENING_S = {scaled(process.OPENING_S)}"
     assert client._CODE.endswith(MAIN)
     client._CODE = f"{client._CODE.removesuffix(MAIN)}; {limit}{MAIN}"

@@ -26,10 +26,10 @@ def main() -> None:
     spec = stop_frame("left_motor", port, protocol.baud, STOP, "!", Host(load_robot("rover"), clock))
     with Guardian([spec], LEASE_S) as guardian:
         while not select([sys.stdin], [], [], 0.02)[0]:
-            guardian.is_driving()
+            guardian.renew_lease()
             protocol.say(TURN)
             line.wake()
-        guardian.is_resting()
+        guardian.end_lease()
     line.close()
     clock.close()
 

@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor, SampleT, Sensor
-from robotcore.runtime.faults.planning import Selected
+from robotcore.runtime.faults.planning import DeviceFilter
 from robotcore.runtime.faults.readings import Stuck
 from robotcore.runtime.layers.base import Layer, Reader
 from tests.robotcore.fakes import NullCamera, NullEncoder, NullMotor, NullRange
@@ -44,7 +44,7 @@ def put_over(layer: Layer, device: Failing) -> None:
 @pytest.mark.parametrize("made", [NullCamera, NullRange, NullEncoder, lambda _, name: NullMotor(name)])
 def test_a_layer_is_put_over_the_devices_of_its_target_only(made: Callable[[Clock, str], Failing]) -> None:
     clock, noting = SteppedClock(20, lambda _: None), Noting()
-    layer = Selected(noting, {"mine"})
+    layer = DeviceFilter(noting, {"mine"})
     for name in ("mine", "other"):
         put_over(layer, made(clock, name))
     assert noting.names == ["mine"]

@@ -7,7 +7,7 @@ import pytest
 
 from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError
 from robotcore.runtime.faults.motors import FaultyMotor
-from robotcore.safety.deadman import PATIENCE_S
+from robotcore.safety.deadman import LOCK_TIMEOUT_S
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
 
@@ -113,7 +113,7 @@ def test_a_stop_from_another_thread_counts_where_the_motor_is_just_being_told_an
     def stop_meanwhile(rad_s: float) -> None:
         if rad_s == 2.0:
             stopping.start()
-            stopping.join(PATIENCE_S / 2)
+            stopping.join(LOCK_TIMEOUT_S / 2)
 
     motor.on_command = stop_meanwhile
     weak.renew()

@@ -9,7 +9,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.behaviour import Status
-from robotcore.runtime.faults.base import Stalling
+from robotcore.runtime.faults.base import StallingClock
 from robotcore.runtime.faults.outages import Lost
 from robotcore.runtime.loop import Loop
 from tests.robotcore.fakes import Deed, picture
@@ -53,13 +53,13 @@ class TestStall:
     ) -> None:
         paced = PacedClock(SteppedClock(20, lambda _: None))
         monkeypatch.setattr(paced, "_wall", SteppedClock(20, lambda _: None))
-        clock = Stalling(paced, stall=0.02, first=0.0, every=NEVER, end=NEVER)
+        clock = StallingClock(paced, stall=0.02, first=0.0, every=NEVER, end=NEVER)
         assert not clock.sleep_until(0.01)
         assert clock.now() == pytest.approx(0.02, abs=0.005)
         assert paced._delay == 0.0
 
     def test_on_the_machines_own_time_the_loop_is_late(self) -> None:
-        clock = Stalling(MonotonicClock(), stall=0.02, first=0.0, every=NEVER, end=NEVER)
+        clock = StallingClock(MonotonicClock(), stall=0.02, first=0.0, every=NEVER, end=NEVER)
         assert not clock.sleep_until(0.005)
         assert clock.now() >= 0.02
 

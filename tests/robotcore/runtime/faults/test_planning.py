@@ -18,7 +18,7 @@ from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Role
-from robotcore.runtime.faults import Fault, Kind, Occasion, plan_faults
+from robotcore.runtime.faults import Fault, FaultContext, Kind, plan_faults
 from robotcore.runtime.faults.planning import Target, load_fault
 from robotcore.runtime.layers import needed_devices
 from robotcore.runtime.layers.base import Layer, Reader
@@ -138,7 +138,7 @@ class Bias(Fault):
     value: Annotated[float, Field(ge=-1, le=1, description="metres")]
     mode: str = "plain"
 
-    def layer(self, occasion: Occasion) -> Layer:
+    def layer(self, context: FaultContext) -> Layer:
         return Biased(self)
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from robotcore.errors import DescriptionError, RobotcoreError, UsageError
 from robotcore.runtime.faults import Spec, plan_faults
 from robotcore.runtime.faults.planning import effects, targets_of
-from robotcore.runtime.faults.spec import specs_in
+from robotcore.runtime.faults.spec import read_specs
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
 
@@ -82,7 +82,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def test_a_file_stands_for_what_is_in_it_among_the_others(file: Path) -> None:
-    assert specs_in(["loop stall=0.30", str(file), "camera  freeze"]) == (
+    assert read_specs(["loop stall=0.30", str(file), "camera  freeze"]) == (
         "loop stall=0.3",
         "camera drop=0.2 after=5",
         "right_motor dead after=10 lasts=1.5",
@@ -112,20 +112,20 @@ def test_what_is_wrong_with_a_file_is_told_in_one_line_with_its_place(
     assert old in FILE
     file.write_text(FILE.replace(old, new))
     with pytest.raises(UsageError) as raised:
-        specs_in([str(file)])
+        read_specs([str(file)])
     assert str(raised.value).startswith(f"{file}: {told}")
     assert "\n" not in str(raised.value)
 
 
 def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"gone.toml: No such file"):
-        specs_in([str(tmp_path / "gone.toml")])
+        read_specs([str(tmp_path / "gone.toml")])
 
 
 def test_a_file_that_is_no_text_is_told(file: Path) -> None:
     file.write_bytes(b"\xff\xfe")
     with pytest.raises(DescriptionError, match="it is not text"):
-        specs_in([str(file)])
+        read_specs([str(file)])
 
 
 NAMES = [device.name for device in ROVER.devices]
@@ -153,7 +153,7 @@ specs = st.builds(
 
 def check(*texts: str) -> None:
     try:
-        plan_faults(specs_in(texts), ROVER, NAMES)
+        plan_faults(read_specs(texts), ROVER, NAMES)
     except UsageError as error:
         lines = str(error).splitlines()  # a file has a line for each of its faults
         assert lines

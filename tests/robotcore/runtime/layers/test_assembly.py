@@ -13,7 +13,7 @@ from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble, needed_devices
 from robotcore.runtime.layers.base import Layer, Reader
-from robotcore.safety import Stage
+from robotcore.safety import CommandFilter
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
 
 WHEELS = {"left_motor", "right_motor", "left_encoder", "right_encoder"}
@@ -267,10 +267,10 @@ class Spy(Layer):
         self.seen.append(display.name)
         return display
 
-    def stage(self, stage: Stage) -> Stage:
-        ask = stage.ask
-        stage.ask = lambda wheels: self.seen.append(wheels) or ask(wheels)  # type: ignore[method-assign,func-returns-value]
-        return stage
+    def command_filter(self, inner: CommandFilter) -> CommandFilter:
+        ask = inner.ask
+        inner.ask = lambda wheels: self.seen.append(wheels) or ask(wheels)  # type: ignore[method-assign,func-returns-value]
+        return inner
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         return lambda: Wheels(2.0, 2.0)

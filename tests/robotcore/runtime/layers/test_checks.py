@@ -7,9 +7,9 @@ import pytest
 from robotcore.errors import BackendError, DeviceError, StaleSampleError
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.devices import Range
-from robotcore.runtime.layers.base import OnceATick
-from robotcore.runtime.layers.checks import Fresh, Watched
-from robotcore.safety import Latch, Stay, Whereabouts
+from robotcore.runtime.layers.base import TickCache
+from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeReader
+from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 from tests.robotcore.fakes import NullMotor, NullRange
 
 
@@ -24,21 +24,21 @@ def counting() -> Callable[[], Range]:
 
 
 def test_within_a_tick_the_sample_is_one(clock: TickClock) -> None:
-    read = OnceATick(clock, counting())
+    read = TickCache(clock, counting())
     assert read() is read()
     clock.sleep_until(0.05)
     assert read().sequence == 1
 
 
 def test_a_tick_without_a_read_takes_no_sample(clock: TickClock) -> None:
-    read = OnceATick(clock, counting())
+    read = TickCache(clock, counting())
     for tick in range(1, 5):
         clock.sleep_until(tick / 20)
     assert read().sequence == 0
 
 
 def test_the_latest_can_be_looked_at_without_reading(clock: TickClock) -> None:
-    read = OnceATick(clock, counting())
+    read = TickCache(clock, counting())
     assert read.latest is None
     sample = read()
     clock.sleep_until(0.05)
@@ -54,7 +54,7 @@ def test_a_read_that_failed_is_tried_again(clock: TickClock) -> None:
             raise outcome
         return outcome
 
-    once = OnceATick(clock, read)
+    once = TickCache(clock, read)
     with pytest.raises(DeviceError):
         once()
     assert once().distance == 1.0
@@ -62,13 +62,13 @@ def test_a_read_that_failed_is_tried_again(clock: TickClock) -> None:
 
 def test_a_sample_of_just_the_limit_is_fresh_enough(clock: TickClock) -> None:
     clock.sleep_until(0.5)
-    assert Fresh("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))().sequence == 0
+    assert MaxAgeReader("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))().sequence == 0
 
 
 def test_an_older_sample_is_refused_by_name_and_age(clock: TickClock) -> None:
     clock.sleep_until(0.55)
     with pytest.raises(StaleSampleError, match="nose") as raised:
-        Fresh("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))()
+        MaxAgeReader("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))()
     assert raised.value.age == pytest.approx(0.55)
     assert raised.value.limit == 0.5
 
@@ -78,7 +78,7 @@ def test_an_older_sample_ends_the_run_though_the_app_swallows_it(clock: TickCloc
     latch = Latch()
     latch.check()
     with pytest.raises(StaleSampleError):
-        Fresh("nose", clock, 0.5, latch, lambda: Range(1.0, 0.0, 0))()
+        MaxAgeReader("nose", clock, 0.5, latch, lambda: Range(1.0, 0.0, 0))()
     with pytest.raises(StaleSampleError, match="nose"):
         latch.check()
 
@@ -87,9 +87,9 @@ class Bench:
     """The layer, and what it noted in the middle of a driver's call."""
 
     def __init__(self) -> None:
-        self.where = Whereabouts()
-        self.layer = Watched(self.where, 1.0, "rover")
-        self.noted: list[Stay | None] = []
+        self.where = ActivityMonitor()
+        self.layer = CallMonitorLayer(self.where, 1.0, "rover")
+        self.noted: list[TimeLimit | None] = []
 
     def note(self, *_: object) -> None:
         self.noted.append(self.where.call)

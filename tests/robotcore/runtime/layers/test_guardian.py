@@ -12,8 +12,8 @@ from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
 from robotcore.runtime.layers import assemble
 from robotcore.runtime.layers.base import Layer
-from robotcore.runtime.layers.guardian import Guarding, guarded
-from robotcore.safety.deadman import PATIENCE_S
+from robotcore.runtime.layers.guardian import GuardianLayer, guard_motors
+from robotcore.safety.deadman import LOCK_TIMEOUT_S
 from robotcore.safety.guardian.client import Guardian
 from robotcore.safety.guardian.protocol import Report
 from tests.robotcore.fakes import UNHURRIED, NullMotor, Rig
@@ -27,12 +27,12 @@ class Ear:
         self.is_dead = False
         self.made: list[Report] = []
 
-    def is_driving(self) -> bool:
+    def renew_lease(self) -> bool:
         self._require_life()
         self.heard.append("driving")
         return True
 
-    def is_resting(self) -> None:
+    def end_lease(self) -> None:
         self.heard.append("resting")
 
     def stops(self) -> list[Report]:
@@ -56,7 +56,7 @@ class Guarded:
     def __init__(self) -> None:
         self.guardian = Ear()
         self.left, self.right = self.guardian.motor("left"), self.guardian.motor("right")
-        self.layer = Guarding(cast("Guardian", self.guardian), SteppedClock(20.0, lambda _: None))
+        self.layer = GuardianLayer(cast("Guardian", self.guardian), SteppedClock(20.0, lambda _: None))
         self.over = [self.layer.motor(each) for each in (self.left, self.right)]
 
     @property
@@ -66,62 +66,62 @@ class Guarded:
 
 
 def test_a_lease_begins_before_the_motor_turns_and_ends_when_the_last_one_was_told_to_stand() -> None:
-    guarded = Guarded()
-    left, right = guarded.over
+    guard_motors = Guarded()
+    left, right = guard_motors.over
     left.set_velocity(1.0)
     right.set_velocity(2.0)
-    assert guarded.heard == ["driving", "left 1", "driving", "right 2"]
+    assert guard_motors.heard == ["driving", "left 1", "driving", "right 2"]
     left.stop()
-    assert guarded.heard == ["left 0"]
+    assert guard_motors.heard == ["left 0"]
     right.set_velocity(0.0)
-    assert guarded.heard == ["right 0", "resting"]
+    assert guard_motors.heard == ["right 0", "resting"]
     right.stop()
-    assert guarded.heard == ["right 0"]
+    assert guard_motors.heard == ["right 0"]
 
 
 def test_a_motor_that_does_not_stop_is_guarded_on() -> None:
-    guarded = Guarded()
-    left, _ = guarded.over
+    guard_motors = Guarded()
+    left, _ = guard_motors.over
     left.set_velocity(1.0)
-    guarded.left.is_broken = True
+    guard_motors.left.is_broken = True
     with pytest.raises(DeviceError):
         left.stop()
-    assert "resting" not in guarded.heard
+    assert "resting" not in guard_motors.heard
 
 
 def test_a_command_that_failed_may_have_come_through() -> None:
-    guarded = Guarded()
-    left, _ = guarded.over
-    guarded.left.is_broken = True
+    guard_motors = Guarded()
+    left, _ = guard_motors.over
+    guard_motors.left.is_broken = True
     with pytest.raises(DeviceError):
         left.set_velocity(1.0)
-    guarded.left.is_broken = False
-    assert guarded.heard == ["driving", "left 1"]
+    guard_motors.left.is_broken = False
+    assert guard_motors.heard == ["driving", "left 1"]
     left.stop()
-    assert guarded.heard == ["left 0", "resting"]
+    assert guard_motors.heard == ["left 0", "resting"]
 
 
 def test_a_stop_in_the_middle_of_a_command_does_not_end_its_lease() -> None:
-    guarded = Guarded()
-    left, _ = guarded.over
-    guarded.left.on_command = lambda rad_s: left.stop() if rad_s else None
+    guard_motors = Guarded()
+    left, _ = guard_motors.over
+    guard_motors.left.on_command = lambda rad_s: left.stop() if rad_s else None
     left.set_velocity(1.0)
-    assert guarded.heard == ["driving"]
+    assert guard_motors.heard == ["driving"]
 
 
 def test_without_a_guardian_no_motor_is_told_to_turn_and_all_are_stopped() -> None:
-    guarded = Guarded()
-    left, right = guarded.over
+    guard_motors = Guarded()
+    left, right = guard_motors.over
     left.set_velocity(1.0)
-    guarded.guardian.is_dead = True
+    guard_motors.guardian.is_dead = True
     with pytest.raises(GuardianError):
         right.set_velocity(1.0)
-    assert guarded.heard == ["driving", "left 1", "left 0", "right 0"]
+    assert guard_motors.heard == ["driving", "left 1", "left 0", "right 0"]
 
 
 def test_a_stop_of_the_guardian_is_an_intervention_and_driving_goes_on() -> None:
     guardian, rig = Ear(), Rig(description=UNHURRIED)
-    guard = Guarding(cast("Guardian", guardian), rig.clock)
+    guard = GuardianLayer(cast("Guardian", guardian), rig.clock)
     assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
     assert assembled.stage
     assembled.stage.ask(Wheels(1.0, 2.0))
@@ -137,7 +137,7 @@ def test_a_stop_of_the_guardian_is_an_intervention_and_driving_goes_on() -> None
 
 def test_a_tick_without_a_command_ends_a_run_whose_guardian_has_died() -> None:
     guardian, rig = Ear(), Rig()
-    guard = Guarding(cast("Guardian", guardian), rig.clock)
+    guard = GuardianLayer(cast("Guardian", guardian), rig.clock)
     assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
     assert assembled.stage
     guardian.is_dead = True
@@ -148,7 +148,7 @@ def test_a_tick_without_a_command_ends_a_run_whose_guardian_has_died() -> None:
 
 def test_a_robot_without_cutoffs_needs_no_guardian() -> None:
     with ExitStack() as end:
-        layer = guarded(Robot("bare", SteppedClock(20.0, lambda _: None), []), 0.1, end)
+        layer = guard_motors(Robot("bare", SteppedClock(20.0, lambda _: None), []), 0.1, end)
     assert type(layer) is Layer
 
 
@@ -164,5 +164,5 @@ def test_the_guardian_waits_as_long_as_the_most_patient_cutoff_asks_for(monkeypa
     for patience in ((0.0, 0.0), (0.0, 0.25)):
         cutoffs = [CutoffSpec("motor", "my_board:Stop", {}, each) for each in patience]
         with ExitStack() as end:
-            guarded(Robot("bare", SteppedClock(20.0, lambda _: None), [], cutoffs=cutoffs), 0.125, end)
-    assert leases == pytest.approx([0.125 + PATIENCE_S, 0.125 + PATIENCE_S + 0.25])
+            guard_motors(Robot("bare", SteppedClock(20.0, lambda _: None), [], cutoffs=cutoffs), 0.125, end)
+    assert leases == pytest.approx([0.125 + LOCK_TIMEOUT_S, 0.125 + LOCK_TIMEOUT_S + 0.25])

@@ -10,7 +10,7 @@ from robotcore.description import Conditions
 from robotcore.errors import DeviceClosedError, InvalidCommandError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Image, Motor, Range
-from robotcore.runtime.layers.imperfections import Conditioned, Noise
+from robotcore.runtime.layers.imperfections import ImperfectionLayer, Noise
 from tests.robotcore.fakes import EYE, ROVER, NullCamera, NullMotor, NullRange, picture
 
 SHAPE = (24, 32, 3)
@@ -81,23 +81,23 @@ def seen(image: Image, seed: int = 1, **conditions: float) -> Image:
     """Return what becomes of a picture."""
     camera = NullCamera(clock())
     camera.image = image
-    return Conditioned(Conditions(**conditions), seed, DRIVE).camera(camera, camera.read)().image
+    return ImperfectionLayer(Conditions(**conditions), seed, DRIVE).camera(camera, camera.read)().image
 
 
 def heard(distance: float, seed: int = 1, **conditions: float) -> Range:
     sensor = NullRange(clock(), distance=distance)
-    return Conditioned(Conditions(**conditions), seed, DRIVE).range_sensor(sensor, sensor.read)()
+    return ImperfectionLayer(Conditions(**conditions), seed, DRIVE).range_sensor(sensor, sensor.read)()
 
 
 class TestCamera:
     def test_where_it_is_perfect_it_is_the_drivers_own(self) -> None:
         camera = NullCamera(clock())
-        others = Conditioned(Conditions(range_noise_m=0.1, wheel_gain_left=0.9), 1, DRIVE)
+        others = ImperfectionLayer(Conditions(range_noise_m=0.1, wheel_gain_left=0.9), 1, DRIVE)
         assert others.camera(camera, camera.read) == camera.read
 
     def test_time_and_number_stay_and_the_picture_is_read_only(self) -> None:
         camera = NullCamera(clock())
-        layer = Conditioned(Conditions(camera_noise=3.0, camera_blur_px=1.0), 1, DRIVE)
+        layer = ImperfectionLayer(Conditions(camera_noise=3.0, camera_blur_px=1.0), 1, DRIVE)
         frame = layer.camera(camera, camera.read)()
         assert (frame.time, frame.sequence) == (0.0, 1)
         assert frame.image.shape == (EYE.height, EYE.width, 3)
@@ -143,7 +143,7 @@ class TestCamera:
 class TestRange:
     def test_where_it_is_perfect_it_is_the_drivers_own(self) -> None:
         sensor = NullRange(clock())
-        others = Conditioned(Conditions(camera_noise=3.0), 1, DRIVE)
+        others = ImperfectionLayer(Conditions(camera_noise=3.0), 1, DRIVE)
         assert others.range_sensor(sensor, sensor.read) == sensor.read
 
     def test_a_bias_moves_every_distance(self) -> None:
@@ -165,13 +165,13 @@ class TestRange:
     def test_the_point_stays_where_it_is_and_goes_where_nothing_is_heard(self) -> None:
         sensor = NullRange(clock())
         for bias, point in ((0.1, (1.0, 0.0, 0.0)), (1.0, None)):
-            told = Conditioned(Conditions(range_bias_m=bias), 1, DRIVE).range_sensor(sensor, sensor.read)
+            told = ImperfectionLayer(Conditions(range_bias_m=bias), 1, DRIVE).range_sensor(sensor, sensor.read)
             sensor._newest = lambda: Range(1.5, 0.0, 4, (1.0, 0.0, 0.0))  # type: ignore[method-assign]
             assert (told().point, told().sequence) == (point, 4)
 
 
 def gained(motor: Motor, gain: float) -> Motor:
-    return Conditioned(Conditions(wheel_gain_left=gain), 1, DRIVE).motor(motor)
+    return ImperfectionLayer(Conditions(wheel_gain_left=gain), 1, DRIVE).motor(motor)
 
 
 class TestMotor:

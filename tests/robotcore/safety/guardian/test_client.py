@@ -36,23 +36,23 @@ def stopped(guarding: Guardian) -> Iterator[Report]:
 
 def test_it_stops_what_is_not_commanded_any_more(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
-        guarding.is_driving()
+        guarding.renew_lease()
         assert next(stopped(guarding)) == Report("stop", ("left_motor",), ())
     assert deeds(diary) == ["open left_motor", "arm left_motor", "stop left_motor", "close left_motor"]
 
 
 def test_a_command_right_after_a_rest_is_guarded(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
-        guarding.is_driving()
-        guarding.is_resting()
-        guarding.is_driving()
+        guarding.renew_lease()
+        guarding.end_lease()
+        guarding.renew_lease()
         assert next(stopped(guarding)).done == ("left_motor",)
 
 
 def test_a_cutoff_that_hangs_holds_up_no_other(diary: Path) -> None:
     cutoffs = [cutoff(diary, "stuck", "hangs in stop"), cutoff(diary, "left_motor"), cutoff(diary, "right_motor")]
     with Guardian(cutoffs, LEASE_S) as guarding:
-        guarding.is_driving()
+        guarding.renew_lease()
         with pytest.raises(GuardianError, match="could not stop stuck: does not answer"):
             next(stopped(guarding))
         assert {"stop left_motor", "stop right_motor"} <= set(deeds(diary))
@@ -60,13 +60,13 @@ def test_a_cutoff_that_hangs_holds_up_no_other(diary: Path) -> None:
 
 def test_a_stop_that_fails_at_first_is_tried_again(diary: Path) -> None:
     with Guardian([cutoff(diary, manner="late")], LEASE_S) as guarding:
-        guarding.is_driving()
+        guarding.renew_lease()
         assert next(stopped(guarding)).done == ("left_motor",)
 
 
 def test_a_cutoff_that_cannot_be_armed_is_told(diary: Path) -> None:
     with Guardian([cutoff(diary, manner="fails to arm")], LEASE_S) as guarding:
-        guarding.is_driving()
+        guarding.renew_lease()
         with pytest.raises(GuardianError, match="could not arm left_motor: OSError: no arm"):
             next(stopped(guarding))
 
@@ -74,11 +74,11 @@ def test_a_cutoff_that_cannot_be_armed_is_told(diary: Path) -> None:
 def test_a_cutoff_that_is_patient_may_be_slow_to_arm(diary: Path) -> None:
     slow = cutoff(diary, manner="is slow to arm")
     with Guardian([slow], LEASE_S) as guarding:
-        guarding.is_driving()
+        guarding.renew_lease()
         with pytest.raises(GuardianError, match="could not arm left_motor: does not answer"):
             next(stopped(guarding))
     with Guardian([replace(slow, patience_s=60.0)], LEASE_S) as guarding:
-        guarding.is_driving()
+        guarding.renew_lease()
         assert next(stopped(guarding)) == Report("stop", ("left_motor",), ())
 
 
@@ -122,7 +122,7 @@ def test_what_json_cannot_tell_is_refused() -> None:
 
 
 def test_a_guardian_that_takes_too_long_is_not_waited_for(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(client, "STARTING_S", 0.5)
+    monkeypatch.setattr(client, "START_TIMEOUT_S", 0.5)
     with pytest.raises(GuardianError, match=r"is not ready within 0.5 s. Nothing has moved"):
         Guardian([cutoff(diary, manner="hangs in open")], LEASE_S)
 
@@ -154,14 +154,14 @@ def test_once_it_has_died_no_command_is_guarded(diary: Path) -> None:
         with pytest.raises(GuardianError, match=r"died \(Killed"):
             next(stopped(guarding))
         with pytest.raises(GuardianError, match=r"died \(Killed"):
-            guarding.is_driving()
+            guarding.renew_lease()
 
 
 def test_more_commands_than_it_reads_are_no_more_words_to_it(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         os.kill(notes(diary)[0].process, signal.SIGSTOP)
         for _ in range(5000):
-            guarding.is_driving()
+            guarding.renew_lease()
         os.kill(notes(diary)[0].process, signal.SIGCONT)
 
 
@@ -170,6 +170,6 @@ def test_one_that_is_full_of_words_does_not_listen(diary: Path) -> None:
         os.kill(notes(diary)[0].process, signal.SIGSTOP)
         with pytest.raises(GuardianError, match="does not listen"):  # noqa: PT012  the one that is too much
             for _ in range(100_000):
-                guarding.is_driving()
-                guarding.is_resting()
+                guarding.renew_lease()
+                guarding.end_lease()
         os.kill(notes(diary)[0].process, signal.SIGCONT)

@@ -109,7 +109,7 @@ def test_a_call_that_holds_the_interpreter_lock_is_not_waited_for_and_driving_go
 def test_an_app_that_is_suspended_has_its_motors_stopped_also_one_outside_the_drive(start: Start) -> None:
     running = start("grips")
     until(running, "turn gripper")
-    os.killpg(running.process.pid, signal.SIGSTOP)  # as Ctrl-Z does: nothing is heard of it, and it has not gone
+    os.killpg(running.process.pid, signal.SIGSTOP)  # as Ctrl-Z does: it sends nothing, and it has not gone
     until(running, "stop gripper")
     os.killpg(running.process.pid, signal.SIGCONT)
     running.process.terminate()
