@@ -199,7 +199,7 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
     summary = "a wheel's encoder with one channel on a GPIO; its motor tells the direction"
     described = EncoderDescription
     settings = PulsesSettings
-    parts = ("slotted", "light-barrier")
+    aliases = ("slotted", "light-barrier")
     modules = ("gpiozero",)
     supply = ("3.3 V", "ground")
     remedy = "pip install 'robotcore[pi]'"
@@ -225,7 +225,7 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
         drivers: Mapping[str, DeviceDriver[Any, Any]],
     ) -> None:
         motor = motor_of(description.name, robot) or ""
-        if motor in drivers and not drivers[motor].tells_direction:
+        if motor in drivers and not drivers[motor].reports_direction:
             raise ValueError(
                 f"the driver of {motor}, {drivers[motor].name!r}, tells no direction, and {description.name} has "
                 "none of its own; take a quadrature encoder for that wheel"

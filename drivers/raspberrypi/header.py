@@ -188,4 +188,6 @@ def lines_of(wire: Connection) -> tuple[Connection, ...]:
     """Return the pins that a wire takes as a port; none where it is no port on the header."""
     if not is_header_port(wire):
         return ()
-    return tuple(Connection(signal, "GPIO", gpio, wire.is_shared, spoken=wire.spoken) for signal, gpio in _PORT_LINES)
+    return tuple(
+        Connection(signal, "GPIO", gpio, wire.is_shared, protocol=wire.protocol) for signal, gpio in _PORT_LINES
+    )

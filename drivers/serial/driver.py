@@ -54,7 +54,7 @@ class PortSettings(StrictModel):
         """Return where the port goes, and ``what`` of the board behind it the device has alone."""
         spoken = f"{self.speaks} at {self.speed} baud"
         instead = "write the same baud at all that is on one board"
-        port = Connection("port", "serial", self.port, is_shared=True, instead=instead, spoken=spoken)
+        port = Connection("port", "serial", self.port, is_shared=True, instead=instead, protocol=spoken)
         return (port, Connection("side", self.speaks, f"{what} at {self.port}")) if what else (port,)
 
 

@@ -64,7 +64,7 @@ CLOSING_S = 0.5
 
 
 class Line:
-    """A port and the conversation on it.
+    """A port and the protocol on it.
 
     From `open` on, a port that fails is closed and opened again, after 0.1 s, 0.2 s, up to every 2 s. Meanwhile, and
     until the board has answered, `require` raises. What a talk raises is a bug: the line is closed for good, so that

@@ -104,7 +104,7 @@ def suggest_driver(name: str, description: AnyDevice) -> str:
         if _plain(driver) == word:
             return f"Did you mean {driver!r}?"
     for driver, kind in drivers.items():
-        if any(part in word or (len(word) > 2 and word in part) for part in map(_plain, kind.parts)):
+        if any(part in word or (len(word) > 2 and word in part) for part in map(_plain, kind.aliases)):
             return f"Did you mean {driver!r}?"
     return suggestion(name, list(drivers))
 
@@ -165,7 +165,7 @@ def pin_conflicts(
             if before is not wire and not wire.shares(before):
                 yield (
                     key,
-                    f"{wire} is already {first}{_spoken(before)}",
+                    f"{wire} is already {first}{_name_protocol(before)}",
                     f"Connect one of them elsewhere{_or(wire, before)}",
                 )
 
@@ -177,8 +177,8 @@ def _wires(fitting: DeviceBinding, place: Callable[[Connection], Iterable[Connec
             yield from place(wire)
 
 
-def _spoken(before: Connection) -> str:
-    return f", where {before.spoken} is spoken" if before.spoken else ""
+def _name_protocol(before: Connection) -> str:
+    return f", where {before.protocol} is spoken" if before.protocol else ""
 
 
 def _or(wire: Connection, before: Connection) -> str:

@@ -1,4 +1,4 @@
-"""The interface of a device driver, and what it works with: connections, shared boards, one bound device."""
+"""The interface of a device driver: connections, resources that devices share, and a device bound to its driver."""
 
 from __future__ import annotations
 
@@ -18,48 +18,49 @@ from robotcore.hal.devices import Device
 
 @dataclass(frozen=True)
 class Connection:
-    """One wire or plug of a device: what goes over it, and where it goes.
-
-    ``signal`` is the device's own word (trigger, SDA), ``bus`` the kind of place (GPIO, I2C, CSI, USB, serial) and
-    ``where`` the place on it. What ``is_shared`` may have several devices; anything else has one. ``instead`` is what
-    else to do where two devices have that signal on one place, such as to take another key that they may share.
-    ``spoken`` is what is said on a wire where it matters: only those that speak the same share it.
+    """One wire or plug of a device.
 
     >>> str(Connection("trigger", "GPIO", "16"))
     'GPIO 16'
     """
 
     signal: str
+    """The device's name for it, such as trigger or SDA."""
     bus: str
+    """GPIO, I2C, CSI, USB or serial."""
     where: str
+    """The pin, address or port on that bus."""
     is_shared: bool = False
+    """Whether several devices may use this place; otherwise only one may."""
     instead: str = field(default="", compare=False)
-    spoken: str = ""
+    """Advice for two devices with this signal on one place, such as another key that they may share."""
+    protocol: str = ""
+    """The protocol on the wire, if it matters: only devices with the same one share the wire."""
 
     def __str__(self) -> str:
         return f"{self.bus} {self.where}"
 
     def shares(self, other: Connection) -> bool:
-        """Return whether both may go to one place."""
-        is_alike = (self.signal, self.spoken) == (other.signal, other.spoken)
+        """Return whether both connections may use one place."""
+        is_alike = (self.signal, self.protocol) == (other.signal, other.protocol)
         return is_alike and self.is_shared and other.is_shared
 
 
 class Closable(Protocol):
-    """What is opened once, whoever asks for it first."""
+    """A resource that is opened once and closed once."""
 
     def close(self) -> None:
-        """Let it go."""
+        """Release it."""
 
 
 SharedT = TypeVar("SharedT", bound=Closable)
 
 
 class Shared:
-    """Opens what devices have in common when the first of them asks for it; it is closed when all of them are.
+    """Resources that several devices use: each is opened for the first device, and closed after the last one.
 
-    No device closes it, and one that fails in opening leaves it to the others. Devices are opened one after the other;
-    while they are open they may call from several threads, so what is shared does its own locking.
+    No device closes a resource, also not one that fails to open. Devices are opened one after the other. Open devices
+    call from several threads, so each resource does its own locking.
 
     >>> class Port:
     ...     def __init__(self, path):
@@ -79,7 +80,7 @@ class Shared:
         self._opened = ExitStack()
 
     def take(self, kind: type[SharedT], where: Hashable, open_it: Callable[[], SharedT]) -> SharedT:
-        """Return the one of that ``kind`` at that place; open it if there is none, and raise what that raises."""
+        """Return the resource of that ``kind`` at that place; open it if there is none."""
         thing: SharedT | None = self._things.get((kind, where))
         if thing is None:
             thing = self._things[kind, where] = open_it()
@@ -87,7 +88,7 @@ class Shared:
         return thing
 
     def close(self) -> None:
-        """Close all of it, the last one first, even where one fails. May be called again."""
+        """Close all resources, the last one first, even if one fails. May be called again."""
         self._things.clear()
         self._opened.close()
 
@@ -98,53 +99,52 @@ SettingsT = TypeVar("SettingsT", bound=StrictModel)
 
 @dataclass(frozen=True)
 class Host:
-    """What the devices of a robot share while they are open.
-
-    ``opened`` are those that are open by now, by name: encoders first, then sensors, cameras and displays, motors last.
-    ``pins`` makes pins (gpiozero's factory), where the backend has any. ``shared`` has what several of them open
-    together, such as the port of a board with motors and encoders. ``owner`` is the process that has the devices open.
-    Where it is None nobody has, there is neither ``pins`` nor what is ``opened``, and only cutoffs are asked for.
-    """
+    """What a driver gets to open a device of a robot."""
 
     robot: RobotDescription
     clock: Clock
     pins: Any = None
+    """gpiozero's pin factory, if the backend has pins."""
     opened: Mapping[str, Device] = field(default_factory=dict)
+    """Devices that are open already, by name: encoders first, then sensors, cameras and displays, motors last."""
     shared: Shared = field(default_factory=Shared)
+    """Resources that several devices use, such as the port of a board with motors and encoders."""
     owner: int | None = field(default_factory=os.getpid)
+    """The process that has the devices open. If it is None the devices are closed: ``pins`` and ``opened`` are empty,
+    and only `DeviceDriver.cutoffs` may be called."""
 
 
 class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
     """Opens devices of one kind, on one kind of hardware; found by name in the entry-point group `robotcore.devices`.
 
-    ``described`` is the description it takes, ``settings`` the model of what a robot's file says beside ``driver``.
-    A value that is wrong only together with others is a ValueError of that model: the fault, a semicolon, the remedy.
-    ``modules`` are the libraries it works with, looked for without importing them. ``supply`` names the pads
-    of the board that feed the device, such as ``5 V`` and ``ground``; none where it has a plug of its own. ``parts``
-    are other words for it, what it drives or what is printed on that: who names one of them is told the driver's name.
-    A motor driver that ``tells_direction`` opens motors with a ``direction``: 1 or -1, in which they were last told to
-    turn, for an encoder that cannot tell it.
+    The checks raise ValueError with a text of the fault, a semicolon and the remedy.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
     described: ClassVar[type[StrictModel]]
+    """The class of device descriptions that the driver takes."""
     settings: ClassVar[type[StrictModel]]
+    """The model of the keys beside ``driver`` in the device's table of a robot's file."""
     modules: ClassVar[tuple[str, ...]] = ()
+    """The libraries that the driver needs; their presence is checked without an import."""
     remedy: ClassVar[str] = ""
     supply: ClassVar[tuple[str, ...]] = ()
-    parts: ClassVar[tuple[str, ...]] = ()
-    tells_direction: ClassVar[bool] = False
+    """The pads of the board that feed the device, such as ``5 V`` and ``ground``; none if it has its own plug."""
+    aliases: ClassVar[tuple[str, ...]] = ()
+    """Other names, such as those printed on the hardware: a user who writes one gets this driver as a suggestion."""
+    reports_direction: ClassVar[bool] = False
+    """Whether the driver's motors have a ``direction``, 1 or -1, that of the newest command that was not zero."""
 
     @abstractmethod
     def open(self, description: DescriptionT, settings: SettingsT, host: Host) -> Device:
-        """Open a device, a sensor with its first sample in hand.
+        """Open a device; a sensor has its first sample when it is returned.
 
-        Raises DeviceError, by the device's name, with what to do; what was opened by then is closed again.
+        Raises DeviceError with the device's name and what to do, and leaves nothing open.
         """
 
     def check(self, description: DescriptionT, settings: SettingsT, robot: RobotDescription) -> None:
-        """Raise ValueError, the fault, a semicolon and the remedy, where the settings do not fit the robot."""
+        """Raise ValueError if the settings do not fit the robot."""
 
     def check_beside(
         self,
@@ -153,28 +153,28 @@ class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
         robot: RobotDescription,
         drivers: Mapping[str, DeviceDriver[Any, Any]],
     ) -> None:
-        """Raise ValueError, as `check` does, where it cannot work beside the ``drivers`` of the robot's devices.
+        """Raise ValueError if the device cannot work together with the robot's other devices.
 
-        They are by the devices' names, its own too; one whose section is wrong is left out.
+        drivers: the driver of each device, by the device's name, its own included; devices with a mistake are left out.
         """
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
-        """Return where its wires go."""
+        """Return the device's wires and plugs."""
         return ()
 
     def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
-        """Return what whoever connects it must know besides, in whole sentences."""
+        """Return notes for connecting the device, in whole sentences."""
         return ()
 
     def warnings(self, settings: SettingsT) -> Sequence[str]:
-        """Return what may do harm as it is connected, in whole sentences: what, then what to do."""
+        """Return what may do harm in these connections: the danger, then what to do, in whole sentences."""
         return ()
 
     def cutoffs(self, description: DescriptionT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
-        """Return how another process stops it, where it turns something.
+        """Return how another process stops the device, if it moves something.
 
-        Asked once it is open, for the guardian, and for `robotcore stop` where nothing is: the host then has no
-        ``owner``, and the settings alone must do.
+        It is called for the guardian once the device is open. It is also called for `robotcore stop` with closed
+        devices: the host then has no ``owner``, and the settings alone must do.
         """
         return ()
 

@@ -47,9 +47,9 @@ class VelocityControl:
     counts of the encoder, so that no velocity has to be made of few of them; the proportional part takes the mean
     over as many periods as `ENOUGH_COUNTS` take at the velocity asked for, though over no more than `LONGEST_S`.
 
-    The velocity to send never turns against the command. It is at most twice the one asked for, though a quarter of
-    what the motor reaches may always be added, for a wheel that sticks: one that was blocked and comes free does not
-    shoot off. The integral stays within what can be sent beside the command (anti-windup).
+    The output never reverses the command. It is limited to twice the command, or the command plus a quarter of full
+    speed, whichever is larger: that frees a wheel that sticks, and one that comes free does not shoot off. The
+    integral stays within these limits (anti-windup).
     """
 
     def __init__(self, gains: Control, model: MotorModel, lag: float, counts_per_turn: int) -> None:

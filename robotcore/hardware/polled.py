@@ -55,7 +55,7 @@ NOTHING_YET = (
 
 
 class RangeSampler:
-    """Makes samples of what a sensor's measurements say; ``newest`` has the last of them, or why it failed.
+    """Makes samples of a range sensor's measurements; ``newest`` has the newest sample, or the failure.
 
     A measurement that found nothing may have missed something: it gives no sample. A row of ``echo_free_cycles`` such
     ones vouches for nothing in range; where it is 0, none does. Times are of the robot's clock.
@@ -70,29 +70,29 @@ class RangeSampler:
         self._empty = 0
 
     def add_distance(self, distance: float, time: float) -> None:
-        """Take a distance in metres; `inf` is something out of range."""
+        """Add a distance in metres; `inf` is a target out of range."""
         self._empty = 0
         is_near = distance <= self._description.max_range_m
         self._put(max(distance, self._description.min_range_m) if is_near else math.inf, time)
 
     def add_no_echo(self, time: float) -> None:
-        """Take a measurement that found nothing."""
+        """Add a measurement without an echo."""
         self._empty += 1
         if 0 < self._echo_free_cycles <= self._empty:
             self._put(math.inf, time)
 
     def add_unclear(self) -> None:
-        """Take a measurement that says neither."""
+        """Add a measurement that is no evidence of an echo or of none."""
         self._empty = 0
 
     def fail(self, error: Exception) -> None:
-        """Let the sensor fail, until it works again."""
+        """Set a failure, until the next sample."""
         self._empty = 0
         self.has_result = True
         self.newest.fail(error)
 
     def clear_failure(self) -> None:
-        """Take a failure back, if there was one: the newest sample is the one before it, and as old as it is."""
+        """Clear the failure; the last good sample becomes current, with its old timestamp."""
         if self._last:
             self.newest.put(self._last)
 

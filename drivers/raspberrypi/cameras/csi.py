@@ -186,7 +186,7 @@ class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):
     summary = "a camera on the Pi's ribbon connector"
     described = CameraDescription
     settings = PiCameraSettings
-    parts = ("pi-camera", "csi", "libcamera", "camera-module")
+    aliases = ("pi-camera", "csi", "libcamera", "camera-module")
     modules = ("picamera2",)
     remedy = REMEDY
 

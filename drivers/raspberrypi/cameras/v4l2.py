@@ -19,7 +19,7 @@ class UsbCamera(DeviceDriver[CameraDescription, UsbCameraSettings]):
     summary = "a camera on USB"
     described = CameraDescription
     settings = UsbCameraSettings
-    parts = ("usb", "webcam", "uvc")
+    aliases = ("usb", "webcam", "uvc")
     modules = ("cv2",)
     remedy = "pip install opencv-python-headless"
 

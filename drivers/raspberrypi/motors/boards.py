@@ -40,7 +40,7 @@ class HBridge(MotorDriver[HBridgeSettings]):
     name = "h-bridge"
     summary = "a motor on an H-bridge with two inputs: L298N, DRV8833, TB6612, L9110S"
     settings = HBridgeSettings
-    parts = ("l298", "tb6612", "drv8833", "l9110", "mx1508")
+    aliases = ("l298", "tb6612", "drv8833", "l9110", "mx1508")
 
     def wires(self, settings: HBridgeSettings) -> Sequence[Connection]:
         inputs = gpio("forward", settings.forward), gpio("backward", settings.backward)
@@ -106,7 +106,7 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
     name = "phase-enable"
     summary = "a motor on a board with a direction input and a PWM input: DRV8835, DRV8838, MAX14870"
     settings = PhaseEnableSettings
-    parts = ("drv8835", "drv8838", "max14870", "tb67h420", "md10c")
+    aliases = ("drv8835", "drv8838", "max14870", "tb67h420", "md10c")
 
     def wires(self, settings: PhaseEnableSettings) -> Sequence[Connection]:
         return gpio("enable", settings.enable), gpio("phase", settings.phase)

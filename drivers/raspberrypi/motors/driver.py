@@ -68,7 +68,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
     modules = ("gpiozero",)
     supply = ("ground",)
     remedy = "pip install 'robotcore[pi]'"
-    tells_direction = True
+    reports_direction = True
 
     @abstractmethod
     def wires(self, settings: SettingsT) -> Sequence[Connection]:

@@ -58,7 +58,7 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
     summary = "HC-SR04 and its likes: ultrasonic, on a trigger and an echo pin"
     described = RangeSensorDescription
     settings = UltrasonicSettings
-    parts = ("ultrasonic", "sonar", "rcwl-1601")
+    aliases = ("ultrasonic", "sonar", "rcwl-1601")
     modules = ("gpiozero",)
     supply = ("5 V", "ground")
     remedy = "On the Pi: pip install 'robotcore[pi]'"

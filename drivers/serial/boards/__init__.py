@@ -1,1 +1,1 @@
-"""Motor boards: a folder for each, with its frames (protocol), what is said to it and heard (board), its drivers."""
+"""Motor boards, a folder each: its frames (protocol), the conversation with it (board), and its device drivers."""

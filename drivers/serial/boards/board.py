@@ -85,7 +85,7 @@ ProtocolT = TypeVar("ProtocolT", bound=Protocol)
 
 
 class Board(Generic[ProtocolT]):
-    """What the devices of a board have in common; opened when the first asks for it, closed when all are closed."""
+    """An open board: its line and its protocol, shared by its devices."""
 
     def __init__(self, line: Line, protocol: ProtocolT) -> None:
         self.line, self.protocol = line, protocol
@@ -95,13 +95,13 @@ class Board(Generic[ProtocolT]):
 
 
 class SharedBoardError(DeviceError):
-    """A device is on a board that could not be opened for another one, which tells why."""
+    """The board of this device failed to open for another device; that device's error has the reason."""
 
     kind = "shared-board"
 
 
 class _Attempt(Generic[ProtocolT]):
-    """A board that was opened, or not: who comes later need not wait for it too."""
+    """The result of opening a board, so that later devices on a dead board do not wait again."""
 
     def __init__(self, device: str, board: Board[ProtocolT] | None, failure: DeviceError | None = None) -> None:
         self.device, self.board, self.failure = device, board, failure
@@ -114,10 +114,11 @@ class _Attempt(Generic[ProtocolT]):
 def open_board(
     device: str, place: str, kind: type[ProtocolT], make: Callable[[], ProtocolT], host: Host, answer_s: float
 ) -> Board[ProtocolT]:
-    """Return the board at a place, opened if no device has asked for it; ``make`` makes its talk.
+    """Return the board at a place; open it if this is the first of its devices.
 
-    It is waited ``answer_s`` seconds for the first answer. Raises DeviceError by the device's name; what is wrong is
-    told by the device that asked first.
+    make: returns the board's protocol.
+    answer_s: how long to wait for the first answer, in seconds.
+    Raises DeviceError with the reason for the first device, and SharedBoardError for the others.
     """
 
     def attempted() -> _Attempt[ProtocolT]:

@@ -1,4 +1,4 @@
-"""What a board's two motors are told, between the threads that tell it and the line's, which sends it."""
+"""The newest command to a board's two motors, passed from the app's threads to the line's thread."""
 
 from __future__ import annotations
 
@@ -9,34 +9,33 @@ from typing import NamedTuple
 from drivers.serial.driver import Side
 
 GATHER_S = 0.001
-"""So long a command to one motor waits for the other's of the same tick, that both go in one frame."""
+"""A command waits this long for the other motor's command of the same tick, so that both go in one frame."""
 
 MAX_AGE_S = 0.25
-"""What was not sent by then turns nothing any more: the program was suspended, and the motor stopped meanwhile."""
+"""An older command is sent as 0: the program was suspended, and the board has stopped the motor meanwhile."""
 
 STOP_REPEAT_S = 0.1
-"""So often boards that acknowledge nothing are told again that they stand."""
+"""Boards that acknowledge nothing get the stop again this often."""
 
 
 class WheelCommand(NamedTuple):
-    """What the left and the right motor are told, in the board's own unit; positive is forward."""
+    """A command to the left and the right motor, in the board's own unit; positive is forward."""
 
     left: float = 0.0
     right: float = 0.0
 
     @property
     def stops(self) -> bool:
-        """Whether both are to stand."""
+        """Whether both values are 0."""
         return not (self.left or self.right)
 
 
 class CommandBuffer:
-    """The newest command to both motors of a board; whoever tells one replaces what was not sent yet.
+    """The newest command to both motors of a board; a new command replaces one that was not sent yet.
 
-    A command is taken once for each time that a motor was told, so that the board's own time-out counts the app's
-    silence. A frame has both motors, and that of the other one does not keep a motor turning: it stands in it when it
-    was told nothing for as long as the board's time-out, as it would alone on the board; and for `MAX_AGE_S` where the
-    frame is to stop the other one, lest it turn again.
+    Each command is taken once, so that the board's own time-out measures how long the app is silent. A frame always
+    carries both motors. A motor that has had no command for ``timeout_s`` is sent 0. If the frame stops the other
+    motor, the limit is `MAX_AGE_S`, so that the frame does not start this motor again.
 
     >>> command = CommandBuffer()
     >>> command.set("left", 2.0, now=0.0)
@@ -44,7 +43,7 @@ class CommandBuffer:
     (None, 0.001)
     >>> command.set("right", 3.0, now=0.0)
     >>> command.take(now=0.0, timeout_s=0.5), command.take(now=1.0, timeout_s=0.5)
-    (Told(left=2.0, right=3.0), None)
+    (WheelCommand(left=2.0, right=3.0), None)
     """
 
     def __init__(self) -> None:
@@ -56,7 +55,7 @@ class CommandBuffer:
         self._sent_at = -math.inf
 
     def set(self, side: Side, value: float, now: float) -> None:
-        """Tell one motor; the other one keeps what it was told last."""
+        """Set the command of one motor; the other one keeps its newest command."""
         with self._lock:
             self._newest = (
                 WheelCommand(value, self._newest.right) if side == "left" else WheelCommand(self._newest.left, value)
@@ -67,9 +66,9 @@ class CommandBuffer:
             self._due = min(self._due, now if is_complete else now + GATHER_S)
 
     def take(self, now: float, timeout_s: float) -> WheelCommand | None:
-        """Return what is to be sent now, None where it was taken already or is still being gathered.
+        """Return the command to send now; None if it was taken already, or waits for the other motor's.
 
-        ``timeout_s`` is the board's own time-out.
+        timeout_s: the board's own time-out in seconds.
         """
         with self._lock:
             if now < self._due:
@@ -80,9 +79,9 @@ class CommandBuffer:
             return self._newest
 
     def repeat_stop(self, now: float) -> WheelCommand | None:
-        """Return the stop, where both stand and were told so `STOP_REPEAT_S` ago: that may have been lost in noise.
+        """Return the stop again if it was sent `STOP_REPEAT_S` ago: noise may have destroyed it.
 
-        None where it is not time yet, or one turns: the board's own time-out counts from what the app told.
+        Returns None before that time, and while a motor turns: the board's time-out counts from the app's commands.
         """
         with self._lock:
             if not self._newest.stops or now < self._sent_at + STOP_REPEAT_S:
@@ -91,24 +90,24 @@ class CommandBuffer:
             return self._newest
 
     def clear(self) -> None:
-        """Forget what was told: nothing is sent, and both stand, until one is told anew."""
+        """Drop the command: nothing is sent, and both values are 0, until a new one is set."""
         with self._lock:
             self._newest, self._due = WheelCommand(), math.inf
             self._fresh.clear()
 
     @property
     def newest(self) -> WheelCommand:
-        """What both were told last, sent or not."""
+        """The newest command of both motors, sent or not."""
         return self._newest
 
     @property
     def next_due(self) -> float:
-        """When `take` has something, on the clock of ``now``; `inf` where nobody was told anything new."""
+        """When `take` has a command, on the clock of ``now``; `inf` if there is no new one."""
         return self._due
 
     @property
     def repeat_due(self) -> float:
-        """When `repeat_stop` has something; `inf` where one turns."""
+        """When `repeat_stop` has a command; `inf` while a motor turns."""
         return self._sent_at + STOP_REPEAT_S if self._newest.stops else math.inf
 
     def _in_force(self, side: Side, now: float, timeout_s: float) -> float:

@@ -119,7 +119,7 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
     summary = "TFmini, TFmini-S, TFmini Plus, TF-Luna: ranging by light up to 8 m, on a serial line"
     described = RangeSensorDescription
     settings = TFminiSettings
-    parts = ("tf-luna", "tfluna", "tfmini-s", "tfmini-plus", "benewake")
+    aliases = ("tf-luna", "tfluna", "tfmini-s", "tfmini-plus", "benewake")
     supply = ("5 V", "ground")
 
     def check(self, description: RangeSensorDescription, settings: TFminiSettings, robot: RobotDescription) -> None:
@@ -135,7 +135,7 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
         require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
 
     def connections(self, settings: TFminiSettings) -> Sequence[Connection]:
-        return (Connection("port", "serial", settings.port, spoken=f"{settings.speaks} at {settings.speed} baud"),)
+        return (Connection("port", "serial", settings.port, protocol=f"{settings.speaks} at {settings.speed} baud"),)
 
     def notes(self, description: RangeSensorDescription, settings: TFminiSettings) -> Sequence[str]:
         return (_LEVEL, _UNIT)

@@ -91,11 +91,13 @@ def copy_sketch(into: Path) -> Path:
         raise UsageError(
             f"{target}: is there already. Edit its config.h, or name another folder",
             kind="sketch-exists",
-            folder=target,
+            folder=str(target),
         ) from error
     except OSError as error:
         raise UsageError(
-            f"{target}: {error.strerror}. Name a folder that you may write", kind="folder-not-writable", folder=target
+            f"{target}: {error.strerror}. Name a folder that you may write",
+            kind="folder-not-writable",
+            folder=str(target),
         ) from error
     return target
 

@@ -77,7 +77,7 @@ class Plug(DeviceDriver[Any, PlugSettings]):
     summary = "for tests"
     described: ClassVar[type[StrictModel]] = StrictModel
     settings = PlugSettings
-    parts = ("banana", "jack-42")
+    aliases = ("banana", "jack-42")
 
     def open(self, description: Any, settings: PlugSettings, host: Host) -> Device:
         raise NotImplementedError

@@ -1,4 +1,4 @@
-"""The conversation with a hoverboard: it tells by itself, and wants to be told again and again."""
+"""The conversation with a hoverboard: it reports by itself, and needs commands again and again."""
 
 from __future__ import annotations
 

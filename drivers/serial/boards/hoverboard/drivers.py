@@ -73,7 +73,7 @@ class HoverboardMotorSettings(WheelSettings):
         built = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
         instead = "say the same of it for both motors"
         return Connection(
-            "firmware", "config.h of the board at", self.port, is_shared=True, instead=instead, spoken=built
+            "firmware", "config.h of the board at", self.port, is_shared=True, instead=instead, protocol=built
         )
 
     def check(self, description: MotorDescription, robot: RobotDescription) -> None:
@@ -122,7 +122,7 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
     described = MotorDescription
     what = "motor"
     settings = HoverboardMotorSettings
-    parts = ("hoverboard", "eferu")
+    aliases = ("hoverboard", "eferu")
 
     def check(self, description: MotorDescription, settings: HoverboardMotorSettings, robot: RobotDescription) -> None:
         settings.check(description, robot)

@@ -68,7 +68,7 @@ SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
 class ArduinoDriver(SerialDriver[DescriptionT, SettingsT]):
     """What the devices of such a board have in common."""
 
-    parts: ClassVar[tuple[str, ...]] = ("arduino", "uno", "nano", "robotcore-bridge", "rosarduinobridge")
+    aliases: ClassVar[tuple[str, ...]] = ("arduino", "uno", "nano", "robotcore-bridge", "rosarduinobridge")
 
     def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
         return (BOARD,)
@@ -85,7 +85,7 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
     described = MotorDescription
     what = "motor"
     settings = ArduinoMotorSettings
-    tells_direction = True
+    reports_direction = True
 
     def notes(self, description: MotorDescription, settings: ArduinoMotorSettings) -> Sequence[str]:
         return (BOARD, TIMEOUT) if settings.model else (BOARD, TIMEOUT, COUNTING)
@@ -148,7 +148,7 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
     described = RangeSensorDescription
     what = "sonar"
     settings = ArduinoSonarSettings
-    parts: ClassVar[tuple[str, ...]] = ("arduino", "sonar", "ultrasonic", "hc-sr04")
+    aliases: ClassVar[tuple[str, ...]] = ("arduino", "sonar", "ultrasonic", "hc-sr04")
 
     def connections(self, settings: ArduinoSonarSettings) -> Sequence[Connection]:
         return settings.at("sonar" if settings.pin is None else f"sonar on pin {settings.pin}")

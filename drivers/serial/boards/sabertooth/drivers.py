@@ -63,8 +63,8 @@ class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
     described = MotorDescription
     what = "motor"
     settings = SabertoothSettings
-    parts = ("sabertooth", "syren", "dimension engineering")
-    tells_direction = True
+    aliases = ("sabertooth", "syren", "dimension engineering")
+    reports_direction = True
 
     def check(self, description: MotorDescription, settings: SabertoothSettings, robot: RobotDescription) -> None:
         if settings.speed not in BAUDS:

@@ -58,7 +58,7 @@ class WaveshareEncoderSettings(SideSettings, WaveshareSettings):
 class WaveshareDriver(SerialDriver[DescriptionT, SettingsT]):
     """What the devices of such a board have in common."""
 
-    parts = ("ugv", "rasprover", "beast", "general driver")
+    aliases = ("ugv", "rasprover", "beast", "general driver")
 
     def notes(self, description: DescriptionT, settings: SettingsT) -> Sequence[str]:
         return (FIRMWARE, WIFI)

@@ -126,7 +126,7 @@ CONSOLE = "coherent_pool=1M console={},115200 console=tty1 root=PARTUUID=1234-02
 
 def on(root: Path, port: str, *, may_open: bool = True) -> Finding:
     """Return what is found of a robot whose two motors are on a port."""
-    wires = Connection("port", "serial", port, is_shared=True, spoken="something")
+    wires = Connection("port", "serial", port, is_shared=True, protocol="something")
     motors = [fitting(name, wires) for name in ("left_motor", "right_motor")]
     (found,) = check_serial(root, motors, lambda _: may_open)
     return found
