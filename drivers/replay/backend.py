@@ -38,9 +38,9 @@ from robotcore.runtime.plan import RunRequest
 
 
 class ReplayOptions(StrictModel):
-    """``file`` is the recording; in a program, ``recording`` is one that was read already.
+    """The options: ``file`` is the recording; a program may pass a ``recording`` that it has read.
 
-    ``is_held`` keeps the rules of its run, for an app that is held to each decision of it.
+    ``is_held`` keeps the safety rules of the recorded run, for verifying its decisions.
     """
 
     file: Path | None = None
@@ -49,10 +49,10 @@ class ReplayOptions(StrictModel):
 
 
 class ReplayBackend(Backend):
-    """Opens the robot of a recording. Its sensors give what they gave; its motors turn nothing.
+    """Opens the robot of a recording. Its sensors return the recorded samples, its motors turn nothing.
 
-    The robot is described in the recording, without the rules that cannot hold here: it went as it was driven then,
-    and was not asked for every sample. It vouches for nothing: nobody knows where else the robot would have gone.
+    The recording describes the robot. Safety rules that cannot hold are left out: the robot moved as the recorded app
+    drove it, and not every sample was read. The backend gives no guarantee, because another path is unknown.
     """
 
     name = "replay"
@@ -67,7 +67,7 @@ class ReplayBackend(Backend):
         return "pip install 'robotcore[record]'"
 
     def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
-        """Return the recorded robot; UsageError where another one is asked for."""
+        """Return the recorded robot; UsageError if the user names another one."""
         recording = self._recording(options)
         recorded = recording.metadata
         if robot not in (RunRequest.robot, recorded.request.robot, recorded.description.name):
@@ -93,7 +93,7 @@ class ReplayBackend(Backend):
         return Robot(setup.robot.name, clock, _build_devices(setup, recording, clock))
 
     def _recording(self, options: Mapping[str, Any]) -> Recording:
-        """Return the recording that the options name; it is read once."""
+        """Return the recording of the options. It is read once."""
         if isinstance(given := options.get("recording"), Recording):
             return given
         if "file" not in options:
@@ -105,9 +105,9 @@ class ReplayBackend(Backend):
 
 
 def _relax_rules(recording: Recording) -> RobotDescription:
-    """Return the recorded robot with safety rules that wait longer than the recording lasts: they never step in.
+    """Return the recorded robot with safety rules that wait longer than the recording lasts, so they never apply.
 
-    Its wheels do not follow other commands than they were given, and what was not read in a tick is older than it was.
+    The recorded wheels do not follow the commands of another app, and unread samples are older than in the run.
     """
     description, ticks = recording.metadata.description, recording.ticks
     lasts = ticks[-1].time - ticks[0].time if ticks else 0.0
@@ -135,7 +135,7 @@ def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> It
 
 
 def _build_lone_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
-    """Yield the motors that the recorded run commanded outside the drive: a backend may open some that nobody needs."""
+    """Yield the motors that the recorded run commanded outside the drive, even if the app needs none."""
     chosen = {device.name for device in setup.chosen}
     limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}
     for name in sorted({ask.device for tick in recording.ticks for ask in tick.motor_asks} - chosen):
@@ -155,7 +155,7 @@ def _require_rate(setup: Setup, recording: Recording) -> None:
 
 
 def _require_recorded(setup: Setup, recording: Recording) -> None:
-    """Raise UnmetNeedError where a sensor is to be opened that the recorded run had not opened."""
+    """Raise UnmetNeedError if the recorded run had not opened a needed sensor."""
     sensors = {device.name for device in setup.chosen if device.kind not in ("motor", "display")}
     opened = recording.metadata.devices
     if missing := sorted(sensors.difference(opened)):

@@ -27,14 +27,14 @@ from robotcore.hal.devices import (
 from robotcore.recording import Read, Recording, SampleKey
 
 _SAME_S = 1e-9
-"""What sums of periods make of one time."""
+"""The tolerance for sums of periods, in seconds."""
 
 
 class ReplayClock(Clock):
-    """Stands at one of the ``times`` of a recording's ticks, in seconds; a sleep takes it to the next.
+    """A clock that goes from tick to tick of a recording; ``times`` are in seconds, a sleep goes to the next tick.
 
-    It goes on to where the deadline has come, so a loop at the recorded rate meets each tick. Past the last it raises
-    RecordingEndedError.
+    It stops at the last tick before the deadline, so a loop at the recorded rate meets each tick. After the last tick
+    it raises RecordingEndedError.
     """
 
     def __init__(self, times: Sequence[float]) -> None:
@@ -75,9 +75,9 @@ RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
 
 
 class SamplePlayer(Generic[RecordedT]):
-    """Gives back what one sensor gave, or raises what it raised, read by read of a tick; the last read stays.
+    """Returns the recorded samples of one sensor, or raises its errors, read by read. The last read of a tick repeats.
 
-    In a tick without a read of it, or whose sample was dropped, it gives the newest from before, which keeps its time.
+    Without a recorded read in the tick, or if its sample was dropped, it returns the newest earlier sample.
     """
 
     def __init__(self, device: str, recording: Recording, clock: ReplayClock) -> None:
@@ -88,7 +88,7 @@ class SamplePlayer(Generic[RecordedT]):
         self._tick, self._count = -1, 0
 
     def __call__(self) -> RecordedT:
-        """Return the sample of this read; DeviceError if there was none yet, or if it is damaged."""
+        """Return the sample of this read; DeviceError if there is none yet, or if it is damaged."""
         read = self._take_read()
         if read and read.error:
             raise read.error.rebuild()
@@ -99,7 +99,7 @@ class SamplePlayer(Generic[RecordedT]):
             raise DeviceError(self._device, str(error), kind="recording-damaged") from error
 
     def _take_read(self) -> Read | None:
-        """Return the recorded read whose turn it is in this tick, if there is one."""
+        """Return the next recorded read of this tick, if there is one."""
         reads = self._reads[self._clock.tick]
         self._count = self._count + 1 if self._tick == self._clock.tick else 0
         self._tick = self._clock.tick
@@ -124,7 +124,7 @@ class ReplayMotor(Motor):
     """A motor that turns nothing."""
 
     def _apply(self, rad_s: float) -> None:
-        """Nothing is there to be turned."""
+        """Do nothing."""
 
 
 class ReplayRangeSensor(RangeSensor):
@@ -173,7 +173,7 @@ class ReplayBattery(Battery):
 
 
 class ReplayDisplay(Display):
-    """A display that nobody looks at; where it could not show a picture it cannot now."""
+    """A display that shows nothing, and raises the recorded errors."""
 
     def __init__(self, name: str, recording: Recording, clock: ReplayClock) -> None:
         super().__init__(name)

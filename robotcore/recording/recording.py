@@ -73,6 +73,10 @@ class Recording:
     why_not: str = ""
     """Why the recording cannot be replayed; empty if it can."""
 
+    def __repr__(self) -> str:
+        request, outcome = self.metadata.request, self.result.outcome.value if self.result else "no result"
+        return f"<Recording of {request.app} on {request.backend}: {len(self.ticks)} ticks, {outcome}>"
+
     @property
     def is_damaged(self) -> bool:
         return bool(self.damage)

@@ -19,11 +19,11 @@ Point = tuple[float, float]
 
 FINENESS = 2
 _SHIFT = 4
-"""OpenCV takes places in sixteenths of a pixel."""
+"""OpenCV takes coordinates in sixteenths of a pixel."""
 
 
 class Canvas:
-    """A sheet of ``width`` x ``height`` pixels, origin top left."""
+    """An image of ``width`` x ``height`` pixels to draw on, with the origin at the top left."""
 
     def __init__(self, width: int, height: int, colour: Colour) -> None:
         self.width, self.height = width, height
@@ -31,7 +31,7 @@ class Canvas:
         self._sheet[:] = colour[::-1]
 
     def image(self) -> Image:
-        """Return what was drawn: BGR, (height, width, 3)."""
+        """Return the drawing: BGR, (height, width, 3)."""
         small = cv2.resize(self._sheet, (self.width, self.height), interpolation=cv2.INTER_AREA)
         return np.asarray(small, np.uint8)
 
@@ -40,7 +40,7 @@ class Canvas:
         cv2.fillPoly(self._sheet, [_to_fixed_point(corners)], colour[::-1], cv2.LINE_AA, _SHIFT)
 
     def line(self, points: Sequence[Point], colour: Colour, width: float, *, closed: bool = False) -> None:
-        """Draw through points, with round corners and ends."""
+        """Draw a line through points, with round corners and ends."""
         thickness = max(1, round(width * FINENESS))
         cv2.polylines(self._sheet, [_to_fixed_point(points)], closed, colour[::-1], thickness, cv2.LINE_AA, _SHIFT)
 
@@ -51,12 +51,12 @@ class Canvas:
         cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
 
     def fill_translucent(self, corners: Sequence[Point], colour: Colour, opacity: float) -> None:
-        """Fill a polygon so that what is below shows through."""
+        """Fill a polygon with a translucent colour."""
         mask = self._mask([corners])
         self._mix(mask, colour, opacity)
 
     def draw_shadow(self, shapes: Iterable[Sequence[Point]], opacity: float, softness: float) -> None:
-        """Darken what is below the shapes together, with edges ``softness`` pixels soft."""
+        """Darken the area of the shapes, with edges blurred by ``softness`` pixels."""
         mask = cv2.GaussianBlur(self._mask(shapes), (0, 0), softness * FINENESS)
         self._mix(np.asarray(mask, np.uint8), (20, 22, 30), opacity)
 
@@ -77,7 +77,7 @@ class Canvas:
         return mask
 
     def _mix(self, mask: NDArray[np.uint8], colour: Colour, opacity: float) -> None:
-        """Lay a colour over the sheet where the mask is, within the mask's own box only."""
+        """Mix a colour into the area of the mask."""
         x, y, width, height = cv2.boundingRect(mask)
         area = self._sheet[y : y + height, x : x + width]
         share = mask[y : y + height, x : x + width, None] * np.float32(opacity / 255)
@@ -86,13 +86,13 @@ class Canvas:
 
 _FACE = cv2.FONT_HERSHEY_SIMPLEX
 _CAPITAL = 21
-"""How high a capital of this face is at scale 1, in pixels."""
+"""The height of a capital of this font at scale 1, in pixels."""
 _HAS_OUTLINES = int(cv2.__version__.partition(".")[0]) >= 5
-"""Since version 5 OpenCV's letters are outlines, which are bold from thickness 2 on; before, they are strokes."""
+"""OpenCV 5 and later draws letters as outlines, bold from thickness 2 on. Earlier versions draw strokes."""
 
 
 def measure_text(words: str, height: float, *, bold: bool = False) -> float:
-    """Return how wide words are, in pixels."""
+    """Return the width of a text, in pixels."""
     (width, _), _ = cv2.getTextSize(escape(words), _FACE, *_compute_type_size(height, bold=bold))
     return float(width) / FINENESS
 
@@ -105,7 +105,7 @@ def _compute_type_size(height: float, *, bold: bool) -> tuple[float, int]:
 
 
 def _to_fixed_point(points: Sequence[Point]) -> NDArray[np.int32]:
-    """Return places of the sheet in OpenCV's sixteenths, (n, 2); the middle of a fine pixel is whole."""
+    """Return points in OpenCV's sixteenths of a pixel, (n, 2)."""
     fine = (np.asarray(points, float) * FINENESS - 0.5) * 2**_SHIFT
     return np.asarray(np.rint(fine), np.int32)
 
@@ -128,11 +128,11 @@ _STATES: tuple[Colour, ...] = (
     (130, 70, 10),
     (85, 88, 100),
 )
-"""Far apart, for the common kinds of colour blindness too, and none of them like a green ball."""
+"""Colours that differ with the common kinds of colour blindness too. None is like a green ball."""
 
 
 def assign_state_colours(states: Iterable[str]) -> dict[str, Colour]:
-    """Return a colour for each state; they begin anew where there are more states than colours."""
+    """Return a colour for each state. The colours repeat if there are more states."""
     return {state: _STATES[index % len(_STATES)] for index, state in enumerate(states)}
 
 

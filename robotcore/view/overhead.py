@@ -18,7 +18,7 @@ from robotcore.view.canvas import INK, PAPER, Canvas, Colour, Point, darken, lig
 
 
 class TrackPoint(NamedTuple):
-    """The true pose at a tick, and the state that was then decided."""
+    """The pose and the state of a tick."""
 
     time: float
     state: str
@@ -26,18 +26,18 @@ class TrackPoint(NamedTuple):
 
 
 class Track:
-    """The footsteps of a run, in order."""
+    """The points of a run, in order."""
 
     def __init__(self) -> None:
         self.points: list[TrackPoint] = []
 
     @property
     def states(self) -> list[str]:
-        """Every state that occurred, in the order of its first time."""
+        """The states in the order of their first occurrence."""
         return list(dict.fromkeys(step.state for step in self.points))
 
     def segments(self) -> Iterator[tuple[str, list[TrackPoint]]]:
-        """Yield the segments of one state each; one begins where the one before it ends."""
+        """Yield a segment for each stay in a state. A segment begins with the last point of the one before."""
         last: list[TrackPoint] = []
         for state, steps in groupby(self.points, key=lambda step: step.state):
             segment = [*last, *steps]
@@ -45,7 +45,7 @@ class Track:
             last = segment[-1:]
 
     def state_durations(self) -> Iterator[tuple[str, float, float]]:
-        """Yield for each state when it was reached first and how long it lasted in all, in seconds."""
+        """Yield each state, the time when it was first reached, and its total duration, in seconds."""
         for state in self.states:
             segments = [steps for name, steps in self.segments() if name == state]
             first = next(step.time for step in segments[0] if step.state == state)
@@ -70,7 +70,7 @@ ROBOT_ROOM_M = 0.2
 
 @dataclass(frozen=True)
 class MapTransform:
-    """Where the world lies on the sheet: ``scale`` pixels a metre, the world's origin at ``origin``."""
+    """The transform from the world to pixels: ``scale`` in pixels per metre, the world's origin at ``origin``."""
 
     scale: float
     origin: Point
@@ -92,7 +92,7 @@ class MapTransform:
 
 
 def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
-    """Draw the floor with a line each metre, everything upright with its shadow, and the targets."""
+    """Draw the floor with a line each metre, the obstacles with their shadows, and the targets."""
     _draw_floor(canvas, transform, world)
     shadows = [_compute_shadow(prism, world) for prism in world.prisms]
     canvas.draw_shadow([transform.to_pixels(shadow) for shadow in shadows], 0.28, 0.015 * transform.scale)
@@ -105,7 +105,7 @@ def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription)
 
 
 def draw_track(canvas: Canvas, transform: MapTransform, track: Track, colours: Mapping[str, Colour]) -> None:
-    """Draw where the robot went, in the colours of its states."""
+    """Draw the track in the colours of the states."""
     width = max(2.0, 0.028 * transform.scale)
     points = [transform.to_pixel(step.pose.x, step.pose.y) for step in track.points]
     canvas.line(points, PAPER, width + 4)
@@ -116,7 +116,7 @@ def draw_track(canvas: Canvas, transform: MapTransform, track: Track, colours: M
 def draw_milestones(
     canvas: Canvas, transform: MapTransform, places: Mapping[str, Pose], colours: Mapping[str, Colour]
 ) -> None:
-    """Draw a ring where each milestone was reached; one that would hide another moves aside."""
+    """Draw a ring at the place of each milestone. A ring that would hide another one moves aside."""
     radius = 0.045 * transform.scale
     rings: list[Point] = []
     for name, place in places.items():
@@ -134,13 +134,13 @@ def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> N
 
 
 def draw_start(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
-    """Draw the outline of the robot where it began."""
+    """Draw the outline of the robot at its start."""
     canvas.line(_place_shape(transform, pose, robot.body.footprint), INK, 1.5, closed=True)
     canvas.line(_place_shape(transform, pose, _build_arrow(robot)), INK, 1.5)
 
 
 def draw_robot(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
-    """Draw the robot as it stands: its body, its wheels, and which way it looks."""
+    """Draw the robot with its body, its wheels and its direction."""
     footprint = _place_shape(transform, pose, robot.body.footprint)
     canvas.draw_shadow([footprint], 0.4, 0.02 * transform.scale)
     canvas.polygon(footprint, robot.body.colour)

@@ -56,7 +56,7 @@ _OUTCOME_COLOURS: dict[Outcome, Colour] = {
 class RunFigure:
     """The content of the picture of a run; ``seen`` is the last camera image, BGR or grey, if there was one.
 
-    ``recorded`` is the run on whose samples an app only rehearsed: the track is that run's.
+    ``recorded`` is the run whose samples an app was evaluated on. The track is that of this run.
     """
 
     robot: RobotDescription
@@ -68,7 +68,7 @@ class RunFigure:
 
 
 def draw_figure(figure: RunFigure) -> Image:
-    """Return the sheet: BGR, 1000 x 1600."""
+    """Return the picture: BGR, 1000 x 1600."""
     colours = assign_state_colours(figure.track.states)
     seen = _scale_image(figure.seen)
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
@@ -81,7 +81,7 @@ def draw_figure(figure: RunFigure) -> Image:
 
 
 def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
-    """Return the heading, how it ended in a word, its colour, and what else there is to say."""
+    """Return the heading, the outcome, its colour and the measurements."""
     result = figure.result
     if figure.recorded:
         words = f"{result.sim_time_s:.1f} s of what it would have decided, along the recorded path"
@@ -97,7 +97,7 @@ def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: 
 
 
 def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
-    """Return the world from above with all that happened in it."""
+    """Return the world from above, with the track and the milestones."""
     if figure.world is None:
         return _draw_blank(_MAP, _MAP, "no world is described for this robot")
     canvas = Canvas(_MAP, _MAP, PAPER)
@@ -114,7 +114,7 @@ def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
 
 
 def _scale_image(seen: Image | None) -> Image:
-    """Return the last picture in colour, as wide as the side of the sheet."""
+    """Return the last camera image in colour, scaled to the side panel."""
     if seen is None:
         return _draw_blank(_SIDE_WIDTH, _SIDE_WIDTH * 3 // 4, "no camera was looked at")
     height, width = seen.shape[:2]
@@ -125,7 +125,7 @@ def _scale_image(seen: Image | None) -> Image:
 
 
 def _paste(image: Image, part: Image, left: int) -> None:
-    """Put a part on the sheet, below the title."""
+    """Paste a part below the title."""
     height, width = part.shape[:2]
     image[_TOP : _TOP + height, left : left + width] = part
 
@@ -137,7 +137,7 @@ def _draw_blank(width: int, height: int, words: str) -> Image:
 
 
 def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str, Colour]) -> None:
-    """Draw a line for each state: its colour, when it was reached first, how long it lasted in all."""
+    """Draw a line for each state: its colour, the time when it was first reached, and its total duration."""
     columns = (_SIDE + 84.0, _SIDE + _SIDE_WIDTH - 230.0, _SIDE + _SIDE_WIDTH - 80.0)
     y = top + 44.0
     for x, words in zip(columns, ("state", "reached", "lasted"), strict=True):
@@ -156,10 +156,10 @@ def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str,
 
 
 _ROOM_M = 0.5
-"""Around a path in an unknown place."""
+"""The margin around a path without a world, in metres."""
 
 _LARGEST_M = 100.0
-"""No floor is described larger; a path that leads beyond it is drawn all the same."""
+"""The largest side of a floor, in metres. A longer path is drawn beyond it."""
 
 
 def build_figure(
@@ -171,7 +171,7 @@ def build_figure(
 ) -> RunFigure:
     """Return the figure of a recording, with the true path if a simulator recorded it, else the odometry's.
 
-    ``states`` and ``result`` are those of a replay, which may end before its recording, or of a rehearsal.
+    ``states`` and ``result`` are those of a replay, which may end before its recording, or of an evaluation.
     """
     about, path = recording.metadata, build_true_path(recording) or build_odometry_path(recording)
     track = Track()
@@ -189,7 +189,7 @@ def build_figure(
 
 
 def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
-    """Return the picture that was shown last in some ticks, else the one that was read last."""
+    """Return the last picture on a display in some ticks, else the last camera image."""
     shown = (each.key for tick in reversed(ticks) for each in reversed(tick.shown))
     read = (each.key for tick in reversed(ticks) for each in reversed(tick.reads))
     for keys in (shown, read):
@@ -204,7 +204,7 @@ def _read_frame(recording: Recording, key: SampleKey | None) -> Frame | None:
 
 
 def build_world(recording: Recording, track: Track) -> WorldDescription:
-    """Return the recorded world; where none was described, a floor that the track fits on."""
+    """Return the recorded world; without one, a floor that the track fits on."""
     if world := recording.metadata.world:
         return world
     reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
@@ -213,7 +213,7 @@ def build_world(recording: Recording, track: Track) -> WorldDescription:
 
 
 class PictureRecorder:
-    """An observer: the true path where the simulator tells it, and the last picture that the app saw."""
+    """An observer that keeps the true path, if there is one, and the last image that the app read or showed."""
 
     def __init__(self) -> None:
         self._run: Run | None = None
@@ -232,11 +232,11 @@ class PictureRecorder:
             self._figure = RunFigure(run.description, run.world, self._track, find_last_image(run.robot), result)
 
     def png(self) -> bytes | None:
-        """Draw the run; return the PNG, or None where no run began."""
+        """Return the picture as PNG; None if no run began."""
         return None if self._figure is None else draw_png(self._figure)
 
     def save(self, file: Path) -> bool:
-        """Draw the run as a PNG; return whether one began. UsageError says why it cannot be written."""
+        """Write the picture as PNG, and return whether a run began. Raises UsageError if the file cannot be written."""
         content = self.png()
         if content is None:
             return False
@@ -256,7 +256,7 @@ def encode_png(image: Image) -> bytes:
 
 
 def save_png(content: bytes, file: Path) -> None:
-    """Write a picture. UsageError says why it cannot be written; no half of it is left behind."""
+    """Write a picture, whole or not at all. Raises UsageError if the file cannot be written."""
     try:
         with replace_file(file) as part:
             part.write_bytes(content)
@@ -265,7 +265,7 @@ def save_png(content: bytes, file: Path) -> None:
 
 
 def find_last_image(robot: Robot) -> Image | None:
-    """Return the picture that was shown last, else the one that was read last. Looking at it reads nothing."""
+    """Return the last picture on a display, else the last camera image. It reads no device."""
     devices = robot.devices.values()
     shown = [each.latest for each in devices if isinstance(each, LayeredDisplay)]
     read = [each.latest.image for each in devices if isinstance(each, LayeredCamera) and each.latest]

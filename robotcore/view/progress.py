@@ -51,16 +51,16 @@ class Progress:
         self.close()
 
     def close(self) -> None:
-        """Take the line away. May be called again."""
+        """Remove the line. May be called several times."""
         self._run = None
         self._live.stop()
 
     def pause(self) -> None:
-        """Leave the terminal to others, until it is to `go_on`."""
+        """Hide the line until `go_on`."""
         self._live.stop()
 
     def go_on(self) -> None:
-        """Show the line again, where it was shown before."""
+        """Show the line again if it was visible before."""
         if self._run:
             self._live.start()
 
@@ -85,19 +85,19 @@ class Progress:
         return line
 
     def _pace(self, record: TickRecord, run: Run) -> str:
-        """Return how fast time goes by, in words; on a robot it cannot go by otherwise."""
+        """Return the pace of the run; empty on a real robot."""
         if isinstance(run.robot.clock, MonotonicClock):
             return ""
         return f"{record.time / max(self._wall.now(), 1e-3):.1f}x real time"
 
 
 def _faults_at(run: Run, time: float) -> str:
-    """Return the faults on purpose that are there at a time, as they are written."""
+    """Return the injected faults that are active at a time."""
     return "; ".join(str(fault) for fault in run.faults if fault.is_on(time))
 
 
 def _range_of(run: Run) -> str:
-    """Return the range that was read last, in words; looking at it reads nothing."""
+    """Return the text of the last range. It reads no device."""
     sensors = (each for each in run.robot.devices.values() if isinstance(each, LayeredRangeSensor))
     sensor = next(sensors, None)
     if sensor is None or (sample := sensor.latest) is None:

@@ -32,7 +32,7 @@ _RED = "bold red"
 
 
 def format_summary(result: RunResult) -> Text:
-    """Return the outcome, what it was measured by, the milestones and the reason, a line each."""
+    """Return the outcome, the measurements, the milestones and the reason, one line each."""
     style = _RED if result.dispute else _STYLES.get(result.outcome, _RED)
     outcome = Text(result.outcome.value, style)
     lines = [", ".join(list_measures(result)), *list_events(result)]
@@ -43,7 +43,7 @@ def format_summary(result: RunResult) -> Text:
 
 
 def format_heading(result: RunResult) -> str:
-    """Return what ran on what: ``green-search on kinematic, arena, seed 7``."""
+    """Return a heading such as ``green-search on kinematic, arena, seed 7``."""
     place = [result.world] if result.world else []
     seed = [f"seed {result.seed}"] if result.seed is not None else []
     return ", ".join([f"{result.app} on {result.backend}", *place, *seed])
@@ -55,7 +55,7 @@ def format_evaluation_heading(result: RunResult, recorded: RunResult) -> str:
 
 
 def list_measures(result: RunResult) -> Iterator[str]:
-    """Yield what the run was measured by, in words."""
+    """Yield the measurements of the run."""
     if result.outcome is Outcome.SUCCESS and result.verified is not None:
         yield result.dispute or f"verified by the {result.verifier}"
     pace = result.sim_time_s / max(result.wall_time_s, 1e-3)
@@ -71,14 +71,14 @@ def list_measures(result: RunResult) -> Iterator[str]:
 
 
 def list_events(result: RunResult) -> Iterator[str]:
-    """Yield the milestones, and the faults on purpose, where there were any."""
+    """Yield the milestones and the injected faults, if there are any."""
     if result.milestones:
         yield ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())
     yield from list_faults(result)
 
 
 def list_faults(result: RunResult) -> Iterator[str]:
-    """Yield which faults on purpose there were, and which the run did not live to see."""
+    """Yield the injected faults that began, and those that the run ended before."""
     for what, is_seen in (("with faults", True), ("ended before", False)):
         if texts := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is is_seen]:
             yield f"{what}: {'; '.join(texts)}"
@@ -88,7 +88,7 @@ _UNITS = ("bytes", "kB", "MB", "GB")
 
 
 def format_contents(recording: Recording, file: Path) -> RenderableType:
-    """Return the summary of a recording. Its texts are data: each stays in its line."""
+    """Return the summary of a recording. Its texts are untrusted data, so they are escaped."""
     title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_list_states(recording, file)))}")
     about = [Text(f"  {escape(line)}") for line in _list_facts(recording)]
     return Group(title, *about, Text(), _format_ending(recording), Text(), _build_device_table(recording))
@@ -156,7 +156,7 @@ _GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"
 
 
 def format_replay(replay: ReplayResult | Evaluation) -> RenderableType:
-    """Return what came out of a replay."""
+    """Return the result of a replay."""
     return _format_result(replay) if isinstance(replay, ReplayResult) else _format_evaluation(replay)
 
 
@@ -196,7 +196,7 @@ def _format_equal_ticks(replayed: ReplayResult) -> str:
 
 
 def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
-    """Yield whether the app's own file is the recorded one, where that may matter."""
+    """Yield whether the app's file is the recorded one, if that may matter."""
     name = app_path(replayed.result.app).name
     if replayed.has_app_changed:
         yield f"{name} has changed since it was recorded"
@@ -250,7 +250,7 @@ def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:
 
 
 def _get_name(evaluation: Evaluation) -> str:
-    """Return what to call the other app beside the recorded one."""
+    """Return the name of the evaluated app; ``now`` if it is the recorded one."""
     app = evaluation.result.app
     return "now" if app == build_result(evaluation.recording).app else app
 

@@ -19,20 +19,20 @@ from robotcore.view.canvas import INK, PAPER, Canvas
 WIDTH = 640
 _MOST_HEIGHT = 1280
 _MOST_REPEATED = 100
-"""The most pictures of a film for each tick, on average: times are data of the file, and may be years apart."""
+"""The most pictures of a video per tick, on average. The times in a file may be years apart."""
 _MOST_PICTURES = 100_000
-"""Of a film: 83 minutes at 20 Hz. A small recording can repeat one picture through millions of ticks."""
+"""The most pictures of a video: 83 minutes at 20 Hz. A small recording can have millions of ticks."""
 _STRIP = 36
 
 
 Scene = tuple[float, str, SampleKey]
-"""When a picture was seen, in which state, and which one."""
+"""The time of a tick, its state, and its picture."""
 
 
 def write_video(recording: Recording, file: Path, device: str | None = None) -> None:
     """Write an ``.mp4`` of what a device saw or showed, a display's pictures before a camera's; state and time below.
 
-    Raises UsageError where there is no such device, no picture, or where it cannot be written.
+    Raises UsageError if there is no such device or no picture, or if the file cannot be written.
     """
     known = _list_picture_devices(recording)
     if device and device not in known:
@@ -62,7 +62,7 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
 
 
 def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene], count: int) -> None:
-    """Write the film; ``part`` becomes the file."""
+    """Write the video; ``part`` becomes the file."""
     rate = recording.metadata.request.rate_hz
     size = _compute_size(_read_picture(recording, scenes[0][2]))
     writer = cv2.VideoWriter(str(part), cv2.VideoWriter.fourcc(*"mp4v"), rate, (size[0], size[1] + _STRIP))
@@ -78,7 +78,7 @@ def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene]
 
 
 def _choose_device(recording: Recording) -> str:
-    """Return the first display that something was shown on, else the first camera."""
+    """Return the first display with a picture, else the first camera."""
     shown = (each.device for tick in recording.ticks for each in tick.shown if each.key)
     for name in (*islice(shown, 1), *_list_picture_devices(recording)):
         return name
@@ -86,13 +86,13 @@ def _choose_device(recording: Recording) -> str:
 
 
 def _list_picture_devices(recording: Recording) -> list[str]:
-    """Return the cameras that were open, then the displays."""
+    """Return the open cameras, then the open displays."""
     opened = [each for each in recording.metadata.description.devices if each.name in recording.metadata.devices]
     return [each.name for kind in ("camera", "display") for each in opened if each.kind == kind]
 
 
 def _list_scenes(recording: Recording, device: str) -> Iterator[Scene]:
-    """Yield one a tick, from the first picture on; without a new one, the last picture stays."""
+    """Yield one scene per tick from the first picture on. Without a new picture, the last one stays."""
     last: SampleKey | None = None
     for tick in recording.ticks:
         keys = [*(each.key for each in reversed(tick.shown)), *(each.key for each in reversed(tick.reads))]
@@ -102,7 +102,7 @@ def _list_scenes(recording: Recording, device: str) -> Iterator[Scene]:
 
 
 def _build_film(recording: Recording, scenes: Sequence[Scene], count: int, size: tuple[int, int]) -> Iterator[Image]:
-    """Yield what was to be seen at each picture of the film, however late the run's ticks came."""
+    """Yield the pictures of the video at its fixed rate, even if ticks came late."""
     at, rate = 0, recording.metadata.request.rate_hz
     for index in range(count):
         now = scenes[0][0] + index / rate
@@ -118,7 +118,7 @@ def _read_picture(recording: Recording, key: SampleKey) -> Image:
 
 
 def _compute_size(image: Image) -> tuple[int, int]:
-    """Return width and height, even numbers both; a picture that is very high or wide is distorted."""
+    """Return an even width and height. A very high picture is distorted."""
     height, width = image.shape[:2]
     return WIDTH, 2 * max(1, round(min(WIDTH * height / width, _MOST_HEIGHT) / 2))
 

@@ -62,7 +62,7 @@ def has_app_changed(recording: Recording, app: str) -> bool | None:
 
 
 def _find_problem(recording: Recording, given: Container[str]) -> str:
-    """Say why the recorded app's file must not run; empty if it may. The file is imported last."""
+    """Return why the recorded app's file must not run; empty if it may. The file is imported last."""
     app = recording.metadata.request.app
     path = app_path(app).resolve()
     if not path.is_relative_to(Path.cwd().resolve()):

@@ -35,7 +35,7 @@ from robotcore.text import escape
 
 @dataclass(frozen=True)
 class Deviation:
-    """What differs, in which tick, and what was read in it; ``time`` in seconds on the robot's clock."""
+    """The first difference of a replay, with the samples of its tick. ``time`` is in seconds on the robot's clock."""
 
     tick: int
     time: float
@@ -56,13 +56,13 @@ class Deviation:
         return "\n".join(map(escape, self.lines()))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON tells of it."""
+        """Return the JSON fields."""
         payload = asdict(self)
         payload["time_s"] = payload.pop("time")
         return payload
 
     def lines(self) -> Iterator[str]:
-        """Yield it in words, a fact each."""
+        """Yield the lines of a message, one fact each."""
         yield f"tick {self.tick}, at {self.time:g} s, {self.what} differs"
         yield f"  recorded: {self.recorded}"
         yield f"  replayed: {self.replayed}"
@@ -70,12 +70,12 @@ class Deviation:
 
 
 def format_wheels(wheels: Wheels | None) -> str:
-    """Return a command with every digit that it has; None is a stop."""
+    """Return the text of a command with all digits; None is a stop."""
     return "stop" if wheels is None else f"left {wheels.left!r}, right {wheels.right!r} rad/s"
 
 
 def format_motor_command(ask: MotorCommand) -> str:
-    """Return a command to a motor outside the drive, with every digit that it has."""
+    """Return the text of a motor command with all digits."""
     return f"{ask.device} stop" if ask.asked is None else f"{ask.device} {ask.asked!r} rad/s"
 
 
@@ -107,7 +107,7 @@ EventT = TypeVar("EventT")
 
 
 class TickReader:
-    """The asks, the reads, the angles and the standing commands of a tick. Of the last two, the last one stays."""
+    """Returns the events of a recorded tick, one after the other. The last angles and the last held command repeat."""
 
     def __init__(self, tick: Tick) -> None:
         self.tick = tick
@@ -121,13 +121,13 @@ class TickReader:
 
     @property
     def is_cut_short(self) -> bool:
-        """Whether a signal or a watchdog ended the run in this tick: what the recording lacks of it tells nothing."""
+        """Whether a signal or a watchdog ended the run in this tick, so that the rest of the tick is unknown."""
         is_signalled = self.tick.error is not None and self.tick.error.kind == Interrupted.__name__
         return is_signalled or any(each.cause == WatchdogError.cause for each in self.tick.interventions)
 
     @property
     def early_error(self) -> RobotcoreError | None:
-        """What was latched between two ticks, an e-stop for one; this is then the tick that did not come."""
+        """The error that latched between two ticks, such as an e-stop. The run then did not begin this tick."""
         tick = self.tick
         has_begun = tick.reads or tick.asks or tick.motor_asks or tick.turned or not tick.interventions
         error = None if has_begun or tick.error is None else tick.error.rebuild()
@@ -135,13 +135,13 @@ class TickReader:
 
     @property
     def emergency_stop(self) -> RobotcoreError | None:
-        """The e-stop that was pressed before the end of this tick; nothing but the drive's answers tells when."""
+        """The e-stop that tripped before the end of this tick. Only the answers of the drive show the moment."""
         error = self.tick.error.rebuild() if self.tick.error and not self.was_committed else None
         return error if isinstance(error, EmergencyStopError) else None
 
     @property
     def was_committed(self) -> bool:
-        """Whether a command was sent at the end of this tick; an error of it has come after that."""
+        """Whether the run sent a command at the end of this tick. Its error then came later."""
         return self.tick.asked is not None or self.tick.sent is not None
 
     def was_read(self, device: str) -> bool:
@@ -149,7 +149,7 @@ class TickReader:
         return device in self._devices
 
     def count_other_failures(self, device: str) -> int:
-        """Return how many reads before the app's next one failed the guard or the odometry: the app heard of none."""
+        """Return the number of failed reads by the guard or the odometry before the next read of the app."""
         left, failed = self._reads[device], 0
         while left and left[0].by and left[0].error:
             left.popleft()
@@ -159,15 +159,15 @@ class TickReader:
         return failed
 
     def next_command(self) -> DriveCommand | None:
-        """Return the next command that the recorded run gave, if there is one left."""
+        """Return the next recorded command; None if there is none left."""
         return self.commands.popleft() if self.commands else None
 
     def next_angles(self) -> WheelAngles | None:
-        """Return the angles of the wheels; None where the recorded run had no drive."""
+        """Return the recorded wheel angles; None if the run had no drive."""
         return _take(self._angles)
 
     def next_held_command(self) -> Wheels:
-        """Return what was being asked of the wheels, for an app that commands one alone."""
+        """Return the recorded held command, for an app that commands a single wheel."""
         return _take(self._held_commands) or STOPPED
 
 
@@ -196,33 +196,33 @@ class ReplayCursor:
 
     @property
     def is_at_end(self) -> bool:
-        """Whether the recording was cut short in this tick, and the app asked for what it does not have."""
+        """Whether the recording ended within this tick, and the app needed more of it."""
         return isinstance(self._ended_by, RecordingEndedError)
 
     def raise_if_ended(self) -> None:
-        """Raise what ended the replay, if something did."""
+        """Raise the error that ended the replay, if there is one."""
         if self._ended_by:
             raise self._ended_by
 
     def report_difference(self, what: str, recorded: str, replayed: str) -> NoReturn:
-        """Note what differs in this tick, and raise DeviationError; the first one stays."""
+        """Keep the first difference, and raise DeviationError."""
         self.raise_if_ended()
         self.deviation = Deviation.of(self.current.tick, what, recorded, replayed, self.recording.samples)
         self._end_with(DeviationError(str(self.deviation)))
 
     def report_missing(self, what: str, recorded: str, replayed: str) -> NoReturn:
-        """Deviate by what the recording does not have; where it was cut short in this tick, it ends instead."""
+        """Report an event that the recording lacks. If the recording ended in this tick, end the replay."""
         if self.current.is_cut_short:
             self.end()
         self.report_difference(what, recorded, replayed)
 
     def end(self) -> NoReturn:
-        """Raise RecordingEndedError: the recording was cut short in this tick."""
+        """Raise RecordingEndedError, because the recording ended within this tick."""
         self.raise_if_ended()
         self._end_with(RecordingEndedError(self.equal_ticks, self.current.tick.time))
 
     def advance(self, record: TickRecord) -> None:
-        """Count this tick as equal, and turn to the next."""
+        """Count this tick as equal, and go to the next one."""
         self.trace.add(record)
         if self.equal_ticks < len(self.recording.ticks):
             self.current = TickReader(self.recording.ticks[self.equal_ticks])

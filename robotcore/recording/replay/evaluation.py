@@ -27,7 +27,7 @@ from robotcore.safety import Latch
 
 @dataclass(frozen=True)
 class FirstDifference:
-    """The first tick in which the other app decides otherwise: what differs, in words; ``time`` in seconds."""
+    """The first tick in which the other app decides differently. ``time`` is in seconds."""
 
     tick: int
     time: float
@@ -48,18 +48,21 @@ class FirstDifference:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Another app on a recording: its ``states`` by tick; in ``differing`` ticks state or command is another one.
-
-    ``late_reads`` counts by device in how many ticks it read what the recorded run had not read then: it was given the
-    newest sample from before, with its old time. ``warning`` says what the recording lacks.
-    """
+    """The result of another app on the samples of a recording."""
 
     recording: Recording
     result: RunResult
     first_difference: FirstDifference | None
+    """The first different decision; None if all are the same."""
     differing: int
+    """The number of ticks with a different state or command."""
     late_reads: Mapping[str, int]
+    """The number of ticks, by device, in which the app read a sensor that the recorded run did not read.
+
+    The app then received the newest earlier sample, with its old time.
+    """
     states: Sequence[str]
+    """The state of the app in each tick."""
 
     @property
     def ticks(self) -> int:
@@ -76,11 +79,11 @@ class Evaluation:
 
     @property
     def exit_status(self) -> int:
-        """0, whatever differs; where the app could not come to an end, the status of its error."""
+        """0, even if decisions differ; the status of the error if the app failed."""
         return self.result.exit_status if self.result.error and not self.is_at_end else 0
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON tells of it."""
+        """Return the JSON fields."""
         recorded = self.recording.result
         return {
             "app": self.result.app,
@@ -108,9 +111,9 @@ def evaluate(
     file: Path | str = "",
     observers: Sequence[Observer] = (),
 ) -> Evaluation:
-    """Run an app on the samples of a recording, behind a safety stage of its own; a difference is no error.
+    """Run an app on the samples of a recording, with its own safety stage. A difference is no error.
 
-    Where it is the recorded app, it keeps its recorded settings but for those that are given here.
+    The recorded app keeps its recorded settings, except for the given ones.
     """
     require_ticks(recording, file)
     if app is None:
@@ -127,9 +130,9 @@ def evaluate(
 
 
 class DecisionComparator(Layer):
-    """A tap and an observer in one: it lays what an app decides beside what was decided in the recording.
+    """A layer and an observer that compare the decisions of an app with the recorded ones.
 
-    The drive knows its pose by the recorded angles: the robot went as it was driven then.
+    The odometry uses the recorded wheel angles, because the robot moved as the recorded app drove it.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -166,7 +169,7 @@ class DecisionComparator(Layer):
         return reader
 
     def begin(self, run: Run) -> None:
-        """Nothing is decided before the first tick."""
+        """Do nothing: the comparison begins with the first tick."""
 
     def tick(self, record: TickRecord) -> None:
         tick, motor_asks = self._current.tick, self._layer.take().motor_asks
@@ -183,10 +186,10 @@ class DecisionComparator(Layer):
             self._current = TickReader(self._recording.ticks[len(self._states)])
 
     def end(self, result: RunResult) -> None:
-        """`build_evaluation` takes the result."""
+        """Do nothing: `build_evaluation` takes the result."""
 
     def build_evaluation(self, result: RunResult) -> Evaluation:
-        """Return how it came out."""
+        """Return the result of the evaluation."""
         late = {device: count for device, count in self._late.items() if count}
         return Evaluation(self._recording, result, self._first_difference, self._differing, late, self._states)
 

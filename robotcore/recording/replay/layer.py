@@ -21,16 +21,16 @@ from robotcore.safety import CommandFilter, Commit, Latch
 from robotcore.safety.rules import STOPPED
 
 Command = tuple[float, ...]
-"""Of one motor or of both wheels, rad/s."""
+"""The velocity of one motor, or of both wheels, in rad/s."""
 
 PLATFORM_TOLERANCE = 1e-9
-"""So far commands may differ, in rad/s, where another processor or library has reckoned them."""
+"""The tolerance for commands from another processor or library, in rad/s."""
 
 
 class CommandComparator:
-    """Compares commands to the bit, or within a ``tolerance``; ``largest`` is the largest difference it has let pass.
+    """Compares commands bit for bit, or within a ``tolerance``. ``largest`` is the largest accepted difference.
 
-    ``is_exact`` says whether all were equal to the bit so far, NaN counting as equal to NaN.
+    ``is_exact`` says if all commands so far were equal bit for bit. NaN equals NaN.
     """
 
     def __init__(self, tolerance: float = 0.0) -> None:
@@ -39,7 +39,7 @@ class CommandComparator:
         self.is_exact = True
 
     def __call__(self, one: Command | None, other: Command | None) -> bool:
-        """Return whether they are alike; None, which is a stop or no command at all, is like None alone."""
+        """Return whether two commands are equal. None, a stop or no command, equals only None."""
         if one is None or other is None:
             return one is other
         if all(map(_is_same, one, other)):
@@ -56,7 +56,7 @@ def _is_same(one: float, other: float) -> bool:
 
 
 def _difference(one: float, other: float) -> float:
-    """Return how far two numbers are apart; what is not finite is near nothing but itself."""
+    """Return the difference of two numbers; infinity if one is not finite and they are not the same."""
     if _is_same(one, other) or one == other:
         return 0.0
     return abs(one - other) if math.isfinite(one - other) else math.inf
@@ -66,9 +66,9 @@ _NO_COMMAND = "no command"
 
 
 class ReplayedStage:
-    """Stands where the safety stage stood; what that answered, lessened, cut or refused comes from the recording.
+    """Replaces the safety stage, and returns its recorded answers and errors.
 
-    Between ticks, where the loop and those who close a robot stop the wheels, it lets everything pass.
+    Between ticks it accepts every stop, because the loop stops the wheels there, and so does closing the robot.
     """
 
     def __init__(self, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
@@ -78,12 +78,12 @@ class ReplayedStage:
         self.is_committed = False
 
     def begin_tick(self) -> None:
-        """Expect the commands of the next tick. May be called again in it."""
+        """Expect the commands of the next tick. May be called several times in a tick."""
         if not self._is_in_tick:
             self._asked, self._is_in_tick, self.is_committed = None, True, False
 
     def end_tick(self) -> None:
-        """Expect none any more."""
+        """Expect no more commands in this tick."""
         self._is_in_tick = False
 
     @property
@@ -121,12 +121,12 @@ class ReplayedStage:
         return Commit(self._asked, tick.sent, tick.interventions)
 
     def require_all(self) -> None:
-        """Deviate where the recorded run gave a command more in this tick."""
+        """Report a difference if the recorded run gave another command in this tick."""
         if left := self._cursor.current.commands:
             self._cursor.report_difference("the command", format_wheels(left[0].asked), _NO_COMMAND)
 
     def _find_answer(self, wheels: Wheels | None) -> DriveCommand:
-        """Return the recorded command that this one is like; None is a stop."""
+        """Return the recorded command that equals this one; None is a stop."""
         self._cursor.raise_if_ended()
         recorded = self._cursor.current.next_command()
         if recorded is None:
@@ -136,14 +136,14 @@ class ReplayedStage:
         return recorded
 
     def _fail(self, recorded: RecordedError) -> NoReturn:
-        """Raise what ended the recorded run at the end of this tick; a deviation where it had ended before."""
+        """Raise the error that ended the recorded run here; report a difference if it came before the command."""
         if not (self._cursor.current.tick.commit_error or isinstance(recorded.rebuild(), SafetyStop)):
             self._cursor.report_difference("the end", f"raised {recorded.kind}: {recorded.message}", "the app goes on")
         raise_recorded(recorded, self._latch)
 
 
 def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
-    """Raise what was raised in the recording; a safety stop latches."""
+    """Raise a recorded error; a safety stop trips the latch."""
     error = recorded.rebuild()
     if isinstance(error, SafetyStop):
         latch.trip(error)
@@ -151,7 +151,7 @@ def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
 
 
 class ReplayedMotor(MotorWrapper):
-    """Turns nothing. Once the run is ended for good a stop is no command: robots are closed so."""
+    """Compares the commands to a motor. After the latch has tripped, it ignores stops: closing a robot stops motors."""
 
     def __init__(self, inner: Motor, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
         super().__init__(inner)
@@ -167,7 +167,7 @@ class ReplayedMotor(MotorWrapper):
             self._find_answer(MotorCommand(self.name))
 
     def _find_answer(self, ask: MotorCommand) -> MotorCommand:
-        """Return the recorded command that this one is like; raise what that raised."""
+        """Return the recorded command that equals this one, or raise its recorded error."""
         self._cursor.raise_if_ended()
         asks = self._cursor.current.motor_commands
         if not asks:
@@ -184,7 +184,7 @@ class ReplayedMotor(MotorWrapper):
 
 
 def require_all_motor_commands(cursor: ReplayCursor) -> None:
-    """Deviate where the recorded run gave a motor a command more in this tick, unless it ended in it."""
+    """Report a difference if the recorded run gave another motor command in this tick, unless it ended here."""
     if (left := cursor.current.motor_commands) and not cursor.current.tick.error:
         cursor.report_difference("the command", format_motor_command(left[0]), _NO_COMMAND)
 
@@ -194,9 +194,9 @@ def _get_velocity(ask: MotorCommand) -> tuple[float] | None:
 
 
 class ReplayLayer(Layer):
-    """A tap and an observer in one. It ends the replay at the first tick that differs, with DeviationError.
+    """A layer and an observer that end the replay with DeviationError at the first difference.
 
-    Samples come from the devices below; what the safety stage answered, and the angles of the wheels, come from here.
+    The devices below return the samples. This layer returns the answers of the safety stage and the wheel angles.
     """
 
     def __init__(self, recording: Recording, comparator: CommandComparator) -> None:
@@ -209,7 +209,7 @@ class ReplayLayer(Layer):
         self._latch = latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return what reads the sensor where the recorded run has read it too, as its app did."""
+        """Return a reader that reports a difference if the recorded run did not read the sensor."""
 
         def reader() -> SampleT:
             self.cursor.raise_if_ended()
@@ -224,7 +224,7 @@ class ReplayLayer(Layer):
         return reader
 
     def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
-        """Return what reads the battery, held to nothing: it is read beside the app, at whatever pace."""
+        """Return the reader unchanged: the framework reads batteries at its own pace."""
         return read
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
@@ -235,7 +235,7 @@ class ReplayLayer(Layer):
         return ReplayedMotor(motor, self.cursor, self._comparator, self._latch)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        """Return what reads the recorded angles."""
+        """Return a reader of the recorded wheel angles."""
 
         def reader() -> Wheels:
             if self._stage:
@@ -252,7 +252,7 @@ class ReplayLayer(Layer):
         """Do nothing: the comparison begins with the first tick."""
 
     def tick(self, record: TickRecord) -> None:
-        """Hold a tick to the recorded one. Where the app has just raised something new, `ending` tells."""
+        """Compare a tick with the recorded one. `check_end` compares a new error of the app."""
         cursor, tick = self.cursor, self.cursor.current.tick
         if self._stage:
             self._stage.end_tick()
@@ -271,9 +271,9 @@ class ReplayLayer(Layer):
             self._latch.set(error)
 
     def _raise_emergency_stop(self) -> None:
-        """Press the e-stop where it was pressed."""
+        """Trip the e-stop at its recorded moment."""
         if error := self.cursor.current.emergency_stop:
             self._latch.set(error)
 
     def end(self, result: RunResult) -> None:
-        """Leave the end to `ending`."""
+        """Do nothing: `check_end` compares the end."""

@@ -98,11 +98,11 @@ BACKEND = "replay"
 def replay(
     recording: Recording, file: Path | str = "", observers: Sequence[Observer] = (), *, app: str | None = None
 ) -> ReplayResult:
-    """Run the recorded app on what it was given then, and hold each tick to the recorded one.
+    """Run the recorded app on its recorded samples, and compare each tick with the recorded one.
 
-    ``file`` is what messages call the recording. ``app`` names the app's file, which then may have changed; without it
-    a file is run only if it holds the recorded text. Raises RecordingError if the recording does not hold all that
-    steered its run, and the app's own error if the app cannot be run at all.
+    ``file`` is the name of the recording in messages. ``app`` names the app's file, which may have changed. Without
+    ``app``, a file runs only if it holds the recorded text. Raises RecordingError if the recording lacks an input of
+    its run, and the app's own error if the app cannot run at all.
     """
     require_ticks(recording, file)
     if not recording.is_replayable:
@@ -143,7 +143,7 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
 def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:
     """Return the request that runs the recorded app, with its recorded settings, on its recording.
 
-    Where the app ``is_held`` to what it decided, the rules that can end its run are the recorded ones.
+    With ``is_held``, the safety rules are the recorded ones.
     """
     recorded = recording.metadata.request
     return RunRequest(
@@ -189,7 +189,7 @@ def check_end(cursor: ReplayCursor, result: RunResult) -> None:
 
 
 def explain_external_end(recording: Recording) -> str:
-    """Say what ended the recording and cannot be repeated: a signal, a dead simulator, the file; empty if nothing."""
+    """Return the external cause of the end: a signal, a dead simulator, the file. Empty if there is none."""
     result, last = recording.result, recording.ticks[-1]
     if result is None:
         return explain_missing_end(recording)
@@ -223,7 +223,7 @@ def _format_recorded_end(recording: Recording) -> str:
 
 
 def _format_end(outcome: Outcome, reason: str) -> str:
-    """Return an outcome and its reason, without what may differ: addresses of objects, and the app's line."""
+    """Return the outcome and its reason, without object addresses and line numbers of the app."""
     same = re.sub(r", at \S+\.py:\d+", "", re.sub(r"\b0x[0-9a-fA-F]+\b", "0x…", reason))
     return f"{outcome.value}: {same}" if same else outcome.value
 
@@ -232,9 +232,9 @@ _MACHINE = ("machine", "system", "libc")
 
 
 def compare_platforms(recorded: Mapping[str, str], backend: str) -> list[str]:
-    """Return what of the machine and the libraries that compute is another one here, in words.
+    """Return the differences between the recorded machine and libraries and those here, one text each.
 
-    The simulator does not count: a replay asks it nothing.
+    The simulator does not count, because a replay does not use it.
     """
     here = read_platform(backend)
     return [
