@@ -44,7 +44,7 @@ class _SweepCommand(AnsweringCommand):
     "--jobs",
     metavar="N",
     type=count,
-    help="Runs at a time; where it is left out, as many as there are cores, or one where the backend serves one.",
+    help="Runs at a time. Default: the number of cores, or one if the backend serves one client.",
 )
 @click.option(
     "--wall-timeout",
@@ -55,7 +55,7 @@ class _SweepCommand(AnsweringCommand):
 )
 @click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler that has workers, such as tcp://lab:8786.")
 @click.option("--out", metavar="DIR", type=FOLDER, help="Where the results are kept; sweeps/APP-… if left out.")
-@click.option("--fresh", is_flag=True, help="Forget the results that are there, and run all anew.")
+@click.option("--fresh", is_flag=True, help="Delete the existing results, and run everything again.")
 @click.option("--report", metavar="DIR", type=FOLDER, help="Write a report, a page for a browser, into this folder.")
 @click.option("--require", "requirements", metavar="BOUND", multiple=True, help='Such as "verified>=0.97".')
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
@@ -77,7 +77,7 @@ def command(
     as_json: bool,
     **values: Any,
 ) -> int:
-    """Run APP in many worlds; tell how often it succeeds.
+    """Run APP in many worlds, and print how often it succeeds.
 
     Every backend, world and seed is tried, and kept run by run: the same command again goes on where it stopped. Exit
     status: 0 all was run, 1 a --require was missed, 2 wrong usage or a folder that cannot be used, 3 a backend or the

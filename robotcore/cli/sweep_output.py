@@ -1,4 +1,4 @@
-"""How a sweep's end is told: a summary and what was missed, or one line of JSON; and the exit status."""
+"""Print the end of a sweep: a summary and the missed requirements, or one line of JSON."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 
 MISSED = 1
-"""Some --require was not kept."""
+"""Exit status if a --require was missed."""
 
 _JSON_KEYS = {"contacts_unknown": "untold"}
 """The keys in JSON that differ from the field of a group."""
 
 DIGITS = 6
-"""So many digits after the point are told in JSON."""
+"""Digits after the decimal point in JSON."""
 
 
 def show_resumed(results: Results, done: int) -> None:
-    """Tell, before the first run, how many are there from before, and since when."""
+    """Print, before the first run, how many runs are done already, and since when."""
     date, total = f"{results.date:%Y-%m-%d %H:%M}", len(results.sweep)
     if done == total:
         write_line(f"All was run by {date}; --fresh runs it anew.")
@@ -42,7 +42,10 @@ def show_sweep(
     *,
     as_json: bool,
 ) -> int:
-    """Tell what a sweep reached; return its exit status. One that came to no end is held to no requirement."""
+    """Print what a sweep reached, and return its exit status.
+
+    Requirements are not checked if the sweep did not end.
+    """
     from robotcore.sweep.statistics import group_records, list_missed, list_passed
 
     groups = group_records(results.records())
@@ -112,7 +115,7 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
 
 
 def _write_findings(results: Results) -> None:
-    """Tell which conditions explain failures, or why none is named."""
+    """Print which conditions explain failures, or why none is named."""
     from robotcore.sweep.failure_analysis import explain
 
     lines = explain(results.records()).lines

@@ -19,7 +19,7 @@ from robotcore.sweep.single_run import RunOutput, make_failed_output
 from robotcore.sweep.spec import Sweep
 
 ANSWER_S = 10
-"""A scheduler that does not answer for so long is not there."""
+"""A scheduler that does not answer within this time counts as absent."""
 
 IDENTITY_S = 5
 """A scheduler says within this time that it is one."""
@@ -97,7 +97,7 @@ class ClusterEngine:
 
 
 def _check_reachable(door: tuple[str, int]) -> None:
-    """Raise OSError where nobody is at home; a Dask client would try for long, and be loud about it."""
+    """Raise OSError if no program listens; a Dask client would try for long, and print warnings."""
     socket.create_connection(door, timeout=ANSWER_S).close()
 
 
@@ -125,7 +125,7 @@ class _Workers:
         self._clock, self._last_seen = MonotonicClock(), 0.0
 
     def width(self) -> int:
-        """Return how many runs keep them busy; BackendError where there has been no worker for `NO_WORKERS_S`."""
+        """Return how many runs keep them busy; BackendError if there has been no worker for `NO_WORKERS_S`."""
         now, threads = self._clock.now(), self._threads()
         if threads:
             self._last_seen = now
@@ -161,7 +161,7 @@ def _make_gone_error(address: str) -> BackendError:
 
 
 def _await_result(future: Any) -> RunOutput | None:
-    """Return what a run came to; None where nobody has it within `ANSWER_S` seconds."""
+    """Return a run's output; None if it is not there within `ANSWER_S` seconds."""
     from distributed import TimeoutError as AwaitedTooLongError
 
     try:

@@ -32,7 +32,7 @@ _workers: dict[Path, WorkerProcess] = {}
 def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOutput:
     """Run as `attempt` does, in a worker that may have come since the sweep began.
 
-    BackendError where this worker is not fit for the bundle.
+    BackendError if this worker's software differs from the bundle's.
     """
     if fault := bundle.mismatch():
         address = _read_address()
@@ -47,7 +47,7 @@ def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOu
 
 
 def format_mismatch(worker: str, fault: str) -> str:
-    """Return the words for a worker that is not fit."""
+    """Return the message for a worker whose software differs."""
     return f"the worker {worker} cannot run this: {fault}"
 
 
@@ -124,7 +124,7 @@ class JobBundle:
         return cls(*named, _read_versions(sweep.backends), code_digest(*named), Path.cwd(), read_own_files(sweep))
 
     def mismatch(self) -> str | None:
-        """Return why this process cannot run what the bundle is for; None where it can."""
+        """Return why this process cannot run the bundle; None if it can."""
         try:
             found, code = _read_versions(self.backends), code_digest(self.apps, self.backends, self.faults)
         except RobotcoreError as error:

@@ -15,7 +15,7 @@ from robotcore.errors import UsageError
 
 
 class Journal:
-    """Lines of UTF-8, added one by one, each on the disk before the next. An OSError is the caller's to tell."""
+    """Lines of UTF-8, added one by one, each on the disk before the next. Raises OSError."""
 
     def __init__(self, file: FileIO) -> None:
         self._file = file
@@ -24,7 +24,7 @@ class Journal:
     def open(cls, path: Path) -> Journal:
         """Open a file for this process alone, without a last line that was cut short.
 
-        Waits for nobody: UsageError where another process adds to it.
+        Does not wait: UsageError if another process adds to it.
         """
         with ExitStack() as on_failure:
             file = on_failure.enter_context(FileIO(path, "a+"))
@@ -79,7 +79,7 @@ def part_path(file: Path) -> Path:
 def replace_text(file: Path, **how: Any) -> Iterator[TextIO]:
     """Give a text file to write, in UTF-8; it takes the place of ``file`` once it is on the disk.
 
-    ``how`` goes to `open`. Leaves nothing behind where the writing fails; an OSError is the caller's to tell.
+    ``how`` goes to `open`. Leaves nothing behind if writing fails with an OSError.
     """
     part = part_path(file)
     try:

@@ -14,12 +14,12 @@ from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.spec import Sweep
 
 HANG_FACTOR = 10.0
-"""A run may take so many times as long as its own time-out before it counts as hung, and a minute more."""
+"""A run counts as hung after this many times its own time-out, plus a minute."""
 
 TaskT = TypeVar("TaskT")
 
 POLL_S = 1.0
-"""So often somebody looks how many tasks there may be now."""
+"""Interval at which the allowed number of tasks is read again."""
 
 
 class Engine(Protocol):
@@ -49,7 +49,7 @@ def import_extra(module: str, extra: str) -> Any:
 
 
 class Future(Protocol):
-    """What the futures of executors have in common."""
+    """The interface that the futures of executors share."""
 
     def add_done_callback(self, callback: Callable[[Any], Any], /) -> None: ...
     def result(self) -> Any: ...

@@ -21,7 +21,7 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Finding:
-    """Of a condition in a place the split that chance explains least; ``p`` is corrected for all that were tried."""
+    """The best split of a condition for a backend and world; ``p`` is corrected for all splits that were tried."""
 
     place: GroupKey
     condition: str
@@ -44,14 +44,14 @@ class Finding:
 
 @dataclass(frozen=True)
 class Explanation:
-    """The findings, the surest first; where there is none, ``silence`` says why, or is empty where no run failed."""
+    """The findings, the best first. Without findings, ``silence`` is the reason; it is empty if no run failed."""
 
     findings: tuple[Finding, ...]
     silence: str
 
     @property
     def lines(self) -> list[str]:
-        """What to tell on a terminal."""
+        """The lines for a terminal."""
         return [f"{each} ({format_p(each.p)})" for each in self.findings] or [self.silence] * bool(self.silence)
 
 
@@ -59,8 +59,8 @@ def explain(records: Iterable[Record]) -> Explanation:
     """Return which conditions explain failures, of those runs that tell their conditions.
 
     The best of many splits looks good by chance too. How good is seen where it is shuffled, within each place, who
-    failed: a finding's ``p`` is the share of shuffles whose best split anywhere is as sure, and it is told where
-    that stays within 5 %. Splits that are almost the same so count as one, not as many. It is the min-P permutation
+    failed: a finding's ``p`` is the share of shuffles whose best split anywhere is as good, and it is listed if
+    that is at most 5 %. Splits that are almost the same so count as one, not as many. It is the min-P permutation
     test of P. H. Westfall and S. S. Young, Resampling-Based Multiple Testing (1993), in its single step; the runs as
     they failed count as one shuffle more (B. Phipson and G. K. Smyth, Permutation p-values should never be zero,
     Statistical Applications in Genetics and Molecular Biology 9 (2010), article 39). The shuffles are the same each
@@ -86,7 +86,7 @@ def _rank(tests: Sequence[ConditionTest]) -> list[Finding]:
 
 
 def _explain_silence(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> str:
-    """Return why nothing was found: that nothing was seen does not mean that nothing is there."""
+    """Return why no condition was found."""
     runs, failing = sum(len(each.cases) for each in strata), sum(each.failing for each in strata)
     counts = f"({runs} runs, {failing} failing)"
     mixed = [each for each in strata if each.is_mixed]
@@ -105,7 +105,7 @@ def _explain_silence(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> st
 
 
 class Case(NamedTuple):
-    """A run as far as it matters here."""
+    """A run's seed, outcome and conditions."""
 
     seed: int
     is_failure: bool
@@ -123,7 +123,7 @@ class ConditionTest(NamedTuple):
 
 @dataclass(frozen=True)
 class Stratum:
-    """The runs of a place that tell the same conditions, in the order of their seeds."""
+    """Comparable runs: same backend, same world, same conditions recorded, in the order of their seeds."""
 
     place: GroupKey
     cases: Sequence[Case]

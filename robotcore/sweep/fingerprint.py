@@ -30,13 +30,13 @@ _REPORT = "robotcore/sweep/report"
 MANIFEST = "sweep.json"
 
 _MAX_CHANGES = 4
-"""So many differences are told."""
+"""The most differences in an error's text."""
 
 
 def collect_dependencies(sweep: Sweep) -> Dependencies:
     """Return everything that could change a result, ready for JSON: ``asked``, ``code``, ``files``, ``libraries``.
 
-    The seeds do not count: a run knows nothing of the others. Code and files are listed by their digests.
+    The seeds do not count: no run depends on another. Code and files are listed by their digests.
     """
     found = {
         "asked": _flatten_request(sweep),
@@ -59,7 +59,7 @@ def code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[s
 
 
 def _flatten_request(sweep: Sweep) -> dict[str, Any]:
-    """Return what was asked for, each setting and option by itself; in which order backends and worlds, is all one."""
+    """Return what was asked for, each setting and option by itself; the order of backends and worlds does not count."""
     request: dict[str, Any] = {name: ", ".join(sorted(getattr(sweep, name))) for name in ("backends", "worlds")}
     for name, value in asdict(sweep.request).items():
         if isinstance(value, Mapping):
@@ -139,18 +139,18 @@ def _read_content(file: Path) -> bytes:
 
 
 def format_manifest(dependencies: Dependencies, seeds: str) -> str:
-    """Return what the file of a sweep tells."""
+    """Return the content of ``sweep.json``."""
     return json.dumps({**dependencies, "seeds": seeds}, indent=2) + "\n"
 
 
 def write_manifest(directory: Path, content: str) -> None:
-    """Write the file."""
+    """Write ``sweep.json``."""
     with replace_text(directory / MANIFEST) as file:
         file.write(content)
 
 
 def require_same(directory: Path, dependencies: Dependencies) -> None:
-    """Raise UsageError, with what has changed, where the results in a folder depend on something else."""
+    """Raise UsageError, with the changes, if the results in a folder depend on something else."""
     try:
         then = json.loads((directory / MANIFEST).read_text(encoding="utf-8"))
         changed = (
@@ -170,7 +170,7 @@ def require_same(directory: Path, dependencies: Dependencies) -> None:
 
 
 def _describe_changes(now: Dependencies, then: Dependencies) -> list[str]:
-    """Return what has changed, in words; where something else was asked for, that alone."""
+    """Describe the changes; if the request differs, only the changes of the request."""
     return _describe_part("asked", now, then) or [
         words for name in now if name != "asked" for words in _describe_part(name, now, then)
     ]

@@ -14,19 +14,19 @@ from robotcore.sweep.spec import Sweep
 from robotcore.sweep.worker import WorkerDiedError, WorkerHungError, WorkerProcess
 
 LOAD_S = 30.0
-"""An app that is not loaded within this time waits for something, or goes round in a loop."""
+"""An app that is not loaded within this time counts as hung."""
 
 CHECK_S = 300.0
-"""Every backend is opened and every world drawn within this time."""
+"""The limit for opening every backend and drawing every world."""
 
 _REMEDY = "Try one at a time: robotcore run APP --backend NAME"
 
 
 def preflight(sweep: Sweep, load_s: float = LOAD_S) -> None:
-    """Do what `Sweep.check` does, but in another process; nothing of the user's is imported in this one.
+    """Run `Sweep.check` in another process, so that no code of the user is imported in this one.
 
-    Raises what it raises; UsageError where an app ends the process or is not loaded within ``load_s`` seconds;
-    BackendError where something else does not come to an end.
+    Raises the errors of `Sweep.check`; UsageError if an app ends the process or is not loaded within ``load_s``
+    seconds; BackendError if a backend ends the process or hangs.
     """
     # In the order of a run: a module beside an app may have the name of a package.
     with closing(WorkerProcess()) as worker:
@@ -45,7 +45,7 @@ def _call_app(
     function: Callable[..., None],
     argument: RunRequest | str,
 ) -> None:
-    """Call what runs an app's own code; UsageError where it does not come back from there."""
+    """Call a function that runs the app's code; UsageError if it does not return."""
     try:
         worker.call(function, argument, limit_s=limit_s)
     except WorkerDiedError as error:
@@ -60,7 +60,7 @@ def _call_app(
 
 
 def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:
-    """Call what runs the backends' code; BackendError where it does not come back from there."""
+    """Call a function that runs the backends' code; BackendError if it does not return."""
     try:
         worker.call(function, *arguments, limit_s=CHECK_S)
     except WorkerDiedError as error:

@@ -36,28 +36,29 @@ _EARLY_S = 1e-6
 
 @dataclass(frozen=True)
 class Record:
-    """One run of a sweep.
-
-    ``path`` is None where nobody knows the true pose; ``command`` repeats the run in a shell; ``picture`` is the PNG
-    of a failing run, relative to the sweep's folder.
-    """
+    """One run of a sweep."""
 
     result: RunResult
     path: TruePath | None
+    """The robot's true positions; None if the backend has no true pose."""
+
     command: str
+    """The shell command that repeats the run."""
+
     picture: str | None = None
+    """The PNG of a failing run, relative to the sweep's folder."""
 
     @property
     def is_failure(self) -> bool:
-        """Whether somebody should look at the run: no success, not verified, or something was touched."""
+        """Whether the run is no success, is not verified, or touched something."""
         result = self.result
         return result.outcome is not Outcome.SUCCESS or result.verified is False or bool(result.contacts)
 
     def to_json(self) -> str:
         """Return the keys of the result, then ``command``, ``path`` and ``picture``, as one line of JSON.
 
-        JSON has no NaN and no infinity: such a number becomes null, such a point of the path is left out. What is no
-        Unicode is told by its escapes.
+        JSON has no NaN and no infinity: such a number becomes null, such a point of the path is left out. Text that
+        is no Unicode is written as escapes.
         """
         payload = json.loads(self.result.to_json(), parse_constant=lambda _: None)
         path = self.path and [point for point in self.path if all(map(math.isfinite, point))]
@@ -67,7 +68,7 @@ class Record:
 
     @classmethod
     def from_json(cls, line: str | bytes) -> Record:
-        """Return the record that `to_json` told; ValueError, in plain words, where the line is none."""
+        """Return the record in a line that `to_json` wrote; ValueError if the line is no record."""
         try:
             values = vars(_Line.model_validate_json(line.strip()))
         except ValidationError as error:
@@ -114,14 +115,14 @@ def _format_error(error: ValidationError) -> str:
 
 
 class GroupKey(NamedTuple):
-    """A backend and a world; the latter is empty where a backend has none."""
+    """A backend and a world; the world is empty if the backend has none."""
 
     backend: str
     world: str
 
     @classmethod
     def of(cls, record: Record) -> GroupKey:
-        """Return where a run was."""
+        """Return the backend and world of a run."""
         return cls(record.result.backend, record.result.world or "")
 
     def __str__(self) -> str:
@@ -129,7 +130,7 @@ class GroupKey(NamedTuple):
 
 
 class PathRecorder:
-    """An observer: the true place every half a second, to the millimetre."""
+    """An observer that records the true position every half a second, rounded to 1 mm."""
 
     def __init__(self) -> None:
         self._truth: Truth | None = None
@@ -137,7 +138,7 @@ class PathRecorder:
 
     @property
     def path(self) -> TruePath | None:
-        """The path so far; None where nobody knows the true pose."""
+        """The path so far; None if the backend has no true pose."""
         return tuple(self._points) if self._truth else None
 
     def begin(self, run: Run) -> None:

@@ -82,7 +82,7 @@ class Results:
 
     @property
     def resume_hint(self) -> str:
-        """What to type where something kept the sweep from its end, in words."""
+        """How to resume the sweep, for a message."""
         return f"the same command{' without --fresh' if self._fresh else ''} goes on"
 
     def records(self) -> Iterator[Record]:
@@ -178,7 +178,7 @@ class Results:
 
     @contextmanager
     def _report_write_errors(self) -> Iterator[None]:
-        """Tell what the disk does not take: UsageError says how to go on."""
+        """Turn an OSError into a UsageError that says how to resume."""
         try:
             yield
         except OSError as error:
@@ -203,7 +203,7 @@ def _has_results(file: Path) -> bool:
 
 
 class RunKey(NamedTuple):
-    """What tells a run from the others of its sweep; a world is called what its description says."""
+    """The identity of a run in its sweep; the world is the name in its description."""
 
     backend: str
     world: str | None
@@ -211,7 +211,7 @@ class RunKey(NamedTuple):
 
     @classmethod
     def of(cls, record: Record) -> RunKey:
-        """Return which run it is that a record tells of."""
+        """Return the key of a record's run."""
         return cls(record.result.backend, record.result.world, record.result.seed)
 
     def __str__(self) -> str:
@@ -219,7 +219,7 @@ class RunKey(NamedTuple):
 
 
 class RunFilter:
-    """The runs that a sweep asks for."""
+    """The set of runs of a sweep."""
 
     def __init__(self, sweep: Sweep) -> None:
         self._worlds = {world: load_world(world).name for world in sweep.worlds}
@@ -229,15 +229,15 @@ class RunFilter:
         return all(part in wanted for part, wanted in zip(run, self._parts, strict=True))
 
     def run_of(self, request: RunRequest) -> RunKey:
-        """Return which run is asked for; the request is one of the sweep's."""
+        """Return the key of one of the sweep's requests."""
         assert request.world, "a sweep names its worlds"
         return RunKey(request.backend, self._worlds[request.world], request.seed)
 
 
 def read_results(file: Path, wanted: RunFilter) -> Iterator[Record]:
-    """Yield those records of a file that are wanted, in its order.
+    """Read the results file, and yield only the runs of this sweep, in the file's order.
 
-    Raises UsageError, with the number of the line, where it is no record or the second one of a run.
+    Raises UsageError, with the number of the line, if it is no record or the second record of a run.
     """
     seen: set[RunKey] = set()
     for where, record in _read_records(file):

@@ -22,14 +22,14 @@ whose cores are all busy must not decide results."""
 
 
 class RunOutput(NamedTuple):
-    """A run that has ended; ``picture`` is the PNG of a failing one."""
+    """The record of a run that has ended; ``picture`` is the PNG of a failing run."""
 
     record: Record
     picture: bytes | None = None
 
 
 def perform(request: RunRequest) -> RunOutput:
-    """Run, and tell how it ended, whatever that was."""
+    """Run, and return the record, also of a run that ended with an error."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.session import run
     from robotcore.sweep.record import PathRecorder, Record, shorten
@@ -108,7 +108,7 @@ def _require_same_run(request: RunRequest, result: RunResult) -> None:
 
 
 def _perform_or_exit(request: RunRequest) -> RunOutput:
-    """Run; a process that was told to end in the middle of it does so. What a library raises costs this run alone."""
+    """Run; exit if the run was interrupted. An exception of a library makes this run an error."""
     from robotcore.errors import RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
     from robotcore.runtime.result import Outcome
@@ -124,9 +124,9 @@ def _perform_or_exit(request: RunRequest) -> RunOutput:
 
 
 def make_failed_output(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> RunOutput:
-    """Tell of a run whose process did not live to tell of it, and how long that took, where somebody knows.
+    """Return the output of a run that ended without one, with the wall time that it took if that is known.
 
-    Where a judge was asked for, it has verified nothing.
+    If the request names a judge, the run counts as not verified.
     """
     from robotcore.sweep.record import Record, shorten
     from robotcore.sweep.spec import format_command
@@ -157,7 +157,7 @@ def _make_error_result(request: RunRequest, error: RobotcoreError) -> RunResult:
 
 
 def _draw_conditions(request: RunRequest) -> dict[str, float | str]:
-    """Return the conditions that the run was to be under; none where no such world can be drawn."""
+    """Return the conditions of the run; none if its world cannot be drawn."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.plan import drawn_for
 

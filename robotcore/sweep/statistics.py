@@ -26,7 +26,7 @@ MEASURES: dict[str, Callable[[Group], float | None]] = {
 }
 """What can be required of each backend in each world; the first two are shares from 0 to 1, the third a total.
 
-Contacts are known only where every run told of them: one that hangs may have touched anything.
+Contacts are known only if every run counted them: a run that hangs may have touched anything.
 """
 
 _SHARES = ("verified", "success")
@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
-    """Return the 95 % score interval of a proportion; (0, 1) where nothing was tried.
+    """Return the 95 % score interval of a proportion; (0, 1) if ``n`` is 0.
 
     E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American
     Statistical Association 22 (1927), 209-212.
@@ -56,26 +56,38 @@ def wilson(successes: int, n: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Group:
-    """The runs of one backend in one world; ``world`` is empty where a backend has none.
+    """The runs of one backend in one world.
 
-    A run passes where it is not failing. ``successes`` are the app's word, ``verified`` the simulator's. ``contacts``
-    were counted but for ``untold`` runs, of which nobody knows. ``verified`` and ``contacts`` are None where no run
-    could tell. Half of all runs pass within ``median_time_s``, 90 % within ``p90_time_s``, all of them within
-    ``slowest_time_s``, on the robot's clock; None where fewer ever do. So no run that hangs or fails at once makes a
-    group faster.
+    A run passes if it is not failing. Times are on the robot's clock, and None if too few runs pass, so that a run that
+    hangs or fails at once makes no group faster.
     """
 
     backend: str
     world: str
+    """Empty if the backend has no world."""
+
     runs: int
     failing: int
     successes: int
+    """Runs that the app calls a success."""
+
     verified: int | None
+    """Runs that the simulator or the judge verified; None if no run could be verified."""
+
     contacts: int | None
+    """Contacts in the runs that counted them; None if no run did."""
+
     contacts_unknown: int
+    """Runs that did not count their contacts."""
+
     median_time_s: float | None
+    """Half of all runs pass within this time."""
+
     p90_time_s: float | None
+    """90 % of all runs pass within this time."""
+
     slowest_time_s: float | None
+    """All runs pass within this time."""
 
     @property
     def name(self) -> str:
@@ -96,7 +108,7 @@ class Group:
 
 
 def group_records(records: Iterable[Record]) -> list[Group]:
-    """Return what each backend did in each world, in the order of their names."""
+    """Return the group of each backend in each world, in the order of their names."""
     tallies: dict[GroupKey, Tally] = {}
     for record in records:
         tallies.setdefault(GroupKey.of(record), Tally()).add(record)
@@ -179,18 +191,18 @@ class Requirement:
         return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"
 
     def evaluate(self, group: Group) -> float | None:
-        """Return what a group reached; None where nobody knows, or too few runs pass for such a time."""
+        """Return a group's value; None if it is unknown, or if too few runs pass for such a time."""
         return MEASURES[self.measure](group)
 
     def format_value(self, group: Group) -> str:
-        """Return what a group reached in words."""
+        """Return a group's value as text."""
         value = self.evaluate(group)
         if value is None:
             return "never" if self.measure in _TIMES else "unknown"
         return f"{value:.6g}" if isinstance(value, float) else str(value)
 
     def is_met_by(self, group: Group) -> bool:
-        """Return whether a group keeps the bound; what is None keeps none."""
+        """Return whether a group meets the bound; a value of None meets none."""
         value = self.evaluate(group)
         if value is None:
             return False
@@ -198,7 +210,7 @@ class Requirement:
 
 
 def list_missed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
-    """Return a line for each group that does not keep a requirement: what it got, and what was required."""
+    """Return a line for each group that misses a requirement: its value, and the requirement."""
     return [
         f"{group.backend}, {group.world}: {each.measure} is {each.format_value(group)}, required {each}"
         for each in requirements
@@ -208,7 +220,7 @@ def list_missed(requirements: Sequence[Requirement], groups: Sequence[Group]) ->
 
 
 def list_passed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[Requirement]:
-    """Return the requirements that every group keeps."""
+    """Return the requirements that every group meets."""
     return [each for each in requirements if all(map(each.is_met_by, groups))]
 
 

@@ -26,7 +26,7 @@ KeyT = TypeVar("KeyT", bound=Hashable)
 
 MAX_CAUSES = 20
 MAX_LISTED_SEEDS = 8
-"""So many causes are told, and so many seeds of each in a place; a file has them all."""
+"""The most causes, and the most seeds of each cause, backend and world; a file has all of them."""
 
 _LEFT_ALIGNED = ("backend", "world")
 _SUMMARY_COLUMNS = (*_LEFT_ALIGNED, "verified", "%", "95 %", "contacts", "median", "slowest")

@@ -39,7 +39,7 @@ def list_columns(records: Iterable[Record]) -> list[str]:
 
 
 def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
-    """Write a row for each record; what is no Unicode is told by its escapes."""
+    """Write a row for each record; text that is no Unicode is written as escapes."""
     with replace_text(file, newline="", errors="backslashreplace") as table:
         writer = csv.DictWriter(table, columns)
         writer.writeheader()
@@ -73,12 +73,12 @@ def _flatten(key: str, item: Any) -> list[tuple[str, Any]]:
 
 
 def format_verified(group: Group) -> str:
-    """Return how many runs the simulator verified; ``?`` where nobody can judge."""
+    """Return how many runs the simulator verified; ``?`` if no run could be verified."""
     return f"{'?' if group.verified is None else group.verified}/{group.runs}"
 
 
 def format_share(group: Group) -> str:
-    """Return the share of verified runs in percent; empty where nobody can judge."""
+    """Return the share of verified runs in percent; empty if no run could be verified."""
     return "" if group.verified_share is None else f"{100 * group.verified_share:.1f}"
 
 
@@ -88,7 +88,7 @@ def format_interval(group: Group) -> str:
 
 
 def format_contacts(group: Group) -> str:
-    """Return the contacts that were counted; ``≥`` says that some runs did not tell."""
+    """Return the contacts that were counted; ``≥`` if some runs did not count them."""
     if group.contacts is None:
         return "?"
     return f"≥ {group.contacts}" if group.contacts_unknown else f"{group.contacts}"
@@ -111,11 +111,11 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
     "90 % within": lambda group: format_time(group.p90_time_s),
     "slowest": lambda group: format_time(group.slowest_time_s),
 }
-"""What is told of a group; ``%`` and ``95 %`` are of the verified runs."""
+"""The columns of a group; ``%`` and ``95 %`` are of the verified runs."""
 
 
 def format_judge(judge: str | None, groups: Iterable[Group]) -> str:
-    """Return whose word ``verified`` is: that of the app that was named for it, or the app's own, or nobody's."""
+    """Return which app judged the runs: the judge, the app itself, or ``nobody``."""
     if judge:
         return judge
     return "nobody" if all(group.verified is None for group in groups) else "the app itself"

@@ -26,13 +26,13 @@ _START_S = 120.0
 """A process that is not ready within this time hangs."""
 
 _EXIT_GRACE_S = 1.0
-"""A process that has closed its end of the pipe is gone within this time, or it is ended."""
+"""A process that has closed its end of the pipe is killed if it does not exit within this time."""
 
 _SUPERVISOR_S = 10.0
 """A supervisor that needs longer to end its worker and the worker's children is ended."""
 
 _MAX_WAIT_S = 2e6
-"""What the system can wait for at a time, and a bit less: 23 days."""
+"""The longest wait that the system accepts, rounded down: 23 days."""
 
 _CHUNK_BYTES = 2**16
 _GARBLED_REMEDY = "Check whether the app writes to a file descriptor that it did not open"
@@ -55,11 +55,11 @@ class NoWorkerError(BackendError):
 
 
 class WorkerDiedError(Exception):
-    """The process ended in the middle of a call, or was ended because its answer cannot be read."""
+    """The process ended during a call, or was killed because its reply cannot be read."""
 
 
 class WorkerHungError(Exception):
-    """The call took too long; its process was ended."""
+    """The call took too long; its process was killed."""
 
 
 class WorkerProcess:
@@ -149,7 +149,7 @@ class WorkerProcess:
 
 
 class _Process:
-    """A process that serves, and this end of the pipe to it."""
+    """A worker's process, and this end of the pipe to it."""
 
     def __init__(self) -> None:
         self.connection, theirs = Pipe()
@@ -213,7 +213,7 @@ def _format_status(status: int) -> str:
 
 
 def worker_main(handle: int) -> NoReturn:
-    """Make this process ready, say so, and do what comes through the pipe until its other end is closed."""
+    """Main loop of a worker process: receive a call, run it, send the result; exit if the pipe is closed."""
     supervisor.supervise(handle)
     sys.stdout = sys.stderr  # line by line: what waits in a buffer is lost with the process
     prepare()
@@ -233,13 +233,13 @@ def _send(connection: Connection, line: bytes) -> None:
 
 
 def _close_in_subprocesses(connection: Connection) -> None:
-    """Let nothing that an app starts hold the pipe open, which would hide the end of this process, or answer for it."""
+    """Close the pipe in every process that an app starts: it would hide the end of this process, or reply for it."""
     os.set_inheritable(connection.fileno(), False)
     os.register_at_fork(after_in_child=connection.close)
 
 
 def _receive_calls(connection: Connection, calls: SimpleQueue[bytes]) -> None:
-    """Hear at once, in the middle of a call too, that nobody is there any more."""
+    """Queue calls; exit at once if the parent closes the pipe, also during a call."""
     try:
         while True:
             calls.put(connection.recv_bytes())
@@ -248,7 +248,7 @@ def _receive_calls(connection: Connection, calls: SimpleQueue[bytes]) -> None:
 
 
 def _run_call(call: bytes) -> bytes:
-    """Return what a call came to, a result or an error, as a line."""
+    """Run a call, and return its result or error as a line."""
     try:
         function, arguments = pickle.loads(call)  # noqa: S301  from the parent of this process
         return write_reply(function(*arguments))

@@ -29,7 +29,7 @@ _SUCCESS_ROW, _SUCCESS_TOP, _SUCCESS_FOOT = 26, 8, 26
 
 WIDTH, HEIGHT = 460, 230
 MAX_STEPS = 200
-"""A curve's steps; more of them cannot be told apart."""
+"""The most steps of a curve; more are indistinguishable."""
 
 _LEFT, _RIGHT, _TOP, _FOOT = 54, 14, 10, 26
 _BAR = 11

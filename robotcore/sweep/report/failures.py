@@ -27,7 +27,7 @@ MAX_DETAILED = 100
 MAX_LISTED = 1000
 
 MAX_ENDINGS = 12
-"""More are told as one: an app may say something else each time."""
+"""The most endings in the table; the others are counted as one row."""
 
 MAX_WIDTH = 480
 QUALITY = 80
@@ -74,7 +74,7 @@ class Failure:
 
 
 class FailureGroup(NamedTuple):
-    """Of the failing runs of a place those that are told in full."""
+    """The failing runs of one backend and world that are shown in full."""
 
     place: str
     runs: int
@@ -83,7 +83,7 @@ class FailureGroup(NamedTuple):
 
 @dataclass(frozen=True)
 class Failures:
-    """All failing runs: some told in full, by their places, others in a list, and how many are told nowhere."""
+    """All failing runs: some in full, by backend and world, others in a list, and the number of the rest."""
 
     runs: int
     groups: tuple[FailureGroup, ...]
