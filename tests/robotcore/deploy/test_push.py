@@ -127,7 +127,7 @@ def test_wheels_go_with_the_release_that_needs_them(
     wanted: Push, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "widget.whl").write_text("machine code")
-    monkeypatch.setattr(push_module, "wheels_for", lambda *_: tmp_path)
+    monkeypatch.setattr(push_module, "fetch_wheels", lambda *_: tmp_path)
     add_action("probe", PROBE.replace('"has_environment": True', '"has_environment": False'))
     release = push(replace(wanted, is_offline=True), lambda _: None)
     assert (robot.home / "robotcore" / "releases" / release / "wheels" / "widget.whl").read_text() == "machine code"
