@@ -65,7 +65,11 @@ def _copy_project(project: Project, target: Path) -> Listing:
     for name in map(os.path.normpath, project.files):
         if name not in listing.names:
             why, remedy = ("may hold a secret", "Rename it") if name in listing.secrets else _IGNORED
-            raise UsageError(f"{escape(name)} {why}, so it is not sent; without it the project does not run. {remedy}")
+            raise UsageError(
+                f"{escape(name)} {why}, so it is not sent; without it the project does not run. {remedy}",
+                kind="file-not-sent",
+                file=name,
+            )
     return listing
 
 
@@ -142,7 +146,9 @@ def _find_origin(dist: Distribution) -> Path | str:
 def _require_folder(dist: Distribution, place: Path) -> Path:
     if not place.exists():
         raise DeployError(
-            f"{dist.name} was installed from {place}, which is gone. Install it anew from where it is now"
+            f"{dist.name} was installed from {place}, which is gone. Install it anew from where it is now",
+            kind="package-folder-missing",
+            package=dist.name,
         )
     return place
 
@@ -174,7 +180,8 @@ def build_package(source: Path, site: Path) -> tuple[str, ...]:
         if process.returncode:
             raise DeployError(
                 f"{escape(str(source))} cannot be built: {pip_error(process)}. Build it here until it works: "
-                f"pip wheel --no-deps {shlex.quote(str(source))}"
+                f"pip wheel --no-deps {shlex.quote(str(source))}",
+                kind="package-not-built",
             )
         _require_pure(source, built)
         _move_into_site(built, site)
@@ -204,7 +211,9 @@ def _require_pure(source: Path, built: Path) -> None:
     if compiled:
         raise UsageError(
             f"{escape(str(source))} has code compiled for this machine ({escape(compiled.name)}). Publish it with "
-            "wheels for the robot, and name it in the project's dependencies"
+            "wheels for the robot, and name it in the project's dependencies",
+            kind="compiled-code",
+            file=compiled.name,
         )
 
 

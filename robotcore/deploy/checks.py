@@ -113,7 +113,8 @@ def run_tests(project: Project, say: Say) -> CheckResult:
         )
     if find_spec("pytest") is None:
         raise UnprovenError(
-            "tests: pytest is not installed. Run pip install pytest, or send them untried: --skip-checks"
+            "tests: pytest is not installed. Run pip install pytest, or send them untried: --skip-checks",
+            kind="no-pytest",
         )
     say("pytest")
     try:
@@ -122,13 +123,16 @@ def run_tests(project: Project, say: Say) -> CheckResult:
         again = command_line(project, "python -m pytest -v")
         raise UnprovenError(
             f"tests: {error}. Does one of them hang? Mend it, or send them untried: --skip-checks\n"
-            f"Which one that is: {again}"
+            f"Which one that is: {again}",
+            kind="tests-hang",
+            limit_s=LIMIT_S,
         ) from error
     if process.returncode == NO_TESTS:
         return CheckResult("none")
     if process.returncode:
         raise UnprovenError(
-            f"tests: {_format_failures(process)}\nRepeat it: {command_line(project, 'python -m pytest')}"
+            f"tests: {_format_failures(process)}\nRepeat it: {command_line(project, 'python -m pytest')}",
+            kind="tests-failed",
         )
     return CheckResult(_find_counts(process) or "passed")
 
@@ -155,7 +159,7 @@ def check_descriptions(project: Project, say: Say) -> CheckResult:
             notes += _check_description(project, name)
         except DescriptionError as error:
             again = command_line(project, shlex.join(["robotcore", "check", name]))
-            raise UnprovenError(f"check: {error}\nRepeat it: {again}") from error
+            raise UnprovenError(f"check: {error}\nRepeat it: {again}", kind="description-check-failed") from error
     return CheckResult(
         "; ".join(f"{escape(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(notes)
     )

@@ -106,7 +106,9 @@ def _receive(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> Non
     if incoming.missing:
         raise DeployError(
             f"{link.host}: {list_names(incoming.missing)} did not come as plain files of the stated sizes. The other "
-            f"recordings are in {escape(str(folder))}. Check that this is the right robot"
+            f"recordings are in {escape(str(folder))}. Check that this is the right robot",
+            kind="recordings-missing",
+            missing=tuple(incoming.missing),
         )
 
 
@@ -169,7 +171,7 @@ class IncomingFiles:
             self.path = Path(tempfile.mkdtemp(prefix=".arriving-", dir=self._folder))
         except OSError as error:
             problem = f"{escape(str(self._folder))} cannot be made or written to: {error.strerror}"
-            raise UsageError(f"{problem}. Take another folder: -o DIR") from error
+            raise UsageError(f"{problem}. Take another folder: -o DIR", kind="folder-not-writable") from error
         return self
 
     def __exit__(
@@ -199,7 +201,9 @@ class IncomingFiles:
         if measure_size(self.path) > stated + SLACK_BYTES:
             raise DeployError(
                 f"the robot sends more than the {format_bytes(stated)} that it stated. "
-                "Check that this is the right robot"
+                "Check that this is the right robot",
+                kind="too-many-bytes",
+                stated=stated,
             )
         self._require_room(0)
 
@@ -209,7 +213,10 @@ class IncomingFiles:
             raise DeployError(
                 f"not enough room: the recordings need {format_bytes(size)}, the disk has {format_bytes(free)} free, "
                 f"and {format_bytes(RESERVED_DISK_BYTES)} must stay free. Make room, or name a folder on another disk: "
-                "-o DIR"
+                "-o DIR",
+                kind="no-room",
+                needed=size,
+                free=free,
             )
 
     def _remove_leftovers(self) -> None:

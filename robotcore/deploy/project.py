@@ -122,12 +122,18 @@ def relative_file(folder: Path, base: Path, name: str, kind: str) -> str:
     path, colon, rest = name.partition(":") if is_app_file(name) else (name, "", "")
     file = Path(os.path.normpath(base / path))
     if not file.is_file():
-        raise UsageError(f"{escape(name)}: there is no such file. Name the {kind}'s file, or one that is installed")
+        raise UsageError(
+            f"{escape(name)}: there is no such file. Name the {kind}'s file, or one that is installed",
+            kind="no-such-file",
+            file=name,
+        )
     file = file.parent.resolve() / file.name
     if not file.is_relative_to(folder):
         raise UsageError(
             f"{escape(name)} is outside of {escape(str(folder))}, and only what is in there is sent. Move the {kind} "
-            "into it, or name a folder that has both: --project DIR"
+            "into it, or name a folder that has both: --project DIR",
+            kind="file-outside-project",
+            file=name,
         )
     there = file.relative_to(folder).as_posix()
     is_plain = there.endswith((".py", ".toml")) and not there.startswith("-")
@@ -139,7 +145,8 @@ def require_sendable(folder: Path) -> None:
     if Path.home().resolve().is_relative_to(folder.resolve()):
         raise UsageError(
             f"{escape(str(folder))} would be sent whole, with all that is in your home. Make a folder for the project "
-            "and put its files there: robotcore new"
+            "and put its files there: robotcore new",
+            kind="home-folder",
         )
 
 
@@ -214,7 +221,11 @@ def build_project(options: DeployOptions, here: Path | None = None) -> Project:
     here = (here or Path.cwd()).absolute()
     folder = here / options.folder if options.folder else here
     if options.folder and not folder.is_dir():
-        raise UsageError(f"--project {options.folder}: there is no such folder. Name the one with your {FILE}")
+        raise UsageError(
+            f"--project {options.folder}: there is no such folder. Name the one with your {FILE}",
+            kind="no-such-folder",
+            folder=str(options.folder),
+        )
     tables = read_tables(folder)
     if not (options.folder or tables.robotcore or any(map(_is_file, _given_names(options)))):
         return _validate_project(_merge(options, Tables(), None, here))
@@ -263,7 +274,11 @@ def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, fold
     given = getattr(options, kind)
     name = given or getattr(table, kind)
     if not name:
-        raise UsageError(f'which {kind}? Name it with --{kind}, or in {FILE}: [tool.robotcore] {kind} = "…"')
+        raise UsageError(
+            f'which {kind}? Name it with --{kind}, or in {FILE}: [tool.robotcore] {kind} = "…"',
+            kind="missing-option",
+            option=kind,
+        )
     if folder is None or not _is_file(name):
         return str(name)
     return relative_file(folder, here if given else folder, name, kind)

@@ -108,14 +108,18 @@ def _parse(text: str) -> Requirement:
         return Requirement(text)
     except InvalidRequirement as error:  # it quotes what may hold a password
         shown, why = (_SECRET.sub(":****@", each) for each in (repr(text), str(error).splitlines()[0]))
-        raise UsageError(f"{FILE}: {shown} is no requirement: {why}. Write it as pip takes it") from None
+        raise UsageError(
+            f"{FILE}: {shown} is no requirement: {why}. Write it as pip takes it", kind="invalid-requirement"
+        ) from None
 
 
 def _require_version(requirement: Requirement, dist: Distribution) -> None:
     if not requirement.specifier.contains(dist.version, prereleases=True):
         raise UsageError(
             f"{requirement} is required, and {dist.version} is installed here, which would be sent. Install the one "
-            "that is required, or change what requires it"
+            "that is required, or change what requires it",
+            kind="requirement-version",
+            requirement=str(requirement),
         )
 
 
@@ -124,12 +128,16 @@ def _require_installable(requirement: Requirement) -> None:
     if address.scheme == "file":
         raise UsageError(
             f"{requirement.name} is required from a file of this machine, which the robot does not have. Put its code "
-            "into the project, or require it from where the robot finds it too"
+            "into the project, or require it from where the robot finds it too",
+            kind="requirement-from-file",
+            requirement=requirement.name,
         )
     if address.password or (address.username and "ssh" not in address.scheme):  # git@ is nobody's secret
         raise UsageError(
             f"{requirement.name} is required from an address with a name or a password in it, which would be kept on "
-            "the robot. Take it out, and put it into ~/.netrc there"
+            "the robot. Take it out, and put it into ~/.netrc there",
+            kind="requirement-with-secret",
+            requirement=requirement.name,
         )
 
 

@@ -46,7 +46,11 @@ def simulate(bundle: Bundle, say: Say) -> CheckResult:
     backend, notes = choose_simulator(project)
     world = project.world or DEFAULT_WORLD
     if "," in world:
-        raise UsageError(f"simulation: {escape(world)}: a sweep parts worlds at commas. Take the comma out of the name")
+        raise UsageError(
+            f"simulation: {escape(world)}: a sweep parts worlds at commas. Take the comma out of the name",
+            kind="comma-in-world",
+            world=world,
+        )
     where = f"{backend}, {escape(world)}, seeds {project.seeds}"
     say(where)
     with TemporaryDirectory(prefix="robotcore-") as scratch:
@@ -125,7 +129,7 @@ def _run_sweep(
         answer = {"error": process_error(asked)}
     if "error" in answer:
         again = _format_repeat(bundle.project, shlex.join([ROBOTCORE, *words]))
-        raise UnprovenError(f"simulation: {answer['error']}{again}")
+        raise UnprovenError(f"simulation: {answer['error']}{again}", kind="simulation-failed")
     return answer
 
 
@@ -153,7 +157,7 @@ def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Rec
     why = "; ".join(missed) or f"{len(failing)} of the runs fail"
     which = f". Seed {first.result.seed}: {format_failure(first)}" if first else ""
     again = _format_repeat(project, first.command) if first else ""
-    raise UnprovenError(f"simulation: {why}{which}{again}")
+    raise UnprovenError(f"simulation: {why}{which}{again}", kind="simulation-failed")
 
 
 CHECKS_OF_BUNDLE = (Check[Bundle](SIMULATION, simulate),)

@@ -47,7 +47,9 @@ def list_files(folder: Path) -> Listing:
         of_git = _list_by_git(folder)
         found = sorted(set(_walk(folder, folder) if of_git is None else of_git))
     except OSError as error:
-        raise UsageError(f"{escape(str(error.filename))}: {error.strerror}. Let it be read, or move it away") from error
+        raise UsageError(
+            f"{escape(str(error.filename))}: {error.strerror}. Let it be read, or move it away", kind="unreadable-file"
+        ) from error
     secrets = {name for name in found if is_secret(folder, name)}
     return Listing(tuple(name for name in found if name not in secrets), tuple(sorted(secrets)))
 
@@ -206,7 +208,9 @@ def _copy_file(file: Path, place: Path) -> None:
     try:
         shutil.copy(file, place)
     except OSError as error:
-        raise UsageError(f"{escape(str(file))}: {error.strerror}. Let it be read, or let git ignore it") from error
+        raise UsageError(
+            f"{escape(str(file))}: {error.strerror}. Let it be read, or let git ignore it", kind="unreadable-file"
+        ) from error
 
 
 def _find_links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
@@ -226,5 +230,7 @@ def _find_links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str
     if astray:
         raise UsageError(
             f"{list_names(astray)}: a link that leads to nothing that is sent. Put the file itself there, or let git "
-            "ignore the link"
+            "ignore the link",
+            kind="link-leads-nowhere",
+            links=tuple(astray),
         )

@@ -93,7 +93,10 @@ class Target:
         if not is_met:
             raise DeployError(
                 f"the project needs Python {needed}, and the robot has {self.python}. Take a newer system there, or "
-                "another requires-python in pyproject.toml where it works with that one too"
+                "another requires-python in pyproject.toml where it works with that one too",
+                kind="python-version",
+                required=needed,
+                found=self.python,
             )
 
 
@@ -153,7 +156,9 @@ def _require_names(requirements: Iterable[Requirement]) -> None:
             raise DeployError(
                 f"{each.name} is required from an address, where a robot without a network cannot get it. Require it "
                 "by name and version, from an index; or put its code into the project; or connect the robot once, and "
-                "push without --offline: what is installed there then is kept"
+                "push without --offline: what is installed there then is kept",
+                kind="requirement-from-address",
+                requirement=each.name,
             )
 
 
@@ -166,7 +171,9 @@ def _download(asked: Sequence[Requirement], target: Target, folder: Path) -> Non
     while (answer := run_pip(["download", "--quiet", *where, "--", *map(str, asked)])).returncode:
         found = _NOT_FOUND.search(answer.stderr)
         if found is None:
-            raise DeployError(f"the wheels for {target} cannot be fetched: {pip_error(answer)}")
+            raise DeployError(
+                f"the wheels for {target} cannot be fetched: {pip_error(answer)}", kind="wheels-not-fetched"
+            )
         if _UNREACHABLE.search(answer.stderr):
             raise _unreachable(found[1], target)
         if found[1] in built or not _build_wheel(found[1], folder):
@@ -187,14 +194,18 @@ def _build_wheel(requirement: str, folder: Path) -> bool:
 def _unreachable(requirement: str, target: Target) -> DeployError:
     return DeployError(
         f"no index of packages can be reached from here, and no wheel of {requirement} for {target} is kept. Connect "
-        "this machine to the network once; from then on the wheels are kept"
+        "this machine to the network once; from then on the wheels are kept",
+        kind="index-unreachable",
+        requirement=requirement,
     )
 
 
 def _without_wheel(requirement: str, target: Target) -> DeployError:
     return DeployError(
         f"{requirement} has no wheel for {target}. Do without it or take a version that has one; or connect the robot "
-        "once, and push without --offline: what is installed there then is kept"
+        "once, and push without --offline: what is installed there then is kept",
+        kind="no-wheel",
+        requirement=requirement,
     )
 
 
@@ -236,7 +247,7 @@ def _read_metadata(wheel: Path) -> tuple[str, list[Requirement]]:
 def run_pip(words: Sequence[str]) -> subprocess.CompletedProcess[str]:
     """Run pip, quietly, and return what it said; the user's own configuration of it holds. Raises DeployError."""
     if find_spec("pip") is None:
-        raise DeployError("pip is not installed here. Run python -m ensurepip")
+        raise DeployError("pip is not installed here. Run python -m ensurepip", kind="no-pip")
     return subprocess.run(  # noqa: S603  words, and no shell to take them for anything else
         [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input", "--no-color", *words],
         stdin=subprocess.DEVNULL,

@@ -4,7 +4,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
-from importlib.metadata import distributions
+from importlib.metadata import distributions, version
 from pathlib import Path
 
 import pytest
@@ -14,6 +14,7 @@ from robotcore.deploy.project import DeployOptions, build_project
 from robotcore.errors import DeployError, UnknownNameError, UsageError
 from robotcore.plugins import _points
 from tests.robotcore.deploy.projects import TABLE, git, project_in, write
+from tests.texts import Raises
 
 BUILT = """
 [build-system]
@@ -128,24 +129,40 @@ def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, bun
 
 @pytest.mark.usefixtures("without_code")
 @pytest.mark.parametrize(
-    "dependency, message",
+    "dependency, kind",
     [
-        ("robotcore>=99", "is required, and .* is installed here"),
-        ("thing @ file:///home/me/thing", "from a file of this machine"),
-        ("thing @ https://me:hunter2@host.example/thing.whl", "a name or a password in it"),
-        ("thing @ https://hunter2@host.example/thing.whl", "a name or a password in it"),
-        ("thing @ git+ssh://git:hunter2@host.example/thing", "a name or a password in it"),
-        ("thing >= = 2", "is no requirement"),
-        ("thing @ https://me:my hunter2@host.example/thing.whl", "https:....@host.* is no requirement: Expected"),
-        ("thing @ https:/me:hunter2@host.example/a b", "is no requirement"),
+        ("robotcore>=99", "requirement-version"),
+        ("thing @ file:///home/me/thing", "requirement-from-file"),
+        ("thing @ https://me:hunter2@host.example/thing.whl", "requirement-with-secret"),
+        ("thing @ https://hunter2@host.example/thing.whl", "requirement-with-secret"),
+        ("thing @ git+ssh://git:hunter2@host.example/thing", "requirement-with-secret"),
     ],
 )
 def test_a_dependency_that_no_robot_can_install_is_refused(
-    tmp_path: Path, bundle_in: Path, dependency: str, message: str
+    tmp_path: Path, bundle_in: Path, dependency: str, kind: str, raises: Raises
 ) -> None:
     project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{dependency}"]\n{TABLE}')
-    with pytest.raises(UsageError, match=message) as raised:
+    with raises(UsageError, kind, hide=[version("robotcore")]) as raised:
         build_bundle(project, bundle_in)
+    assert "hunter2" not in str(raised.value)
+
+
+@pytest.mark.usefixtures("without_code")
+@pytest.mark.parametrize(
+    "dependency",
+    [
+        "thing >= = 2",
+        "thing @ https://me:my hunter2@host.example/thing.whl",
+        "thing @ https:/me:hunter2@host.example/a b",
+    ],
+)
+def test_an_invalid_requirement_is_quoted_without_its_password(
+    tmp_path: Path, bundle_in: Path, dependency: str
+) -> None:
+    project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{dependency}"]\n{TABLE}')
+    with pytest.raises(UsageError) as raised:
+        build_bundle(project, bundle_in)
+    assert raised.value.kind == "invalid-requirement"
     assert "hunter2" not in str(raised.value)
 
 
@@ -157,26 +174,26 @@ def test_a_repository_that_is_read_by_ssh_keeps_its_user(tmp_path: Path, bundle_
 
 
 @pytest.mark.usefixtures("without_code")
-def test_an_extra_that_nobody_has_is_told_with_the_nearest(tmp_path: Path, bundle_in: Path) -> None:
+def test_an_extra_that_nobody_has_is_told_with_the_nearest(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
     project = project_in(tmp_path / "project", f'{TABLE}extras = ["tofu"]\n')
-    with pytest.raises(UnknownNameError, match="'tof'"):
+    with raises(UnknownNameError, "unknown-extra", name="tofu"):
         build_bundle(project, bundle_in)
 
 
 @pytest.mark.usefixtures("without_code")
-def test_a_project_that_would_lack_what_it_names_is_refused(tmp_path: Path, bundle_in: Path) -> None:
+def test_a_project_that_would_lack_what_it_names_is_refused(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
     project = project_in(tmp_path / "project")
     git(tmp_path / "project", "init", "-q")
     write(tmp_path / "project", {".gitignore": "app.py\n"})
-    with pytest.raises(UsageError, match=r"app\.py is ignored by git, so it is not sent.* out of \.gitignore$"):
+    with raises(UsageError, "file-not-sent", file="app.py"):
         build_bundle(project, bundle_in)
 
 
-def test_compiled_code_is_refused(tmp_path: Path) -> None:
+def test_compiled_code_is_refused(tmp_path: Path, raises: Raises) -> None:
     source = write(
         tmp_path / "lidar", {"pyproject.toml": BUILT + DRIVER, "lidar_x/__init__.py": "", "lidar_x/fast.so": ""}
     )
-    with pytest.raises(UsageError, match=r"compiled for this machine \(fast\.so\)"):
+    with raises(UsageError, "compiled-code", file="fast.so"):
         build_package(source, tmp_path / "site")
     assert not (tmp_path / "site").exists()
 
@@ -185,6 +202,7 @@ def test_a_package_that_cannot_be_built_is_told_and_its_folder_left_as_it_was(tm
     table = '[build-system]\nrequires = []\nbuild-backend = "own"\nbackend-path = ["."]\n'
     leaves_things = "def build_wheel(*_):\n    open('left', 'w').close()\n    raise OSError('no compiler')\n"
     source = write(tmp_path / "broken", {"pyproject.toml": table, "own.py": leaves_things})
-    with pytest.raises(DeployError, match=r"broken cannot be built: .*pip wheel --no-deps"):
+    with pytest.raises(DeployError) as raised:
         build_package(source, tmp_path / "site")
+    assert raised.value.kind == "package-not-built"
     assert {path.name for path in source.iterdir()} == {"pyproject.toml", "own.py"}

@@ -46,15 +46,17 @@ def test_a_test_that_fails_is_named_with_what_repeats_it(tmp_path: Path) -> None
 
 def test_tests_that_cannot_be_read_are_not_taken_for_none(tmp_path: Path) -> None:
     write(tmp_path, {"test_a.py": "import nothing_of_that_name\n"})
-    with pytest.raises(UnprovenError, match=r"ERROR test_a\.py"):
+    with pytest.raises(UnprovenError) as raised:
         checks.run_tests(project_in(tmp_path), str)
+    assert raised.value.kind == "tests-failed"
 
 
 def test_tests_that_hang_are_ended_with_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checks, "LIMIT_S", 3.0)
     write(tmp_path, {"test_a.py": "import time\ndef test_a(): time.sleep(600)\n"})
-    with pytest.raises(UnprovenError, match=r"no end within 3 s.*--skip-checks\nWhich one .* python -m pytest -v$"):
+    with pytest.raises(UnprovenError) as raised:
         checks.run_tests(project_in(tmp_path), str)
+    assert raised.value.kind == "tests-hang"
 
 
 def test_a_project_without_tests_is_told_so(tmp_path: Path) -> None:
@@ -64,16 +66,18 @@ def test_a_project_without_tests_is_told_so(tmp_path: Path) -> None:
 def test_a_wrong_description_is_told_in_all_its_faults(tmp_path: Path) -> None:
     write(tmp_path, {"-my room.toml": "[floor]\nlenght_m = 3\nwidth_m = 3\n[walls]\nhight_m = 1\n"})
     project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "-my room.toml"\n\n'))
-    with pytest.raises(UnprovenError, match="lenght_m: is unknown") as raised:
+    with pytest.raises(UnprovenError) as raised:
         checks.check_descriptions(project, str)
+    assert raised.value.kind == "description-check-failed"
     assert "hight_m: is unknown" in str(raised.value)
     assert str(raised.value).endswith("robotcore check './-my room.toml'")
 
 
 def test_a_robot_without_the_section_that_its_backend_needs_is_told_at_the_desk(tmp_path: Path) -> None:
     rover = build_project(DeployOptions(app="avoid-obstacles", robot="bubblerob"), tmp_path)
-    with pytest.raises(UnprovenError, match="raspberrypi: is missing"):
+    with pytest.raises(UnprovenError) as raised:
         checks.check_descriptions(rover, str)
+    assert raised.value.kind == "description-check-failed"
 
 
 def test_an_app_that_never_says_success_passes_by_going_on_without_a_touch(tmp_path: Path) -> None:
@@ -111,8 +115,9 @@ def test_an_app_that_hangs_is_told_in_its_own_time(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(simulation, "HANG_MARGIN_S", 3.0 - RunRequest.timeout_s)
     project = project_in(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
     monkeypatch.setattr(simulation, "run_python", partial(_patient, run_python))
-    with pytest.raises(UnprovenError, match=r"1 of the runs fail\. Seed 1: .*hung"):
+    with pytest.raises(UnprovenError) as raised:
         simulation.simulate(bundle_of(project, tmp_path), str)
+    assert raised.value.kind == "simulation-failed"
 
 
 def _patient(asked: Callable[..., object], *words: object, limit_s: float, **more: object) -> object:
@@ -125,13 +130,15 @@ def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
     assert words[words.index("--require") + 1] == "verified>=0.5"
     failing = [record_of(Outcome.FAILURE, verified=False)]
     simulation._require_pass(project, [], failing)
-    with pytest.raises(UnprovenError, match=r"verified is 0\.3, required verified>=0\.5"):
+    with pytest.raises(UnprovenError) as raised:
         simulation._require_pass(project, ["kinematic, arena: verified is 0.3, required verified>=0.5"], failing)
+    assert raised.value.kind == "simulation-failed"
 
 
 def test_an_app_that_cannot_be_run_at_all_is_told_why(tmp_path: Path) -> None:
-    with pytest.raises(UnprovenError, match="holds no behaviour") as raised:
+    with pytest.raises(UnprovenError) as raised:
         simulation.simulate(bundle_of(project_in(tmp_path, app="x = 1\n"), tmp_path), str)
+    assert raised.value.kind == "simulation-failed"
     assert "&& robotcore sweep app.py --backend kinematic" in str(raised.value)
 
 
@@ -169,5 +176,6 @@ def test_simulated_is_what_comes_nearest_to_the_robot(tmp_path: Path, monkeypatc
 def test_a_world_that_a_sweep_would_take_for_two_is_refused(tmp_path: Path) -> None:
     write(tmp_path, {"a,b.toml": ""})
     project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "a,b.toml"\n\n'))
-    with pytest.raises(UsageError, match="Take the comma out"):
+    with pytest.raises(UsageError) as raised:
         simulation.simulate(bundle_of(project, tmp_path), str)
+    assert raised.value.kind == "comma-in-world"
