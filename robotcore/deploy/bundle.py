@@ -28,7 +28,7 @@ _IGNORED = ("is ignored by git", "Take it out of .gitignore")
 
 
 MOST_SECRETS = 50
-"""So many files that are left out are named: an app may miss each of them."""
+"""The number of left-out files that are named."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Bundle:
 
 
 def build_bundle(project: Project, folder: Path) -> Bundle:
-    """Put into an empty folder what is sent, but for the manifest, which `Release.write` adds.
+    """Fill an empty folder with all that is sent, except for the manifest, which `Release.write` adds.
 
     Raises UsageError where a link leads out of the project or nowhere, where a file that the project names would not be
     sent, and for code that is compiled for this machine; DeployError where the project cannot be built.
@@ -80,7 +80,7 @@ def _notes(secrets: Sequence[str]) -> tuple[str, ...]:
 
 
 METADATA = ("METADATA", "entry_points.txt", "top_level.txt")
-"""What of a distribution is read where it runs; the rest tells where it is installed here."""
+"""The files of a distribution's metadata that are sent; the others name folders of this machine."""
 
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", "*.py[co]", ".*")
 
@@ -154,10 +154,10 @@ def _require_folder(dist: Distribution, place: Path) -> Path:
 
 
 COMPILED_SUFFIXES = (".so", ".pyd", ".dylib")
-"""What holds machine code."""
+"""The suffixes of files with machine code."""
 
 _OF_THIS_MACHINE = ("RECORD", "direct_url.json", "REQUESTED", "INSTALLER")
-"""Of a package's metadata, what tells where it is installed here."""
+"""The files of a package's metadata that name folders of this machine."""
 
 
 def build_package(source: Path, site: Path) -> tuple[str, ...]:

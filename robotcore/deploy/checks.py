@@ -25,12 +25,12 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
 
 POLL_S = 0.5
-"""So often somebody looks how far a process is."""
+"""Seconds between two calls of ``look`` while a process runs."""
 
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What was proven, in a line, and what its reader should know besides."""
+    """The result of a check in a line, with notes."""
 
     summary: str
     notes: tuple[str, ...] = ()
@@ -44,10 +44,10 @@ def run_python(
     limit_s: float,
     look: Callable[[], object] = lambda: None,
 ) -> subprocess.CompletedProcess[str]:
-    """Run this Python with these arguments in a folder, with nothing to read; what it prints is returned.
+    """Run this Python with these arguments in a folder, with an empty stdin, and return its output.
 
-    ``environment`` goes before that of this process; ``look`` is called again and again meanwhile. Raises TimeoutError
-    where it takes longer than ``limit_s``; then, or whatever else is raised, it is ended.
+    ``environment`` overrides that of this process. ``look`` is called every `POLL_S`. Raises TimeoutError after
+    ``limit_s`` seconds. On every exception the process is killed.
     """
     clock = MonotonicClock()
     with subprocess.Popen(  # noqa: S603  words, and no shell to take them for anything else
@@ -74,26 +74,26 @@ def run_python(
 
 
 def command_line(project: Project, line: str) -> str:
-    """Return the line that repeats something in a shell, wherever that is."""
+    """Return a shell line that repeats a command in the project's folder."""
     is_here = project.folder is None or project.folder == Path.cwd().resolve()
     return line if is_here else f"cd {shlex.quote(str(project.folder))} && {line}"
 
 
 def process_error(process: subprocess.CompletedProcess[str]) -> str:
-    """Return what a process said went wrong: without robotcore's ``error:`` before it."""
+    """Return the error output of a process, without the prefix ``error:``."""
     return (process.stderr.strip() or process.stdout.strip() or f"exit status {process.returncode}").removeprefix(
         "error: "
     )
 
 
 NO_TESTS = 5
-"""pytest's exit status where it found none."""
+"""The exit status of pytest if it found no test."""
 
 LIMIT_S = 600.0
-"""Tests that take longer keep everybody from pushing; or one of them hangs."""
+"""The time limit of the tests."""
 
 MAX_FAILURES = 5
-"""So many failing tests are named; the command tells of all."""
+"""The number of failing tests that are named."""
 
 _TEST_FILE = re.compile(r"(?:.*/)?(?:test_[^/]*|[^/]*_test)\.py", re.DOTALL)
 _COUNTS = re.compile(r"^=* ?(\d+ [a-z]+(?:, \d+ [a-z]+)*) in [\d.]+s", re.MULTILINE)
@@ -101,9 +101,9 @@ _FAILURES = re.compile(r"^(?:FAILED|ERROR) .*", re.MULTILINE)
 
 
 def run_tests(project: Project, say: Say) -> CheckResult:
-    """Return how many tests passed; raises UnprovenError where one does not, or none can be run.
+    """Run the project's tests; raises UnprovenError if one fails or pytest is missing.
 
-    They run in the user's own folder, as he runs them: they may need what is not sent.
+    They run in the user's folder, because they may need files that are not sent.
     """
     if project.folder is None:
         return CheckResult("none: what is sent is installed, and nothing of yours")
@@ -143,7 +143,7 @@ def _find_counts(process: CompletedProcess[str]) -> str:
 
 
 def _format_failures(process: CompletedProcess[str]) -> str:
-    """Return what failed: the first few tests by their names, or the last line of what pytest said."""
+    """Return the names of the first failing tests, or the last line of pytest."""
     lines = _FAILURES.findall(process.stdout)[:MAX_FAILURES]
     last = (process.stderr.strip() or process.stdout.strip() or "no answer").splitlines()[-1]
     counts = _find_counts(process) or f"pytest ended with exit status {process.returncode}: {last}"
@@ -151,7 +151,7 @@ def _format_failures(process: CompletedProcess[str]) -> str:
 
 
 def check_descriptions(project: Project, say: Say) -> CheckResult:
-    """Return that the descriptions are right, their warnings as notes; raises UnprovenError with all that is wrong."""
+    """Check the descriptions, with their warnings as notes; raises UnprovenError with every fault."""
     notes: list[str] = []
     for name in filter(None, (project.robot, project.world)):
         say(escape(name))
@@ -174,7 +174,7 @@ def _check_description(project: Project, name: str) -> list[str]:
 
 
 def _warnings(robot: RobotDescription, backend: str) -> Iterator[str]:
-    """Yield what a backend warns of in its section; raises DescriptionError where that is wrong, or missing."""
+    """Yield a backend's warnings on its section; raises DescriptionError if the section is wrong or missing."""
     try:
         loaded = load_backend(backend)
         loaded.check(robot)
@@ -198,7 +198,7 @@ class Check(Generic[SubjectT]):
 
 
 CHECKS_OF_PROJECT = (Check[Project]("tests", run_tests), Check[Project]("check", check_descriptions))
-"""Looks at the user's own folder."""
+"""The checks that run in the user's folder."""
 
 SIMULATION = "simulation"
 

@@ -1,4 +1,4 @@
-"""Follow the health check of a release; it runs on the robot, and may outlast a connection."""
+"""Follow the health check of a release. It runs on the robot and continues if the connection breaks."""
 
 from __future__ import annotations
 

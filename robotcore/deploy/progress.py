@@ -1,4 +1,4 @@
-"""What a long job tells while it is done: one step after the other."""
+"""The progress of a long job, step by step."""
 
 from __future__ import annotations
 
@@ -32,27 +32,27 @@ Say = Callable[[str], object]
 """Is called with a text on what a step is doing."""
 
 OnStep = Callable[[Progress], object]
-"""Is told of each step: as it begins, as it goes on, and when it is done."""
+"""Is called when a step begins, at each update, and when it is finished."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """A step that is being told of."""
+    """A step that has begun."""
 
     name: str
     on_step: OnStep
 
     def update(self, text: str = "") -> None:
-        """Tell what goes on."""
+        """Report what the step is doing."""
         self.on_step(Progress(self.name, text))
 
     def finish(self, text: str, *notes: str) -> None:
-        """Tell what came of it."""
+        """Report the result of the step."""
         self.on_step(Progress(self.name, text, notes, is_done=True))
 
 
 def begin_step(name: str, on_step: OnStep) -> Step:
-    """Tell that a step begins."""
+    """Report that a step begins, and return it."""
     step = Step(name, on_step)
     step.update()
     return step

@@ -32,7 +32,7 @@ Texts = Annotated[tuple[Text, ...], Field(description="a list of strings")]
 
 
 def _format_value(value: Any) -> str:
-    """Return a value as a command line says it."""
+    """Return a value in the form of a command-line option."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (str, int, float)):

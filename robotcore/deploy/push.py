@@ -33,7 +33,7 @@ from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import pluralize
 
 FILES = "files"
-"""The step in which what is to be sent is gathered: nothing comes of it to be told."""
+"""The name of the step that builds the bundle; it prints no result."""
 
 
 @dataclass(frozen=True)
@@ -89,18 +89,18 @@ def describe_state_after(step: str, request: Push) -> str:
 
 
 SHOWN_LEVELS = ("error", "warning")
-"""The levels of a doctor's findings that are told of in full, the worst first."""
+"""The levels of findings that are printed in full, the worst first."""
 
 
 class ReleaseUpload:
-    """A release on its way to a robot that is connected to: it is to `probe`, and then to `upload`."""
+    """The upload of a release to a connected robot: call `probe`, then `upload`."""
 
     def __init__(self, link: Link, release: Release, bundle: Bundle, on_step: OnStep) -> None:
         self._link, self._release, self._bundle, self._on_step = link, release, bundle, on_step
         self._has_environment, self._target = False, Target("", "")
 
     def probe(self, step: Step) -> None:
-        """Tell what the robot is; raise DeployError where it cannot take a release of the project."""
+        """Report the robot's system; raises DeployError if the project cannot run on it."""
         facts = self._link.call("probe", ProbeAnswer, requirements=self._release.requirements, is_push=True)
         room = f"{format_bytes(facts.free_bytes)} free"
         step.finish(f"{facts.host}: {facts.machine}, {facts.system}, Python {facts.python}, {room}")
@@ -108,9 +108,9 @@ class ReleaseUpload:
         self._target.require_python(self._bundle.project)
 
     def upload(self, *, is_offline: bool) -> str:
-        """Send it, install what it needs, and let its doctor look; return the name that the robot has given it.
+        """Send the release, install its requirements and run its doctor; return the name that the robot gave it.
 
-        Where that fails, the robot forgets it.
+        If a step fails, the robot deletes the release.
         """
         if is_offline and not self._has_environment:
             self._add_wheels()

@@ -43,7 +43,7 @@ SILENCE_S = 900.0
 
 
 def ignore(*arguments: object, **more: object) -> None:
-    """Hear nothing."""
+    """Do nothing."""
 
 
 class Link:
@@ -184,15 +184,15 @@ class Call(Generic[AnswerT]):
 
 
 REMOTE_COMMAND = "python3 -I -"
-"""All that a shell on the robot is ever given for a call."""
+"""The command that the robot's shell runs for each call."""
 
 AGENT_PACKAGE = "robotcore.deploy.agent"
 EMPTY_PACKAGES = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
-"""The packages around it, which are empty on the robot."""
+"""The packages around the agent, which are empty on the robot."""
 
 
 def build_script(action: str, arguments: Mapping[str, Any]) -> str:
-    """Return what makes a robot's Python do an action with what it is told by name, in ASCII."""
+    """Return a Python script, in ASCII, that runs an action of the agent with these arguments."""
     first = files(AGENT_PACKAGE).joinpath("bootstrap.py").read_text(encoding="utf-8")
     given = ", ".join(map(ascii, (json.dumps(agent_sources()), action, json.dumps(arguments))))
     return f"{first}\n\nsys.exit(answer_call({given}))\n"

@@ -27,20 +27,20 @@ from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import escape
 
 PINS_SIMULATOR, PLAIN_SIMULATOR = "virtualpi", "kinematic"
-"""The simulator with the robot's own drivers in it, and the one that needs nothing."""
+"""The simulator with the robot's own drivers, and the one without further requirements."""
 
 SECTION = "raspberrypi"
 ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
 
 HANG_MARGIN_S = 60.0
-"""A run may take so much longer by the wall clock than its time-out in simulation, before it counts as hung."""
+"""A run hangs if it takes this much longer than its time-out, by the wall clock."""
 
 
 def simulate(bundle: Bundle, say: Say) -> CheckResult:
-    """Return how many runs passed; raises UnprovenError where one does not, with the line that repeats it.
+    """Run the app in simulation; raises UnprovenError with a command that repeats the failing run.
 
-    What runs is what is sent, and not what lies beside it at the desk. Where bounds are required, they decide. Else
-    every run has to pass: see `is_pass`.
+    The runs use the files of the bundle only. If bounds are required, they decide. Else every run must pass: see
+    `is_pass`.
     """
     project = bundle.project
     backend, notes = choose_simulator(project)
@@ -70,10 +70,10 @@ def simulate(bundle: Bundle, say: Say) -> CheckResult:
 
 
 def choose_simulator(project: Project) -> tuple[str, tuple[str, ...]]:
-    """Return what to simulate on, and what is to be known of that.
+    """Return the backend of the simulation, and notes on it.
 
-    A simulator that the robot itself is to run is taken as it is; else the robot's own drivers on simulated pins, where
-    it has some and their library is here.
+    If the project's backend is a simulator, it is used. Else it is the simulated Pi if the robot has a section for the
+    Pi and gpiozero is installed.
     """
     robot = project.load_description()
     if load_backend(project.backend).builds_world(robot):
@@ -129,7 +129,7 @@ def _run_sweep(
         answer = {"error": process_error(asked)}
     if "error" in answer:
         again = _format_repeat(bundle.project, shlex.join([ROBOTCORE, *words]))
-        raise UnprovenError(f"simulation: {answer['error']}{again}", kind="simulation-failed")
+        raise UnprovenError(f"simulation: {answer['error']}{again}", kind="simulation-not-run")
     return answer
 
 
@@ -157,8 +157,10 @@ def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Rec
     why = "; ".join(missed) or f"{len(failing)} of the runs fail"
     which = f". Seed {first.result.seed}: {format_failure(first)}" if first else ""
     again = _format_repeat(project, first.command) if first else ""
-    raise UnprovenError(f"simulation: {why}{which}{again}", kind="simulation-failed")
+    kind = "bound-missed" if project.require else "run-failed"
+    seed = first.result.seed if first else None
+    raise UnprovenError(f"simulation: {why}{which}{again}", kind=kind, missed=tuple(missed), seed=seed)
 
 
 CHECKS_OF_BUNDLE = (Check[Bundle](SIMULATION, simulate),)
-"""Looks at what is to be sent; that is gathered in between."""
+"""The checks that run in the bundle, after it is built."""

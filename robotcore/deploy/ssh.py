@@ -107,7 +107,7 @@ class Connection:
         self._unwind.close()
 
     def find_cause(self, error: DeployError) -> DeployError:
-        """Return the error that tells why something over this connection failed: that it is gone, or the one given."""
+        """Return the error to raise for a failure: the connection's end if it is gone, else ``error``."""
         if error.kind == DeployError.kind:
             with suppress(subprocess.TimeoutExpired):
                 self._master.wait(BREAK_GRACE_S)
@@ -122,7 +122,7 @@ class Connection:
             )
 
     def _options(self) -> list[str]:
-        """Return what ssh is told: its own messages go to a file, and a question of its to the terminal."""
+        """Return the options of ssh: its messages go to a file, its questions to the terminal."""
         host, file = self._host, self._config
         options = MASTER_OPTIONS | ({} if _can_ask() else {"BatchMode": "yes"})
         return [
@@ -188,7 +188,7 @@ class Connection:
 
 
 def _can_ask() -> bool:
-    """Return whether ssh could ask somebody: at a terminal, or in a window."""
+    """Return whether ssh can ask the user, at a terminal or in a window."""
     if os.environ.get("SSH_ASKPASS"):
         return True
     with suppress(OSError):

@@ -39,9 +39,9 @@ class Listing:
 
 
 def list_files(folder: Path) -> Listing:
-    """Return what is sent of a folder, in order. What git ignores is not, and no secret is, tracked or not.
+    """Return the files of a folder that are sent, sorted, without secrets and without files that git ignores.
 
-    Raises UsageError where a folder in it cannot be read.
+    Raises UsageError if a folder in it cannot be read.
     """
     try:
         of_git = _list_by_git(folder)
@@ -55,7 +55,7 @@ def list_files(folder: Path) -> Listing:
 
 
 def _list_by_git(folder: Path) -> list[str] | None:
-    """Return what git lists; None where the folder is in no work tree, or ignored as a whole."""
+    """Return git's list of files; None if the folder is in no work tree or is ignored."""
     tracked = _ls_files(folder, "--cached")
     others = _ls_files(folder, "--others", "--exclude-standard")
     if tracked is None or others is None:
@@ -80,7 +80,7 @@ def _ls_files(folder: Path, *which: str) -> list[str] | None:
 
 
 def git_environment() -> dict[str, str]:
-    """Return the environment for a git that looks at the folder it works in, whichever hook this process runs in."""
+    """Return an environment without git's variables, which a git hook would pass on."""
     return {name: value for name, value in os.environ.items() if name not in _GIT_VARIABLES}
 
 
@@ -108,7 +108,7 @@ def _walk(folder: Path, below: Path) -> Iterator[str]:
 
 
 def _is_generated(name: str) -> bool:
-    """Return whether a program has left it, or the folder that it is in."""
+    """Return whether a program generated the file or a folder that it is in."""
     parts = Path(name).parts
     return parts[0] in RESULTS or any(map(GENERATED.fullmatch, parts))
 

@@ -34,7 +34,7 @@ LEGACY = {
 
 @dataclass(frozen=True)
 class Target:
-    """What wheels have to fit; versions as the robot tells them: ``3.11.2``, ``2.36``."""
+    """The robot as pip sees it; versions as the robot reports them: ``3.11.2``, ``2.36``."""
 
     python: str
     machine: str
@@ -43,7 +43,7 @@ class Target:
 
     @classmethod
     def of(cls, facts: ProbeAnswer) -> Target:
-        """Return the target that a robot's own facts tell of."""
+        """Return the target of a robot's answer to ``probe``."""
         return cls(facts.python, facts.machine, facts.libc, facts.libc_version)
 
     def __str__(self) -> str:

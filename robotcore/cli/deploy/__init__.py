@@ -1,4 +1,4 @@
-"""``robotcore deploy``: from the desk to the robot, and back; one file a command."""
+"""``robotcore deploy``: put a project on a robot and look after it there; one file a command."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robotcore.cli.output import write_lines
 def command(context: click.Context) -> None:
     """Put a project on a robot and keep it running there.
 
-    HOST is [user@]host[:port], or an alias of your ssh configuration, which is used with all that it says.
+    HOST is [user@]host[:port], or an alias of your ssh configuration, which applies in full.
     """
     if context.invoked_subcommand is None:
         write_lines(context.get_help())

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class DeployCommand(click.Command):
-    """While it runs, a signal raises Interrupted, so that nothing that it started is left behind."""
+    """A command during which a signal raises Interrupted, so that it ends what it started."""
 
     def invoke(self, ctx: click.Context) -> Any:
         from robotcore.runtime.signals import SignalGuard
@@ -27,7 +27,7 @@ class DeployCommand(click.Command):
 
 
 class AnsweringDeployCommand(AnsweringCommand):
-    """With ``--json``, answers with ``host``, ``error`` and ``exit_status`` where the robot does not."""
+    """With ``--json``, prints ``host``, ``error`` and ``exit_status`` if the robot does not answer."""
 
     def unanswered(self, asked: Mapping[str, Any], error: RobotcoreError | Interrupted) -> dict[str, Any]:
         return {"host": str(asked.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
@@ -39,13 +39,13 @@ def robot_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
         "--ssh-config",
         metavar="FILE",
         type=click.Path(path_type=Path, exists=True, dir_okay=False),
-        help="An ssh configuration instead of yours.",
+        help="An ssh configuration file in place of yours.",
     )
     return click.argument("host", type=_parse_host)(config(command))
 
 
 def make_link(host: Host, ssh_config: Path | None) -> Link:
-    """Return the link to a robot, not yet connected."""
+    """Return a link to a robot that is not connected yet."""
     from robotcore.deploy.rpc import Link
 
     return Link(host, ssh_config)

@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 
 class StepDisplay:
-    """Shows what it is told. ``step`` is the one that was begun last.
+    """Prints each finished step, and shows the running one in a line that moves. ``step`` is the newest step.
 
-    While a step has nothing to say, nothing moves: ssh may be asking for a password.
+    The line does not move before the first update of a step: ssh may be asking for a password.
     """
 
     def __init__(self) -> None:
@@ -40,7 +40,7 @@ class StepDisplay:
             write_line(str(progress))
 
     def close(self) -> None:
-        """Take the line that moves away. May be called again."""
+        """Remove the moving line. A second call does nothing."""
         if self._live:
             self._live.stop()
 
@@ -68,22 +68,22 @@ def _make_spinner(progress: Progress) -> Spinner:
 
 
 GOOD_STATES = ("running", "ended")
-"""The states of a release that does what it is to do."""
+"""The states of a release that works."""
 
 
 def state_exit_status(state: State) -> int:
-    """Return the exit status: whether it runs, or has ended with a success."""
+    """Return 0 if the release runs or has ended with success, else 1."""
     return 0 if state.state in GOOD_STATES else 1
 
 
 def write_state(host: Host, ssh_config: Path | None, state: State) -> None:
-    """Print what a robot tells of itself."""
+    """Print the state of a robot."""
     for line in format_state(host, ssh_config, state):
         write_line(line)
 
 
 def format_state(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]:
-    """Yield what a robot tells of itself, in lines: what runs, then what its user should know."""
+    """Yield the lines on the state of a robot: what runs, then warnings."""
     from robotcore.deploy.agent.files import format_bytes
     from robotcore.deploy.host import command_hint
 

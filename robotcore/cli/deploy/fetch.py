@@ -1,4 +1,4 @@
-"""``robotcore deploy fetch``: what a robot recorded comes home.
+"""``robotcore deploy fetch``: copy the recordings of a robot to this machine.
 
 ``--json`` prints ``host``, ``folder``; the names ``brought``, ``here`` already, ``different``, ``being_written``,
 ``left`` on the robot and ``erased`` there; ``newest``, a path or null; and ``exit_status``.
@@ -29,11 +29,13 @@ RECORDINGS = Path("recordings")
 
 @click.command("fetch", cls=AnsweringDeployCommand)
 @robot_arguments
-@click.option("-o", "--out", metavar="DIR", type=Folder(), help="Where to; recordings/HOST if left out.")
-@click.option("--move", "moves", is_flag=True, help="Delete there what is here, byte for byte.")
+@click.option(
+    "-o", "--out", metavar="DIR", type=Folder(), help="The folder for the recordings. Default: recordings/HOST."
+)
+@click.option("--move", "moves", is_flag=True, help="Delete each recording from the robot once its copy is verified.")
 @as_json
 def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: bool, as_json: bool) -> int:
-    """Bring the recordings of HOST here: those that are not here yet.
+    """Copy the recordings of HOST that are not in the folder yet.
 
     Fetches plain files with the names of recordings. Overwrites no file here, and leaves a recording that is still
     being written. Exit status 1 if a file here has the name of a recording but other content.

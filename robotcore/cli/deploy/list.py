@@ -1,4 +1,4 @@
-"""``robotcore deploy list``: which releases are on a robot.
+"""``robotcore deploy list``: list the releases on a robot.
 
 ``--json`` prints ``{"host", "current", "releases": [{"name", "verdict", "project", "app", "robot", "backend", "gates",
 "revision", "sender", …}, …], "exit_status"}``, the newest first; a release that cannot be read has ``name`` and
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 SKIPPED = ": skipped"
-"""The end of what is told of a gate that nothing was to pass."""
+"""The end of the line of a check that was skipped."""
 
 COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 
@@ -31,7 +31,7 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 @robot_arguments
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
-    """List the releases on HOST, the newest first, and what was proven of each before it was sent."""
+    """List the releases on HOST, the newest first, and the checks that each passed before it was sent."""
     from robotcore.deploy.answers import Releases
     from robotcore.deploy.host import command_hint
 

@@ -1,4 +1,4 @@
-"""``robotcore deploy logs``: what the app says on a robot."""
+"""``robotcore deploy logs``: print the log of the app on a robot."""
 
 from __future__ import annotations
 
@@ -23,12 +23,18 @@ OVERHEAD_BYTES = 1 << 20
 
 @click.command("logs", cls=DeployCommand)
 @robot_arguments
-@click.option("-f", "--follow", is_flag=True, help="Go on with what it says from now on, until Ctrl-C.")
+@click.option("-f", "--follow", is_flag=True, help="Print new lines as they come, until Ctrl-C.")
 @click.option(
-    "-n", "--lines", metavar="N", type=click.IntRange(1), default=50, show_default=True, help="So many from before."
+    "-n",
+    "--lines",
+    metavar="N",
+    type=click.IntRange(1),
+    default=50,
+    show_default=True,
+    help="Number of past lines to show.",
 )
 def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) -> int:
-    """Show what the app on HOST says, and systemd of it. Ctrl-C ends the looking, not the app."""
+    """Print the log of the app on HOST, with systemd's messages about it. Ctrl-C does not stop the app."""
     from robotcore.errors import Interrupted
 
     try:

@@ -1,4 +1,4 @@
-"""``robotcore deploy push``: the user's project onto a robot, where it is kept running."""
+"""``robotcore deploy push``: put a project on a robot and keep it running there."""
 
 from __future__ import annotations
 
@@ -23,20 +23,22 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
 @click.command("push", cls=DeployCommand)
 @robot_arguments
 @click.option(
-    "--project", "folder", metavar="DIR", type=PROJECT_FOLDER, help="The project's folder, if you are not in it."
+    "--project", "folder", metavar="DIR", type=PROJECT_FOLDER, help="The project's folder. Default: the current folder."
 )
-@click.option("--app", help="An app's name, or its file; by default the project's.")
-@click.option("--robot", help="A robot's name, or its .toml file; by default the project's.")
-@click.option("--world", help="The world to try it in before; by default the project's.")
-@click.option("--backend", help="What it runs on there; raspberrypi if nothing else is said.")
+@click.option("--app", help="An app's name or file. Default: the project's.")
+@click.option("--robot", help="A robot's name or .toml file. Default: the project's.")
+@click.option("--world", help="The world of the simulation check. Default: the project's.")
+@click.option("--backend", help="The backend on the robot. Default: the project's, or raspberrypi.")
 @click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app.")
 @click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
 @click.option("--rate", "rate_hz", metavar="HZ", type=float, help="Ticks a second.")
-@click.option("--seeds", help="The worlds to try it in are drawn from these: 1-3, or 1,5,9-12.")
-@click.option("--require", metavar="BOUND", multiple=True, help='What it has to reach there: "verified>=1".')
-@click.option("--no-record", is_flag=True, help="Leave no recordings on the robot.")
-@click.option("--skip-checks", is_flag=True, help="Send it without tests, check and simulation.")
-@click.option("--offline", is_flag=True, help="Bring all that pip needs: the robot has no network.")
+@click.option("--seeds", help="Seeds of the simulation check: 1-3, or 1,5,9-12.")
+@click.option(
+    "--require", metavar="BOUND", multiple=True, help='A bound that the simulation check must reach: "verified>=1".'
+)
+@click.option("--no-record", is_flag=True, help="Do not record runs on the robot.")
+@click.option("--skip-checks", is_flag=True, help="Skip the tests, the check and the simulation.")
+@click.option("--offline", is_flag=True, help="Send the wheels too: the robot has no network.")
 @click.option(
     "--healthy-within",
     "healthy_within_s",
@@ -44,16 +46,17 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
     type=click.FloatRange(1, START_LIMIT_S),
     default=60.0,
     show_default=True,
-    help="It has so long for its first tick; else the release before runs again.",
+    help="Roll back if the app has not completed its first tick within this time.",
 )
 def command(
     host: Host, ssh_config: Path | None, *, skip_checks: bool, offline: bool, healthy_within_s: float, **asked: Any
 ) -> int:
     """Put the project in this folder on HOST, and keep it running there.
 
-    Its tests, its descriptions and its app in simulation are tried before anything is sent. A release that does not
-    live is rolled back by the robot itself. Exit status: 0 it lives, 1 it was not sent for what it does, or rolled
-    back, 2 wrong usage, 3 the robot cannot be reached or does not take it, 128 + the signal's number when interrupted.
+    Runs the project's tests, checks its descriptions and runs its app in simulation before it sends anything. The
+    robot rolls back a release that is not healthy. Exit status: 0 the release is healthy, 1 a check failed or the
+    release was rolled back, 2 wrong usage, 3 the robot cannot be reached or refuses the release, 128 + the signal's
+    number when interrupted.
     """
     from robotcore.cli.deploy._output import StepDisplay
     from robotcore.deploy.health import STEP

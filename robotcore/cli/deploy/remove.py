@@ -1,4 +1,4 @@
-"""``robotcore deploy remove``: a robot as it was before the first push."""
+"""``robotcore deploy remove``: remove everything that was deployed to a robot."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 @click.command("remove", cls=DeployCommand)
 @robot_arguments
-@click.option("--recordings", is_flag=True, help="The recordings too.")
-@click.option("--yes", is_flag=True, help="Do not ask.")
+@click.option("--recordings", is_flag=True, help="Remove the recordings too.")
+@click.option("--yes", is_flag=True, help="Do not ask for confirmation.")
 def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
-    """Stop the app on HOST and take away all that was put there; recordings stay, unless --recordings."""
+    """Stop the app on HOST and remove all that was deployed; keep the recordings unless --recordings."""
     from robotcore.deploy.answers import RemoveAnswer
     from robotcore.deploy.host import command_hint
 
@@ -37,7 +37,7 @@ def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool)
 
 
 def _confirm(question: str) -> bool:
-    """Ask whoever is in front of the terminal; raises UsageError where nobody is."""
+    """Ask the user; raises UsageError if stdin is no terminal."""
     if not sys.stdin.isatty():
         raise UsageError("remove asks before, and nobody is here to answer. If you mean it: --yes")
     return click.confirm(question, err=True)

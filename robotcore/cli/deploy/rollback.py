@@ -1,4 +1,4 @@
-"""``robotcore deploy rollback``: a release that was there before runs again."""
+"""``robotcore deploy rollback``: run an earlier release again."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def _parse_release(value: str) -> str:
 @robot_arguments
 @click.argument("release", required=False, type=_parse_release)
 def command(host: Host, ssh_config: Path | None, release: str | None) -> int:
-    """Let the healthy release before run on HOST again, or RELEASE.
+    """Run the last healthy release before the current one on HOST again, or RELEASE.
 
-    It is tried as after a push: where it does not live, the one that ran goes on. `robotcore deploy list` names those
-    that are there.
+    The robot checks its health as after a push. If it is not healthy, the current release runs again. `robotcore deploy
+    list` lists the releases.
     """
     from robotcore.cli.deploy._output import StepDisplay
     from robotcore.deploy.health import STEP, rollback, status_hint

@@ -1,4 +1,4 @@
-"""``robotcore deploy start``: the app runs on a robot."""
+"""``robotcore deploy start``: start the app on a robot."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.command("start", cls=DeployCommand)
 @robot_arguments
 def command(host: Host, ssh_config: Path | None) -> int:
-    """Let the release on HOST run, now and whenever the robot is switched on."""
+    """Start the release on HOST, now and each time the robot is switched on."""
     from robotcore.deploy.answers import State
 
     with make_link(host, ssh_config) as link:

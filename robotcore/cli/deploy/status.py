@@ -1,6 +1,6 @@
-"""``robotcore deploy status``: how a robot does.
+"""``robotcore deploy status``: print the state of a robot.
 
-``--json`` prints ``host`` and what the robot tells: ``release``, ``verdict``, ``on_trial``, ``last``, ``state``,
+``--json`` prints ``host``, the robot's state: ``release``, ``verdict``, ``on_trial``, ``last``, ``state``,
 ``for_s``, ``restarts``, ``words``, ``reason``, ``lines``, ``starts_with_robot``, ``lingers``, ``recordings``,
 ``free_bytes``; and ``exit_status``.
 """
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 @robot_arguments
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
-    """Tell which release HOST runs, since when, and what it is doing.
+    """Print which release HOST runs, since when, and what it is doing.
 
-    Exit status: 0 it runs, or has ended with a success, 1 it does not, 3 the robot cannot be reached.
+    Exit status: 0 it runs or has ended with success, 1 it does not run, 3 the robot cannot be reached.
     """
     from robotcore.deploy.answers import State
 

@@ -1,4 +1,4 @@
-"""``robotcore deploy stop``: the app on a robot ends, and the robot stands."""
+"""``robotcore deploy stop``: stop the app and the motors of a robot."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from robotcore.deploy.checks import run_python
 from robotcore.deploy.project import DeployOptions, Project, build_project
 from robotcore.deploy.simulation import choose_simulator, is_pass
 from robotcore.deploy.staging import copy_files
-from robotcore.errors import UnprovenError, UsageError
+from robotcore.errors import DescriptionError, UnprovenError, UsageError
 from robotcore.runtime.plan import RunRequest
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
 from tests.robotcore.sweep.conftest import record_of
@@ -69,7 +69,9 @@ def test_a_wrong_description_is_told_in_all_its_faults(tmp_path: Path) -> None:
     with pytest.raises(UnprovenError) as raised:
         checks.check_descriptions(project, str)
     assert raised.value.kind == "description-check-failed"
-    assert "hight_m: is unknown" in str(raised.value)
+    cause = raised.value.__cause__
+    assert isinstance(cause, DescriptionError)
+    assert {each.key for each in (cause, *cause.others)} == {"floor.lenght_m", "walls.hight_m"}
     assert str(raised.value).endswith("robotcore check './-my room.toml'")
 
 
@@ -117,7 +119,8 @@ def test_an_app_that_hangs_is_told_in_its_own_time(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr(simulation, "run_python", partial(_patient, run_python))
     with pytest.raises(UnprovenError) as raised:
         simulation.simulate(bundle_of(project, tmp_path), str)
-    assert raised.value.kind == "simulation-failed"
+    assert raised.value.kind == "run-failed"
+    assert raised.value.fields["seed"] == 1
 
 
 def _patient(asked: Callable[..., object], *words: object, limit_s: float, **more: object) -> object:
@@ -132,13 +135,14 @@ def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
     simulation._require_pass(project, [], failing)
     with pytest.raises(UnprovenError) as raised:
         simulation._require_pass(project, ["kinematic, arena: verified is 0.3, required verified>=0.5"], failing)
-    assert raised.value.kind == "simulation-failed"
+    assert raised.value.kind == "bound-missed"
+    assert raised.value.fields["missed"] == ("kinematic, arena: verified is 0.3, required verified>=0.5",)
 
 
 def test_an_app_that_cannot_be_run_at_all_is_told_why(tmp_path: Path) -> None:
     with pytest.raises(UnprovenError) as raised:
         simulation.simulate(bundle_of(project_in(tmp_path, app="x = 1\n"), tmp_path), str)
-    assert raised.value.kind == "simulation-failed"
+    assert raised.value.kind == "simulation-not-run"
     assert "&& robotcore sweep app.py --backend kinematic" in str(raised.value)
 
 
