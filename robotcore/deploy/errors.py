@@ -21,7 +21,7 @@ BROKEN = "broken"
 """The kind of a DeployError for a connection that broke."""
 
 DAMAGED = "damaged"
-"""The kind of a DeployError for an answer of a robot that is not as it has to be."""
+"""The kind of a DeployError for a malformed answer of a robot."""
 
 
 _FILES = {"file", "key"}
@@ -30,16 +30,23 @@ _FILES = {"file", "key"}
 
 @dataclass(frozen=True)
 class KnownFailure:
-    """What to look for in what was said, a word for it, what it means and what to do.
+    """A known failure of ssh or rsync.
 
-    In both of the latter ``{host}`` is the host as the user wrote it, ``{login}`` as ssh takes it, and a group of the
-    pattern stands by its name: what to do can be pasted into a shell.
+    In ``fault`` and ``remedy``, ``{host}`` is the host as the user wrote it, ``{login}`` the host as ssh takes it, and
+    a group of the pattern stands by its name, quoted for a shell in ``remedy``.
     """
 
     pattern: str
+    """The regular expression that finds the message."""
+
     kind: str
+    """The kind of the error."""
+
     fault: str
+    """What happened."""
+
     remedy: str
+    """What to do."""
 
     def match(self, host: Host, said: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
         """Return the error, if this is what was said; ``more`` goes into its words by name.
@@ -76,7 +83,7 @@ SSH_FAILURES = (
     ),
     KnownFailure(
         r"^ssh: connect to host [^\n]*: (?:No route to host|Network is unreachable|Host is down)",
-        "no route",
+        "no-route",
         "there is no way to it",
         "Is it switched on, and in the same network as this machine?",
     ),
@@ -88,26 +95,26 @@ SSH_FAILURES = (
     ),
     KnownFailure(
         r"^(?:kex_exchange_identification|Connection (?:closed|reset) by)",
-        "hung up",
+        "hung-up",
         "it hung up before the login",
         "Is it ssh that answers there? If so, too many logins may have failed: wait some minutes",
     ),
     KnownFailure(
         r"^@ +WARNING: REMOTE HOST IDENTIFICATION HAS CHANGED!.*^Offending \S+ key in (?P<file>[^\n]+):\d+.*"
         r"^[^\n]*[Hh]ost key for (?P<known>\S+) has changed",
-        "host key changed",
+        "host-key-changed",
         "it shows another host key than before: it was installed anew, or something else answers in its name",
         "If it was installed anew, forget the old key: ssh-keygen -f {file} -R {known}",
     ),
     KnownFailure(
         r"^Host key verification failed",
-        "host key unknown",
+        "host-key-unknown",
         "its host key is not known here, and nobody could be asked",
         "Log in once, and compare the key: ssh {login}",
     ),
     KnownFailure(
         r"^Permissions \S+ for '(?P<key>[^']+)' are too open",
-        "open key",
+        "open-key",
         "others on this machine may read the key {key}, so ssh does not use it",
         "Close it: chmod 600 {key}",
     ),
@@ -129,25 +136,25 @@ SSH_FAILURES = (
 RSYNC_FAILURES = (
     KnownFailure(
         r"No space left on device|Disk quota exceeded",
-        "disk full",
+        "disk-full",
         "the disk of {where} is full",
         MAKE_ROOM,
     ),
     KnownFailure(
         r"is your shell clean",
-        "unclean shell",
+        "unclean-shell",
         "its login shell prints something where nobody looks, and rsync takes it for an answer",
         "Let it print only where somebody is: case $- in *i*) … esac in ~/.bashrc there",
     ),
     KnownFailure(
         r"remote command not found|rsync: (?:[Cc]ommand )?not found|Unknown command:? '?rsync",  # any shell's words
-        "no rsync",
+        "no-rsync",
         "there is no rsync",
         "Install it there: sudo apt install rsync",
     ),
     KnownFailure(
         r"unknown option|unrecognized option",
-        "old rsync",
+        "old-rsync",
         "rsync here is not the one it should be, or too old",
         "Get rsync 3.1 or newer; macOS brings another one: brew install rsync",
     ),
@@ -157,7 +164,7 @@ RSYNC_FAILURES = (
 
 def program_missing(name: str, package: str) -> DeployError:
     """Return the error for a program that is missing on this machine."""
-    return DeployError(f"{name} is not installed here. Get it: sudo apt install {package}", kind="no program")
+    return DeployError(f"{name} is not installed here. Get it: sudo apt install {package}", kind="no-program")
 
 
 def connection_failed(host: Host, status: int, said: str, config: Path | None = None) -> DeployError:

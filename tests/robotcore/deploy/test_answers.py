@@ -20,6 +20,7 @@ from robotcore.deploy.rpc import Call, Link
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
 from tests.robotcore.deploy.sshd import serving
+from tests.texts import Raises
 
 MODELS = [each for each in vars(answers).values() if isinstance(each, type) and issubclass(each, Answer)]
 KEYS = sorted({key for model in MODELS for key in model.model_fields} | {"done", "refused", "say", "begun"})
@@ -170,7 +171,7 @@ def test_an_answer_that_is_not_as_it_has_to_be_is_named_as_damaged(
     link: Link, add_action: AddAction, raw: bytes
 ) -> None:
     add_action("raw", RAW.format(raw=raw))
-    with pytest.raises(DeployError, match="its answer to 'raw' is damaged") as caught:
+    with pytest.raises(DeployError) as caught:
         link.call("raw", Home)
     assert caught.value.kind == DAMAGED
     assert str(caught.value).isprintable()
@@ -179,17 +180,17 @@ def test_an_answer_that_is_not_as_it_has_to_be_is_named_as_damaged(
 @pytest.mark.parametrize("piece", [b"x" * (1 << 16), b"x\n" * (1 << 15), b'\x1e{"say": "more"}\n' * 3000])
 def test_a_robot_that_writes_without_an_end_is_cut_off(link: Link, add_action: AddAction, piece: bytes) -> None:
     add_action("raw", RAW.format(raw=b"") + f"    while True:\n        sys.stdout.buffer.write({piece!r})\n")
-    with pytest.raises(DeployError, match=r"damaged: it (is longer|has a line longer) than") as caught:
+    with pytest.raises(DeployError) as caught:
         link.call("raw", Home)
     assert caught.value.kind == DAMAGED
 
 
 def test_a_robot_that_says_nothing_is_not_waited_for_without_an_end(
-    link: Link, add_action: AddAction, monkeypatch: pytest.MonkeyPatch
+    link: Link, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(rpc, "SILENCE_S", 1.0)
     add_action("wait", WAIT)
-    with pytest.raises(DeployError, match="damaged: it has not come: the robot sent nothing for 1 s"):
+    with raises(DeployError, "damaged"):
         link.call("wait", EmptyAnswer)
 
 
@@ -232,7 +233,7 @@ def test_a_login_that_floods_the_log_of_ssh_ends(tmp_path: Path) -> None:
 def test_a_login_shell_that_prints_without_an_end_is_cut_off(tmp_path: Path) -> None:
     with (
         serving(tmp_path / "sshd", "ForceCommand yes evil") as sshd,
-        pytest.raises(DeployError, match=r"damaged: it has more than \d+ bytes from the login shell") as caught,
+        pytest.raises(DeployError) as caught,
         Link(Host.parse("robot"), sshd.config),
     ):
         pass
