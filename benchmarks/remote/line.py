@@ -11,7 +11,7 @@ from contextlib import suppress
 from types import TracebackType
 
 from drivers.vrep.wire.messages import Unpacker, decode_message
-from tests.doubles.coppeliasim.legacy.codes import Code
+from tests.doubles.coppeliasim.legacy.codec import Code
 
 CHUNK_BYTES = 1 << 18
 

@@ -11,8 +11,8 @@ from robotcore.description import CameraDescription, draw_world, load_robot, loa
 from robotcore.optics import View
 from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene import Simulator
-from tests.doubles.coppeliasim.scene.drives import drives_of
 from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor, Shape, VisionSensor
+from tests.doubles.coppeliasim.scene.rover import drives_of
 from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene, described_scene, relay_scene
 
 ROVER, ARENA = load_robot("rover"), load_world("arena")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import pytest
 
 from drivers.vrep import simx
-from tests.doubles.coppeliasim.legacy.recorded_scenes import later_scene
+from tests.doubles.coppeliasim.legacy.recorded import later_scene
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 

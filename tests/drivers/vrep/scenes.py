@@ -12,7 +12,7 @@ from drivers.vrep.backend import VrepBackend
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite, worlds
-from tests.doubles.coppeliasim.legacy.recorded_scenes import AHEAD, TO_THE_LEFT
+from tests.doubles.coppeliasim.legacy.recorded import AHEAD, TO_THE_LEFT
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import (

@@ -28,8 +28,7 @@ from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.legacy.faults import CutReplies, DropConnection, Fault, Hang, SendGarbage
-from tests.doubles.coppeliasim.legacy.server import LegacyServer
-from tests.doubles.coppeliasim.legacy.service import Service
+from tests.doubles.coppeliasim.legacy.server import LegacyServer, Service
 from tests.doubles.coppeliasim.scenes import default_scene
 
 SHORT_S = 0.1

@@ -1,8 +1,8 @@
 """The legacy remote API (``simx…``) over the double's scene, on true TCP sockets.
 
-`LegacyServer` is the front. From the line inwards: `service` and `temporary` (a port each), `codec` (bytes), `codes`,
-`conversation` and `inbox` (what is answered when), `client` (who asks), the answers (`objects`, `pictures`, `values`,
-`running`, `refused`), `functions` (what the scene does for them), `faults` (how it fails).
+`LegacyServer` in `server` is the front: one port a service. `codec` has the bytes and the command numbers,
+`conversation` decides when an answer is sent, `client` holds the state of one client, `object_answers` and
+`other_answers` answer commands, `functions` calls the scene, and `faults` lets a server fail.
 
 Not served: split modes, big-endian clients, shared memory, scripts' functions, files, consoles, dialogs and UIs.
 """

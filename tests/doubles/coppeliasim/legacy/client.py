@@ -9,12 +9,20 @@ from dataclasses import replace
 from tests.doubles.coppeliasim.legacy.codec import Command
 from tests.doubles.coppeliasim.legacy.conversation import Conversation
 from tests.doubles.coppeliasim.legacy.functions import Functions
-from tests.doubles.coppeliasim.legacy.objects import answers_on_objects
-from tests.doubles.coppeliasim.legacy.particulars import answers_on_particulars
-from tests.doubles.coppeliasim.legacy.pictures import answers_on_pictures
-from tests.doubles.coppeliasim.legacy.refused import Answers, RefusedError
-from tests.doubles.coppeliasim.legacy.running import ERRORS_KEPT, Errors, Running, answers_on_the_run
-from tests.doubles.coppeliasim.legacy.values import answers_on_values
+from tests.doubles.coppeliasim.legacy.object_answers import (
+    Answers,
+    RefusedError,
+    answers_on_objects,
+    answers_on_particulars,
+)
+from tests.doubles.coppeliasim.legacy.other_answers import (
+    ERRORS_KEPT,
+    Errors,
+    Running,
+    answers_on_pictures,
+    answers_on_the_run,
+    answers_on_values,
+)
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 

@@ -8,10 +8,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeVar
 
-from tests.doubles.coppeliasim.scene.errors import NoObjectError, SceneError
-from tests.doubles.coppeliasim.scene.objects import Joint, Pixels, ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import (
+    Joint,
+    NoObjectError,
+    Pixels,
+    ProximitySensor,
+    SceneError,
+    Thing,
+    VisionSensor,
+)
 from tests.doubles.coppeliasim.scene.poses import Transform, Vector, euler_of, of_euler
-from tests.doubles.coppeliasim.scene.ranging import Detection
+from tests.doubles.coppeliasim.scene.rays import Detection
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
 NOBODY = -1

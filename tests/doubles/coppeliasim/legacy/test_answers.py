@@ -9,12 +9,11 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from tests.doubles.coppeliasim.legacy.codec import Command
-from tests.doubles.coppeliasim.legacy.codes import Code, Mode
+from tests.doubles.coppeliasim.legacy.codec import Code, Command, Mode
+from tests.doubles.coppeliasim.legacy.comparison import Talker, floats, ints, name
 from tests.doubles.coppeliasim.legacy.functions import ALL
-from tests.doubles.coppeliasim.legacy.recorded_scenes import AHEAD, later_scene
+from tests.doubles.coppeliasim.legacy.recorded import AHEAD, later_scene
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
-from tests.doubles.coppeliasim.legacy.talking import Talker, floats, ints, name
 from tests.doubles.coppeliasim.scene.objects import ProximitySensor, Shape, Type, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scene.simulator import Simulator

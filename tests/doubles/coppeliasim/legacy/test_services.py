@@ -8,12 +8,11 @@ from contextlib import suppress
 
 import pytest
 
-from tests.doubles.coppeliasim.legacy.codec import Command, packed_up, read_message
-from tests.doubles.coppeliasim.legacy.codes import Code, Mode
+from tests.doubles.coppeliasim.legacy.codec import Code, Command, Mode, packed_up, read_message
+from tests.doubles.coppeliasim.legacy.comparison import PATIENCE_S, Talker, floats, ints, name
 from tests.doubles.coppeliasim.legacy.faults import CutReplies, DropConnection, Hang, SendGarbage
-from tests.doubles.coppeliasim.legacy.recorded_scenes import later_scene
+from tests.doubles.coppeliasim.legacy.recorded import later_scene
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
-from tests.doubles.coppeliasim.legacy.talking import PATIENCE_S, Talker, floats, ints, name
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 

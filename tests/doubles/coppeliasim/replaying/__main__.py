@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from tests.doubles.coppeliasim.replaying.playing import SESSIONS, play_to_a_double
+from tests.doubles.coppeliasim.replaying.replay import SESSIONS, play_to_a_double
 
 
 def main() -> int:

@@ -1,16 +1,106 @@
-"""The objects of a scene, by handle, and which sits on which."""
+"""Objects by path: ``/rover/leftMotor``, ``./camera`` from an object, ``/box[1]``, ``*`` and ``?`` as wildcards.
+
+As the simulator has it, a path need not name every object on the way: ``/leftMotor`` finds what ``/rover/leftMotor``
+does, and what is nearer the root is found first.
+"""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from typing import TypeVar
 
-from tests.doubles.coppeliasim.scene import paths
-from tests.doubles.coppeliasim.scene.errors import NoObjectError
-from tests.doubles.coppeliasim.scene.groups import Collection
-from tests.doubles.coppeliasim.scene.objects import Thing
+from tests.doubles.coppeliasim.scene.objects import NoObjectError, SceneError, Thing
 from tests.doubles.coppeliasim.scene.poses import Transform
+
+
+def find(roots: Sequence[Thing], path: str, index: int = 0, start: Thing | None = None) -> Thing | None:
+    """Return the object that a path names, or None; ``index`` counts those that it fits, ``./`` begins at ``start``."""
+    if path in {".", ":"}:
+        return start
+    if path.startswith("./"):
+        roots, path = (start.children if start else roots), path[1:]
+    if not path.startswith("/") or path.endswith("/"):
+        return None
+    fitting = _matching(roots, path[1:].split("/"))
+    for _ in range(index):
+        next(fitting, None)
+    return next(fitting, None)
+
+
+def shortest(roots: Sequence[Thing], thing: Thing) -> str:
+    """Return the path that names it: with the models it is part of, and what else it takes to tell it from others."""
+    path, above = "/" + _numbered(roots, thing), thing.parent
+    while above:
+        scope = above.parent.children if above.parent else roots
+        if above.is_model_base or find(scope, path) is not thing:
+            path = "/" + _numbered(roots, above) + path
+        above = above.parent
+    return path
+
+
+def full(roots: Sequence[Thing], thing: Thing) -> str:
+    """Return the path that names it and everything above it."""
+    above = full(roots, thing.parent) if thing.parent else ""
+    return f"{above}/{_numbered(roots, thing)}"
+
+
+def _matching(level: Sequence[Thing], parts: Sequence[str]) -> Iterator[Thing]:
+    name, number = _split(parts[0])
+    left, deeper = number or 0, list[Thing]()
+    for thing in level:
+        is_fitting = fnmatchcase(thing.alias, name)
+        if is_fitting and left == 0:
+            if len(parts) == 1:
+                yield thing
+            else:
+                yield from _matching(thing.children, parts[1:])
+        left -= is_fitting and number is not None
+        if not (is_fitting and number is not None):
+            deeper.append(thing)
+    for thing in deeper:
+        yield from _matching(thing.children, parts)
+
+
+def _split(part: str) -> tuple[str, int | None]:
+    """Return the alias of a part of a path, and the number behind it if there is one."""
+    numbered = re.fullmatch(r"(.+)\[(\d+)\]", part)
+    return (numbered[1], int(numbered[2])) if numbered else (part, None)
+
+
+def _numbered(roots: Sequence[Thing], thing: Thing) -> str:
+    """Return its alias, with a number where siblings share it."""
+    namesakes = [each for each in (thing.parent.children if thing.parent else roots) if each.alias == thing.alias]
+    return thing.alias if len(namesakes) == 1 else f"{thing.alias}[{namesakes.index(thing)}]"
+
+
+ALL, TREE, SINGLE = -2, -6, -8
+"""What an item takes in: the API's ``handle_...``."""
+
+
+@dataclass
+class Collection:
+    """Items in the order they were added: what each takes in, of which object, and whether it takes it out again."""
+
+    items: list[tuple[int, Thing | None, bool]] = field(default_factory=list)
+
+    def add(self, what: int, thing: Thing | None, *, is_out: bool) -> None:
+        if what not in {ALL, TREE, SINGLE}:
+            raise SceneError(f"the double collects trees, single objects and all, not {what}.")
+        self.items.append((what, thing, is_out))
+
+    def members(self, graph: Graph) -> set[Thing]:
+        """Return what is in it now."""
+        found: set[Thing] = set()
+        for what, thing, is_out in self.items:
+            named = [thing] if thing else []
+            these = set(graph.tree() if what == ALL else graph.tree(named) if what == TREE else named)
+            found = found - these if is_out else found | these
+        return found
+
 
 ThingT = TypeVar("ThingT", bound=Thing)
 
@@ -104,7 +194,7 @@ class Graph:
 
     def find(self, path: str, index: int = 0, start: Thing | None = None) -> Thing | None:
         """Return the object that a path like ``/rover/leftMotor`` names, or None."""
-        return paths.find(self.roots, path, index, start)
+        return find(self.roots, path, index, start)
 
     def find_flat(self, name: str) -> Thing | None:
         """Return the object that V-REP called so, or that has such an alias, or None."""
@@ -114,7 +204,7 @@ class Graph:
 
     def path(self, thing: Thing) -> str:
         """Return the shortest path that names it."""
-        return paths.shortest(self.roots, thing)
+        return shortest(self.roots, thing)
 
     def _hang(self, thing: Thing, parent: Thing | None) -> None:
         thing.parent = parent

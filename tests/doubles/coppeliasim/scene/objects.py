@@ -1,4 +1,4 @@
-"""What a scene holds. Handles, aliases and places are the graph's to give."""
+"""What a scene refuses, in the words of the real server."""
 
 from __future__ import annotations
 
@@ -11,6 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform, Vector
+
+
+class SceneError(Exception):
+    """A call that the simulator refuses; its text is what a client is told."""
+
+
+class NoObjectError(SceneError, LookupError):
+    """There is no object with that handle."""
+
+    def __init__(self, what: str = "object does not exist.") -> None:
+        super().__init__(what)
+
 
 Pixels = NDArray[np.uint8]
 """Height x width x 3, red, green, blue; row 0 at the bottom, column 0 on the left."""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.doubles.coppeliasim.scene.objects import Primitive, Shape
-from tests.doubles.coppeliasim.scene.poses import Transform
+from robotcore.raycast import Fan
+from tests.doubles.coppeliasim.scene.objects import Primitive, ProximitySensor, Shape
+from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 
 Array = NDArray[np.float64]
 
@@ -121,3 +123,35 @@ _MEETINGS = {
     Primitive.SPHEROID: _meet_spheres,
     Primitive.CYLINDER: _meet_cylinders,
 }
+
+
+NEAREST_M = 0.001
+
+
+class Detection(NamedTuple):
+    """How far, in metres; where, and the surface's normal there, both in the sensor's frame; which object."""
+
+    distance: float
+    point: Vector
+    handle: int
+    normal: Vector
+
+
+def detect(sensor: ProximitySensor, pose: Transform, solids: Solids) -> Detection | None:
+    """Return what a sensor that looks along its z detects, or None.
+
+    The point lies on the ray that came back first, as far away as is told: clients of the legacy API have no distance
+    but the point's.
+    """
+    farthest = sensor.offset + sensor.reach
+    angles = Fan(sensor.cone, sensor.offset, farthest).angles
+    sideways, _, ahead = (np.array(axis) for axis in pose.axes)
+    directions = np.outer(np.sin(angles), sideways) + np.outer(np.cos(angles), ahead)
+    hits = solids.hits(np.array(pose.position) - sensor.setback * ahead, directions)
+    ray = int(hits.lengths.argmin())
+    if (distance := float(hits.lengths[ray]) - sensor.setback) > farthest:
+        return None
+    distance, angle = max(distance, sensor.offset, NEAREST_M), float(angles[ray])
+    point = (distance * math.sin(angle), 0.0, distance * math.cos(angle))
+    across, up, along = np.array(pose.axes) @ hits.normals[ray]
+    return Detection(distance, point, solids.shapes[hits.solids[ray]].handle, (float(across), float(up), float(along)))

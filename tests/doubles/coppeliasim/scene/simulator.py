@@ -6,18 +6,14 @@ import threading
 from collections.abc import Hashable
 from dataclasses import dataclass, field
 
-from tests.doubles.coppeliasim.scene.contacts import Contact
-from tests.doubles.coppeliasim.scene.errors import SceneError
 from tests.doubles.coppeliasim.scene.graph import Graph
-from tests.doubles.coppeliasim.scene.initial import Initial
-from tests.doubles.coppeliasim.scene.look import Look
-from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, SceneError, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.outlines import Contact
 from tests.doubles.coppeliasim.scene.poses import Vector
-from tests.doubles.coppeliasim.scene.ranging import Detection
-from tests.doubles.coppeliasim.scene.seeing import Blank
-from tests.doubles.coppeliasim.scene.states import State, States
-from tests.doubles.coppeliasim.scene.stepping import Stepping
-from tests.doubles.coppeliasim.scene.world import World, physics_steps
+from tests.doubles.coppeliasim.scene.rays import Detection
+from tests.doubles.coppeliasim.scene.rendering import Blank
+from tests.doubles.coppeliasim.scene.states import State, States, Stepping
+from tests.doubles.coppeliasim.scene.world import Initial, Look, World, physics_steps
 
 TIME_STEP_S = 0.05
 PHYSICS_STEP_S = 0.005

@@ -8,9 +8,9 @@ import pytest
 
 from robotcore.geometry import Pose
 from tests.doubles.coppeliasim.scene import Graph, Simulator, State
-from tests.doubles.coppeliasim.scene.drives import drives_of
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, Shape
 from tests.doubles.coppeliasim.scene.poses import Transform, multiplied
+from tests.doubles.coppeliasim.scene.rover import drives_of
 from tests.doubles.coppeliasim.scenes.parts import TO_THE_LEFT, floor, moving, still, wheel_joint
 
 RADIUS, TRACK = 0.04, 0.16

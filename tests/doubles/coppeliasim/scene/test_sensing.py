@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.doubles.coppeliasim.scene import Graph, SceneError, Simulator
-from tests.doubles.coppeliasim.scene.groups import ALL, SINGLE, Collection
+from tests.doubles.coppeliasim.scene.graph import ALL, SINGLE, Collection
 from tests.doubles.coppeliasim.scene.objects import Primitive, ProximitySensor, Shape, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, still

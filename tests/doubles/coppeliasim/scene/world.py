@@ -1,19 +1,68 @@
-"""The kinematic world behind a scene: its robots and its scenery, found in the graph whenever somebody changes it."""
+"""How a scene is lit: what CoppeliaSim leaves to lamps and the background."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from tests.doubles.coppeliasim.scene.contacts import Contact
-from tests.doubles.coppeliasim.scene.drives import drives_of
+from robotcore.description import Light
 from tests.doubles.coppeliasim.scene.graph import Graph
-from tests.doubles.coppeliasim.scene.look import Look
-from tests.doubles.coppeliasim.scene.objects import ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Joint, Lamp, ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.outlines import Contact
 from tests.doubles.coppeliasim.scene.poses import Vector
-from tests.doubles.coppeliasim.scene.ranging import Detection, detect
-from tests.doubles.coppeliasim.scene.rover import Rover
-from tests.doubles.coppeliasim.scene.scenery import ALL_THERE_IS, Scenery
-from tests.doubles.coppeliasim.scene.seeing import Exposure
+from tests.doubles.coppeliasim.scene.rays import Detection, detect
+from tests.doubles.coppeliasim.scene.rendering import ALL_THERE_IS, Exposure, Scenery
+from tests.doubles.coppeliasim.scene.rover import Rover, drives_of
+
+DEFAULT_LIGHT = Light(elevation_rad=math.pi / 2, ambient=0.57, diffuse=0.38, sky_colour=(0, 0, 0))
+"""As the recorded pictures are lit: from straight above, before a black background."""
+
+
+@dataclass
+class Look:
+    """The light of a scene, as long as nobody sets a lamp of it."""
+
+    light: Light = DEFAULT_LIGHT
+
+    def under(self, graph: Graph) -> Light:
+        """Return the light that the scene is in: of the first lamp that is on, if somebody has set any."""
+        lamps = [lamp for lamp in graph.all_of(Lamp) if lamp.is_set]
+        if not lamps:
+            return self.light
+        lit = next((lamp for lamp in lamps if lamp.is_on), None)
+        return self._lit(lit, graph) if lit else self.light.model_copy(update={"diffuse": 0.0})
+
+    def _lit(self, lamp: Lamp, graph: Graph) -> Light:
+        x, y, z = graph.pose(lamp).axes[2]
+        towards = {"azimuth_rad": math.atan2(-y, -x), "elevation_rad": math.asin(max(-1.0, min(1.0, -z)))}
+        return self.light.model_copy(update={**towards, "diffuse": sum(lamp.diffuse) / 3, "brightness": 1.0})
+
+
+class Initial:
+    """Places, joints and parents of a scene. What is made later is gone when it is restored."""
+
+    def __init__(self, graph: Graph) -> None:
+        self._places = {thing: (thing.parent, thing.local) for thing in graph}
+        self._joints = {joint: (joint.position, joint.target_velocity) for joint in graph.all_of(Joint)}
+        self._explicit = {sensor: sensor.explicit for sensor in graph.all_of(VisionSensor)}
+
+    def restore(self, graph: Graph) -> None:
+        """Put everything back."""
+        for thing in list(graph):
+            if thing not in self._places:
+                graph.remove(thing)
+        for thing in graph:
+            parent, local = self._places[thing]
+            if thing.parent is not parent and (parent is None or parent.handle in graph):
+                graph.move_under(thing, parent, in_place=False)
+            thing.local = local
+        for joint in graph.all_of(Joint):
+            joint.position, joint.target_velocity = self._joints[joint]
+            joint.velocity = 0.0
+        for sensor in graph.all_of(VisionSensor):
+            sensor.explicit = self._explicit[sensor]
+        graph.revision += 1
+
 
 STANDING: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 

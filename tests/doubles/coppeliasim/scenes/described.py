@@ -18,9 +18,9 @@ from robotcore.description import (
 )
 from robotcore.raycast import FAN_SETBACK_M
 from tests.doubles.coppeliasim.scene import Graph, Simulator
-from tests.doubles.coppeliasim.scene.look import Look
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, ProximitySensor, Shape, Thing, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform, Vector, multiplied
+from tests.doubles.coppeliasim.scene.world import Look
 from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, moving, still, wheel_joint
 
 SCREEN_PX = (320, 240)

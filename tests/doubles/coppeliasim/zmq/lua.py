@@ -10,8 +10,7 @@ from typing import Any
 from tests.doubles.coppeliasim.scene import SceneError
 from tests.doubles.coppeliasim.scene.objects import Script
 from tests.doubles.coppeliasim.zmq.functions.registry import FUNCTIONS
-from tests.doubles.coppeliasim.zmq.session import Session
-from tests.doubles.coppeliasim.zmq.table import constants
+from tests.doubles.coppeliasim.zmq.session import Session, constants
 
 NOT_BEGUN = "script is not initialized (or has already ended)"
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robotcore.hal.wall_clock import MonotonicClock
@@ -50,3 +52,18 @@ class Session:
     simulator: Simulator
     shared: Shared
     client: str = ""
+
+
+RECORDED = Path(__file__).parents[1] / "recorded"
+
+
+@cache
+def table() -> dict[str, dict[str, Any]]:
+    """Return it as the server sends it: ``{"func": {}}`` or ``{"const": value}`` by name."""
+    content: dict[str, dict[str, Any]] = json.loads((RECORDED / "sim-info.json").read_text())
+    return content
+
+
+def constants() -> dict[str, Any]:
+    """Return the constants by name."""
+    return {name: entry["const"] for name, entry in table().items() if "const" in entry}

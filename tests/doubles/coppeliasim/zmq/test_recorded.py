@@ -6,11 +6,9 @@ from typing import Any
 
 import pytest
 
-from tests.doubles.coppeliasim.replaying.comparing import differences
-from tests.doubles.coppeliasim.replaying.playing import SESSIONS, play_to_a_double
-from tests.doubles.coppeliasim.replaying.sessions import session
-from tests.doubles.coppeliasim.replaying.tolerances import Tolerance
-from tests.doubles.coppeliasim.zmq.table import table
+from tests.doubles.coppeliasim.replaying.comparison import Tolerance, differences
+from tests.doubles.coppeliasim.replaying.replay import SESSIONS, play_to_a_double, session
+from tests.doubles.coppeliasim.zmq.session import table
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 

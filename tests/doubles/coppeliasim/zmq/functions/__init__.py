@@ -1,22 +1,12 @@
-"""The ``sim`` functions that the double has. One that is missing here is refused by name, never answered."""
+"""The ``sim`` functions that the double has. It refuses a function that is missing here by its name."""
 
 from tests.doubles.coppeliasim.zmq.functions import (  # noqa: F401  each registers its functions
+    bodies,
     building,
-    files,
-    groups,
-    joints,
-    kept,
-    lamps,
     objects,
     parameters,
-    places,
-    properties,
-    proximity,
-    scripts,
-    shapes,
+    sensors,
     simulation,
-    touching,
-    vision,
 )
 from tests.doubles.coppeliasim.zmq.functions.registry import FUNCTIONS
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from tests.doubles.coppeliasim.scene import SceneError, paths
-from tests.doubles.coppeliasim.scene.errors import NoObjectError
-from tests.doubles.coppeliasim.scene.objects import Thing
+from tests.doubles.coppeliasim.scene import SceneError
+from tests.doubles.coppeliasim.scene.graph import ALL, Collection, full
+from tests.doubles.coppeliasim.scene.objects import Lamp, NoObjectError, Thing
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
 
@@ -61,7 +61,7 @@ def get_object_alias(session: Session, thing: Thing, option: int = -1) -> str:
     if option in {1, 5}:
         return graph.path(thing)
     if option == 2:
-        return paths.full(graph.roots, thing)
+        return full(graph.roots, thing)
     if option == 4:
         return f"{thing.alias}__{thing.handle}__"
     if option in {-1, 0}:
@@ -140,3 +140,60 @@ def remove_model(session: Session, thing: Thing) -> int:
     for each in reversed(tree):
         session.simulator.graph.remove(each)
     return len(tree)
+
+
+FIRST = 2000000
+"""Handles of collections are far from those of objects."""
+
+TAKE_OUT = 1
+
+
+@function("createCollection")
+def create_collection(session: Session, options: int = 0) -> int:
+    collections = session.simulator.graph.collections
+    handle = max(collections, default=FIRST - 1) + 1
+    collections[handle] = Collection()
+    return handle
+
+
+@function("addItemToCollection")
+def add_item_to_collection(session: Session, handle: int, what: int, thing: int, options: int = 0) -> None:
+    graph = session.simulator.graph
+    _of(session, handle).add(what, None if what == ALL else graph[thing], is_out=bool(options & TAKE_OUT))
+    graph.revision += 1
+
+
+@function("destroyCollection")
+def destroy_collection(session: Session, handle: int) -> None:
+    _of(session, handle)
+    del session.simulator.graph.collections[handle]
+
+
+def _of(session: Session, handle: int) -> Collection:
+    try:
+        return session.simulator.graph.collections[handle]
+    except KeyError:
+        raise SceneError("collection does not exist.") from None
+
+
+@function("getLightParameters")
+def get_light_parameters(session: Session, lamp: Lamp) -> tuple[int, list[float], list[float], list[float]]:
+    """Return whether it is on, a relic, and its diffuse and specular colours."""
+    return int(lamp.is_on), [0.0, 0.0, 0.0], list(lamp.diffuse), list(lamp.specular)
+
+
+@function("setLightParameters")
+def set_light_parameters(
+    session: Session,
+    lamp: Lamp,
+    state: int,
+    relic: Any = None,
+    diffuse: Any = None,
+    specular: Any = None,
+) -> None:
+    lamp.is_on, lamp.is_set = bool(state), True
+    if diffuse:
+        lamp.diffuse = (float(diffuse[0]), float(diffuse[1]), float(diffuse[2]))
+    if specular:
+        lamp.specular = (float(specular[0]), float(specular[1]), float(specular[2]))
+    session.simulator.graph.revision += 1

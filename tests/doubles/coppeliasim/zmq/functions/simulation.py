@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from tests.doubles.coppeliasim.scene import SceneError
+from tests.doubles.coppeliasim.scene.objects import NoObjectError, Script, Thing
+from tests.doubles.coppeliasim.scene.states import State
+from tests.doubles.coppeliasim.scenes import fill_default_scene
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session, Waiting
 
@@ -51,3 +56,96 @@ def step(session: Session, wait: bool = True) -> None:  # noqa: FBT002
     if not session.client:
         raise SceneError("a script of the double cannot wait for a step.")
     raise Waiting(session.simulator.step(session.client))
+
+
+DEFAULT_SCENES = ("scene.ttt", "dfltscn.ttt", "")
+"""What is loaded as the default scene: its file as recorded, the simulator's own, and no name."""
+
+
+@function("loadScene")
+def load_scene(session: Session, path: str) -> int:
+    if session.simulator.state is not State.STOPPED:
+        raise SceneError("simulation is not stopped.")
+    if path not in DEFAULT_SCENES:
+        raise SceneError(f"the double reads no scene files; it has the default scene as {DEFAULT_SCENES[0]}.")
+    fill_default_scene(session.simulator)
+    return 1
+
+
+@function("closeScene")
+def close_scene(session: Session) -> int:
+    return load_scene(session, "")
+
+
+@function("createScript")
+def create_script(session: Session, kind: int, text: str, options: int = 0, language: str = "lua") -> int:
+    return session.simulator.graph.add(Script("script", text=text)).handle
+
+
+@function("initScript")
+def init_script(session: Session, script: Script) -> None:
+    session.shared.scripts.begin(script)
+
+
+@function("callScriptFunction")
+def call_script_function(session: Session, name: str, handle: int, *args: Any) -> tuple[Any, ...]:
+    script = session.simulator.graph.get(handle)
+    if not isinstance(script, Script):
+        raise NoObjectError("script does not exist.")
+    return session.shared.scripts.call(script, name, args)
+
+
+@function("setStringSignal")
+def set_string_signal(session: Session, name: str, value: Any) -> int:
+    session.shared.signals[name] = value
+    return 1
+
+
+@function("getStringSignal")
+def get_string_signal(session: Session, name: str) -> Any:
+    return session.shared.signals.get(name)
+
+
+@function("setInt32Signal")
+def set_int32_signal(session: Session, name: str, value: int) -> int:
+    session.shared.signals[name] = value
+    return 1
+
+
+@function("getInt32Signal")
+def get_int32_signal(session: Session, name: str) -> Any:
+    return session.shared.signals.get(name)
+
+
+@function("setFloatSignal")
+def set_float_signal(session: Session, name: str, value: float) -> int:
+    session.shared.signals[name] = value
+    return 1
+
+
+@function("getFloatSignal")
+def get_float_signal(session: Session, name: str) -> Any:
+    return session.shared.signals.get(name)
+
+
+@function("writeCustomStringData")
+def write_custom_string_data(session: Session, thing: Thing, tag: str, data: str) -> int:
+    session.shared.kept[thing, "data", tag] = data
+    return 1
+
+
+@function("readCustomStringData")
+def read_custom_string_data(session: Session, thing: Thing, tag: str) -> Any:
+    return session.shared.kept.get((thing, "data", tag))
+
+
+@function("setNamedStringParam")
+def set_named_string_param(session: Session, name: str, value: str) -> int:
+    session.shared.kept["named", name] = value
+    return 1
+
+
+@function("getNamedStringParam")
+def get_named_string_param(session: Session, name: str) -> bytes | None:
+    value = session.shared.kept.get(("named", name))
+    return None if value is None else value.encode()

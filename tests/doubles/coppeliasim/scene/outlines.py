@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from drivers.kinematic.clearance import Bumper, Clearance
 from robotcore.description import Ball, Box, Cylinder
 from robotcore.description.world import Outline
+from robotcore.geometry import Pose
+from robotcore.raycast import edges_of
+from robotcore.simulation.painter.planes import Array, nearest_on
 from tests.doubles.coppeliasim.scene.objects import Primitive, Shape
-from tests.doubles.coppeliasim.scene.poses import Transform
+from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 
 UPRIGHT = 0.9999
 """An axis whose z is more than this is vertical."""
@@ -91,3 +98,72 @@ def _common(shape: Shape, pose: Transform, half: float) -> dict[str, Any]:
     x, y, z = pose.position
     colour = tuple(round(255 * min(max(part, 0.0), 1.0)) for part in shape.colour)
     return {"name": shape.alias, "x_m": x, "y_m": y, "height_m": z + half, "colour": colour, "texture": None}
+
+
+Polygon = Sequence[tuple[float, float]]
+
+GRAVITY_M_S2 = 9.81
+
+
+class Contact(NamedTuple):
+    """Two shapes by handle, where they touch, and the force and the normal, both towards ``first``; m and N."""
+
+    first: int
+    second: int
+    point: Vector
+    force: Vector
+    normal: Vector
+
+    @classmethod
+    def of(cls, first: int, second: int, point: Vector, normal: Vector, force: float) -> Contact:
+        x, y, z = normal
+        return cls(first, second, point, (x * force, y * force, z * force), normal)
+
+    @property
+    def swapped(self) -> Contact:
+        """The same, as the other one feels it."""
+        (fx, fy, fz), (nx, ny, nz) = self.force, self.normal
+        return Contact(self.second, self.first, self.point, (-fx, -fy, -fz), (-nx, -ny, -nz))
+
+
+class ContactSensor(Bumper):
+    """A bumper that knows which things it was kept out of, by their place among the surroundings."""
+
+    def __init__(self, surroundings: Clearance, start: Pose) -> None:
+        super().__init__(surroundings, start)
+        self.touching: set[int] = set()
+
+    def move_to(self, surroundings: Clearance | None, start: Pose) -> None:
+        """Begin anew, elsewhere or among other things."""
+        super().__init__(surroundings or self._clearances, start)
+        self.touching = set()
+
+    def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
+        is_free = super().permits(here, there, distance, turn)
+        if not is_free:
+            self.touching.update(np.flatnonzero(self._clearances.gaps(there) < 0).tolist())
+        return is_free
+
+
+def nearest_points(body: Polygon, other: Polygon) -> tuple[Array, Array]:
+    """Return the nearest points of two outlines that are apart: on the first, and on the second."""
+    return min(_corner_to_side(body, other), _side_to_corner(body, other), key=lambda ends: _length(*ends))
+
+
+def _corner_to_side(corners: Polygon, sides: Polygon) -> tuple[Array, Array]:
+    points = np.array(corners)
+    nearest = nearest_on(edges_of([sides]), points)
+    corner, side = np.unravel_index(
+        np.linalg.norm(nearest - points[:, None], axis=2).argmin(),
+        nearest.shape[:2],
+    )
+    return points[corner], nearest[corner, side]
+
+
+def _side_to_corner(sides: Polygon, corners: Polygon) -> tuple[Array, Array]:
+    corner, point = _corner_to_side(corners, sides)
+    return point, corner
+
+
+def _length(a: Array, b: Array) -> float:
+    return float(np.linalg.norm(a - b))

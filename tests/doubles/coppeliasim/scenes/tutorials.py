@@ -6,6 +6,7 @@ Every object has its path of today and its name of old: ``/bubbleRob/leftMotor``
 from __future__ import annotations
 
 import math
+from functools import partial
 
 from tests.doubles.coppeliasim.scene import Graph, Simulator
 from tests.doubles.coppeliasim.scene.objects import Primitive, ProximitySensor, Shape, Thing, VisionSensor
@@ -77,3 +78,14 @@ def _name(part: Thing) -> None:
 def _from_floor(x: float, z: float, y: float = 0.0) -> Transform:
     """Return a place in the body's frame that is so high above the floor."""
     return Transform((x, y, z - CENTRE_Z_M))
+
+
+def relay_scene() -> Simulator:
+    """Return it: ``/v0`` looks along x at the ball, ``/v1`` is where the picture goes."""
+    graph = Graph()
+    graph.add(floor(5.0, 5.0))
+    graph.add(ball("ball", 0.1, 1.0, 0.15, (0.15, 0.7, 0.25)))
+    sight = partial(VisionSensor, width=SIGHT_PX, height=SIGHT_PX, angle=SIGHT_RAD)
+    graph.add(sight("v0", local=Transform((0.0, 0.0, 0.3), AHEAD)))
+    graph.add(sight("v1", local=Transform((0.0, 0.0, 3.0)), takes_external_pictures=True))
+    return Simulator(graph)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from tests.doubles.coppeliasim.scene import SceneError
-from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySensor, Thing, VisionSensor
+from tests.doubles.coppeliasim.scene.rays import Detection
+from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
 
@@ -121,3 +123,82 @@ def _part(picture: Pixels, corner: list[int] | None, size: list[int] | None) -> 
         return picture
     (x, y), (width, height) = corner or (0, 0), size
     return picture[y : y + height, x : x + width]
+
+
+HANDLE_ALL = -2
+
+Answer = tuple[int, float, list[float], int, list[float]]
+
+
+@function("readProximitySensor")
+def read_proximity_sensor(session: Session, sensor: ProximitySensor) -> Answer:
+    """What was detected in the last step; nothing while stopped."""
+    if session.simulator.state is State.STOPPED and not sensor.explicit:
+        return _answer(None)
+    return _answer(session.simulator.detection(sensor))
+
+
+@function("handleProximitySensor")
+def handle_proximity_sensor(session: Session, sensor: ProximitySensor) -> Answer:
+    _require_explicit(sensor)
+    return _answer(session.simulator.detection(sensor))
+
+
+@function("checkProximitySensor")
+def check_proximity_sensor(session: Session, sensor: ProximitySensor, entity: int) -> Answer:
+    if entity != HANDLE_ALL:
+        raise SceneError("the double checks proximity sensors against all objects only.")
+    return _answer(session.simulator.detection(sensor))
+
+
+@function("resetProximitySensor")
+def reset_proximity_sensor(session: Session, sensor: ProximitySensor) -> int:
+    """Nothing is remembered of a sensor that this would have to forget."""
+    _require_explicit(sensor)
+    return 1
+
+
+def _require_explicit(sensor: ProximitySensor) -> None:
+    if not sensor.explicit:
+        raise SceneError("object not tagged for explicit handling.")
+
+
+def _answer(detection: Detection | None) -> Answer:
+    if detection is None:
+        return 0, 0.0, [0.0, 0.0, 0.0], -1, [0.0, 0.0, 0.0]
+    return 1, detection.distance, list(detection.point), detection.handle, list(detection.normal)
+
+
+@function("getContactInfo")
+def get_contact_info(
+    session: Session, passes: int, thing: int, index: int
+) -> tuple[list[int], list[float], list[float], list[float]]:
+    """Return two shapes, the point, force and normal; empty lists after the last. One shape's come with it first."""
+    contacts = session.simulator.contacts()
+    if thing != HANDLE_ALL:
+        both = [each if each.first == thing else each.swapped for each in contacts]
+        contacts = [each for each in both if each.first == thing]
+    if index >= len(contacts):
+        return [], [], [], []
+    found = contacts[index]
+    return [found.first, found.second], list(found.point), list(found.force), list(found.normal)
+
+
+@function("checkCollision")
+def check_collision(session: Session, one: int, other: int) -> tuple[int, list[int]]:
+    _require_no_plugin(session)
+    return 0, [-1, -1]
+
+
+@function("checkDistance")
+def check_distance(
+    session: Session, one: int, other: int, threshold: float = 0.0
+) -> tuple[int, list[float], list[int]]:
+    _require_no_plugin(session)
+    return 0, [0.0] * 7, [-1, -1]
+
+
+def _require_no_plugin(session: Session) -> None:
+    """Without the plug-in the answer is a silent no; with it, it would have to be true."""
+    if session.simulator.can_detect:
+        raise SceneError("the double reckons neither collisions nor distances; ask getContactInfo.")
