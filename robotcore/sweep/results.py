@@ -49,6 +49,9 @@ class Results:
         self._directory = directory
         self._journal: Journal | None = None
 
+    def __repr__(self) -> str:
+        return f"Results({self.sweep!r}, {self._directory!r})"
+
     @cached_property
     def directory(self) -> Path:
         """The folder."""

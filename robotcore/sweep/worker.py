@@ -74,6 +74,10 @@ class WorkerProcess:
         self._is_killed = False
         self._lock = Lock()
 
+    def __repr__(self) -> str:
+        state = "killed" if self._is_killed else "started" if self._process else "not started"
+        return f"<WorkerProcess {state}>"
+
     def call(self, function: Callable[..., object], *args: object, limit_s: float) -> Any:
         """Return what the function returns over there within ``limit_s`` seconds of wall time, as JSON has it.
 
