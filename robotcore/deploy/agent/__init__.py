@@ -1,9 +1,8 @@
-"""What works on the robot: Python's standard library alone, sent there as source with each call.
+"""The robot's side of a deploy, sent there as source with each call. It needs Python's standard library alone.
 
-Nothing here imports anything of robotcore's outside this package, so that it works where no release is installed, or a
-broken one. `robotcore.deploy.agent.rpc` takes the desk's calls; `robotcore.deploy.agent.service` is what
-systemd starts.
+No module imports anything of robotcore outside this package, so that it works without a release, or with a broken one.
+`robotcore.deploy.agent.rpc` answers the desk's calls. systemd starts `robotcore.deploy.agent.service`.
 """
 
 sources: dict[str, str] = {}
-"""The texts of this package by path, ``robotcore/deploy/agent/…``, as they came with the call; empty elsewhere."""
+"""The sources of this package by path, ``robotcore/deploy/agent/…``, as a call brings them; otherwise empty."""

@@ -19,52 +19,52 @@ from robotcore.deploy.agent.units import UNIT_TEXTS, list_installed_units
 
 
 def list_releases(layout: Layout) -> dict[str, Any]:
-    """Return the ``releases``, the newest first, which is ``current``, and which is ``on_trial``.
+    """Return the ``releases``, the newest first, the ``current`` one, and the one ``on_trial``, which is checked.
 
-    Each is as its file tells of it, with the ``verdict`` of its last trial, None where it had none, and its ``reason``;
-    one whose file cannot be read has its ``name`` and why it is ``unreadable``.
+    Each has its manifest's fields, and the ``verdict`` of its last health check, or None, with its ``reason``. If the
+    manifest cannot be read, it has only its ``name``, and ``unreadable`` says why.
     """
-    tried = health_check.read_pending(layout)
+    pending = health_check.read_pending(layout)
     return {
         "releases": [_describe_release(layout, name) for name in releases.list_names(layout)],
         "current": releases.read_current(layout),
-        "on_trial": tried.release if tried else None,
+        "on_trial": pending.release if pending else None,
     }
 
 
 def _describe_release(layout: Layout, name: str) -> dict[str, Any]:
     folder = layout.releases / name
     try:
-        told = asdict(Release.read(folder))
+        row = asdict(Release.read(folder))
     except (OSError, ValueError, KeyError, TypeError) as error:
-        told = {"name": name, "unreadable": str(error)}
-    verdict = HealthResult.read(folder)
-    return {**told, "verdict": verdict.outcome if verdict else None, "reason": verdict.reason if verdict else ""}
+        row = {"name": name, "unreadable": str(error)}
+    result = HealthResult.read(folder)
+    return {**row, "verdict": result.outcome if result else None, "reason": result.reason if result else ""}
 
 
 def list_recordings(layout: Layout) -> dict[str, Any]:
     """Return the ``recordings``: ``name``, ``bytes``, whether one ``is_file``, and whether one ``is_being_written``.
 
-    Links, folders and devices are listed too, so that the desk can name what it leaves here. An empty file, as a full
-    disk leaves it, is not.
+    Links, folders and devices are listed too, so that the desk can name what it does not fetch. Empty files, which a
+    full disk leaves behind, are not listed.
     """
-    written = find_open_files()
-    listed = [_describe_recording(path, written) for path in sorted(layout.recordings.glob("*"))]
+    open_files = find_open_files()
+    listed = [_describe_recording(path, open_files) for path in sorted(layout.recordings.glob("*"))]
     return {"recordings": [each for each in listed if each["bytes"] or each["is_being_written"] or not each["is_file"]]}
 
 
 def find_open_files() -> set[str]:
-    """Return the files that this user's programs have open."""
+    """Return the paths that this user's processes have open."""
     return set(_walk_open_files())
 
 
-def _describe_recording(path: Path, written: Container[str]) -> dict[str, Any]:
+def _describe_recording(path: Path, open_files: Container[str]) -> dict[str, Any]:
     status = path.lstat()
     return {
         "name": os.fsencode(path.name).decode(errors="backslashreplace"),
         "bytes": status.st_size,
         "is_file": stat.S_ISREG(status.st_mode),
-        "is_being_written": str(path.resolve()) in written,
+        "is_being_written": str(path.resolve()) in open_files,
     }
 
 
@@ -77,12 +77,14 @@ def _walk_open_files() -> Iterator[str]:
 
 
 def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[str, Any]:
-    """Delete recordings whose content is what the desk has: their names, each with its SHA-256.
+    """Delete the recordings of which the desk has the same content.
 
-    Returns those that were ``erased``, and those that are ``different``. One that is being written, and what is no
-    plain file, stays.
+    A recording that is being written is kept, and so is anything but a plain file.
+
+    recordings: the SHA-256 of the desk's copy, by the recording's name.
+    Returns the names that were ``erased``, and those whose content is ``different``.
     """
-    written = find_open_files()
+    open_files = find_open_files()
     erased, different = [], []
     for name, digest in recordings.items():
         path = layout.recordings / name
@@ -90,7 +92,7 @@ def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[s
             path.parent != layout.recordings
             or path.is_symlink()
             or not path.is_file()
-            or str(path.resolve()) in written
+            or str(path.resolve()) in open_files
         ):
             continue
         report_progress(f"comparing {name}")
@@ -103,15 +105,15 @@ def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[s
 
 
 def remove_robotcore(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:
-    """Stop what runs, and take away all that deploys have put here; lingering stays as it is.
+    """Stop the app and delete everything that deploys have put on the robot; lingering stays as it is.
 
-    Where it does not stop, RefusalError is raised, and all is still there. Returns whether there was anything to be
+    If the app does not stop, AgentError is raised, and nothing is deleted. Returns whether there was anything to be
     ``removed``, and whether recordings are ``kept``.
     """
     units = list_installed_units(layout)
     if not units and not layout.root.exists():
         return {"removed": False, "kept": False}
-    if len(units) == len(UNIT_TEXTS):  # else somebody was killed over this, after all was stopped
+    if len(units) == len(UNIT_TEXTS):  # otherwise an earlier removal was killed after it had stopped the app
         run_actions.stop_app(layout)
     with hold_lock(layout, "removal"):
         _remove_units(units)

@@ -17,11 +17,11 @@ from importlib.util import spec_from_loader
 OLDEST = (3, 10)
 
 AGAIN_S = 3.0
-"""So much later a call that has not ended is interrupted again."""
+"""The time between two interrupts of a call that has not ended, in s."""
 
 
-class InMemory(MetaPathFinder, ExecutionLoader):
-    """Modules of which only the source is there, by its file: no disk need have room for them."""
+class MemoryImporter(MetaPathFinder, ExecutionLoader):
+    """Imports modules from their sources in memory, so that a full disk does not matter."""
 
     def __init__(self, sources: "dict[str, str]") -> None:
         self._sources = sources
@@ -39,20 +39,25 @@ class InMemory(MetaPathFinder, ExecutionLoader):
         return self._sources[self.get_filename(name)]
 
 
-def answer_call(sources: str, action: str, told: str) -> int:
-    """Take modules aboard and answer the desk's call: their sources and what it is told in JSON; return the status."""
+def answer_call(sources: str, action: str, parameters: str) -> int:
+    """Answer the desk's call; return the exit status.
+
+    sources: the agent's modules by file, in JSON.
+    action: the action's name on the wire.
+    parameters: the action's parameters by name, in JSON.
+    """
     _write({"begun": action})
     if sys.version_info < OLDEST:
         _write({"refused": _too_old(sys.version.split()[0])})
         return 1
-    _end_with_the_desk()
-    taken = json.loads(sources)
-    sys.meta_path.insert(0, InMemory(taken))
+    _watch_connection()
+    modules = json.loads(sources)
+    sys.meta_path.insert(0, MemoryImporter(modules))
     from robotcore.deploy import agent
     from robotcore.deploy.agent.rpc import answer_call as answer
 
-    agent.sources.update(taken)
-    return answer(action, json.loads(told))
+    agent.sources.update(modules)
+    return answer(action, json.loads(parameters))
 
 
 def _too_old(version: str) -> "dict[str, str]":
@@ -64,22 +69,22 @@ def _too_old(version: str) -> "dict[str, str]":
     }
 
 
-def _write(told: object) -> None:
-    sys.stdout.write("\x1e" + json.dumps(told) + "\n")
+def _write(message: object) -> None:
+    sys.stdout.write("\x1e" + json.dumps(message) + "\n")
     sys.stdout.flush()
 
 
-def _end_with_the_desk() -> None:
-    """Interrupt whatever this call has started as soon as nobody reads what it writes: the desk has gone."""
+def _watch_connection() -> None:
+    """Interrupt this call and its children as soon as the desk has closed the connection."""
     if os.getpgrp() != os.getpid():
         os.setpgid(0, 0)
-    threading.Thread(target=_interrupt_when_alone, daemon=True).start()
+    threading.Thread(target=_interrupt_when_closed, daemon=True).start()
 
 
-def _interrupt_when_alone() -> None:
+def _interrupt_when_closed() -> None:
     poll = select.poll()
     poll.register(sys.stdout.fileno(), 0)
     poll.poll()
-    while True:  # one that comes just before a wait begins is not heard in it
+    while True:  # an interrupt just before a wait begins does not end that wait
         os.killpg(0, signal.SIGINT)
         threading.Event().wait(AGAIN_S)

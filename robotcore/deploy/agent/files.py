@@ -9,19 +9,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 FOLDER = "robotcore"
-"""Below the home: no character of it means anything to a shell."""
+"""The folder below the home. A shell needs no quotes for it."""
+
+MAKE_ROOM = "Make room there: a robot's recordings go home with robotcore deploy fetch --move, df -h tells the rest"
+"""The remedy for a full disk; the desk uses it too."""
+
+_PIECE_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The rooms of a robot.
-
-    ``current`` is a link to the release that runs; ``trial`` tells of one that has yet to prove itself. An environment
-    is named by the digest of what is installed in it and the release it was made for, and shared by releases.
-    ``program`` is this package as one file, which systemd starts.
-    """
+    """The paths of everything that a deploy puts on a robot."""
 
     home: Path
+    """The home folder of the user who logged in."""
 
     @property
     def root(self) -> Path:
@@ -29,6 +30,7 @@ class Layout:
 
     @property
     def incoming(self) -> Path:
+        """A folder for each upload, and folders that are being deleted."""
         return self.root / "incoming"
 
     @property
@@ -37,6 +39,7 @@ class Layout:
 
     @property
     def environments(self) -> Path:
+        """A folder for each environment, named by its digest and the release that it was made for."""
         return self.root / "environments"
 
     @property
@@ -45,10 +48,12 @@ class Layout:
 
     @property
     def current(self) -> Path:
+        """A link to the current release."""
         return self.root / "current"
 
     @property
-    def trial(self) -> Path:
+    def health_check(self) -> Path:
+        """The health check that is pending or running; absent otherwise."""
         return self.root / "trial.json"
 
     @property
@@ -57,6 +62,7 @@ class Layout:
 
     @property
     def program(self) -> Path:
+        """This package as one file, which systemd starts."""
         return self.root / "aboard.pyz"
 
     @property
@@ -65,37 +71,37 @@ class Layout:
 
 
 def write_file(path: Path, content: str | bytes) -> None:
-    """Replace what is in a file in one step; where that fails, nothing is left of it."""
-    beside = _temporary_path(path)
+    """Replace a file's content atomically; if that fails, the old content stays."""
+    temporary = _temporary_path(path)
     try:
-        with beside.open("wb") as file:
+        with temporary.open("wb") as file:
             file.write(content if isinstance(content, bytes) else content.encode())
             file.flush()
             os.fsync(file.fileno())
-        move_path(beside, path)
+        move_path(temporary, path)
     except BaseException:
-        beside.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise
 
 
 def replace_link(path: Path, target: str) -> None:
-    """Let a link lead elsewhere in one step; it is made where there is none."""
-    beside = _temporary_path(path)
+    """Create a symbolic link, or change its target atomically."""
+    temporary = _temporary_path(path)
     with suppress(FileNotFoundError):
-        beside.unlink()
-    beside.symlink_to(target)
-    move_path(beside, path)
+        temporary.unlink()
+    temporary.symlink_to(target)
+    move_path(temporary, path)
 
 
 def move_path(source: Path, to: Path) -> None:
-    """Rename on the same disk; a file, a link or an empty folder that is there already is replaced."""
+    """Rename on the same disk, durably; an existing file, link or empty folder is replaced."""
     source.replace(to)
     for folder in {source.parent, to.parent}:
         sync_folder(folder)
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until a folder's own entries are on the disk."""
+    """Wait until a folder's entries are on the disk."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(handle)
@@ -107,19 +113,15 @@ def _temporary_path(path: Path) -> Path:
     return path.with_name(f".{path.name}.{os.getpid()}")
 
 
-MAKE_ROOM = "Make room there: a robot's recordings go home with robotcore deploy fetch --move, df -h tells the rest"
-"""What to do about a full disk, at the desk's end too."""
-
-
 def measure_free_space(path: Path) -> int:
-    """Return what this user may still write on the disk that a path is on, or will be on."""
-    there = next(folder for folder in (path, *path.parents) if folder.exists())
-    told = os.statvfs(there)
-    return told.f_bavail * told.f_frsize
+    """Return the bytes that this user may still write on the disk of a path, which need not exist."""
+    existing = next(folder for folder in (path, *path.parents) if folder.exists())
+    status = os.statvfs(existing)
+    return status.f_bavail * status.f_frsize
 
 
 def measure_size(folder: Path) -> int:
-    """Return how many bytes all files below a folder take on the disk; those that vanish meanwhile take none."""
+    """Return the bytes that all files below a folder take on the disk; a file that vanishes meanwhile counts 0."""
     total = 0
     for root, _, files in os.walk(folder):
         for name in files:
@@ -129,9 +131,9 @@ def measure_size(folder: Path) -> int:
 
 
 def format_bytes(size: int) -> str:
-    """Return a number of bytes as somebody reads it.
+    """Return a number of bytes with a unit.
 
-    >>> in_words(12_345_678)
+    >>> format_bytes(12_345_678)
     '12.3 MB'
     """
     value = float(size)
@@ -142,11 +144,8 @@ def format_bytes(size: int) -> str:
     return f"{value:.1f} GB"
 
 
-_PIECE_BYTES = 1 << 20
-
-
 def hash_file(file: Path) -> str:
-    """Return a file's SHA-256 in hex; it may be larger than the memory."""
+    """Return a file's SHA-256 in hex; the file may be larger than the memory."""
     digest = hashlib.sha256()
     with file.open("rb") as content:
         while piece := content.read(_PIECE_BYTES):
@@ -155,8 +154,8 @@ def hash_file(file: Path) -> str:
 
 
 def find_runtime_folder() -> Path:
-    """Return the folder of what lasts until a reboot, in which systemd listens too.
+    """Return the user's folder for files that last until a reboot; systemd's socket is there too.
 
-    A login that does not know it has one all the same, where the user lingers.
+    If the login does not set it, it still exists for a user with lingering.
     """
     return Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}")

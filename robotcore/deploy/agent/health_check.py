@@ -20,178 +20,171 @@ from robotcore.deploy.agent.systemd import UnitState
 from robotcore.deploy.agent.units import HEALTH_CHECK, SERVICE
 
 HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
-"""How long an app has until its first step, and how long it then has to live."""
+"""How long an app may take until its first step, and how long it must then keep running, in s."""
+
+POLL_S = 0.25
+"""Far shorter than the units' RestartSec, so that no restart of a failing app is missed."""
+
+STOP_LIMIT_S = 90.0
+"""How long the previous release may take to stop, by its unit's limits for the app and for stopping the motors."""
+
+NO_WATCHDOG_S = 30.0
+"""Far longer than the unit's WatchdogSec: if the app runs so long without a sign, a user has disabled the watchdog."""
+
+
+class ShutdownError(Exception):
+    """The robot shuts down during the check, which therefore has no result."""
 
 
 @dataclass(frozen=True)
 class HealthCheck:
-    """What is on trial: a release, the ``previous`` one that is there again if it is not healthy, and how it is judged.
-
-    ``since`` is in UTC, and tells this trial from another one of the same release. The previous one is found again as
-    it was: where nothing ran (``was_standing``) nothing is started, and it starts with the robot where it did
-    (``was_enabled``).
-    """
+    """A health check of a release, as it is stored on the robot."""
 
     release: str
+    """The release that is checked."""
     previous: str | None
+    """The release that becomes current again if the check fails."""
     healthy_within_s: float = HEALTHY_WITHIN_S
+    """How long the app may take until its first step."""
     settle_s: float = SETTLE_S
+    """How long the app must keep running after its first step."""
     since: str = ""
+    """When the check began, in UTC. It distinguishes checks of the same release."""
     was_standing: bool = False
+    """Whether no app ran before; then a rollback starts none."""
     was_enabled: bool = True
+    """Whether the previous release started with the robot."""
 
     def begin(self, layout: Layout) -> None:
-        """Write it down, and let systemd have it judged: from now on it will be, whatever happens.
+        """Store the check and start its unit; from now on systemd completes it, even after a power failure.
 
-        The caller holds the lock. Raises OSError or RefusalError, and then nothing is on trial.
+        The caller holds the lock. If OSError or AgentError is raised, no check is pending.
         """
-        files.write_file(layout.trial, json.dumps(asdict(self), indent=2) + "\n")
+        files.write_file(layout.health_check, json.dumps(asdict(self), indent=2) + "\n")
         try:
             systemd.start(HEALTH_CHECK)
         except BaseException:
-            layout.trial.unlink()
+            layout.health_check.unlink()
             raise
 
-    def verdict(self, layout: Layout) -> HealthResult | None:
-        """Return what came out of it; None where that is not known yet."""
-        verdict = HealthResult.read(layout.releases / self.release)
-        return verdict if verdict and verdict.since == self.since else None
+    def read_result(self, layout: Layout) -> HealthResult | None:
+        """Return the result of this check; None if it has none yet."""
+        result = HealthResult.read(layout.releases / self.release)
+        return result if result and result.since == self.since else None
 
 
 def read_pending(layout: Layout) -> HealthCheck | None:
-    """Return what is on trial, if something is."""
+    """Return the pending or running check; None if there is none."""
     try:
-        told = json.loads(layout.trial.read_text(encoding="utf-8"))
-        require_name(told["release"])
-        return HealthCheck(**told)
+        fields = json.loads(layout.health_check.read_text(encoding="utf-8"))
+        require_name(fields["release"])
+        return HealthCheck(**fields)
     except (OSError, ValueError, TypeError, KeyError):
         return None
 
 
 def format_now() -> str:
-    """Return the moment as a trial names it."""
+    """Return the current time as a check stores it."""
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
 
 
 def run_check(layout: Layout) -> None:
-    """Judge what is on trial, to the end; nothing is done where nothing is."""
-    with hold_lock(layout, "a release is on trial"):
-        if trial := read_pending(layout):
-            verdict = trial.verdict(layout) or _check_release(layout, trial)
-            _conclude(layout, trial, verdict)
+    """Complete the pending check; do nothing if there is none."""
+    with hold_lock(layout, "a health check"):
+        if check := read_pending(layout):
+            result = check.read_result(layout) or _check_release(layout, check)
+            _conclude(layout, check, result)
 
 
 def abandon_check(layout: Layout) -> None:
-    """End a trial, once the service is down: nothing is started, and what is not known to be healthy is taken back."""
-    with hold_lock(layout, "a trial is ended"):
-        if trial := read_pending(layout):
-            stopped = HealthResult(STOPPED, "somebody stopped it", since=trial.since)
-            _conclude(layout, replace(trial, was_standing=True, was_enabled=False), trial.verdict(layout) or stopped)
+    """End the pending check of a stopped service: roll back unless the release is healthy, and start nothing."""
+    with hold_lock(layout, "a health check is ended"):
+        if check := read_pending(layout):
+            stopped = HealthResult(STOPPED, "a user stopped it", since=check.since)
+            _conclude(
+                layout, replace(check, was_standing=True, was_enabled=False), check.read_result(layout) or stopped
+            )
 
 
-def _check_release(layout: Layout, trial: HealthCheck) -> HealthResult:
-    """Let the release run; return and write down how it did."""
-    if not (layout.releases / trial.release).is_dir():
-        return HealthResult(UNHEALTHY, "it is no longer there", since=trial.since)
-    releases.set_current(layout, trial.release)
-    seen = _watch_release(trial)
-    verdict = HealthResult(seen.outcome, seen.reason, seen.lines, trial.since)
-    _write_result(layout, trial, verdict)
-    return verdict
+def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
+    """Restart the service and return its result, without ``since``.
+
+    The app must complete its first step within ``healthy_within_s``, and then keep running for ``settle_s``. After that
+    it must reset systemd's watchdog once more, because a hanging app is active too. An app that ends with success is
+    healthy. Raises AgentError if systemd does not answer, and `ShutdownError` if the robot shuts down meanwhile.
+    """
+    result = _watch(healthy_within_s, settle_s)
+    if result.outcome != HEALTHY and systemd.is_shutting_down():
+        raise ShutdownError("the robot shuts down; the health check is repeated after the next start")
+    return result
 
 
-def _watch_release(trial: HealthCheck) -> Seen:
+def _check_release(layout: Layout, check: HealthCheck) -> HealthResult:
+    """Run the release; store and return its result."""
+    if not (layout.releases / check.release).is_dir():
+        return HealthResult(UNHEALTHY, "it is no longer there", since=check.since)
+    releases.set_current(layout, check.release)
+    result = replace(_watch_release(check), since=check.since)
+    _write_result(layout, check, result)
+    return result
+
+
+def _watch_release(check: HealthCheck) -> HealthResult:
     try:
-        return watch_app(trial.healthy_within_s, trial.settle_s)
-    except AgentError as refusal:
-        if refusal.kind == systemd.MANAGER_GONE:
+        return watch_app(check.healthy_within_s, check.settle_s)
+    except AgentError as error:
+        if error.kind == systemd.MANAGER_GONE:
             raise
-        return Seen(UNHEALTHY, refusal.fault)
+        return HealthResult(UNHEALTHY, error.fault)
 
 
-def _write_result(layout: Layout, trial: HealthCheck, verdict: HealthResult) -> None:
-    """Write a verdict down, unless the disk is full: that must not keep a bad release running."""
+def _write_result(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
+    """Store a result. A full disk is ignored: it must not keep a bad release running."""
     with suppress(OSError):
-        verdict.write(layout.releases / trial.release)
+        result.write(layout.releases / check.release)
 
 
-def _conclude(layout: Layout, trial: HealthCheck, verdict: HealthResult) -> None:
-    """Do what a verdict asks for, and put the trial away."""
-    if verdict.outcome == STOPPED:
-        _write_result(layout, trial, verdict)
-    if verdict.outcome != HEALTHY:
-        _roll_back(layout, trial, is_to_run=verdict.outcome == UNHEALTHY)
-    layout.trial.unlink(missing_ok=True)
+def _conclude(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
+    """Keep the release or roll back, and delete the check."""
+    if result.outcome == STOPPED:
+        _write_result(layout, check, result)
+    if result.outcome != HEALTHY:
+        _roll_back(layout, check, is_to_run=result.outcome == UNHEALTHY)
+    layout.health_check.unlink(missing_ok=True)
     files.sync_folder(layout.root)
 
 
-def _roll_back(layout: Layout, trial: HealthCheck, *, is_to_run: bool) -> None:
-    """Make the previous release the current one, and run it; where none ran, no wheel turns: none is started.
+def _roll_back(layout: Layout, check: HealthCheck, *, is_to_run: bool) -> None:
+    """Make the previous release the current one, and start it if it ran before.
 
-    Where the disk has no room for a link, nothing runs: the bad release is stopped, and not found again.
+    If the disk has no room for the link, no release is current, and nothing runs.
     """
     systemd.stop(SERVICE)
     releases.set_current(layout, None)
-    releases.set_current(layout, trial.previous)
-    if trial.previous is None or not trial.was_enabled:
+    releases.set_current(layout, check.previous)
+    if check.previous is None or not check.was_enabled:
         systemd.disable(SERVICE)
-    if trial.previous is not None and is_to_run and not trial.was_standing:
+    if check.previous is not None and is_to_run and not check.was_standing:
         systemd.restart(SERVICE)
 
 
-POLL_S = 0.25
-"""Far shorter than the units' RestartSec: no start of a failing app is missed."""
-
-STOP_LIMIT_S = 90.0
-"""For the release that ran before to stop, by the times of its unit: the app, then what stops its motors."""
-
-NO_WATCHDOG_S = 30.0
-"""Far longer than the unit's WatchdogSec: what is up so long without a word has no watchdog, by somebody's wish."""
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What somebody saw who watched: the verdict's outcome, why, and what the app wrote last."""
-
-    outcome: str
-    reason: str = ""
-    lines: tuple[str, ...] = ()
-
-
-def watch_app(healthy_within_s: float, settle_s: float) -> Seen:
-    """Restart the service, and return how it did: it has to come up in time, and then to stay for ``settle_s``.
-
-    After that it has to tell systemd's watchdog once more that its loop is alive: what hangs is up too, until somebody
-    notices. An app that ends with success has done all that it was to do. Raises RefusalError where systemd does not
-    answer, and `ShutdownError` where the robot goes down meanwhile.
-    """
-    seen = _watch(healthy_within_s, settle_s)
-    if seen.outcome != HEALTHY and systemd.is_shutting_down():
-        raise ShutdownError("the robot goes down; the trial begins anew when it is up")
-    return seen
-
-
-class ShutdownError(Exception):
-    """The robot goes down: what is seen now tells nothing of the release."""
-
-
-def _watch(healthy_within_s: float, settle_s: float) -> Seen:
+def _watch(healthy_within_s: float, settle_s: float) -> HealthResult:
     state = _wait_for_start(systemd.restart(SERVICE))
     if state is None:
-        return Seen(UNHEALTHY, "systemd did not start it")
+        return HealthResult(UNHEALTHY, "systemd did not start it")
     ours, started, up_since = state.invocation, time.monotonic(), None
-    while (seen := _judge_state(state, ours)) is None:
+    while (result := _judge_state(state, ours)) is None:
         now = time.monotonic()
         up_since = up_since or (now if state.is_up else None)
         if state.is_up and up_since and _has_settled(state, up_since + settle_s, now):
-            return Seen(HEALTHY)
+            return HealthResult(HEALTHY)
         if state.active == "activating" and now - started >= healthy_within_s:
             return _build_unhealthy(_explain_not_ready(healthy_within_s), ours)
         time.sleep(POLL_S)
         state = systemd.read_state(SERVICE)
-        if state.invocation != ours and not state.restarts:  # by hand: it is watched anew
+        if state.invocation != ours and not state.restarts:  # a user restarted it: the check begins anew
             ours, started, up_since = state.invocation, time.monotonic(), None
-    return seen
+    return result
 
 
 def _has_settled(state: UnitState, until: float, now: float) -> bool:
@@ -199,9 +192,9 @@ def _has_settled(state: UnitState, until: float, now: float) -> bool:
 
 
 def _wait_for_start(before: str) -> UnitState | None:
-    """Return the service's state once it was started anew, by somebody; None where it was not.
+    """Return the service's state once it has another invocation; None if it was not started.
 
-    What failed before may be started by systemd once more until it hears of us: that start is not ours.
+    systemd may first restart the previous release if that one failed; such a start does not count.
     """
     until = time.monotonic() + STOP_LIMIT_S
     while time.monotonic() < until:
@@ -215,19 +208,19 @@ def _wait_for_start(before: str) -> UnitState | None:
     return None
 
 
-def _judge_state(state: UnitState, ours: str) -> Seen | None:
-    """Return what a state tells, seen while the service was started as ``ours``; None where it tells nothing yet.
+def _judge_state(state: UnitState, ours: str) -> HealthResult | None:
+    """Return the result that a state of the service implies; None if it implies none yet.
 
-    A failure is told once the process has ended: how, and what it wrote at last, is not known before.
+    A failure has a result only after the process has ended, because its status and last output are unknown before.
     """
     if state.has_failed and state.active == "deactivating":
         return None
     if state.has_failed or state.restarts:
-        return _build_unhealthy(state.ending() if state.has_failed else "it was started again", ours)
+        return _build_unhealthy(state.describe_end() if state.has_failed else "it was started again", ours)
     if state.has_succeeded:
-        return Seen(HEALTHY, "it ended with success")
+        return HealthResult(HEALTHY, "it ended with success")
     if state.is_down and not state.has_job:
-        return Seen(STOPPED, "somebody stopped it")
+        return HealthResult(STOPPED, "a user stopped it")
     return None
 
 
@@ -236,5 +229,5 @@ def _explain_not_ready(healthy_within_s: float) -> str:
     return f"its first step had not come back within {healthy_within_s:g} s; {more}"
 
 
-def _build_unhealthy(reason: str, invocation: str) -> Seen:
-    return Seen(UNHEALTHY, reason, journal.read_last_lines(SERVICE, invocation))
+def _build_unhealthy(reason: str, invocation: str) -> HealthResult:
+    return HealthResult(UNHEALTHY, reason, journal.read_last_lines(SERVICE, invocation))

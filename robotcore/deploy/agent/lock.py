@@ -13,18 +13,21 @@ from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.rpc import AgentError
 
 TIMEOUT_S = 20.0
-"""For another's work that is about to end."""
+"""How long to wait for the process that holds the lock, in s."""
 
 POLL_S = 0.1
 
 
 @contextmanager
-def hold_lock(layout: Layout, doing: str, patience_s: float = TIMEOUT_S) -> Iterator[int]:
-    """Hold the robot's lock, and yield its file handle: a child that is given it holds the lock for its own life too.
+def hold_lock(layout: Layout, doing: str, timeout_s: float = TIMEOUT_S) -> Iterator[int]:
+    """Hold the robot's lock, and yield its file handle.
 
-    ``doing`` is told to whoever waits in vain. Raises RefusalError of the kind ``busy``.
+    A child process that inherits the handle holds the lock until it ends.
+
+    doing: what this process does; another process that waits in vain reports it.
+    timeout_s: how long to wait for the lock, in s; AgentError of the kind ``busy`` is raised after it.
     """
-    handle = _acquire(layout, patience_s)
+    handle = _acquire(layout, timeout_s)
     try:
         _write_holder(handle, f"{doing}, process {os.getpid()}")
         yield handle
@@ -32,30 +35,30 @@ def hold_lock(layout: Layout, doing: str, patience_s: float = TIMEOUT_S) -> Iter
         os.close(handle)
 
 
-def _acquire(layout: Layout, patience_s: float) -> int:
-    """Return the handle of the lock, once it is ours."""
+def _acquire(layout: Layout, timeout_s: float) -> int:
+    """Return the handle of the lock file, locked by this process."""
     while True:
         layout.root.mkdir(parents=True, exist_ok=True)
         handle = os.open(layout.lock, os.O_RDWR | os.O_CREAT, 0o600)
         try:
-            _wait_for(handle, patience_s)
+            _wait_for(handle, timeout_s)
             if _is_at(layout.lock, handle):
                 return handle
         except BaseException:
             os.close(handle)
             raise
-        os.close(handle)  # of a robot from which all was taken away meanwhile
+        os.close(handle)  # another process has removed the lock file meanwhile
 
 
-def _wait_for(handle: int, patience_s: float) -> None:
-    for _ in range(round(patience_s / POLL_S)):
+def _wait_for(handle: int, timeout_s: float) -> None:
+    for _ in range(round(timeout_s / POLL_S)):
         if _try_lock(handle):
             return
         Event().wait(POLL_S)
     if not _try_lock(handle):
-        who = os.pread(handle, 200, 0).decode(errors="replace") or "nobody knows which"
-        fault = f"another deploy is at work on this robot: {who}"
-        raise AgentError(fault, "Wait for it to end, and try again", "busy", holder=who)
+        holder = os.pread(handle, 200, 0).decode(errors="replace") or "an unknown process"
+        fault = f"another deploy is at work on this robot: {holder}"
+        raise AgentError(fault, "Wait for it to end, and try again", "busy", holder=holder)
 
 
 def _try_lock(handle: int) -> bool:
@@ -74,7 +77,7 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _write_holder(handle: int, words: str) -> None:
-    """Say who holds it, unless the disk is full: then a robot must be stopped and cleared all the same."""
+    """Write the holder into the file. A full disk is ignored: stop and remove must work on it."""
     with suppress(OSError):
         os.ftruncate(handle, 0)
         os.pwrite(handle, words.encode(), 0)

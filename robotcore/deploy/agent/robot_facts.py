@@ -20,28 +20,30 @@ from typing import Any
 from robotcore.deploy.agent.files import Layout, find_runtime_folder, measure_free_space
 from robotcore.deploy.agent.rpc import AgentError
 
+_GROUPS = ("gpio", "i2c", "spi", "video")
+"""The groups whose members may use a Raspberry Pi's devices."""
+
+LINGER_FOLDER = Path("/var/lib/systemd/linger")
+"""It holds a file for each user with lingering: their services run without a login. Source: systemd's loginctl."""
+
+_MODEL = Path("/proc/device-tree/model")
+
+MANAGER_TIMEOUT_S = 5.0
+"""How long a user's systemd may take to start once lingering is on, in s."""
+
 
 def read_user() -> str:
-    """Return who is logged in, by the system's word: the environment may have another one."""
+    """Return the name of the user who is logged in, from the system's user database."""
     return pwd.getpwuid(os.getuid()).pw_name
 
 
 def build_environment() -> dict[str, str]:
-    """Return what a program needs to find the user's systemd and journal, and to speak so that it is understood."""
+    """Return the environment of systemd's tools: the user's runtime folder, and output in English without colours."""
     return {**os.environ, "XDG_RUNTIME_DIR": str(find_runtime_folder()), "LC_ALL": "C.UTF-8", "SYSTEMD_COLORS": "0"}
 
 
-_GROUPS = ("gpio", "i2c", "spi", "video")
-"""Who may use a Raspberry Pi's devices."""
-
-LINGER_FOLDER = Path("/var/lib/systemd/linger")
-"""Has a file for each user whose services run without them being logged in. Source: systemd's loginctl."""
-
-_MODEL = Path("/proc/device-tree/model")
-
-
 def collect_facts(layout: Layout) -> dict[str, Any]:
-    """Return what the desk is told; all of it is found without root, and nothing fails where something is missing."""
+    """Return the facts that the desk asks for; this needs no root, and raises nothing if something is missing."""
     libc, libc_version = platform.libc_ver()
     return {
         "host": platform.node(),
@@ -73,78 +75,77 @@ def read_system() -> str:
 
 
 def read_model() -> str:
-    """Return which board it is; empty where none tells."""
+    """Return the board's model; empty if the system does not have it."""
     with suppress(OSError):
         return _MODEL.read_text(errors="replace").rstrip("\0")
     return ""
 
 
 def count_bits() -> int:
-    """Return the bits of programs here, whatever the kernel has."""
+    """Return the word size of programs in bits; the kernel's may differ."""
     return 64 if sys.maxsize > 2**32 else 32
 
 
 def has_venv() -> bool:
-    """Return whether Python can make environments with pip in them; Debian has that apart."""
+    """Return whether Python can make environments with pip; Debian has that in a package of its own."""
     return bool(find_spec("venv") and find_spec("ensurepip"))
 
 
 def is_lingering() -> bool:
-    """Return whether this user's services run without them being logged in."""
+    """Return whether this user's services run without a login."""
     return (LINGER_FOLDER / read_user()).exists()
 
 
 def has_user_manager() -> bool:
-    """Return whether systemd serves this user."""
+    """Return whether a systemd of this user runs."""
     return _succeeds("systemctl", "--user", "show", "--property=Version")
 
 
 def can_read_journal() -> bool:
-    """Return whether this user may read what their services say."""
+    """Return whether this user may read the journal of their services."""
     return _succeeds("journalctl", "--user", "--lines=0", "--quiet")
 
 
 def read_groups() -> dict[str, bool]:
-    """Return of those groups that there are here whether the user is in them."""
+    """Return whether the user is in each of the device groups that exist."""
     mine = {*os.getgroups(), os.getgid()}
     return {group.gr_name: group.gr_gid in mine for group in grp.getgrall() if group.gr_name in _GROUPS}
 
 
 def _succeeds(*command: str) -> bool:
     try:
-        asked = subprocess.run(  # noqa: S603
+        done = subprocess.run(  # noqa: S603
             command, env=build_environment(), capture_output=True, timeout=10, check=False
         )
     except (OSError, subprocess.TimeoutExpired):
         return False
-    return asked.returncode == 0
+    return done.returncode == 0
 
 
-MANAGER_TIMEOUT_S = 5.0
-"""In which a user's systemd comes up once lingering is on."""
+def require_push_needs(facts: dict[str, object], *, has_environment: bool) -> None:
+    """Raise AgentError with everything that a push needs and this robot lacks.
 
+    It turns lingering on if the user may do that.
 
-def require_push_needs(told: dict[str, object], *, has_environment: bool) -> None:
-    """Look whether a release can be put here, by the facts; raises RefusalError with all that is missing.
-
-    Lingering is turned on where that is allowed.
+    facts: as `collect_facts` returns them.
+    has_environment: whether the release's environment exists already; then venv is not needed.
     """
-    if missing := list(_list_missing(told, has_environment=has_environment)):
+    if missing := list(_list_missing(facts, has_environment=has_environment)):
         faults, remedies, kinds = zip(*missing, strict=True)
         raise AgentError(". ".join(faults), ". ".join(remedies), kinds[0], kinds=kinds)
 
 
-def _list_missing(told: dict[str, object], *, has_environment: bool) -> Iterator[tuple[str, str, str]]:
-    """Yield each fault with its remedy and its kind."""
-    if told["bits"] != 64:
+def _list_missing(facts: dict[str, object], *, has_environment: bool) -> Iterator[tuple[str, str, str]]:
+    """Yield a fault, its remedy and its kind for each missing need."""
+    if facts["bits"] != 64:
         yield (
-            f"{told['system']} is a 32-bit system, for which NumPy and OpenCV have no wheels",
+            f"{facts['system']} is a 32-bit system, for which NumPy and OpenCV have no wheels",
             "Put the 64-bit Raspberry Pi OS on it",
             "architecture",
         )
-    if not told["has_rsync"]:
+    if not facts["has_rsync"]:
         yield "there is no rsync on the robot", "There: sudo apt install rsync", "rsync"
-    if not told["has_venv"] and not has_environment:
+    if not facts["has_venv"] and not has_environment:
         yield "python3-venv is missing on the robot", "There: sudo apt install python3-venv", "venv"
     if not enable_lingering():
         yield _describe_no_linger()
@@ -153,7 +154,7 @@ def _list_missing(told: dict[str, object], *, has_environment: bool) -> Iterator
 
 
 def require_lingering() -> None:
-    """Raise RefusalError where the user's systemd would end with the connection."""
+    """Raise AgentError if the user's systemd would end with the connection."""
     if not enable_lingering():
         raise AgentError(*_describe_no_linger())
 
@@ -165,7 +166,7 @@ def _describe_no_linger() -> tuple[str, str, str]:
 
 
 def enable_lingering() -> bool:
-    """Return whether lingering is on; it is turned on where this user may do so."""
+    """Turn lingering on if it is off and the user may do that; return whether it is on."""
     if not is_lingering():
         with suppress(OSError, subprocess.TimeoutExpired):
             command = ["loginctl", "--no-ask-password", "enable-linger"]
@@ -174,7 +175,7 @@ def enable_lingering() -> bool:
 
 
 def wait_for_user_manager() -> bool:
-    """Return whether systemd serves this user, at once or within a few seconds."""
+    """Return whether a systemd of this user runs, at once or within `MANAGER_TIMEOUT_S`."""
     for _ in range(round(MANAGER_TIMEOUT_S)):
         if has_user_manager():
             return True

@@ -11,6 +11,12 @@ from typing import Any
 
 from robotcore.deploy.agent.files import MAKE_ROOM, Layout
 
+MARK = "\x1e"
+"""The first character of each message, which distinguishes it from a login shell's output."""
+
+ReportProgress = Callable[..., None]
+"""A function that reports progress to the desk: a text, and further values by name."""
+
 ACTIONS = {
     "probe": "push_actions:probe",
     "begin": "push_actions:begin_upload",
@@ -36,13 +42,18 @@ is imported when the action is called, so that a call compiles only what it need
 Action = Callable[..., Mapping[str, Any]]
 
 
-def answer_call(action: str, told: Mapping[str, Any], layout: Layout | None = None) -> int:
-    """Do what the desk asks for, and write how it ended: ``done``, or ``refused``; return the exit status."""
+def answer_call(action: str, parameters: Mapping[str, Any], layout: Layout | None = None) -> int:
+    """Run an action and write its result, ``done`` or ``refused``; return the exit status.
+
+    action: the action's name on the wire.
+    parameters: the action's parameters by name.
+    layout: the robot's folders; by default below the user's home.
+    """
     run = find_action(action)
     try:
-        write_message({"done": run(layout or Layout(Path.home()), **told)})
-    except AgentError as refusal:
-        write_message({"refused": {"fault": refusal.fault, "remedy": refusal.remedy, "kind": refusal.kind}})
+        write_message({"done": run(layout or Layout(Path.home()), **parameters)})
+    except AgentError as error:
+        write_message({"refused": {"fault": error.fault, "remedy": error.remedy, "kind": error.kind}})
         return 1
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
@@ -59,19 +70,12 @@ def find_action(name: str) -> Action:
 
 
 def _build_remedy(error: OSError) -> str:
-    """Return what to do about a failure of the system's."""
+    """Return what to do about an error of the operating system."""
     import errno
 
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
         return MAKE_ROOM
     return "Look at it there"
-
-
-MARK = "\x1e"
-"""Begins each line that is ours."""
-
-ReportProgress = Callable[..., None]
-"""Tells the desk of progress: words, and whatever an action has to say besides, by name."""
 
 
 class AgentError(Exception):
@@ -89,11 +93,11 @@ class AgentError(Exception):
 
 
 def report_progress(words: str, **more: Any) -> None:
-    """Tell of progress."""
+    """Report progress to the desk."""
     write_message({"say": words, **more})
 
 
-def write_message(told: Any) -> None:
-    """Write one line to the desk."""
-    sys.stdout.write(f"{MARK}{json.dumps(told)}\n")
+def write_message(message: Any) -> None:
+    """Write one message to the desk, as a line of JSON."""
+    sys.stdout.write(f"{MARK}{json.dumps(message)}\n")
     sys.stdout.flush()

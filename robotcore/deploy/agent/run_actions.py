@@ -25,32 +25,31 @@ def activate_release(
     healthy_within_s: float = health_check.HEALTHY_WITHIN_S,
     settle_s: float = health_check.SETTLE_S,
 ) -> dict[str, Any]:
-    """Try a release; return what came of it, as `following.told` does.
+    """Check the health of a release and make it the current one if it is healthy; return `build_report`'s report.
 
-    May be called again after a lost connection: what is known of the release is told, and a trial that is under way is
-    looked at. Nothing that happens to this call changes the trial. Raises RefusalError where the release cannot be
-    tried; then nothing has changed.
+    Idempotent: it returns the stored result, or follows a running check. Interrupting it does not affect the check.
+    Raises AgentError if the release cannot be checked; then nothing has changed.
     """
-    known = HealthResult.read(_find_folder(layout, release))
-    is_over = known and (releases.read_current(layout) == release or not known.is_healthy)
-    if known and is_over and not health_check.read_pending(layout):
-        return build_report(layout, release, known)
+    result = HealthResult.read(_find_folder(layout, release))
+    is_over = result and (releases.read_current(layout) == release or not result.is_healthy)
+    if result and is_over and not health_check.read_pending(layout):
+        return build_report(layout, release, result)
     return start_check(layout, release, healthy_within_s, settle_s)
 
 
 def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s: float) -> dict[str, Any]:
-    """Try a release, whatever is known of it."""
+    """Check the health of a release, even if it has a result already; return `build_report`'s report."""
     _require_possible(layout, release, healthy_within_s)
-    under_way = health_check.read_pending(layout)
-    if under_way and under_way.release == release:
+    pending = health_check.read_pending(layout)
+    if pending and pending.release == release:
         systemd.start(HEALTH_CHECK)
-        return follow_check(layout, under_way)
-    with hold_lock(layout, f"release {release} is put in place"):
-        before = _plan_check(layout, release)
-        begun = replace(before, healthy_within_s=healthy_within_s, settle_s=settle_s, since=health_check.format_now())
+        return follow_check(layout, pending)
+    with hold_lock(layout, f"activation of {release}"):
+        plan = _plan_check(layout, release)
+        check = replace(plan, healthy_within_s=healthy_within_s, settle_s=settle_s, since=health_check.format_now())
         units.install_service(layout)
-        begun.begin(layout)
-    return follow_check(layout, begun)
+        check.begin(layout)
+    return follow_check(layout, check)
 
 
 def _require_possible(layout: Layout, release: str, healthy_within_s: float) -> None:
@@ -66,7 +65,7 @@ def _require_possible(layout: Layout, release: str, healthy_within_s: float) -> 
 
 
 def _find_folder(layout: Layout, release: str) -> Path:
-    """Return where a release is, or would be; raises RefusalError where the name is none."""
+    """Return the path of a release's folder; raises AgentError if the name is not valid."""
     try:
         return layout.releases / require_name(release)
     except ValueError as error:
@@ -76,21 +75,21 @@ def _find_folder(layout: Layout, release: str) -> Path:
 
 
 def _plan_check(layout: Layout, release: str) -> HealthCheck:
-    """Return a trial with the release that is there again if this one is not healthy, and how that one is now.
+    """Return a check of a release with the release to roll back to, and that one's state.
 
-    It is never one that was not judged to the end.
+    A release whose own check is not complete is never rolled back to.
     """
-    if unjudged := health_check.read_pending(layout):
-        found = replace(unjudged, release=release)
+    if pending := health_check.read_pending(layout):
+        plan = replace(pending, release=release)
     else:
         state = systemd.read_state(SERVICE)
-        if state.is_between and not state.is_starting:  # whether it will be started again is known once it has ended
+        if state.is_changing and not state.is_starting:  # only then is it known whether systemd restarts it
             state = wait_until_settled()
         is_standing = not (state.is_up or state.is_starting)
-        found = HealthCheck(
+        plan = HealthCheck(
             release, releases.read_current(layout), was_standing=is_standing, was_enabled=state.is_enabled
         )
-    return replace(found, previous=releases.find_previous(layout)) if found.previous == release else found
+    return replace(plan, previous=releases.find_previous(layout)) if plan.previous == release else plan
 
 
 def roll_back(
@@ -100,14 +99,14 @@ def roll_back(
     healthy_within_s: float = health_check.HEALTHY_WITHIN_S,
     settle_s: float = health_check.SETTLE_S,
 ) -> dict[str, Any]:
-    """Try a release that was there before, by default the last healthy one; return what came of it."""
+    """Check and activate an older release, by default the last healthy one; return `build_report`'s report."""
     names = releases.list_names(layout)
     if release is not None and release not in names:
         raise AgentError(f"there is no release {release!r}", _list_choices(names), "name", choices=names)
     name = release or _choose_previous(layout)
     if name == releases.read_current(layout):
         raise AgentError(f"{name} is the current release", "Start it: robotcore deploy start", "already-current")
-    report_progress(f"{name} is to run again", release=name)  # who loses the connection knows by it what to look for
+    report_progress(f"{name} is to run again", release=name)  # the desk resumes with this name after a lost connection
     return start_check(layout, name, healthy_within_s, settle_s)
 
 
@@ -126,58 +125,58 @@ def _list_choices(names: list[str]) -> str:
 
 
 def _is_unhealthy(layout: Layout, name: str) -> bool:
-    verdict = HealthResult.read(layout.releases / name)
-    return verdict is not None and verdict.outcome == UNHEALTHY
+    result = HealthResult.read(layout.releases / name)
+    return result is not None and result.outcome == UNHEALTHY
 
 
 def start_app(layout: Layout) -> dict[str, Any]:
-    """Start it; return the status once it is up, or is not. One whose trial broke off is judged."""
+    """Start the current release, now and with the robot; return the status. A pending health check is resumed."""
     if releases.read_current(layout) is None:
         raise AgentError("there is no release to start", "Send one: robotcore deploy push", "no-current-release")
-    with hold_lock(layout, "the app is started"):
+    with hold_lock(layout, "start of the app"):
         units.install_service(layout)
-        tried = health_check.read_pending(layout)
-        systemd.start(HEALTH_CHECK if tried else SERVICE)
-    if tried:
-        follow_check(layout, tried)
+        pending = health_check.read_pending(layout)
+        systemd.start(HEALTH_CHECK if pending else SERVICE)
+    if pending:
+        follow_check(layout, pending)
     wait_until_settled()
     return read_status(layout)
 
 
 def stop_app(layout: Layout) -> dict[str, Any]:
-    """Stop it, whoever else is at work; return the status. Where nothing was put, nothing is done.
+    """Stop the app, and do not start it with the robot; return the status. It does not wait for the lock.
 
-    A release that is on trial is not judged any more; the one before is the current one, and stands too.
+    A running health check ends. The previous release becomes the current one, and is not started.
     """
     if list_installed_units(layout):
         systemd.stop(SERVICE, HEALTH_CHECK)
-        systemd.stop(SERVICE)  # which the trial may have started once more
+        systemd.stop(SERVICE)  # the health check may have started it once more
         systemd.disable(SERVICE)
         health_check.abandon_check(layout)
     return read_status(layout)
 
 
 def read_status(layout: Layout) -> dict[str, Any]:
-    """Return what runs, and how.
+    """Return the state of the app and of the robot.
 
-    ``state`` is running, starting, stopping, restarting, ended, failed or stopped; ``for_s`` how long it has been
-    running, None where it is not; ``words`` what the app last said of itself, unless it is stopped. ``reason`` and
-    ``lines`` tell of a failure, the last one where it was started again after it. ``on_trial`` names the release on
-    trial. Where no release is in place, ``last`` is the newest that was tried, by its ``name``, with ``outcome`` and
-    ``reason``.
+    ``state`` is running, starting, stopping, restarting, ended, failed or stopped. ``for_s`` is how long the app has
+    been running, or None. ``words`` is the app's last status text, unless it is stopped. ``reason`` and ``lines``
+    explain the failure of an app that failed, or the last one of an app that was restarted. ``on_trial`` is the release
+    with a pending health check. If no release is current, ``last`` is the newest with a result: its ``name``,
+    ``outcome`` and ``reason``.
     """
-    state, name, tried = systemd.read_state(SERVICE), releases.read_current(layout), health_check.read_pending(layout)
-    word = _name_state(state)
+    state, name, pending = systemd.read_state(SERVICE), releases.read_current(layout), health_check.read_pending(layout)
+    state_name = _name_state(state)
     reason, lines = _explain_failure(state)
     return {
         "release": name,
         "verdict": _read_outcome(layout, name),
-        "on_trial": tried.release if tried else None,
+        "on_trial": pending.release if pending else None,
         "last": None if name else _read_last_check(layout),
-        "state": word,
+        "state": state_name,
         "for_s": time.monotonic() - state.active_since_s if state.is_up else None,
         "restarts": state.restarts,
-        "words": "" if word == "stopped" else state.words,  # of whichever release ran last
+        "words": "" if state_name == "stopped" else state.status_text,  # another release may have set it
         "reason": reason,
         "lines": lines,
         "starts_with_robot": state.is_enabled,
@@ -199,23 +198,23 @@ def _name_state(state: UnitState) -> str:
 
 def _explain_failure(state: UnitState) -> tuple[str, list[str]]:
     if state.has_failed:
-        reason, invocation = state.ending(), state.invocation
-    elif state.restarts and (ended := journal.read_last_end(SERVICE)):
-        reason, invocation = ended
+        reason, invocation = state.describe_end(), state.invocation
+    elif state.restarts and (end := journal.read_last_end(SERVICE)):
+        reason, invocation = end
     else:
         return "", []
     return reason, list(journal.read_last_lines(SERVICE, invocation))
 
 
 def _read_outcome(layout: Layout, name: str | None) -> str | None:
-    verdict = HealthResult.read(layout.releases / name) if name else None
-    return verdict.outcome if verdict else None
+    result = HealthResult.read(layout.releases / name) if name else None
+    return result.outcome if result else None
 
 
 def _read_last_check(layout: Layout) -> dict[str, str] | None:
     for name in releases.list_names(layout):
-        if verdict := HealthResult.read(layout.releases / name):
-            return {"name": name, "outcome": verdict.outcome, "reason": verdict.reason}
+        if result := HealthResult.read(layout.releases / name):
+            return {"name": name, "outcome": result.outcome, "reason": result.reason}
     return None
 
 
@@ -224,7 +223,7 @@ def _measure_recordings(layout: Layout) -> dict[str, int]:
     return {"files": len(sizes), "bytes": sum(sizes)}
 
 
-def print_log(layout: Layout, *, lines: int = 50, follow: bool = False) -> dict[str, Any]:  # noqa: ARG001  as all do
-    """Print the last ``lines``, each as it is, without our mark; then, where they are followed, what comes."""
+def print_log(layout: Layout, *, lines: int = 50, follow: bool = False) -> dict[str, Any]:  # noqa: ARG001  every action takes it
+    """Print the last ``lines`` of the app's output without the mark of messages; then ``follow`` it if asked."""
     journal.print_lines(SERVICE, lines, is_followed=follow)
     return {}

@@ -20,14 +20,42 @@ from robotcore.deploy.agent.releases import ENVIRONMENT, PROJECT, SITE, Release
 from robotcore.deploy.agent.rpc import AgentError
 
 FAILED, UNUSABLE = 1, 2
-"""Exit statuses: what may be well the next time, such as a card's reading, and what systemd does not try again."""
+"""Exit statuses. systemd tries again after the first one, such as a read error, and not after the second."""
+
+ROBOTCORE_ARGUMENTS = (
+    "-c",
+    (
+        "import sys; sys.path[:] = [each for each in sys.path if each]; "
+        "import runpy; runpy.run_module('robotcore', run_name='__main__', alter_sys=True)"
+    ),
+)
+"""Python's arguments for ``-m robotcore`` without modules of the working folder, so that a project's ``drivers`` does
+not hide robotcore's. Python's variable for that exists only from 3.11 on."""
+
+
+@dataclass(frozen=True)
+class Launch:
+    """A command of a release's robotcore."""
+
+    command: tuple[str, ...]
+    folder: Path
+    """The working folder: the project's."""
+    environment: dict[str, str]
+    """The process's environment variables."""
+
+
+def build_launch(release: Path, *arguments: str) -> Launch:
+    """Return the command of a release's robotcore with these arguments."""
+    python = release / ENVIRONMENT / "bin" / "python"
+    isolation = {"PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1"}
+    return Launch((str(python), *ROBOTCORE_ARGUMENTS, *arguments), release / PROJECT, {**os.environ, **isolation})
 
 
 def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None = None) -> int:
-    """Do what systemd asks for; return the exit status."""
-    works: dict[str, Callable[[Layout], int]] = {"run": run_app, "off": stop_motors, "trial": run_health_check}
+    """Run the command that systemd gives; return the exit status."""
+    commands: dict[str, Callable[[Layout], int]] = {"run": run_app, "off": stop_motors, "trial": run_health_check}
     try:
-        return works[arguments[0]](layout or Layout(Path.home()))
+        return commands[arguments[0]](layout or Layout(Path.home()))
     except FileNotFoundError as error:
         return _print_fault(f"{error.filename}: {error.strerror}. Push again")
     except OSError as error:
@@ -38,39 +66,39 @@ def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None =
 
 
 def run_app(layout: Layout) -> int:
-    """Become the app of the current release; return only where that cannot be.
+    """Replace this process by the app of the current release; return only on failure.
 
-    The release itself is run, not what ``current`` points to: a swap changes nothing for a process that runs.
+    The app runs in the release's own folder instead of ``current``, so that a change of ``current`` does not affect it.
     """
     folder = layout.current.resolve()
     release = Release.read(folder)
     files.replace_link(releases.find_running_link(), str(folder))
-    called = build_launch(folder, *release.run, *_build_record_options(layout, release))
+    launch = build_launch(folder, *release.run, *_build_record_options(layout, release))
     print(f"release {release.name}: {release.app} on {release.backend}", flush=True)  # noqa: T201 - into the journal
-    os.chdir(called.folder)
-    os.execve(called.command[0], called.command, called.environment)  # noqa: S606 - no shell is wanted
+    os.chdir(launch.folder)
+    os.execve(launch.command[0], launch.command, launch.environment)  # noqa: S606 - no shell is wanted
 
 
 def stop_motors(layout: Layout) -> int:
-    """Let the motors of the release that ran stand; return the exit status of what did."""
-    note = releases.find_running_link()
-    folder = (note if note.exists() else layout.current).resolve()
+    """Stop the motors of the release that ran; return the exit status."""
+    running = releases.find_running_link()
+    folder = (running if running.exists() else layout.current).resolve()
     if not folder.is_dir():
         return 0
     release = Release.read(folder)
     if not release.stop:
         return 0
-    called = build_launch(folder, *release.stop)
+    launch = build_launch(folder, *release.stop)
     done = subprocess.run(  # noqa: S603 - no shell
-        called.command, cwd=called.folder, env=called.environment, capture_output=True, text=True, check=False
+        launch.command, cwd=launch.folder, env=launch.environment, capture_output=True, text=True, check=False
     )
     return _print_fault(f"the motors may still turn: {done.stderr or done.stdout}") if done.returncode else 0
 
 
 def run_health_check(layout: Layout) -> int:
-    """Judge the release that is on trial; where the robot goes down meanwhile, systemd starts no more for us.
+    """Complete the pending health check; return the exit status.
 
-    What this needs is imported here: whatever is wrong with it keeps no app from running, and no motor from standing.
+    Its modules are imported here, so that an error in them cannot keep an app from running or motors from stopping.
     """
     from robotcore.deploy.agent.health_check import ShutdownError, run_check
 
@@ -82,9 +110,9 @@ def run_health_check(layout: Layout) -> int:
 
 
 def _build_record_options(layout: Layout, release: Release) -> tuple[str, ...]:
-    """Return the arguments that record a run, in a file that is not there yet, and in half of the free room at most.
+    """Return the arguments that record a run into a new file of at most half the free space.
 
-    A robot that is left alone for days must not fill its disk.
+    A robot that runs for days without supervision must not fill its disk.
     """
     if not release.is_recorded:
         return ()
@@ -98,30 +126,3 @@ def _build_record_options(layout: Layout, release: Release) -> tuple[str, ...]:
 def _print_fault(fault: str) -> int:
     print(f"robotcore: {fault}", file=sys.stderr)  # noqa: T201 - into the journal
     return UNUSABLE
-
-
-ROBOTCORE_ARGUMENTS = (
-    "-c",
-    (
-        "import sys; sys.path[:] = [each for each in sys.path if each]; "
-        "import runpy; runpy.run_module('robotcore', run_name='__main__', alter_sys=True)"
-    ),
-)
-"""Arguments of Python's: ``-m robotcore`` that looks for no module in the working folder, so that no ``drivers`` of a
-project's is taken for ours. Python has a variable for that from 3.11 on, too late."""
-
-
-@dataclass(frozen=True)
-class Launch:
-    """A command of robotcore's, ready for a process."""
-
-    command: tuple[str, ...]
-    folder: Path
-    environment: dict[str, str]
-
-
-def build_launch(release: Path, *arguments: str) -> Launch:
-    """Return how robotcore is called in a release's folder."""
-    python = release / ENVIRONMENT / "bin" / "python"
-    kept_apart = {"PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1"}
-    return Launch((str(python), *ROBOTCORE_ARGUMENTS, *arguments), release / PROJECT, {**os.environ, **kept_apart})

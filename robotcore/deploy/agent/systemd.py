@@ -12,7 +12,7 @@ from robotcore.deploy.agent import robot_facts
 from robotcore.deploy.agent.rpc import AgentError
 
 CALL_TIMEOUT_S = 90.0
-"""How long systemd may take over a call: longer than it lets a service take to stop."""
+"""How long a call of systemctl may take, in s: longer than a service may take to stop."""
 
 EXITED, KILLED = 1, 2
 """``CLD_EXITED`` and ``CLD_KILLED`` of wait(2): a process ended by itself, or by a signal."""
@@ -24,10 +24,10 @@ _STATUSES = {
     5: "the app raised, or hung",
     6: "it ended without a success",
 }
-"""What ``robotcore run`` exits with as a service, in words."""
+"""The exit statuses of ``robotcore run`` as a service, in words."""
 
 MANAGER_GONE = "manager"
-"""The kind of a refusal where the user's systemd itself does not answer."""
+"""The kind of an error if the user's systemd itself does not answer."""
 
 _NO_BUS_TEXTS = (
     "Failed to connect to bus",
@@ -35,83 +35,86 @@ _NO_BUS_TEXTS = (
     "Connection reset",
     "Connection terminated",
 )
-"""What systemctl prints where the user's systemd does not run, or ends meanwhile."""
+"""What systemctl prints if the user's systemd does not run, or ends meanwhile."""
 
 
 @dataclass(frozen=True)
 class UnitState:
-    """What systemd tells of a unit, by the names of org.freedesktop.systemd1(5).
-
-    ``active_since_s`` and ``alive_at_s``, when its loop last told the watchdog that it is alive, are of the monotonic
-    clock. ``code`` and ``status`` are of the main process's end, as wait(2) has them. ``has_job`` is whether it is
-    about to be started or stopped. ``invocation`` is another one each time the unit starts, by whatever cause.
-    """
+    """The state of a unit, with the names of org.freedesktop.systemd1(5). Times are of the monotonic clock."""
 
     active: str = "inactive"
     sub: str = "dead"
     result: str = "success"
     invocation: str = ""
+    """An identifier that changes with each start."""
     restarts: int = 0
-    words: str = ""
+    """How often systemd has restarted it after a failure."""
+    status_text: str = ""
+    """The last status that the unit sent to systemd."""
     code: int = 0
+    """How the main process ended, as in wait(2)."""
     status: int = 0
+    """The main process's exit status or signal, as in wait(2)."""
     active_since_s: float = 0.0
     alive_at_s: float = 0.0
+    """When the unit last reset systemd's watchdog."""
     is_enabled: bool = False
+    """Whether it starts with the robot."""
     has_job: bool = False
+    """Whether systemd is about to start or stop it."""
 
     @classmethod
-    def of(cls, told: Mapping[str, str]) -> UnitState:
-        """Return the state that properties tell of."""
+    def of(cls, properties: Mapping[str, str]) -> UnitState:
+        """Return the state from the output of ``systemctl show``."""
         return cls(
-            active=told["ActiveState"],
-            sub=told["SubState"],
-            result=told["Result"],
-            invocation=told["InvocationID"],
-            restarts=int(told["NRestarts"]),
-            words=told["StatusText"],
-            code=int(told["ExecMainCode"]),
-            status=int(told["ExecMainStatus"]),
-            active_since_s=int(told["ActiveEnterTimestampMonotonic"]) / 1e6,
-            alive_at_s=int(told["WatchdogTimestampMonotonic"]) / 1e6,
-            is_enabled=told["UnitFileState"] == "enabled",
-            has_job=bool(told["Job"]),
+            active=properties["ActiveState"],
+            sub=properties["SubState"],
+            result=properties["Result"],
+            invocation=properties["InvocationID"],
+            restarts=int(properties["NRestarts"]),
+            status_text=properties["StatusText"],
+            code=int(properties["ExecMainCode"]),
+            status=int(properties["ExecMainStatus"]),
+            active_since_s=int(properties["ActiveEnterTimestampMonotonic"]) / 1e6,
+            alive_at_s=int(properties["WatchdogTimestampMonotonic"]) / 1e6,
+            is_enabled=properties["UnitFileState"] == "enabled",
+            has_job=bool(properties["Job"]),
         )
 
     @property
     def is_up(self) -> bool:
-        """It runs, and has said that it is ready."""
+        """It runs and is ready."""
         return self.active == "active"
 
     @property
     def is_starting(self) -> bool:
-        """It is being started, or will be once more after a pause."""
+        """It is being started, or will be restarted after a pause."""
         return self.active == "activating"
 
     @property
     def is_down(self) -> bool:
-        """It ended without a failure, and nothing will start it again."""
+        """It ended without a failure, and systemd will not restart it."""
         return self.active == "inactive" and not self.has_failed
 
     @property
-    def is_between(self) -> bool:
-        """It starts or stops, or is about to; a pause before it is started again is not that."""
+    def is_changing(self) -> bool:
+        """It starts or stops, or is about to; the pause before a restart does not count."""
         return self.has_job or (self.active in {"activating", "deactivating"} and self.sub != "auto-restart")
 
     @property
     def has_failed(self) -> bool:
-        """It failed, whether or not it is being started again."""
+        """It failed, and may be restarting."""
         return self.result != "success" or self.active == "failed"
 
     @property
     def has_succeeded(self) -> bool:
-        """It ended by itself, and well."""
+        """It ended by itself with success."""
         return self.is_down and (self.code, self.status) == (EXITED, 0)
 
-    def ending(self) -> str:
-        """Return in words how the main process ended."""
+    def describe_end(self) -> str:
+        """Describe how the main process ended."""
         if self.result == "watchdog":
-            return "it hung: it told nothing to systemd's watchdog"
+            return "it hung: it did not reset systemd's watchdog"
         if self.result == "timeout":
             return "it took too long to start or to stop"
         if self.result == "protocol":
@@ -131,15 +134,15 @@ _PROPERTIES = (
 
 
 def read_state(unit: str) -> UnitState:
-    """Return what systemd tells of a unit; one that it does not know is down."""
+    """Return the state of a unit; an unknown unit is down."""
     lines = systemctl("show", f"--property={_PROPERTIES}", unit).splitlines()
     return UnitState.of(dict(line.partition("=")[::2] for line in lines))
 
 
 def restart(unit: str) -> str:
-    """Let systemd stop and start a unit in one job, and do not wait for it; failures of before count no longer.
+    """Restart a unit in one job, without waiting for it, and reset its earlier failures.
 
-    Returns the invocation that this ends.
+    Returns the invocation before the restart.
     """
     _forget_failures(unit)
     before = read_state(unit).invocation
@@ -148,45 +151,45 @@ def restart(unit: str) -> str:
 
 
 def start(unit: str) -> None:
-    """Let systemd start a unit, and do not wait for it; failures of before count no longer."""
+    """Start a unit without waiting for it, and reset its earlier failures."""
     _forget_failures(unit)
     systemctl("start", "--no-block", unit)
 
 
 def stop(*units: str) -> None:
-    """Stop units; return once they are down. What failed is forgotten, as what was stopped has not failed."""
+    """Stop units, wait until they are down, and reset their failures."""
     systemctl("stop", *units)
     _forget_failures(*units)
 
 
 def _forget_failures(*units: str) -> None:
-    """Forget them; systemd refuses that where it knows a disabled unit no more, and then there is nothing to forget."""
+    """Reset failures. systemd refuses that for a disabled unit that it has unloaded, which has no failures."""
     _call("reset-failed", *units)
 
 
 def enable(*units: str) -> None:
-    """Let units start with the robot."""
+    """Start units with the robot from now on."""
     systemctl("enable", *units)
 
 
 def disable(*units: str) -> None:
-    """Let units no longer start with the robot."""
+    """Do not start units with the robot any more."""
     systemctl("disable", *units)
 
 
 def reload_units() -> None:
-    """Let systemd read its units again."""
+    """Make systemd read its unit files again."""
     systemctl("daemon-reload")
 
 
 def is_shutting_down() -> bool:
-    """Whether the robot, or this user's part of it, is about to end."""
+    """Return whether the robot, or this user's systemd, is shutting down."""
     done = _call("is-system-running")
     return done.stdout.strip() not in {"running", "degraded", "starting", "initializing", "maintenance"}
 
 
 def systemctl(*arguments: str) -> str:
-    """Return what systemctl prints for the user's own systemd; raises RefusalError where it fails."""
+    """Run systemctl for the user's systemd; return its output. Raises AgentError if it fails."""
     done = _call(*arguments)
     if done.returncode:
         raise _build_error(arguments, done.stderr.strip())
@@ -216,16 +219,16 @@ def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
         ) from error
 
 
-def _build_error(arguments: tuple[str, ...], told: str) -> AgentError:
-    if any(words in told for words in _NO_BUS_TEXTS):
+def _build_error(arguments: tuple[str, ...], stderr: str) -> AgentError:
+    if any(text in stderr for text in _NO_BUS_TEXTS):
         user = robot_facts.read_user()
         return AgentError(
-            f"no systemd of {user}'s runs there ({told})",
+            f"no systemd of {user}'s runs there ({stderr})",
             f"On the robot: sudo loginctl enable-linger {user} && sudo systemctl start user@{os.getuid()}.service",
             MANAGER_GONE,
         )
     return AgentError(
-        f"systemctl --user {' '.join(arguments)}: {told.splitlines()[0] if told else 'failed'}",
+        f"systemctl --user {' '.join(arguments)}: {stderr.splitlines()[0] if stderr else 'failed'}",
         "Look at it there: systemctl --user status robotcore",
         "systemctl",
     )

@@ -17,11 +17,11 @@ from robotcore.deploy.agent.files import Layout
 SERVICE, HEALTH_CHECK = "robotcore.service", "robotcore-trial.service"
 
 START_LIMIT_S = 120
-"""How long a release may take until its app has made its first step."""
+"""How long a release may take until its app has completed its first step, in s."""
 
 _FINAL_STATUSES = "2 4 6"
-"""Exit statuses of robotcore's after which somebody has to look: what can never run, what the safety stage stopped, and
-what ended by itself with a failure (`robotcore.deploy.systemd_notify.FAILED`)."""
+"""The exit statuses of robotcore after which systemd does not restart the app: it cannot run, the safety stage stopped
+it, or it ended by itself without success (`robotcore.deploy.systemd_notify.FAILED`)."""
 
 _SERVICE = f"""\
 # Written by robotcore deploy. What you want otherwise goes into a drop-in: systemctl --user edit {SERVICE}
@@ -78,9 +78,20 @@ WantedBy=default.target
 
 UNIT_TEXTS = {SERVICE: _SERVICE, HEALTH_CHECK: _HEALTH_CHECK}
 
+_MAIN = "from robotcore.deploy.agent.service import main\n\nraise SystemExit(main())\n"
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The earliest time of a ZIP file, so that the same sources make the same file."""
+
+
+def install_service(layout: Layout) -> None:
+    """Install the program and the units; raises AgentError if the user's systemd would end with the connection."""
+    robot_facts.require_lingering()
+    install_program(layout, sources)
+    install_units(layout)
+
 
 def install_units(layout: Layout) -> None:
-    """Put the units where they are not there like this, and let systemd start them with the robot."""
+    """Write the unit files that differ, and start the units with the robot from now on."""
     layout.units.mkdir(parents=True, exist_ok=True)
     changed = {name: text for name, text in UNIT_TEXTS.items() if not _is_up_to_date(layout.units / name, text)}
     for name, text in changed.items():
@@ -91,7 +102,7 @@ def install_units(layout: Layout) -> None:
 
 
 def list_installed_units(layout: Layout) -> list[Path]:
-    """Return the files of the units that are there: all, none, or what a removal that was cut short has left."""
+    """Return the unit files that exist: all, none, or the rest that an interrupted removal has left."""
     return [unit for name in UNIT_TEXTS if (unit := layout.units / name).exists()]
 
 
@@ -99,29 +110,17 @@ def _is_up_to_date(path: Path, text: str) -> bool:
     return path.is_file() and path.read_bytes() == text.encode()
 
 
-_MAIN = "from robotcore.deploy.agent.service import main\n\nraise SystemExit(main())\n"
-_EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The first moment a ZIP file can tell of: the same sources make the same file."""
-
-
 def install_program(layout: Layout, sources: Mapping[str, str]) -> None:
-    """Put the program where it is not there like this; ``sources`` are texts by their path, ``robotcore/deploy/…``."""
+    """Write the program if it differs; ``sources`` are texts by their path, ``robotcore/deploy/…``."""
     content = build_program(sources)
     if not layout.program.is_file() or layout.program.read_bytes() != content:
         files.write_file(layout.program, content)
 
 
 def build_program(sources: Mapping[str, str]) -> bytes:
-    """Return sources as a file that Python runs."""
+    """Return the content of a ZIP file that Python runs."""
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as file:
         for path, text in sorted({**sources, "__main__.py": _MAIN}.items()):
             file.writestr(zipfile.ZipInfo(path, _EPOCH), text)
     return content.getvalue()
-
-
-def install_service(layout: Layout) -> None:
-    """See to all that is needed; raises RefusalError where the user's systemd would end with the connection."""
-    robot_facts.require_lingering()
-    install_program(layout, sources)
-    install_units(layout)

@@ -12,16 +12,21 @@ from robotcore.deploy.agent.releases import NAME_PATTERN
 
 _PUSHED_BY = ".pushed-by"
 
+_PROC = Path("/proc")
+_BOOT = _PROC / "sys/kernel/random/boot_id"
+_CONNECTION_PROGRAMS = ("sshd", "dropbear")
+"""How the names of programs that serve an ssh connection begin; from OpenSSH 9.8 on it is sshd-session."""
+
 
 def open_upload(layout: Layout, release: str) -> Path:
-    """Return the folder that a release is sent to, whose name is new.
+    """Return a new folder for the upload of a release.
 
-    What a broken push left is taken over, so that only the rest is sent; contents decide what that is.
+    It takes over the folder of the newest broken upload, so that rsync sends only what differs.
     """
     folder = layout.incoming / release
-    left = list(list_leftovers(layout))
-    before = next((path for path in left if NAME_PATTERN.fullmatch(path.name)), None)
-    for path in left:
+    leftovers = list(list_leftovers(layout))
+    before = next((path for path in leftovers if NAME_PATTERN.fullmatch(path.name)), None)
+    for path in leftovers:
         if path != before:
             delete(path)
     if before:
@@ -33,14 +38,14 @@ def open_upload(layout: Layout, release: str) -> Path:
 
 
 def list_leftovers(layout: Layout) -> Iterator[Path]:
-    """Yield the folders of pushes that broke off, the newest first, and what was to be thrown away."""
+    """Yield the folders of broken uploads, the newest first, and folders that are still to be deleted."""
     for path in sorted(layout.incoming.glob("*"), reverse=True):
         if path.suffix != _PUSHED_BY and not is_process_alive(_read_owner(_owner_file(layout, path.name))):
             yield path
 
 
 def discard_upload(layout: Layout, release: str) -> bool:
-    """Throw away what was sent of a release; return whether there was anything."""
+    """Delete the upload of a release; return whether there was one."""
     folder = layout.incoming / release
     was_there = folder.is_dir()
     if was_there:
@@ -50,16 +55,16 @@ def discard_upload(layout: Layout, release: str) -> bool:
 
 
 def discard(layout: Layout, folder: Path) -> None:
-    """Take a folder away: out of sight in one step, so that nobody ever meets a half of it, and then for good."""
+    """Rename a folder atomically, then delete it, so that no other process finds half a folder."""
     layout.incoming.mkdir(parents=True, exist_ok=True)
-    gone = layout.incoming / f"gone-{os.getpid()}-{folder.name}"
+    renamed = layout.incoming / f"gone-{os.getpid()}-{folder.name}"
     _make_writable(folder)
-    folder.rename(gone)
-    delete(gone)
+    folder.rename(renamed)
+    delete(renamed)
 
 
 def delete(folder: Path) -> None:
-    """Delete a folder, with what a project keeps from being written to."""
+    """Delete a folder with its read-only parts, or a file or a link."""
     if folder.is_symlink() or not folder.is_dir():
         folder.unlink(missing_ok=True)
         return
@@ -74,7 +79,7 @@ def _make_writable(folder: Path) -> None:
 
 
 def _delete_stale_owners(layout: Layout) -> None:
-    """Take away what tells of pushes whose folders are gone."""
+    """Delete the owner files of uploads whose folders are gone."""
     for owner in layout.incoming.glob(f"*{_PUSHED_BY}"):
         if not (layout.incoming / owner.stem).exists():
             owner.unlink()
@@ -91,38 +96,32 @@ def _read_owner(owner: Path) -> str:
         return ""
 
 
-_PROC = Path("/proc")
-_BOOT = _PROC / "sys/kernel/random/boot_id"
-_CONNECTION_PROGRAMS = ("sshd", "dropbear")
-"""What serves a connection calls itself so; from OpenSSH 9.8 on it is sshd-session."""
-
-
 def read_boot_id() -> str:
-    """Return this boot's name."""
+    """Return the identifier of this boot."""
     return _BOOT.read_text().strip()
 
 
 def identify_process(pid: int) -> str:
-    """Return what names a process for ever; raises OSError where there is none."""
+    """Return an identity that no other process ever has; raises OSError if there is no such process."""
     _, _, started = _read_process(pid)
     return f"{read_boot_id()} {pid} {started}"
 
 
-def is_process_alive(named: str) -> bool:
-    """Return whether the process of an identity lives."""
+def is_process_alive(identity: str) -> bool:
+    """Return whether the process of an identity runs."""
     try:
-        return identify_process(int(named.split()[1])) == named
+        return identify_process(int(identity.split()[1])) == identity
     except (OSError, ValueError, IndexError):
         return False
 
 
 def identify_connection() -> str:
-    """Return the identity of what serves the desk's connection: it lives through all calls and transfers of a push.
+    """Return the identity of the process that serves the desk's connection; it runs as long as the push.
 
-    Where there is no such process, that of whoever called.
+    If there is no such process, return the identity of the parent process.
     """
-    served = (pid for pid in _list_ancestors() if _read_process(pid)[0].startswith(_CONNECTION_PROGRAMS))
-    return identify_process(next(served, os.getppid()))
+    servers = (pid for pid in _list_ancestors() if _read_process(pid)[0].startswith(_CONNECTION_PROGRAMS))
+    return identify_process(next(servers, os.getppid()))
 
 
 def _list_ancestors() -> Iterator[int]:
@@ -133,7 +132,7 @@ def _list_ancestors() -> Iterator[int]:
 
 
 def _read_process(pid: int) -> tuple[str, int, str]:
-    """Return a process's name, its parent, and when it was started. Source: proc(5), /proc/PID/stat."""
+    """Return a process's name, its parent, and its start time in ticks since boot. Source: proc(5), /proc/PID/stat."""
     name, _, rest = (_PROC / str(pid) / "stat").read_text().partition(" (")[2].rpartition(") ")
     fields = rest.split()
     return name, int(fields[1]), fields[19]

@@ -97,7 +97,7 @@ def test_units_that_are_there_are_not_read_again(layout: Layout, systemd: Script
     for _ in range(2):
         with pytest.raises(AgentError):
             run_actions.activate_release(layout, release=NEW)
-        layout.trial.unlink()
+        layout.health_check.unlink()
     assert systemd.calls.count("enable robotcore.service robotcore-trial.service") == 2
     assert systemd.calls.count("daemon-reload") == 1
 
@@ -109,7 +109,7 @@ def test_trial_that_is_under_way_is_looked_at_once_more(layout: Layout, systemd:
     conducts(layout, systemd, NEW, HealthResult("healthy"), NEW)
     runs(layout, systemd, NEW)
     assert run_actions.activate_release(layout, release=NEW)["outcome"] == "healthy"
-    assert begun.verdict(layout)
+    assert begun.read_result(layout)
 
 
 @pytest.mark.parametrize("outcome, in_place", [("healthy", NEW), ("unhealthy", OLD), ("stopped", OLD)])
@@ -151,7 +151,7 @@ def robot(layout: Layout) -> Layout:
 
 def begun(robot: Layout, systemd: ScriptedSystemd, release: str = NEW) -> dict[str, Any]:
     """Return what is on trial once a release is activated; it is over as soon as somebody looks."""
-    systemd.then(1, f"mv {shlex.quote(str(robot.trial))} ./was", unit=HEALTH_CHECK)
+    systemd.then(1, f"mv {shlex.quote(str(robot.health_check))} ./was", unit=HEALTH_CHECK)
     run_actions.activate_release(robot, release=release)
     told: dict[str, Any] = json.loads(systemd.folder.joinpath("was").read_text())
     return told
@@ -200,7 +200,7 @@ def test_trial_that_somebody_has_ended_is_not_looked_at_for_ever(
 
 def test_trial_that_broke_off_goes_on_with_a_start(robot: Layout, systemd: ScriptedSystemd) -> None:
     HealthCheck(NEW, OLD).begin(robot)
-    systemd.then(1, f"rm {shlex.quote(str(robot.trial))}", unit=HEALTH_CHECK)
+    systemd.then(1, f"rm {shlex.quote(str(robot.health_check))}", unit=HEALTH_CHECK)
     systemd.will_tell(at.NEW_RUNS)
     run_actions.start_app(robot)
     assert systemd.calls[-1] == "start --no-block robotcore-trial.service"
@@ -228,7 +228,7 @@ def test_robot_whose_systemd_ends_with_the_connection_is_refused_and_nothing_cha
     with raises(AgentError, "linger", hide=[robot_facts.read_user()]):
         run_actions.activate_release(layout, release=NEW)
     assert systemd.calls == []
-    assert not layout.trial.exists()
+    assert not layout.health_check.exists()
 
 
 def test_rollback_takes_the_last_healthy_release_before(layout: Layout, systemd: ScriptedSystemd) -> None:

@@ -23,7 +23,7 @@ def test_the_newest_comes_first_each_with_what_came_of_it(layout: Layout) -> Non
     HealthResult(HEALTHY, "it ended with success").write(put_release(layout, OLD))
     put_release(layout, NEW)
     make_current(layout, OLD)
-    files.write_file(layout.trial, f'{{"release": "{NEW}", "previous": "{OLD}"}}')
+    files.write_file(layout.health_check, f'{{"release": "{NEW}", "previous": "{OLD}"}}')
     told = admin_actions.list_releases(layout)
     assert (told["current"], told["on_trial"]) == (OLD, NEW)
     assert [each["name"] for each in told["releases"]] == [NEW, OLD]

@@ -7,7 +7,7 @@ import pytest
 
 from robotcore.deploy.agent import health_check, releases, robot_facts
 from robotcore.deploy.agent.files import Layout
-from robotcore.deploy.agent.health_check import HealthCheck, Seen, ShutdownError
+from robotcore.deploy.agent.health_check import HealthCheck, ShutdownError
 from robotcore.deploy.agent.releases import HealthResult
 from robotcore.deploy.agent.rpc import AgentError
 from tests.robotcore.deploy.agent import systemd_states as at
@@ -39,7 +39,7 @@ def test_release_that_lives_stays(layout: Layout, systemd: ScriptedSystemd, begu
     systemd.will_tell(*LIVES)
     health_check.run_check(layout)
     assert releases.read_current(layout) == NEW
-    assert begun.verdict(layout) == HealthResult("healthy", since=begun.since)
+    assert begun.read_result(layout) == HealthResult("healthy", since=begun.since)
     assert health_check.read_pending(layout) is None
     assert systemd.calls == [RESTART]
 
@@ -52,7 +52,7 @@ def test_release_that_dies_makes_room_for_the_one_before(
     systemd.writes("OSError: camera: no picture")
     health_check.run_check(layout)
     assert releases.read_current(layout) == OLD
-    assert begun.verdict(layout) == HealthResult(
+    assert begun.read_result(layout) == HealthResult(
         "unhealthy", "it ended with status 1", ("OSError: camera: no picture",), begun.since
     )
     assert health_check.read_pending(layout) is None
@@ -104,7 +104,7 @@ def test_release_that_somebody_stops_is_taken_back_and_nothing_is_started(
     systemd.will_tell(*LIVES, at.STOPPED)
     health_check.run_check(layout)
     assert releases.read_current(layout) == OLD
-    assert begun.verdict(layout) == HealthResult("stopped", "somebody stopped it", since=begun.since)
+    assert begun.read_result(layout) == HealthResult("stopped", "a user stopped it", since=begun.since)
     assert systemd.calls == [RESTART, STOP], "the new one, and nothing after it"
 
 
@@ -117,7 +117,7 @@ def test_reboot_leaves_the_trial_for_the_next_start(
     with pytest.raises(ShutdownError):
         health_check.run_check(layout)
     assert health_check.read_pending(layout) == HealthCheck(NEW, OLD, LONG, LONG, begun.since)
-    assert begun.verdict(layout) is None
+    assert begun.read_result(layout) is None
 
 
 @pytest.mark.parametrize("verb", ["show", "restart"])
@@ -129,7 +129,7 @@ def test_systemd_that_goes_leaves_the_trial_for_the_next_start(
     with pytest.raises(AgentError):
         health_check.run_check(layout)
     assert health_check.read_pending(layout) == begun
-    assert begun.verdict(layout) is None
+    assert begun.read_result(layout) is None
 
 
 def test_unit_that_systemd_does_not_take_is_a_release_that_does_not_live(
@@ -141,7 +141,7 @@ def test_unit_that_systemd_does_not_take_is_a_release_that_does_not_live(
     with raises(AgentError, "systemctl"):
         health_check.run_check(layout)
     assert releases.read_current(layout) == OLD
-    verdict = begun.verdict(layout)
+    verdict = begun.read_result(layout)
     assert verdict
     assert "Unit robotcore.service not found" in verdict.reason
 
@@ -200,7 +200,7 @@ def test_verdict_that_is_known_is_kept_where_somebody_stops_what_is_left_to_do(
     (verdict := HealthResult(known, "it is known why", (), begun.since)).write(layout.releases / NEW)
     health_check.abandon_check(layout)
     assert (releases.read_current(layout), health_check.read_pending(layout)) == (stays, None)
-    assert begun.verdict(layout) == verdict
+    assert begun.read_result(layout) == verdict
     assert RESTART not in systemd.calls
 
 
@@ -215,7 +215,7 @@ def test_release_that_is_gone_changes_nothing(layout: Layout, systemd: ScriptedS
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"release": "../../etc", "previous": null}', '{"previous": null}'])
 def test_file_that_tells_of_no_trial_is_none(layout: Layout, text: str) -> None:
     layout.root.mkdir(parents=True)
-    layout.trial.write_text(text)
+    layout.health_check.write_text(text)
     assert health_check.read_pending(layout) is None
 
 
@@ -226,7 +226,7 @@ def test_trial_that_systemd_does_not_take_has_not_begun(
     systemd.fails("start", at.NO_BUS)
     with raises(AgentError, "manager", hide=[robot_facts.read_user(), os.getuid()]):
         HealthCheck(NEW, OLD).begin(layout)
-    assert not layout.trial.exists()
+    assert not layout.health_check.exists()
 
 
 WORDS = ("Traceback (most recent call last):", "OSError: camera: no picture for 1 s. Look at its cable")
@@ -234,7 +234,7 @@ WORDS = ("Traceback (most recent call last):", "OSError: camera: no picture for 
 
 def test_release_that_came_up_and_stayed_is_healthy(systemd: ScriptedSystemd) -> None:
     systemd.will_tell(at.OLD_RUNS, at.OLD_STOPS, at.NEW_STARTS, at.NEW_RUNS)
-    assert health_check.watch_app(LONG, 0.0) == Seen("healthy")
+    assert health_check.watch_app(LONG, 0.0) == HealthResult("healthy")
     assert systemd.calls == ["restart --no-block robotcore.service"], "one job: never neither"
 
 
@@ -247,7 +247,7 @@ def test_release_before_that_fails_and_is_just_started_again_is_not_taken_for_th
     systemd: ScriptedSystemd,
 ) -> None:
     systemd.will_tell(at.OLD_WAITS, at.OLD_AGAIN, at.OLD_STOPS_AGAIN, at.NEW_STARTS, at.NEW_RUNS)
-    assert health_check.watch_app(LONG, 0.0) == Seen("healthy")
+    assert health_check.watch_app(LONG, 0.0) == HealthResult("healthy")
 
 
 @pytest.mark.parametrize(
@@ -258,7 +258,7 @@ def test_release_before_that_fails_and_is_just_started_again_is_not_taken_for_th
         ((at.UNUSABLE,), "it ended with status 2 (it cannot run as it is described)"),
         ((at.NEW_RUNS, at.NEW_WAITS.replace(" 1 1 ", " 1 5 ")), "it ended with status 5 (the app raised, or hung)"),
         ((at.NEW_RUNS, at.KILLED), "it was ended by SIGKILL"),
-        ((at.NEW_RUNS, at.HANGS, at.HUNG), "it hung: it told nothing to systemd's watchdog"),
+        ((at.NEW_RUNS, at.HANGS, at.HUNG), "it hung: it did not reset systemd's watchdog"),
         ((at.TOO_SLOW, at.WAS_TOO_SLOW), "it took too long to start or to stop"),
         ((at.NEVER_READY, at.WAS_NEVER_READY), "it ended with status 0 before its first step"),
         ((at.AGAIN_RUNS,), "it was started again"),
@@ -271,17 +271,17 @@ def test_release_that_fails_is_unhealthy_and_told_of_in_its_own_words(
 ) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS, *looks)
     systemd.writes(*WORDS)
-    assert health_check.watch_app(LONG, LONG) == Seen("unhealthy", reason, WORDS)
+    assert health_check.watch_app(LONG, LONG) == HealthResult("unhealthy", reason, WORDS)
     assert "_SYSTEMD_INVOCATION_ID=0c7fb2b1ea3440b5ae86df6299644aee" in systemd.asked
 
 
 def test_release_that_somebody_restarts_is_watched_from_there_on(systemd: ScriptedSystemd) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_RUNS, at.BETWEEN, at.BACK_STARTS, at.BACK_RUNS, at.BACK_FAILS)
     systemd.writes(*WORDS)
-    assert health_check.watch_app(LONG, LONG) == Seen("unhealthy", "it ended with status 1", WORDS)
+    assert health_check.watch_app(LONG, LONG) == HealthResult("unhealthy", "it ended with status 1", WORDS)
     assert "_SYSTEMD_INVOCATION_ID=e67fb2b1ea3440b5ae86df6299644aee" in systemd.asked
     systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS, at.BETWEEN, at.BACK_STARTS, at.BACK_RUNS)
-    assert health_check.watch_app(LONG, 0.0) == Seen("healthy")
+    assert health_check.watch_app(LONG, 0.0) == HealthResult("healthy")
 
 
 def test_start_that_failed_before_anybody_looked_is_not_missed(systemd: ScriptedSystemd) -> None:
@@ -292,9 +292,9 @@ def test_start_that_failed_before_anybody_looked_is_not_missed(systemd: Scripted
 def test_release_that_hangs_is_not_healthy_before_it_tells_that_it_is_alive(systemd: ScriptedSystemd) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS, at.NEW_HANGS, at.NEW_HANGS, at.NEW_FAILS, at.NEW_WAITS)
     systemd.writes(*WORDS)
-    assert health_check.watch_app(LONG, 0.0) == Seen("unhealthy", "it ended with status 1", WORDS)
+    assert health_check.watch_app(LONG, 0.0) == HealthResult("unhealthy", "it ended with status 1", WORDS)
     systemd.will_tell(at.OLD_RUNS, at.NEW_HANGS, at.NEW_HANGS, at.NEW_RUNS)
-    assert health_check.watch_app(LONG, 0.0) == Seen("healthy")
+    assert health_check.watch_app(LONG, 0.0) == HealthResult("healthy")
 
 
 def test_release_whose_watchdog_somebody_switched_off_is_healthy_in_the_end(
@@ -302,7 +302,7 @@ def test_release_whose_watchdog_somebody_switched_off_is_healthy_in_the_end(
 ) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_HANGS)
     monkeypatch.setattr(health_check, "NO_WATCHDOG_S", 0.0)
-    assert health_check.watch_app(LONG, 0.0) == Seen("healthy")
+    assert health_check.watch_app(LONG, 0.0) == HealthResult("healthy")
 
 
 def test_last_words_are_those_of_a_process_that_has_ended(systemd: ScriptedSystemd) -> None:
@@ -314,7 +314,7 @@ def test_last_words_are_those_of_a_process_that_has_ended(systemd: ScriptedSyste
 
 def test_release_that_is_not_ready_in_time_is_unhealthy(systemd: ScriptedSystemd) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS)
-    assert health_check.watch_app(0.0, LONG) == Seen(
+    assert health_check.watch_app(0.0, LONG) == HealthResult(
         "unhealthy",
         "its first step had not come back within 0 s; if it is only slow, push it with a longer --healthy-within",
     )
@@ -323,12 +323,12 @@ def test_release_that_is_not_ready_in_time_is_unhealthy(systemd: ScriptedSystemd
 @pytest.mark.parametrize("within_s", [LONG, 0.0])
 def test_release_that_ends_with_success_is_healthy_whenever_it_does(systemd: ScriptedSystemd, within_s: float) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_RUNS, at.SUCCEEDS, at.SUCCEEDED)
-    assert health_check.watch_app(within_s, LONG) == Seen("healthy", "it ended with success")
+    assert health_check.watch_app(within_s, LONG) == HealthResult("healthy", "it ended with success")
 
 
 def test_release_that_somebody_stops_is_not_judged(systemd: ScriptedSystemd) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_RUNS, at.STOPPED)
-    assert health_check.watch_app(LONG, LONG) == Seen("stopped", "somebody stopped it")
+    assert health_check.watch_app(LONG, LONG) == HealthResult("stopped", "a user stopped it")
 
 
 @pytest.mark.parametrize("system", ["stopping", "offline", ""])
@@ -344,7 +344,7 @@ def test_release_that_ends_with_the_robot_is_not_judged_at_all(
 
 def test_what_systemd_passes_over_is_unhealthy_at_once(systemd: ScriptedSystemd) -> None:
     systemd.will_tell(at.PASSED_OVER)
-    assert health_check.watch_app(LONG, LONG) == Seen("unhealthy", "systemd did not start it")
+    assert health_check.watch_app(LONG, LONG) == HealthResult("unhealthy", "systemd did not start it")
 
 
 def test_systemd_that_leaves_is_no_verdict(systemd: ScriptedSystemd, raises: Raises) -> None:

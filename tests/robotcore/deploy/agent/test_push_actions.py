@@ -217,7 +217,7 @@ def test_what_fails_pushes_out_nothing_that_lives(crowded: Layout) -> None:
 
 
 def test_what_a_trial_is_about_stays(crowded: Layout) -> None:
-    files.write_file(crowded.trial, f'{{"release": "{NAMES[3]}", "previous": "{NAMES[2]}"}}')
+    files.write_file(crowded.health_check, f'{{"release": "{NAMES[3]}", "previous": "{NAMES[2]}"}}')
     push_actions.prune_releases(crowded, keep=1)
     assert releases.list_names(crowded) == [NAMES[8], NAMES[3], NAMES[2], NAMES[1], NAMES[0]]
 

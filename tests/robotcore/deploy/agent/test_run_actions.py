@@ -165,7 +165,7 @@ def test_release_on_trial_is_taken_back_and_nothing_is_started(layout: Layout, s
     systemd.will_tell(at.STOPPED)
     run_actions.stop_app(layout)
     assert (releases.read_current(layout), health_check.read_pending(layout)) == (OLD, None)
-    assert begun.verdict(layout) == HealthResult("stopped", "somebody stopped it", since=begun.since)
+    assert begun.read_result(layout) == HealthResult("stopped", "a user stopped it", since=begun.since)
     assert not [call for call in systemd.calls[3:] if "start" in call]
 
 
