@@ -43,7 +43,7 @@ class KinematicBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
-            raise UsageError("the kinematic backend needs a world; name one with --world")
+            raise UsageError("the kinematic backend needs a world; name one with --world", kind="world-missing")
         setup.options_as(KinematicOptions)
         simulation = Simulation(setup, setup.world)
         _require_wheels(setup, simulation)
@@ -55,7 +55,7 @@ def _require_wheels(setup: Setup, simulation: Simulation) -> None:
     """Raise DeviceGroupError where encoders sit on no wheel."""
     fault = "sits on no wheel; name it as left_encoder or right_encoder of the drive, or leave it out"
     encoders = [device.name for device in setup.chosen if isinstance(device, EncoderDescription)]
-    if stray := [DeviceError(name, fault) for name in encoders if name not in simulation.encoded]:
+    if stray := [DeviceError(name, fault, kind="no-wheel") for name in encoders if name not in simulation.encoded]:
         raise DeviceGroupError(f"opening {setup.robot.name}", stray)
 
 

@@ -48,7 +48,7 @@ class PyBulletBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
-            raise UsageError("the pybullet backend needs a world; name one with --world")
+            raise UsageError("the pybullet backend needs a world; name one with --world", kind="world-missing")
         options = setup.options_as(PyBulletOptions)
         self.require_installed()
         with redirect_stdout(), ExitStack() as undo:

@@ -57,7 +57,7 @@ class Body:
     def joint_of(self, device: str) -> int:
         """Return Bullet's number for the joint of the wheel that a motor or an encoder sits on."""
         if device not in self._joints:
-            raise DeviceError(device, "sits on no wheel; name it in the robot's drive")
+            raise DeviceError(device, "sits on no wheel; name it in the robot's drive", kind="no-wheel")
         return self._joints[device]
 
     def transform(self) -> tuple[Array, Array]:

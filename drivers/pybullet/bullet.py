@@ -89,7 +89,9 @@ def _import_pybullet() -> ModuleType:
 def _require_screen() -> None:
     """Raise BackendError where a window cannot open: Bullet itself would end the whole process."""
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
-        raise BackendError("pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY to one")
+        raise BackendError(
+            "pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY to one", kind="no-screen"
+        )
 
 
 def redirect_stdout() -> AbstractContextManager[None]:

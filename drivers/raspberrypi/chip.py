@@ -18,6 +18,8 @@ AT_THE_DESK = "At the desk: --backend virtualpi"
 class HeldError(BackendError):
     """A line is another process's."""
 
+    kind = "gpio-held"
+
 
 class Chip:
     """Open until `close`, which frees what was claimed; a Raspberry Pi's kernel lets a freed line keep its level."""
@@ -28,7 +30,7 @@ class Chip:
         try:
             self._handle = self._lgpio.gpiochip_open(number)
         except self._lgpio.error as error:
-            raise BackendError(explain_closed_chip(number)) from error
+            raise BackendError(explain_closed_chip(number), kind="gpio-chip-closed") from error
 
     def claim_low(self, gpios: Sequence[int]) -> None:
         """Make lines low outputs of this process; those that it has claimed before stay as they are.
@@ -38,7 +40,7 @@ class Chip:
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
             words = "; ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in held)
-            raise HeldError(f"{words}. End that program first")
+            raise HeldError(f"{words}. End that program first", gpios=tuple(held))
 
     def write(self, gpio: int, *, is_high: bool) -> None:
         """Set the level of a line that is claimed."""

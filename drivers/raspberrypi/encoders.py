@@ -259,6 +259,7 @@ class PulseCounter:
             raise DeviceError(
                 self._encoder,
                 f"the driver of {self._motor} tells no direction. Take a quadrature encoder for its wheel",
+                kind="no-direction",
             )
         return self._edges
 

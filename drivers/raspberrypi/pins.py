@@ -41,7 +41,9 @@ def open_pins(library: str | None = None) -> Factory:
     if name in OTHERS:
         raise UsageError(
             f"pin factory {name!r}: nobody could stop its motors when this program cannot. Take lgpio: "
-            f"--option pin_factory=lgpio, or unset {_SETTING}. {AT_THE_DESK}"
+            f"--option pin_factory=lgpio, or unset {_SETTING}. {AT_THE_DESK}",
+            kind="pin-factory-unsafe",
+            pin_factory=name,
         )
     if name != LGPIO:
         raise UnknownNameError("pin factory", name, [LGPIO])
@@ -49,7 +51,7 @@ def open_pins(library: str | None = None) -> Factory:
     try:
         return _on_lgpio()
     except ImportError as error:
-        raise BackendMissingError(f"lgpio cannot be used: {error}. {_REMEDY}") from error
+        raise BackendMissingError(f"lgpio cannot be used: {error}. {_REMEDY}", kind="lgpio-missing") from error
 
 
 def _require_board() -> None:
@@ -60,7 +62,7 @@ def _require_board() -> None:
     try:
         get_pi_revision()
     except PinUnknownPi as error:
-        raise BackendError(f"this is no Raspberry Pi ({error}). {AT_THE_DESK}") from error
+        raise BackendError(f"this is no Raspberry Pi ({error}). {AT_THE_DESK}", kind="no-raspberry-pi") from error
 
 
 def _on_lgpio() -> Factory:
@@ -70,7 +72,7 @@ def _on_lgpio() -> Factory:
     try:
         return LGPIOFactory(chip_number())  # the guardian's too: lines of one number on two chips are different lines
     except lgpio.error as error:
-        raise BackendError(explain_closed_chip(chip_number())) from error
+        raise BackendError(explain_closed_chip(chip_number()), kind="gpio-chip-closed") from error
 
 
 _REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages. {AT_THE_DESK}"
@@ -99,13 +101,21 @@ def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> Devi
 
     where = "GPIO " + ", ".join(map(str, gpios))
     if isinstance(error, GPIOPinInUse):
-        return DeviceError(device, f"{where} is in use in this program already. Close what has it first")
+        return DeviceError(
+            device,
+            f"{where} is in use in this program already. Close what has it first",
+            kind="gpio-in-use",
+            gpios=tuple(gpios),
+        )
     if "busy" in str(error).lower():
         held = ", ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in gpios)
-        return DeviceError(device, f"{held}. End that program first")
+        return DeviceError(device, f"{held}. End that program first", kind="gpio-held", gpios=tuple(gpios))
     cause = f"{type(error).__name__}: {error}".removesuffix(": ")
     return DeviceError(
-        device, f"{where} failed ({cause}). Look at the wiring in the robot's file, and run robotcore doctor"
+        device,
+        f"{where} failed ({cause}). Look at the wiring in the robot's file, and run robotcore doctor",
+        kind="gpio-failed",
+        gpios=tuple(gpios),
     )
 
 

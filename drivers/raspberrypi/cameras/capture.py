@@ -123,6 +123,7 @@ class FrameConverter:
                 f"it gives {width}x{height} px, the robot's description says "
                 f"{description.width_px}x{description.height_px}: another shape, so another field of view. "
                 "Set width_px and height_px to a size that the camera has",
+                kind="camera-shape",
             )
         import cv2
 

@@ -62,7 +62,7 @@ class CsiSource(Source):
             self._camera.start()
         except (RuntimeError, OSError) as error:
             words = f"camera {number} cannot be opened ({error}); is another program using it?"
-            raise DeviceError(self.name, words) from error
+            raise DeviceError(self.name, words, kind="camera-not-opened") from error
         return [SETTINGS[control] for control in asked if control not in known]
 
     def shoot(self) -> Shot:
@@ -71,7 +71,7 @@ class CsiSource(Source):
         except TimedOutError as error:
             self._camera.cancel_all_and_flush()  # else it could not be closed
             words = f"has given no picture for {PICTURE_TIMEOUT_S:g} s; with the power off, push its ribbon cable home"
-            raise DeviceError(self.name, words) from error
+            raise DeviceError(self.name, words, kind="camera-silent") from error
         try:
             metadata = request.get_metadata()
             return Shot(request.make_array("main"), self._stamps.time_of(metadata["SensorTimestamp"] / 1e9), metadata)
@@ -135,10 +135,14 @@ def import_picamera2(camera: str) -> Any:
     try:
         import picamera2
     except ImportError as error:
-        raise DeviceError(camera, f"picamera2 is not installed ({error}). {REMEDY}") from error
+        raise DeviceError(
+            camera, f"picamera2 is not installed ({error}). {REMEDY}", kind="picamera2-missing"
+        ) from error
     except ValueError as error:  # Source: https://github.com/raspberrypi/picamera2/issues/1088
         raise DeviceError(
-            camera, f"picamera2 is built for another NumPy than this one ({error}). {OTHER_NUMPY}"
+            camera,
+            f"picamera2 is built for another NumPy than this one ({error}). {OTHER_NUMPY}",
+            kind="picamera2-other-numpy",
         ) from error
     return picamera2
 
@@ -150,7 +154,11 @@ def require_camera(camera: str, library: ModuleType, number: int) -> None:
         return
     cameras = ", ".join(f"{index} ({camera['Model']})" for index, camera in enumerate(there))
     offer = f"there are: {cameras}" if cameras else "there is none: with the power off, look at its ribbon cable"
-    raise DeviceError(camera, f"the Pi has no camera {number}; {offer}. rpicam-hello --list-cameras tells the same")
+    raise DeviceError(
+        camera,
+        f"the Pi has no camera {number}; {offer}. rpicam-hello --list-cameras tells the same",
+        kind="camera-missing",
+    )
 
 
 Mode = Mapping[str, Any]

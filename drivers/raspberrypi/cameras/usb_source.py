@@ -37,7 +37,9 @@ class UsbSource(Source):
         if why := explain_unusable(path, was_there=self._was_there):
             raise self._build_error(why)
         if cv2.CAP_V4L2 not in cv2.videoio_registry.getCameraBackends():
-            raise DeviceError(self.name, "this OpenCV is built without V4L2. Run pip install opencv-python-headless")
+            raise DeviceError(
+                self.name, "this OpenCV is built without V4L2. Run pip install opencv-python-headless", kind="no-v4l2"
+            )
         self._capture = capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
         if not capture.isOpened():
             raise self._build_error(

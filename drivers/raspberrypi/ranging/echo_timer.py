@@ -61,7 +61,7 @@ class EchoTimer:
             if self._echo is not _Echo.OVER:  # it did not rise, or an edge was lost
                 self._findings.add_unclear()
             if self._unanswered >= UNANSWERED_CYCLES:
-                self._findings.fail(DeviceError(self._device, _UNANSWERED))
+                self._findings.fail(DeviceError(self._device, _UNANSWERED, kind="trigger-unanswered"))
             self._time, self._triggered, self._echo = time, ticks, _Echo.AWAITED
             self.ended.clear()
 
@@ -72,7 +72,7 @@ class EchoTimer:
             self.ended.clear()
             if self._waited * self._cycle_s > STUCK_S:
                 self._echo = _Echo.OVER
-                self._findings.fail(DeviceError(self._device, _STUCK))
+                self._findings.fail(DeviceError(self._device, _STUCK, kind="echo-stuck"))
 
     def edge(self, ticks: Any, is_high: bool) -> None:  # noqa: FBT001  gpiozero's pins call it so
         """Take an edge of the echo; one from before the trigger, or after the pulse, says nothing."""

@@ -237,10 +237,10 @@ def _translate_errors(chip_address: ChipAddress) -> Iterator[None]:
             yield
     except ImportError as error:
         fault = f"its library is not installed ({error}); pip install 'robotcore[tof]'"
-        raise DeviceError(chip_address.device, fault) from error
+        raise DeviceError(chip_address.device, fault, kind="library-missing") from error
     except Exception as error:
         fault = (
             f"no answer at {chip_address} ({error}); is I2C switched on (raspi-config), are SDA, SCL, 3.3 V and ground "
             "connected, and is it the chip that the robot's file names"
         )
-        raise DeviceError(chip_address.device, fault) from error
+        raise DeviceError(chip_address.device, fault, kind="chip-unanswered") from error

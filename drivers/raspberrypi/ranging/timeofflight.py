@@ -161,11 +161,15 @@ class Lidar(RangeSensor):
             self._measured = self._asked
             self._classify(measurement, before)
         elif self._asked - self._measured > STALLED_S:
-            raise DeviceError(self.name, "has stopped measuring; look at its 3.3 V")
+            raise DeviceError(self.name, "has stopped measuring; look at its 3.3 V", kind="chip-stalled")
 
     def _classify(self, measurement: Measurement, time: float) -> None:
         if measurement.status is RangeStatus.BROKEN:
-            raise DeviceError(self.name, "says that its laser is broken; switch its 3.3 V off and on, or replace it")
+            raise DeviceError(
+                self.name,
+                "says that its laser is broken; switch its 3.3 V off and on, or replace it",
+                kind="laser-broken",
+            )
         self._findings.clear_failure()
         match measurement.status:
             case RangeStatus.TARGET:

@@ -98,7 +98,9 @@ class VirtualPiBackend(RaspberryPiBackend):
         simulator = load_backend(name)
         if isinstance(simulator, RaspberryPiBackend) or not self.vouches_for <= simulator.vouches_for:
             raise UsageError(
-                f"option simulator: {name!r} is no simulator that runs in lockstep; take kinematic, for one"
+                f"option simulator: {name!r} is no simulator that runs in lockstep; take kinematic, for one",
+                kind="no-lockstep-simulator",
+                simulator=name,
             )
         simulator.require_installed()
         return simulator

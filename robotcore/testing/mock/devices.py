@@ -59,7 +59,7 @@ class Playback(Generic[ValueT]):
         self, device: str, script: Script, clock: Clock, rate_hz: float, convert: Callable[[Any], ValueT]
     ) -> None:
         if isinstance(script, (list, tuple)) and not script:
-            raise UsageError(f"{device}: its script is empty; give it one reading at least")
+            raise UsageError(f"{device}: its script is empty; give it one reading at least", kind="script-empty")
         self._device, self._script, self._clock, self._rate_hz = device, script, clock, rate_hz
         self._convert = convert
         self._played_until = -1
@@ -75,7 +75,9 @@ class Playback(Generic[ValueT]):
         if self._failure:
             raise DeviceError(self._device, str(self._failure)) from self._failure
         if self._newest is None:
-            raise DeviceError(self._device, "nothing has been read yet; let its script begin with a reading")
+            raise DeviceError(
+                self._device, "nothing has been read yet; let its script begin with a reading", kind="nothing-read"
+            )
         return self._newest
 
     def _play(self, tick: int, time: float) -> None:
@@ -148,7 +150,8 @@ class MockRangeSensor(RangeSensor):
     def _within_limits(self, distance: Any) -> float:
         if not isinstance(distance, (int, float)) or math.isnan(distance) or distance < 0:
             raise UsageError(
-                f"{self.name}: its script reads {distance!r}; give a distance in metres, inf, LOST or an exception"
+                f"{self.name}: its script reads {distance!r}; give a distance in metres, inf, LOST or an exception",
+                kind="script-reading",
             )
         return math.inf if distance > self.max_range else max(float(distance), self.min_range)
 

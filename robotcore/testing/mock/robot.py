@@ -120,7 +120,10 @@ class MockRobot:
             return
         device = next((d for d in self.description.devices if isinstance(d, kind)), None)
         if device is None:
-            raise UnmetNeedError(f"{self.description.name} has no device for this script; describe one or leave it out")
+            raise UnmetNeedError(
+                f"{self.description.name} has no device for this script; describe one or leave it out",
+                kind="no-device-for-script",
+            )
         self._scripts[device.name] = script
 
     def _stop_motors(self) -> None:
