@@ -8,6 +8,7 @@ from robotcore.errors import DeviceClosedError, DeviceGroupError, UnknownNameErr
 from robotcore.hal.backend import Setup, Vouch, load_backend
 from robotcore.hal.devices import MemoryDisplay
 from tests.drivers.kinematic.rooms import ROVER, ball, let_pass, opened, room, truth_of
+from tests.texts import Raises
 
 
 def test_the_registry_finds_it_and_it_needs_nothing_installed() -> None:
@@ -54,14 +55,14 @@ def test_a_motor_beside_the_drive_runs_free() -> None:
         assert truth_of(robot).pose() == (0.0, 0.0, 0.0)
 
 
-def test_every_encoder_without_a_wheel_is_named() -> None:
+def test_every_encoder_without_a_wheel_is_named(raises: Raises) -> None:
     drive = ROVER.drive.model_copy(update={"left_encoder": None, "right_encoder": None}) if ROVER.drive else None
-    with pytest.raises(DeviceGroupError, match=r"left_encoder: sits on no wheel(.|\n)*right_encoder: sits"):
+    with raises(DeviceGroupError):
         opened(robot=ROVER.model_copy(update={"drive": drive}))
 
 
-def test_without_a_world_it_says_so() -> None:
-    with pytest.raises(UsageError, match="--world"):
+def test_without_a_world_it_says_so(raises: Raises) -> None:
+    with raises(UsageError, "world-missing"):
         KinematicBackend().open(Setup(ROVER, None, frozenset()))
 
 

@@ -21,6 +21,7 @@ from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.waveshare import WaveshareBoard
 from tests.drivers.raspberrypi.test_conformance import ModulePins
+from tests.texts import Raises
 
 RADIUS_M = 0.0325
 """Of the shipped rover's wheels."""
@@ -80,8 +81,8 @@ def test_at_the_desk_the_simulators_own_devices_stand_in_for_those_on_a_port_and
         assert encoder.read().angle > 0.5
 
 
-def test_a_pin_of_the_ports_own_is_no_others() -> None:
-    with pytest.raises(DescriptionError, match=r"nose\.trigger: GPIO 14 is already raspberrypi\.left_motor\.sends"):
+def test_a_pin_of_the_ports_own_is_no_others(raises: Raises) -> None:
+    with raises(DescriptionError):
         RaspberryPiBackend().fittings(rover("/dev/serial0", trigger=14))
     RaspberryPiBackend().fittings(rover("/dev/ttyUSB0", trigger=14))
 

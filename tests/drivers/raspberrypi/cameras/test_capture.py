@@ -17,6 +17,7 @@ from robotcore.errors import DeviceClosedError, DeviceError
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.drivers.raspberrypi.cameras.fakes import EYE, FakeSource, LabClock, gone, opened, plain
+from tests.texts import Raises
 
 AT_LEAST_S = 30.0
 """No wait in here takes as long unless something hangs."""
@@ -79,12 +80,14 @@ def test_no_picture_but_the_newest_is_kept(clock: LabClock, source: FakeSource) 
     camera.close()
 
 
-def test_a_camera_that_is_gone_is_named_for_as_long_as_it_is(clock: LabClock, source: FakeSource) -> None:
+def test_a_camera_that_is_gone_is_named_for_as_long_as_it_is(
+    clock: LabClock, source: FakeSource, raises: Raises
+) -> None:
     camera = opened(source, clock)
     source.failing = gone()
     for _ in range(3):
         clock.let_pass(3.0)
-        with pytest.raises(DeviceError, match=r"^eye: /dev/video0 is gone; plug it in again$"):
+        with raises(DeviceError):
             camera.read()
 
 
@@ -136,11 +139,13 @@ def test_every_failure_closes_what_was_open(clock: LabClock, source: FakeSource)
     assert source.diary.count("close") == source.diary.count("open")
 
 
-def test_an_error_that_no_library_should_raise_is_told_by_name(clock: LabClock, source: FakeSource) -> None:
+def test_an_error_that_no_library_should_raise_is_told_by_name(
+    clock: LabClock, source: FakeSource, raises: Raises
+) -> None:
     camera = opened(source, clock)
     source.failing = KeyError("SensorTimestamp")
     clock.let_pass(0.1)
-    with pytest.raises(DeviceError, match="eye: KeyError: 'SensorTimestamp'"):
+    with raises(DeviceError):
         camera.read()
 
 
@@ -288,8 +293,8 @@ def test_another_size_of_the_same_shape_is_averaged_down() -> None:
 
 
 @pytest.mark.parametrize("width, height", [(48, 24), (24, 32), (32, 30)])
-def test_another_shape_is_refused_for_its_field_of_view(width: int, height: int) -> None:
-    with pytest.raises(DeviceError, match=rf"eye: it gives {width}x{height} px, the robot's description says 32x24"):
+def test_another_shape_is_refused_for_its_field_of_view(width: int, height: int, raises: Raises) -> None:
+    with raises(DeviceError, "camera-shape"):
         frame_of(plain(width=width, height=height))
 
 

@@ -18,6 +18,7 @@ from robotcore.errors import DeviceError
 from robotcore.hardware import Connection, Host, bind_devices
 from tests.drivers.raspberrypi.cameras.fakepicamera import FOUND_GAIN, FOUND_GAINS, FOUND_US, IMX219, FakeCamera
 from tests.drivers.raspberrypi.cameras.fakes import EYE, RED_BGR, LabClock, plain
+from tests.texts import Raises
 
 ROVER = load_robot("rover")
 
@@ -153,12 +154,14 @@ def test_every_buffer_is_given_back(clock: LabClock, camera: FakeCamera) -> None
     assert eye.read().sequence > camera.last.config["buffer_count"]
 
 
-def test_a_capture_that_hangs_is_named_flushed_and_tried_again(clock: LabClock, camera: FakeCamera) -> None:
+def test_a_capture_that_hangs_is_named_flushed_and_tried_again(
+    clock: LabClock, camera: FakeCamera, raises: Raises
+) -> None:
     eye = opened(clock)
     hung = camera.last
     camera.is_hanging = True
     clock.let_pass(0.1)
-    with pytest.raises(DeviceError, match=r"eye: has given no picture for 2 s; .* ribbon cable"):
+    with raises(DeviceError, "camera-silent"):
         eye.read()
     assert hung.flushes == 1
     assert hung.is_closed
@@ -186,24 +189,18 @@ def test_a_camera_that_closes_with_an_error_is_closed(
     eye.close()
 
 
-@pytest.mark.parametrize(
-    "models, offer",
-    [
-        ([], "the Pi has no camera 1; there is none: with the power off, look at its ribbon cable"),
-        (["imx219"], r"the Pi has no camera 1; there are: 0 \(imx219\)"),
-    ],
-)
+@pytest.mark.parametrize("models", [[], ["imx219"]])
 def test_a_camera_that_is_not_there_is_told_with_those_that_are(
-    models: list[str], offer: str, clock: LabClock, camera: FakeCamera
+    models: list[str], clock: LabClock, camera: FakeCamera, raises: Raises
 ) -> None:
     camera.models = models
-    with pytest.raises(DeviceError, match=f"eye: {offer}"):
+    with raises(DeviceError, "camera-missing"):
         opened(clock, camera=1)
 
 
-def test_a_camera_that_another_program_uses_is_told(clock: LabClock, camera: FakeCamera) -> None:
+def test_a_camera_that_another_program_uses_is_told(clock: LabClock, camera: FakeCamera, raises: Raises) -> None:
     camera.is_busy = True
-    with pytest.raises(DeviceError, match=r"eye: camera 0 cannot be opened \(Camera __init__ .*another program"):
+    with raises(DeviceError, "camera-not-opened"):
         opened(clock)
 
 

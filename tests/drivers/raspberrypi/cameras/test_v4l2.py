@@ -24,6 +24,7 @@ from tests.drivers.raspberrypi.cameras.fakes import (
     FakeWebcam,
     LabClock,
 )
+from tests.texts import Raises
 
 ROVER = load_robot("rover")
 
@@ -66,9 +67,9 @@ def test_the_nearest_size_is_made_the_described_one_where_its_shape_is_the_same(
     assert opened(webcam).read().image.shape == (24, 32, 3)
 
 
-def test_a_size_of_another_shape_is_refused(webcam: FakeWebcam) -> None:
+def test_a_size_of_another_shape_is_refused(webcam: FakeWebcam, raises: Raises) -> None:
     webcam.sizes = [(64, 36)]
-    with pytest.raises(DeviceError, match="eye: it gives 64x36 px, the robot's description says 32x24"):
+    with raises(DeviceError, "camera-shape"):
         opened(webcam)
     assert webcam.captures[-1].is_released
 
@@ -148,13 +149,13 @@ class TestExposure:
 
 
 class TestUnplugged:
-    def test_is_told_and_works_again_when_it_is_plugged_in_again(self, webcam: FakeWebcam) -> None:
+    def test_is_told_and_works_again_when_it_is_plugged_in_again(self, webcam: FakeWebcam, raises: Raises) -> None:
         eye = opened(webcam)
         last = eye.read().sequence
         webcam.pull_out()
         for _ in range(3):
             webcam.clock.let_pass(1.0)
-            with pytest.raises(DeviceLostError, match=rf"^eye: {webcam.path} is gone; plug it in again$"):
+            with raises(DeviceLostError):
                 eye.read()
         assert webcam.captures[-1].is_released
         webcam.controls[cv2.CAP_PROP_EXPOSURE] = 10.0
@@ -165,16 +166,16 @@ class TestUnplugged:
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == MANUAL
 
     def test_and_silent_while_its_file_is_still_there_is_told_too(
-        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch
+        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         eye = opened(webcam)
         monkeypatch.setattr(webcam.captures[-1], "grab", lambda: False)
         webcam.clock.let_pass(0.1)
-        with pytest.raises(DeviceLostError, match=rf"eye: {webcam.path} gives no more pictures; look at its plug"):
+        with raises(DeviceLostError):
             eye.read()
 
     def test_and_plugged_in_again_is_lost_until_this_user_may_use_it_and_it_opens(
-        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch
+        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         eye = opened(webcam)
         webcam.pull_out()
@@ -183,11 +184,11 @@ class TestUnplugged:
         with monkeypatch.context() as patch:
             patch.setattr("os.access", lambda *_: False)
             webcam.clock.let_pass(1.0)
-            with pytest.raises(DeviceLostError, match=f"this user may not use {webcam.path}"):
+            with raises(DeviceLostError):
                 eye.read()
         webcam.is_busy = True
         webcam.clock.let_pass(2.0)
-        with pytest.raises(DeviceLostError, match="cannot be opened as a camera"):
+        with raises(DeviceLostError):
             eye.read()
         webcam.is_busy = False
         webcam.clock.let_pass(2.5)
@@ -205,38 +206,39 @@ class TestUnplugged:
 
 class TestOpening:
     def test_no_camera_is_told_with_those_that_there_are(
-        self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         monkeypatch.setattr("drivers.raspberrypi.cameras.v4l2.CLASS", _sysfs(tmp_path / "class"))
         webcam.pull_out()
-        words = rf"eye: there is no {webcam.path}\. There are: /dev/video2 \(HD Webcam\), /dev/video10 \(Other\)$"
-        with pytest.raises(DeviceError, match=words):
+        with raises(DeviceError):
             opened(webcam)
 
     def test_no_camera_at_all_is_told(
-        self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+        self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         monkeypatch.setattr("drivers.raspberrypi.cameras.v4l2.CLASS", tmp_path / "nothing")
         webcam.pull_out()
-        with pytest.raises(DeviceError, match="There is no camera on USB: plug it in"):
+        with raises(DeviceError):
             opened(webcam)
 
     def test_a_file_that_this_user_may_not_use_is_told(
-        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch
+        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         monkeypatch.setattr("os.access", lambda *_: False)
-        with pytest.raises(DeviceError, match=rf"this user may not use {webcam.path}.*usermod -aG video"):
+        with raises(DeviceError):
             opened(webcam)
 
-    def test_a_camera_that_another_program_uses_is_told_and_let_go(self, webcam: FakeWebcam) -> None:
+    def test_a_camera_that_another_program_uses_is_told_and_let_go(self, webcam: FakeWebcam, raises: Raises) -> None:
         webcam.is_busy = True
-        with pytest.raises(DeviceError, match=rf"{webcam.path} cannot be opened as a camera.*fuser {webcam.path}"):
+        with raises(DeviceError):
             opened(webcam)
         assert webcam.captures[-1].is_released
 
-    def test_an_opencv_without_v4l2_is_told(self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_an_opencv_without_v4l2_is_told(
+        self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
+    ) -> None:
         monkeypatch.setattr(cv2.videoio_registry, "getCameraBackends", lambda: [cv2.CAP_GSTREAMER])
-        with pytest.raises(DeviceError, match="this OpenCV is built without V4L2"):
+        with raises(DeviceError, "no-v4l2"):
             opened(webcam)
 
 
@@ -246,17 +248,10 @@ def test_it_is_told_where_it_is_plugged_in(device: str | int, path: str) -> None
     assert UsbCamera().connections(settings) == (Connection("camera", "USB", path),)
 
 
-@pytest.mark.parametrize(
-    "table, words",
-    [
-        ({"device": "video0"}, "raspberrypi.eye.device: .*'video0' is no device. Take /dev/video0"),
-        ({"pixel_format": "jpeg"}, "raspberrypi.eye.pixel_format"),
-        ({"exposure_s": 15}, "raspberrypi.eye.exposure_s"),
-    ],
-)
-def test_what_a_file_says_wrong_is_told_by_its_key(table: dict[str, Any], words: str) -> None:
-    robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": {"driver": "v4l2", **table}}}})
-    with pytest.raises(DescriptionError, match=words):
+@pytest.mark.parametrize("key, value", [("device", "video0"), ("pixel_format", "jpeg"), ("exposure_s", 15)])
+def test_what_a_file_says_wrong_is_told_by_its_key(key: str, value: object, raises: Raises) -> None:
+    robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": {"driver": "v4l2", key: value}}}})
+    with raises(DescriptionError, key=f"raspberrypi.eye.{key}"):
         bind_devices(robot, "raspberrypi", ["eye"])
 
 

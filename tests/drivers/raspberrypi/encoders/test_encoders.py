@@ -15,6 +15,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import bind_devices
 from tests.drivers.raspberrypi.encoders.wires import TURN, Wires
 from tests.drivers.raspberrypi.motors.rig import Rig, rover
+from tests.texts import Raises
 
 AGES_S = 10.0
 """A thread that has not come by then never will."""
@@ -89,16 +90,16 @@ def test_the_motor_may_be_opened_after_the_encoder() -> None:
     assert wires.angle() == pytest.approx(-2 * EDGE)
 
 
-def test_a_motor_that_tells_no_direction_is_named() -> None:
+def test_a_motor_that_tells_no_direction_is_named(raises: Raises) -> None:
     wires = Wires(PULSES, opened={"left_motor": Silent("left_motor", 12.0)})
     pulse(wires, 1)
-    with pytest.raises(DeviceError, match="left_encoder: the driver of left_motor tells no direction"):
+    with raises(DeviceError, "no-direction"):
         wires.encoder.read()
 
 
-def test_an_encoder_on_no_wheel_of_the_drive_is_refused() -> None:
+def test_an_encoder_on_no_wheel_of_the_drive_is_refused(raises: Raises) -> None:
     robot = rover({"left_encoder": PULSES}).model_copy(update={"drive": None})
-    with pytest.raises(DescriptionError, match=r"raspberrypi.left_encoder: .*no wheel.*quadrature"):
+    with raises(DescriptionError):
         bind_devices(robot, "raspberrypi", ["left_encoder"])
 
 

@@ -9,6 +9,7 @@ from robotcore.hal.devices import Angle
 from robotcore.hardware import bind_devices
 from robotcore.hardware.motor_control import ControlledMotor
 from tests.drivers.raspberrypi.motors.rig import H_BRIDGE, QUADRATURE, Rig, rover
+from tests.texts import Raises
 
 CONTROLLED = {**H_BRIDGE, "control": {}}
 WEAK = {"forward_rad_s": 14.0 * 0.7, "backward_rad_s": 14.0 * 0.7}
@@ -106,14 +107,14 @@ def test_a_command_that_changes_the_velocity_keeps_the_correction() -> None:
     assert rig.duty() > fresh.duty() + 0.05
 
 
-def test_an_encoder_that_fails_stops_the_motor_and_the_next_command_says_why() -> None:
+def test_an_encoder_that_fails_stops_the_motor_and_the_next_command_says_why(raises: Raises) -> None:
     rig = Rig(CONTROLLED)
     driven(rig, SPEED)
     rig.encoder._newest = broken  # type: ignore[method-assign]
     rig.let_pass(0.06)
     assert rig.duty() == 0.0
     rig.motor.stop()
-    with pytest.raises(DeviceError, match="left_encoder: unplugged"):
+    with raises(DeviceError):
         rig.motor.set_velocity(SPEED)
     assert rig.duty() == 0.0
 
@@ -171,13 +172,13 @@ def test_control_without_an_encoder_on_the_wheel_is_refused() -> None:
         bind_devices(bare, "raspberrypi", ["left_motor"])
 
 
-def test_control_more_often_than_the_pulses_come_is_refused() -> None:
-    with pytest.raises(DescriptionError, match=r"control.period_s 0.01 is shorter than a cycle of 50 Hz"):
+def test_control_more_often_than_the_pulses_come_is_refused(raises: Raises) -> None:
+    with raises(DescriptionError):
         Rig({**H_BRIDGE, "frequency_hz": 50, "control": {"period_s": 0.01}})
 
 
-def test_a_motor_whose_encoder_is_not_open_cannot_be_controlled() -> None:
-    with pytest.raises(DeviceError, match="left_motor: cannot be controlled without the encoder 'left_encoder'"):
+def test_a_motor_whose_encoder_is_not_open_cannot_be_controlled(raises: Raises) -> None:
+    with raises(DeviceError):
         Rig(CONTROLLED, names=("left_motor",))
 
 

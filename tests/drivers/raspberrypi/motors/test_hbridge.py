@@ -15,6 +15,7 @@ from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Host, bind_devices, static_cutoffs
 from tests.drivers.raspberrypi.motors.rig import BACKWARD, FORWARD, H_BRIDGE, MODEL, Rig, rover
+from tests.texts import Raises
 
 ENABLE, STANDBY = 12, 22
 
@@ -125,8 +126,8 @@ def test_a_line_that_the_pi_pulls_up_by_a_resistor_is_closed_all_the_same() -> N
 
 
 @pytest.mark.parametrize("lines", [{"forward": 2}, {"backward": 3}, {"enable": 2}, {"standby": 3}])
-def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int]) -> None:
-    with pytest.raises(DescriptionError, match=r"GPIO [23] is held high by a resistor on the Pi.* Take another one"):
+def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int], raises: Raises) -> None:
+    with raises(DescriptionError):
         bind_devices(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
 
 
@@ -148,26 +149,26 @@ def test_a_line_that_is_pulled_up_while_the_pi_starts_is_noted(lines: dict[str, 
 
 @pytest.mark.parametrize("broken, other", [(FORWARD, BACKWARD), (BACKWARD, FORWARD)])
 @pytest.mark.parametrize("leave", [Motor.stop, Motor.close])
-def test_a_pin_that_fails_keeps_the_other_from_nothing(broken: int, other: int, leave: Any) -> None:
+def test_a_pin_that_fails_keeps_the_other_from_nothing(broken: int, other: int, leave: Any, raises: Raises) -> None:
     rig = Rig(pin_class=Unwilling)
     rig.motor.set_velocity(7.0 if other == FORWARD else -7.0)
     assert rig.pins.pin(other).state > 0
     rig.pins.pin(broken).is_broken = True
-    with pytest.raises(DeviceError, match=r"left_motor: GPIO 17, 27 failed .*not today"):
+    with raises(DeviceError, "gpio-failed"):
         leave(rig.motor)
     assert rig.pins.pin(other).state == 0
 
 
-def test_a_stop_that_fails_leaves_no_line_without_its_pwm() -> None:
+def test_a_stop_that_fails_leaves_no_line_without_its_pwm(raises: Raises) -> None:
     rig = Rig(pin_class=Unwilling)
     rig.motor.set_velocity(7.0)
     rig.pins.pin(FORWARD).is_broken = True
-    with pytest.raises(DeviceError, match="not today"):
+    with raises(DeviceError, "gpio-failed"):
         rig.motor.stop()
     assert rig.pins.pin(FORWARD).frequency == 100
 
 
-def test_a_line_that_cannot_be_pulled_down_is_told_alone_and_once() -> None:
+def test_a_line_that_cannot_be_pulled_down_is_told_alone_and_once(raises: Raises) -> None:
     class Unpullable(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         def _set_pull(self, value: str) -> None:
             if value == "down" and self.info.name == f"GPIO{BACKWARD}":
@@ -175,25 +176,25 @@ def test_a_line_that_cannot_be_pulled_down_is_told_alone_and_once() -> None:
             super()._set_pull(value)
 
     rig = Rig(pin_class=Unpullable)
-    with pytest.raises(DeviceError, match=rf"^left_motor: GPIO {BACKWARD} failed \(OSError: bad handle\)"):
+    with raises(DeviceError, "gpio-failed"):
         rig.motor.close()
     assert rig.pins.pin(FORWARD).pull == "down"
 
 
-def test_what_fails_while_it_turns_is_told_by_name_with_what_to_do() -> None:
+def test_what_fails_while_it_turns_is_told_by_name_with_what_to_do(raises: Raises) -> None:
     rig = Rig(pin_class=Unwilling)
     rig.pins.pin(BACKWARD).is_broken = True
-    with pytest.raises(DeviceError, match=r"left_motor: .*wiring.*robotcore doctor") as raised:
+    with raises(DeviceError, "gpio-failed") as raised:
         rig.motor.set_velocity(1.0)
     assert isinstance(raised.value.__cause__, PinInvalidState)
     assert rig.pins.pin(FORWARD).state == 0
 
 
 @pytest.mark.parametrize("taken", [FORWARD, BACKWARD, ENABLE])
-def test_a_pin_that_is_in_use_is_named_and_the_others_are_given_back(taken: int) -> None:
+def test_a_pin_that_is_in_use_is_named_and_the_others_are_given_back(taken: int, raises: Raises) -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     with OutputDevice(taken, pin_factory=pins):
-        with pytest.raises(DeviceError, match=f"left_motor: GPIO {taken} is in use"):
+        with raises(DeviceError, "gpio-in-use"):
             Rig({**H_BRIDGE, "enable": ENABLE}, pins=pins)
         for number in {FORWARD, BACKWARD, ENABLE} - {taken}:
             OutputDevice(number, pin_factory=pins).close()
@@ -211,21 +212,14 @@ def test_every_wire_has_its_place_and_standby_may_be_shared() -> None:
     }
 
 
-@pytest.mark.parametrize(
-    "model, words",
-    [
-        ({"forward_rad_s": 11.0}, "forward at 11 rad/s at most.*max_velocity_rad_s of left_motor is 12.*forward_rad_s"),
-        ({"backward_rad_s": 11.0}, "backward at 11 rad/s at most.*backward_rad_s"),
-        ({"max_duty": 0.5}, "forward at 6.22 rad/s at most.*max_duty"),
-    ],
-)
-def test_a_velocity_that_the_model_does_not_reach_is_refused(model: dict[str, float], words: str) -> None:
-    with pytest.raises(DescriptionError, match=f"raspberrypi.left_motor: .*{words}"):
+@pytest.mark.parametrize("model", [{"forward_rad_s": 11.0}, {"backward_rad_s": 11.0}, {"max_duty": 0.5}])
+def test_a_velocity_that_the_model_does_not_reach_is_refused(model: dict[str, float], raises: Raises) -> None:
+    with raises(DescriptionError):
         Rig({**H_BRIDGE, "model": {**MODEL, **model}})
 
 
-def test_a_motor_without_a_model_is_refused() -> None:
-    with pytest.raises(DescriptionError, match=r"raspberrypi.left_motor.model: is missing"):
+def test_a_motor_without_a_model_is_refused(raises: Raises) -> None:
+    with raises(DescriptionError):
         Rig({"driver": "h-bridge", "forward": FORWARD, "backward": BACKWARD})
 
 
