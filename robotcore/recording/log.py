@@ -27,7 +27,7 @@ class LogLine(NamedTuple):
 
 
 class RunLog:
-    """Tells of ticks in turn; what lasts is told when it begins and when it is over, not in every tick."""
+    """Lists the new events of each tick: a lasting state has one line when it begins and one when it ends."""
 
     def __init__(self, milestones: Iterable[str], faults: Sequence[PlannedFault] = ()) -> None:
         self._awaited = set(milestones)

@@ -110,7 +110,7 @@ class _Sink:
             left = left[self._file.write(left) or 0 :]
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go back to what was written, and return. After a fault the library is told where it would be."""
+        """Go to an offset, and return it. After a fault, only the number changes."""
         self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
         if not self.fault:
             self._file.seek(self._at)
