@@ -252,7 +252,9 @@ def connection_refused(address: Address, why: OSError) -> BackendError:
     reason = "" if isinstance(why, ConnectionRefusedError) else f" ({why.strerror or why})"
     return BackendError(
         f"coppeliasim: nobody listens at {address}{reason}. Start CoppeliaSim, or name where it runs with --host and "
-        "--port"
+        "--port",
+        kind="connection-refused",
+        address=str(address),
     )
 
 
@@ -263,7 +265,9 @@ def wrong_protocol(address: Address, said: bytes | None) -> BackendError:
     return BackendError(
         f"coppeliasim: who listens at {address} {does}; that is not CoppeliaSim's ZeroMQ remote API, or it is frozen. "
         "The legacy remote API is --backend vrep; else look which program listens there, and name the right port with "
-        "--port: 23000 as CoppeliaSim is shipped"
+        "--port: 23000 as CoppeliaSim is shipped",
+        kind="wrong-protocol",
+        address=str(address),
     )
 
 
@@ -271,7 +275,10 @@ def server_gone(address: Address, function: str) -> BackendError:
     """Return the error for a server that has ended during a call."""
     return BackendError(
         f"coppeliasim: the CoppeliaSim at {address} is gone; it died or was closed in {function}. "
-        "Start it again, and run again"
+        "Start it again, and run again",
+        kind="server-gone",
+        address=str(address),
+        function=function,
     )
 
 
@@ -283,14 +290,23 @@ def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool
         if is_known
         else "Look whether a dialogue of CoppeliaSim's waits for somebody, or it is busy"
     )
-    return BackendError(f"coppeliasim: {address} has not answered {function} for {limit_s:.1f} s. {advice}")
+    return BackendError(
+        f"coppeliasim: {address} has not answered {function} for {limit_s:.1f} s. {advice}",
+        kind="timeout",
+        address=str(address),
+        function=function,
+        limit_s=limit_s,
+    )
 
 
 def unexpected_answer(address: Address, function: str, what: object) -> BackendError:
     """Return the error for an answer that is none of this protocol."""
     return BackendError(
         f"coppeliasim: {address} answered {function} with {what}; that is not CoppeliaSim's ZeroMQ remote API. "
-        "Look which program listens there, and name the right one with --port"
+        "Look which program listens there, and name the right one with --port",
+        kind="unexpected-answer",
+        address=str(address),
+        function=function,
     )
 
 
@@ -298,7 +314,9 @@ def server_too_old(address: Address) -> BackendError:
     """Return the error for a server of the first protocol."""
     return BackendError(
         f"coppeliasim: {address} speaks the first protocol of the ZeroMQ remote API, as CoppeliaSim up to 4.5 does. "
-        "Install CoppeliaSim 4.6 or newer, or use --backend vrep"
+        "Install CoppeliaSim 4.6 or newer, or use --backend vrep",
+        kind="server-too-old",
+        address=str(address),
     )
 
 
@@ -306,5 +324,8 @@ def function_missing(address: Address, function: str) -> BackendError:
     """Return the error for a function that a server does not offer, nor an older one that does the same."""
     return BackendError(
         f"coppeliasim: the CoppeliaSim at {address} has no {function}. Install a newer one; 4.10 is what this was "
-        "made with"
+        "made with",
+        kind="function-missing",
+        address=str(address),
+        function=function,
     )

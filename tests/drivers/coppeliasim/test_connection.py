@@ -16,6 +16,7 @@ import zmq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drivers.coppeliasim import connection as connection_module
 from drivers.coppeliasim.client import Client
 from drivers.coppeliasim.connection import Address, Connection, RefusedError
 from drivers.coppeliasim.doctor import diagnose
@@ -277,3 +278,26 @@ def test_server_that_was_started_again_is_not_taken_for_the_one_before() -> None
     with ZmqServer(Simulator(), server.port), pytest.raises(BackendError, match="is gone"):
         connection.sim("getSimulationTime")
     connection.close()
+
+
+def test_errors_have_kinds_and_name_the_address() -> None:
+    address = connection_module.Address(port=23001)
+    failures = [
+        connection_module.connection_refused(address, ConnectionRefusedError()),
+        connection_module.wrong_protocol(address, None),
+        connection_module.server_gone(address, "sim.step"),
+        connection_module.timed_out(address, "sim.step", 1.0, is_known=True),
+        connection_module.unexpected_answer(address, "sim.step", 7),
+        connection_module.server_too_old(address),
+        connection_module.function_missing(address, "sim.step"),
+    ]
+    assert [failure.kind for failure in failures] == [
+        "connection-refused",
+        "wrong-protocol",
+        "server-gone",
+        "timeout",
+        "unexpected-answer",
+        "server-too-old",
+        "function-missing",
+    ]
+    assert {failure.fields["address"] for failure in failures} == {"127.0.0.1:23001"}
