@@ -1,4 +1,4 @@
-"""A camera whose pictures are taken beside the app, and that is opened again when it failed."""
+"""A camera that takes pictures beside the app, converts them into frames, and reopens after a failure."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a robot's file may say of a camera: of any, of one on the Pi's connector, of one on USB."""
+"""Settings of cameras in a robot's file: of any camera, of one on the Pi's connector, of one on USB."""
 
 from __future__ import annotations
 

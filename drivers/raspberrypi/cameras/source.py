@@ -1,4 +1,4 @@
-"""A camera as its own library gives it: what each kind of camera fills in."""
+"""The interface to a camera's own library, which each kind of camera implements, and its time stamps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All that is looked at, in the order in which it is told: the board, the robot's devices, what a run leans on."""
+"""All checks of the doctor in their order: the board, the robot's devices, power, disk and clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the drivers of motors on pins have in common: settings, what is refused, and how another process stops them."""
+"""The base of the drivers of motors on pins: settings, checks, and how another process stops the motors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the echo pulses of an ultrasonic module say: a distance, that nothing came back, or nothing at all."""
+"""Time the echo pulses of an ultrasonic module: a distance, nothing in range, or no result."""
 
 from __future__ import annotations
 

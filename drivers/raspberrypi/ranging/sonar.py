@@ -1,4 +1,4 @@
-"""An ultrasonic module at work."""
+"""An ultrasonic range sensor: its pins, its cycles, and the schedule of the triggers of several modules."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a virtual robot is wired up: on the other end of each device's pins, a model, with the simulator behind it."""
+"""The wiring of a virtual robot: a model on the other end of each device's pins, with the simulator behind it."""
 
 from __future__ import annotations
 

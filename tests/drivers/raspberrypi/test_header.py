@@ -1,4 +1,4 @@
-"""What whoever connects a device is told, by its driver."""
+"""The header, its GPIOs, and the notes of drivers for connecting a device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""test_pins."""
+"""The pin factory, and errors of pins as errors of a device."""
 
 from __future__ import annotations
 
