@@ -1,4 +1,4 @@
-"""test_clearance."""
+"""Contacts of the body with the things of a world."""
 
 from __future__ import annotations
 

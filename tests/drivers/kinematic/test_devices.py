@@ -1,4 +1,4 @@
-"""test_devices."""
+"""Devices of the built-in simulator, and the fan of rays of its range sensors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""test_simulation."""
+"""Driving, seeing, ranging and textures in Bullet."""
 
 from __future__ import annotations
 

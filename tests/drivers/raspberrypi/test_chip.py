@@ -1,4 +1,4 @@
-"""test_chip."""
+"""The process that holds a GPIO, as far as the kernel names it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""test_echo_timer."""
+"""Echo pulses as samples, by examples and by random sequences of edges."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""test_models."""
+"""Models on virtual pins: encoder discs, an ultrasonic module, motor boards."""
 
 from __future__ import annotations
 
