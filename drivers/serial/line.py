@@ -247,7 +247,7 @@ class Line:
     def _require_sound(self, device: str) -> None:
         if self._defect:
             what = f"{type(self._defect).__name__}: {self._defect}"
-            fault = f"a defect in what is spoken on {self.place} has closed it ({what}). Report it"
+            fault = f"internal error in the protocol on {self.place}: {what}. The port was closed. Please report it"
             raise DeviceError(
                 device, self._with_its_stop(fault), kind="protocol-defect", place=self.place
             ) from self._defect

@@ -85,7 +85,7 @@ def open_devices(fittings: Iterable[DeviceBinding], host: Host, opened: dict[str
                 device = fitting.open(host)
             except DeviceError as failure:
                 if isinstance(fitting.description, BatteryDescription):
-                    notes.append(f"{failure}. Nobody is told its voltage")
+                    notes.append(f"{failure}. Its voltage will not be reported")
                 else:
                     failures.append(failure)
                 continue

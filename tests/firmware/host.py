@@ -68,10 +68,10 @@ class Firmware:
             self._c.dropReader(reader)
         return [_command(line) for line in understood if line.ended != NOTHING]
 
-    def pluralize(self, levels: Iterable[int]) -> int:
+    def count_edges(self, levels: Iterable[int]) -> int:
         """Return the count of an encoder whose two levels were these, A in bit 1 and B in bit 0."""
         seen = bytes(levels)
-        return int(self._c.pluralize(seen, len(seen)))
+        return int(self._c.counted(seen, len(seen)))
 
     def deadman(self, ms: int) -> Deadman:
         return Deadman(self._c, ms)

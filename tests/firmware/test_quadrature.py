@@ -15,23 +15,23 @@ AHEAD = (0b00, 0b10, 0b11, 0b01)
 @pytest.mark.parametrize("start", range(4))
 def test_every_edge_is_a_count_up_where_a_leads_and_down_where_b_does(firmware: Firmware, start: int) -> None:
     wheel = [AHEAD[(start + step) % 4] for step in range(4 * 240 + 1)]
-    assert firmware.pluralize(wheel) == 960
-    assert firmware.pluralize(reversed(wheel)) == -960
+    assert firmware.count_edges(wheel) == 960
+    assert firmware.count_edges(reversed(wheel)) == -960
 
 
 def test_level_that_is_seen_again_is_no_count(firmware: Firmware) -> None:
-    assert firmware.pluralize([0b10] * 50 + [0b11] * 50) == 1
+    assert firmware.count_edges([0b10] * 50 + [0b11] * 50) == 1
 
 
 def test_edge_that_chatters_counts_once(firmware: Firmware) -> None:
-    assert firmware.pluralize([0b00, *[0b10, 0b00] * 20, 0b10]) == 1
+    assert firmware.count_edges([0b00, *[0b10, 0b00] * 20, 0b10]) == 1
 
 
 def test_both_levels_at_once_are_no_count(firmware: Firmware) -> None:
-    assert firmware.pluralize([0b00, 0b11]) == firmware.pluralize([0b10, 0b01]) == 0
+    assert firmware.count_edges([0b00, 0b11]) == firmware.count_edges([0b10, 0b01]) == 0
 
 
 @given(steps=st.lists(st.sampled_from([-1, 0, 1]), max_size=200))
 def test_count_is_where_the_wheel_is_however_it_went_there(firmware: Firmware, steps: list[int]) -> None:
     places = list(accumulate(steps, initial=0))
-    assert firmware.pluralize(AHEAD[place % 4] for place in places) == places[-1]
+    assert firmware.count_edges(AHEAD[place % 4] for place in places) == places[-1]

@@ -45,7 +45,7 @@ def test_a_battery_that_fails_keeps_no_motor_from_being_opened_and_is_noted() ->
     powered = ROVER.model_copy(update={"devices": (*ROVER.devices, cells)})
     opened: dict[str, Device] = {}
     notes = open_devices(fitted(NotingDriver("cells"), powered), host(opened), opened)
-    assert notes == ["cells: does not answer. Nobody is told its voltage"]
+    assert notes == ["cells: does not answer. Its voltage will not be reported"]
     assert list(opened) == ORDER
 
 
