@@ -51,7 +51,7 @@ def _stop(backend: Backend, setup: Setup) -> int:
     report = stop_once(cutoffs)
     if report.done:
         write_line(f"{setup.robot.name}: stopped {', '.join(report.done)}")
-    for words in report.told:
+    for words in report.messages:
         write_line(f"{setup.robot.name}: {words}")
     if report.failed:
         raise BackendError("\n".join(f"CANNOT STOP {fault}. Cut the motors' supply" for fault in report.failed))

@@ -75,8 +75,8 @@ class Loop:
     @property
     def unreported_interventions(self) -> Sequence[Intervention]:
         """What stopped the robot for good in a tick that has not come back to tell it."""
-        is_told = self._latch.error is None or self._is_latch_noted
-        return () if is_told else self._latch.interventions(self._clock.now())
+        is_reported = self._latch.error is None or self._is_latch_noted
+        return () if is_reported else self._latch.interventions(self._clock.now())
 
     def run(self) -> Outcome:
         """Tick until the end; return how it ended. The wheels then stand.
@@ -172,8 +172,8 @@ class Loop:
         tick = self._clock.tick + (self._clock.tick == self._noted)
         self._noted = tick
         warnings, self._warnings = self._warnings, ()
-        told = self._gauges.voltages, warnings
-        record = TickRecord(tick, self._clock.now(), self._state(), *commit, lost, *told)
+        battery_data = self._gauges.voltages, warnings
+        record = TickRecord(tick, self._clock.now(), self._state(), *commit, lost, *battery_data)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)

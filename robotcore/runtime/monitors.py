@@ -85,7 +85,7 @@ class DeviceLossTracker:
         self.lost: list[str] = []
         self._limit = limit
         self._since = 0.0
-        self._told: list[tuple[str, float]] = []
+        self._past_losses: list[tuple[str, float]] = []
 
     @property
     def is_enabled(self) -> bool:
@@ -105,16 +105,16 @@ class DeviceLossTracker:
     def end(self, now: float) -> None:
         """Take in a tick in which nothing was lost."""
         if self.lost:
-            self._told.append((self.lost[0], now - self._since))
+            self._past_losses.append((self.lost[0], now - self._since))
             self.lost.clear()
 
     def notes(self, now: float) -> tuple[str, ...]:
         """Return what the end of a run tells: which devices, how often, how long in all; and what was not back."""
-        names = sorted({name for name, _ in self._told})
+        names = sorted({name for name, _ in self._past_losses})
         away = f"{', '.join(self.lost)} was lost for the last {now - self._since:.1f} s; the robot stood"
         return (*map(self._note, names), *([away] if self.lost else ()))
 
     def _note(self, device: str) -> str:
-        lengths = [length for name, length in self._told if name == device]
+        lengths = [length for name, length in self._past_losses if name == device]
         often = "once" if len(lengths) == 1 else f"{len(lengths)} times"
         return f"{device} was lost {often}, {sum(lengths):.1f} s in all, and came back; the robot stood meanwhile"

@@ -12,21 +12,26 @@ from robotcore.hal.devices import Range, RangeSensor
 from robotcore.safety.latch import Latch
 
 MIN_RESPONSE = 0.25
-"""A wheel that turns this share of what it is told follows: lag, slip and a flat battery take less away."""
+"""The least share of the commanded angle that a wheel must turn. Lag, slip and a flat battery cost less."""
 
 MIN_ANGLE_RAD = 1.0
-"""What a wheel is told is judged when it comes to this much: of less, lag takes too large a part."""
+"""A wheel is checked after this commanded angle, for at less the lag is too large a part of it."""
 
 MIN_COUNTS = 4
 """The same for encoders so coarse that one count is more."""
 
 
 class WheelTrackingCheck:
-    """A rule that changes no command, and trips the latch where a wheel does not follow.
+    """A rule that changes no command. It trips the latch if a wheel does not follow its command.
 
-    A wheel is judged by what it was told and what it turned while it was driven one way, for ``patience`` seconds and
-    for an angle worth the name. ``told`` and ``turned`` return both wheels' angles in rad; ``count`` is what the
-    coarser encoder counts, in rad; ``motors`` and ``encoders`` are the names of the left and the right one.
+    A wheel is checked over a time in which it is driven in one direction: for ``patience`` seconds and at least
+    `MIN_ANGLE_RAD`.
+
+    commanded: returns the commanded angle of both wheels, in rad.
+    turned: returns the angle of both wheels by their encoders, in rad.
+    motors, encoders: the names of the left and the right one.
+    patience: the least duration of a check, in seconds.
+    count: the angle of one count of the coarser encoder, in rad.
     """
 
     cause = "wheel fault"
@@ -35,20 +40,20 @@ class WheelTrackingCheck:
         self,
         clock: Clock,
         latch: Latch,
-        told: Callable[[], Wheels],
+        commanded: Callable[[], Wheels],
         turned: Callable[[], Wheels],
         motors: tuple[str, str],
         encoders: tuple[str, str],
         patience: float,
         count: float = 0.0,
     ) -> None:
-        self._clock, self._latch, self._told, self._turned = clock, latch, told, turned
+        self._clock, self._latch, self._commanded, self._turned = clock, latch, commanded, turned
         enough = max(MIN_ANGLE_RAD, MIN_COUNTS * count)
         self._wheels = [_WheelCheck(*names, patience, enough) for names in zip(motors, encoders, strict=True)]
 
     def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
-        now, told, turned = self._clock.now(), self._told(), self._turned()
-        judged = [wheel.judged(now, *each) for wheel, *each in zip(self._wheels, last, told, turned, strict=True)]
+        now, commanded, turned = self._clock.now(), self._commanded(), self._turned()
+        judged = [wheel.judged(now, *each) for wheel, *each in zip(self._wheels, last, commanded, turned, strict=True)]
         if faults := [fault for fault in judged if fault]:
             self._latch.trip(WheelFaultError(faults))
         return asked
@@ -61,23 +66,23 @@ class _WheelCheck:
         self._motor, self._encoder, self._patience, self._enough = motor, encoder, patience, enough
         self._begin(0.0, 0.0, 0.0, 0.0)
 
-    def judged(self, now: float, velocity: float, told: float, turned: float) -> str:
+    def judged(self, now: float, velocity: float, commanded: float, turned: float) -> str:
         """Return in words what is wrong, or nothing; all angles are from the same instant."""
         sense = copysign(1.0, velocity) if velocity else 0.0
         if sense == 0.0 or sense != self._sense:
-            self._begin(now, sense, told, turned)
+            self._begin(now, sense, commanded, turned)
             return ""
-        asked, done, passed = told - self._told, turned - self._turned, now - self._since
+        asked, done, passed = commanded - self._commanded, turned - self._turned, now - self._since
         if passed < self._patience or abs(asked) < self._enough:
             return ""
-        self._begin(now, sense, told, turned)
+        self._begin(now, sense, commanded, turned)
         if done * sense >= MIN_RESPONSE * abs(asked):
             return ""
-        told_it = f"{self._motor} was told to turn {asked:.1f} rad in {passed:.1f} s"
-        return f"{told_it} and turned {round(done, 1) + 0.0} rad by {self._encoder}"  # no -0.0
+        action = f"{self._motor} was told to turn {asked:.1f} rad in {passed:.1f} s"
+        return f"{action} and turned {round(done, 1) + 0.0} rad by {self._encoder}"  # no -0.0
 
-    def _begin(self, now: float, sense: float, told: float, turned: float) -> None:
-        self._since, self._sense, self._told, self._turned = now, sense, told, turned
+    def _begin(self, now: float, sense: float, commanded: float, turned: float) -> None:
+        self._since, self._sense, self._commanded, self._turned = now, sense, commanded, turned
 
 
 SAME_DISTANCE_M = 0.001
@@ -88,12 +93,13 @@ MIN_TURN_RAD = 1.0
 
 
 class StuckRangeCheck:
-    """A rule that changes no command, and trips the latch where a range sensor tells the same wherever the robot goes.
+    """A rule that changes no command. It trips the latch if a range sensor returns one distance while the robot moves.
 
-    ``pose`` is where the wheels have taken the robot, by their encoders: a robot that only believes to move hears the
-    same rightly. ``patience`` is how far it must have driven meanwhile, in metres, and it must have turned as well.
-    The sensors are read only when the robot would move forward, as for the range guard. Nothing in range, and all that
-    is nearer than a sensor can tell, may be the same for ever.
+    The sensors are read only while the robot drives forward, as for the range guard. A distance outside of the
+    sensor's range may stay the same for any time.
+
+    pose: returns the pose by the encoders. Without encoders a stalled robot would look like a stuck sensor.
+    patience: how far the robot must have driven meanwhile, in metres; it must have turned by `MIN_TURN_RAD` as well.
     """
 
     cause = "range fault"
@@ -111,7 +117,7 @@ class StuckRangeCheck:
 
 
 class _RangeHistory:
-    """What one sensor told last, since when it is the same, and how far the robot has gone from reading to reading."""
+    """The last reading of one sensor, and how far the robot has moved since the reading changed."""
 
     def __init__(self, sensor: RangeSensor, patience: float) -> None:
         self._sensor, self._patience = sensor, patience

@@ -61,11 +61,11 @@ class Bench:
 
     def lose_echoes(self, robot: Robot) -> None:
         """From now on, let nothing come back to the range sensor of an open robot."""
-        self._not_told(Capability.LOST_ECHO, "lose_echoes")
+        self._skip_without_hook(Capability.LOST_ECHO, "lose_echoes")
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         """Open the robot on fake hardware whose every answer passes ``gate``."""
-        self._not_told(Capability.SLOW_HARDWARE, "open_gated")
+        self._skip_without_hook(Capability.SLOW_HARDWARE, "open_gated")
 
     @pytest.fixture(autouse=True)
     def _installed(self) -> None:
@@ -141,7 +141,7 @@ class Bench:
         let_pass(robot, seconds)
         return motion_between(before, where())
 
-    def _not_told(self, capability: Capability, hook: str) -> NoReturn:
+    def _skip_without_hook(self, capability: Capability, hook: str) -> NoReturn:
         self.require(capability)
         pytest.skip(f"it does not show how to {capability.value}: override {hook}")
 

@@ -111,7 +111,7 @@ def _without_drive(robot: RobotDescription) -> RobotDescription:
     still = tuple(device for device in robot.devices if device.kind not in ("motor", "encoder"))
     gone = {device.name for device in robot.devices} - {device.name for device in still}
     sections = {
-        section: {key: told for key, told in table.items() if key not in gone}
+        section: {key: value for key, value in table.items() if key not in gone}
         for section, table in robot.backends.items()
     }
     return robot.model_copy(update={"drive": None, "devices": still, "backends": sections})

@@ -80,10 +80,10 @@ class RangeRules(Bench):
         )
 
     def test_limits_are_the_ones_described(self) -> None:
-        told = self.sensor
+        described = self.sensor
         with self.opened(None, Role.RANGE) as robot:
             got = (robot.range.min_range, robot.range.max_range, robot.range.cone)
-        expected = (told.min_range_m, told.max_range_m, told.cone_rad)
+        expected = (described.min_range_m, described.max_range_m, described.cone_rad)
         assert got == pytest.approx(expected), f"min_range, max_range, cone are {got}; the description says {expected}"
 
     def test_lost_echo_is_no_new_sample(self) -> None:

@@ -83,20 +83,20 @@ class FaultyMotor(MotorWrapper):
     def __init__(self, inner: Motor, gain: Callable[[], float]) -> None:
         super().__init__(inner)
         self._gain = gain
-        self._asked = self._told = 0.0
+        self._asked = self._command = 0.0
         self._stops = 0
         self._lock = RLock()
 
     def stop(self) -> None:
         with TimedLock(self._lock):
             self._stops += 1
-            self._asked = self._told = 0.0
+            self._asked = self._command = 0.0
             super().stop()
 
     def renew(self) -> None:
         """Tell the motor what it was told last where the gain has changed since."""
         with self._lock:
-            if self._gain() * self._asked != self._told:
+            if self._gain() * self._asked != self._command:
                 self._tell()
 
     def _apply(self, rad_s: float) -> None:
@@ -107,7 +107,7 @@ class FaultyMotor(MotorWrapper):
     def _tell(self) -> None:
         """Tell the motor; where it was stopped meanwhile, past a lock that nobody let go, stop it again."""
         stops = self._stops
-        self._told = self._gain() * self._asked
-        self._inner.set_velocity(self._told)
+        self._command = self._gain() * self._asked
+        self._inner.set_velocity(self._command)
         if self._stops != stops:
             self.stop()

@@ -211,7 +211,7 @@ def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None
 
 def _limit(devices: Mapping[str, Device], description: RobotDescription) -> None:
     """Tell batteries below which voltage they are to be charged."""
-    for told in description.all_of(BatteryDescription):
-        device = devices.get(told.name)
+    for battery in description.all_of(BatteryDescription):
+        device = devices.get(battery.name)
         if isinstance(device, Battery):
-            device.warn_below = told.warn_below_v
+            device.warn_below = battery.warn_below_v

@@ -174,14 +174,16 @@ def _following(
     drive: Drive,
     clock: Clock,
     latch: Latch,
-    told: Callable[[], Wheels],
+    commanded: Callable[[], Wheels],
     turned: Callable[[], Wheels],
 ) -> WheelTrackingCheck:
     motors, encoders = (drive.left, drive.right), (drive.left_encoder or "", drive.right_encoder or "")
     counts = [
         math.tau / each.counts_per_turn for each in description.all_of(EncoderDescription) if each.name in encoders
     ]
-    return WheelTrackingCheck(clock, latch, told, turned, motors, encoders, description.safety.follow_s, max(counts))
+    return WheelTrackingCheck(
+        clock, latch, commanded, turned, motors, encoders, description.safety.follow_s, max(counts)
+    )
 
 
 def _motor(devices: Mapping[str, Device], name: str) -> Motor:

@@ -66,9 +66,9 @@ class Guardian:
             raise
 
     def renew_lease(self) -> bool:
-        """Begin a lease, for a motor is about to be told to turn; return whether the last one was old enough.
+        """Begin a lease before a motor turns; return False if the last lease is too young to be renewed.
 
-        Never waits. Raises GuardianError where nobody guards: then the motor must not be told.
+        Never waits. Raises GuardianError if the guardian is gone; then the motor must not be commanded.
         """
         if self._failure:
             raise self._failure
@@ -87,9 +87,9 @@ class Guardian:
         return True
 
     def end_lease(self) -> None:
-        """End the lease: every motor was told to stand."""
+        """End the lease, for every motor stands."""
         self._driving_since = None
-        with suppress(OSError):  # who drives again is told
+        with suppress(OSError):  # the next `renew_lease` raises
             self._link.send(RESTING, MSG_DONTWAIT)
 
     def stops(self) -> list[Report]:

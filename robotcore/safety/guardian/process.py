@@ -96,11 +96,11 @@ class _Task:
         self._deed = deed
         self._is_over = Event()
         self._fault: str | None = None
-        self.told: str | None = None
+        self.message: str | None = None
 
     def do(self) -> None:
         try:
-            self.told = self._deed()
+            self.message = self._deed()
         except RobotcoreError as error:
             self._fault = str(error)
         except Exception as error:  # noqa: BLE001  whatever a driver or its vendor's library raises
@@ -118,15 +118,17 @@ def run_all(hands: Sequence[CutoffWorker], deed: Action, limit: float, clock: Cl
     end = clock.now() + limit
     faults = [task.fault_within(end - clock.now()) for task in tasks]
     failed = tuple(f"{hand.device}: {fault}" for hand, fault in zip(hands, faults, strict=True) if fault)
-    over = [(hand.device, task.told) for hand, task, fault in zip(hands, tasks, faults, strict=True) if not fault]
-    done = tuple(device for device, told in over if not isinstance(told, Unconfirmed))
-    words = (f"{device}: {told}" if isinstance(told, Unconfirmed) else told for device, told in over if told)
+    over = [(hand.device, task.message) for hand, task, fault in zip(hands, tasks, faults, strict=True) if not fault]
+    done = tuple(device for device, message in over if not isinstance(message, Unconfirmed))
+    words = (
+        f"{device}: {message}" if isinstance(message, Unconfirmed) else message for device, message in over if message
+    )
     return Report(deed, done, failed, tuple(dict.fromkeys(words)))
 
 
 OPENING_S = 10.0
 STOPPING_S = 1.0
-"""A cutoff that has not come back by then hangs, and is told."""
+"""A cutoff that does not return within this time is reported as hanging."""
 
 ARMING_S = 0.1
 """Shorter: who arms one cutoff does not watch over the others meanwhile. Who is patient with the app is so here too."""
@@ -205,7 +207,7 @@ class GuardianProcess:
 def _log_crash(app: int, stops: Report) -> None:
     """Say what nobody else is left to say."""
     stopped = f"the run of process {app} broke off; stopped {', '.join(stops.done) or 'nothing'}"
-    _log([*([stopped] if stops.done or stops.failed else []), *stops.told, *_warnings(stops)])
+    _log([*([stopped] if stops.done or stops.failed else []), *stops.messages, *_warnings(stops)])
 
 
 def _warnings(stops: Report) -> list[str]:
@@ -236,7 +238,7 @@ def stop_once(specs: Iterable[CutoffSpec]) -> Report:
     ready = [hand for hand in hands if hand.device in opened.done]
     stopped = run_all(ready, "stop", LIMIT_S, clock)
     run_all(hands, "close", LIMIT_S, clock)
-    return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.told)
+    return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.messages)
 
 
 def _make_worker(spec: CutoffSpec, clock: Clock) -> CutoffWorker:

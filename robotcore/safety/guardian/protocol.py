@@ -15,10 +15,10 @@ from socket import socket
 from robotcore.hal.cutoff import CutoffSpec
 
 DRIVING = b"d"
-"""A motor is about to be told to turn: a lease begins."""
+"""A motor is about to turn; a lease begins."""
 
 RESTING = b"r"
-"""Every motor was told to stand: there is nothing to guard until the next command."""
+"""Every motor stands; the lease ends until the next command."""
 
 BYE = b"q"
 """The robot is closed: the guardian may go."""
@@ -39,29 +39,29 @@ class Assignment:
 
     @classmethod
     def from_line(cls, line: bytes) -> Assignment:
-        told = json.loads(line)
-        return cls(told["app"], told["lease"], tuple(CutoffSpec(**spec) for spec in told["cutoffs"]))
+        payload = json.loads(line)
+        return cls(payload["app"], payload["lease"], tuple(CutoffSpec(**spec) for spec in payload["cutoffs"]))
 
 
 @dataclass(frozen=True)
 class Report:
     """What the guardian did, a method of `Cutoff`: on which devices, and where it failed, each with its fault.
 
-    ``told`` is what it had to do besides, in words, and where it is `Unconfirmed` of a device.
+    messages: what it had to do besides, as sentences, and devices of which it is `Unconfirmed`.
     """
 
     deed: str
     done: tuple[str, ...]
     failed: tuple[str, ...]
-    told: tuple[str, ...] = ()
+    messages: tuple[str, ...] = ()
 
     def to_line(self) -> bytes:
         return _line(asdict(self))
 
     @classmethod
     def from_line(cls, line: bytes) -> Report:
-        told = json.loads(line)
-        return cls(told["deed"], tuple(told["done"]), tuple(told["failed"]), tuple(told["told"]))
+        payload = json.loads(line)
+        return cls(payload["deed"], tuple(payload["done"]), tuple(payload["failed"]), tuple(payload["messages"]))
 
 
 def receive(link: socket, flags: int = 0) -> bytes:
@@ -93,5 +93,5 @@ class LineBuffer:
         yield from whole
 
 
-def _line(told: dict[str, object]) -> bytes:
-    return json.dumps(told).encode() + b"\n"
+def _line(payload: dict[str, object]) -> bytes:
+    return json.dumps(payload).encode() + b"\n"

@@ -101,8 +101,8 @@ def main() -> int:
 
     def tell_all(result: RunResult) -> None:
         rig = backend.rig
-        told = {"wheels": rig.wheels, "releases": [rig.left.releases, rig.right.releases]}
-        tell(json.dumps({**json.loads(result.to_json()), **told}))
+        rig_state = {"wheels": rig.wheels, "releases": [rig.left.releases, rig.right.releases]}
+        tell(json.dumps({**json.loads(result.to_json()), **rig_state}))
 
     with (
         patch("robotcore.runtime.plan.load_backend", lambda _: backend),

@@ -39,9 +39,9 @@ def folders(tmp_path: Path) -> tuple[Path, Path]:
 
 @pytest.mark.parametrize("name", ["cog", "parts", "parts.wheel", "bare.wheel"])
 def test_modules_of_one_name_are_not_mixed_up(folders: tuple[Path, Path], name: str) -> None:
-    for app, told in zip(folders * 2, "abab", strict=True):
+    for app, letter in zip(folders * 2, "abab", strict=True):
         use_script_folder(app)
-        assert told == import_module(name).FROM
+        assert letter == import_module(name).FROM
 
 
 def test_a_module_is_the_same_one_when_its_turn_comes_again(folders: tuple[Path, Path]) -> None:

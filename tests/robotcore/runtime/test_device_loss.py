@@ -149,11 +149,11 @@ def test_the_wheel_that_is_not_lost_stands_and_does_not_twitch(lost: str) -> Non
     board = Board()
     lost_motor, other = (board.rig.left, board.rig.right)[:: 1 if lost == "left" else -1]
     Line(board.rig, lost_motor)
-    told: list[tuple[float, float]] = []
-    other.on_command = lambda rad_s: told.append((board.rig.clock.now(), rad_s))
+    commands: list[tuple[float, float]] = []
+    other.on_command = lambda rad_s: commands.append((board.rig.clock.now(), rad_s))
     assert board.run(turning) is Outcome.TIMEOUT
-    assert {rad_s for time, rad_s in told if 0.41 < time < 0.79} == {0.0}
-    assert min(time for time, rad_s in told if rad_s and time > 0.41) == pytest.approx(0.8)
+    assert {rad_s for time, rad_s in commands if 0.41 < time < 0.79} == {0.0}
+    assert min(time for time, rad_s in commands if rad_s and time > 0.41) == pytest.approx(0.8)
 
 
 def test_what_a_tick_that_was_broken_off_had_asked_for_is_never_sent() -> None:

@@ -178,7 +178,7 @@ class TestObservers:
             perform(then(driving), observers=[Broken(), watcher])
         assert backend.rig.wheels == (0.0, 0.0)
         assert backend.rig.left.releases == 1
-        (result,) = [told for what, told in watcher.heard if what == "end"]
+        (result,) = [value for what, value in watcher.heard if what == "end"]
         assert result.reason == "ZeroDivisionError: "
 
     def test_one_that_raises_at_the_end_keeps_the_others_from_hearing_nothing(self, perform: Runner) -> None:

@@ -25,11 +25,11 @@ def loop_of(
 
 def saying(*statuses: Status) -> Callable[[Robot], Status]:
     """Return a deed that drives slowly and says these, one a tick."""
-    told: Iterator[Status] = iter(statuses)
+    remaining: Iterator[Status] = iter(statuses)
 
     def drive(robot: Robot) -> Status:
         robot.drive.set_wheels(2.0, 2.0)
-        return next(told)
+        return next(remaining)
 
     return drive
 

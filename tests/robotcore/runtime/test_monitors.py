@@ -24,8 +24,8 @@ ROVER = load_robot("rover")
 
 
 def robot_with_voltage(volts: Script, warn_below_v: float | None = 6.6) -> MockRobot:
-    told = BatteryDescription(kind="battery", name="cells", warn_below_v=warn_below_v)
-    robot = ROVER.model_copy(update={"devices": (*ROVER.devices, told)})
+    battery = BatteryDescription(kind="battery", name="cells", warn_below_v=warn_below_v)
+    robot = ROVER.model_copy(update={"devices": (*ROVER.devices, battery)})
     return MockRobot(robot, readings={"cells": volts})
 
 
@@ -44,20 +44,20 @@ def after(seconds: float, robot: MockRobot) -> MockRobot:
 
 
 def warnings(robot: MockRobot) -> list[tuple[float, str]]:
-    return [(round(tick.time, 6), told) for tick in robot.ticks for told in tick.warnings]
+    return [(round(tick.time, 6), warning) for tick in robot.ticks for warning in tick.warnings]
 
 
 def test_it_is_read_once_a_second_though_the_app_asks_for_nothing() -> None:
     robot = after(2.5, robot_with_voltage(lambda time: 7.0 + time))
-    told = {round(tick.voltages["cells"], 6) for tick in robot.ticks}
-    assert told == {7.0, 8.0, 9.0}
+    voltages = {round(tick.voltages["cells"], 6) for tick in robot.ticks}
+    assert voltages == {7.0, 8.0, 9.0}
 
 
 def test_a_low_voltage_that_stays_is_warned_of_once_after_a_while() -> None:
     robot = after(12.0, robot_with_voltage(lambda time: 7.0 if time < 2 else 6.4))
-    ((when, told),) = warnings(robot)
+    ((when, warning),) = warnings(robot)
     assert when == 1.0 + PATIENCE_S
-    assert told == "cells: 6.40 V, and it is to be charged below 6.6 V. Charge it"
+    assert warning == "cells: 6.40 V, and it is to be charged below 6.6 V. Charge it"
 
 
 def test_motors_that_pull_it_down_for_a_moment_are_no_reason_to_warn() -> None:
@@ -83,7 +83,7 @@ def test_a_battery_that_fails_is_told_once_and_the_run_goes_on() -> None:
 
 def test_what_is_no_number_is_never_told() -> None:
     robot = after(3.0, robot_with_voltage(math.nan))
-    assert [told for _, told in warnings(robot)] == [
+    assert [warning for _, warning in warnings(robot)] == [
         "cells: nan V is no voltage. Report it to whoever wrote its driver. The run goes on: nobody drives by it"
     ]
     assert robot.ticks[-1].voltages == {}
@@ -112,8 +112,8 @@ def test_an_app_may_read_it_by_its_name() -> None:
 
 
 def test_a_mock_without_a_script_has_no_battery() -> None:
-    told = BatteryDescription(kind="battery", name="cells")
-    robot = MockRobot(ROVER.model_copy(update={"devices": (*ROVER.devices, told)}))
+    battery = BatteryDescription(kind="battery", name="cells")
+    robot = MockRobot(ROVER.model_copy(update={"devices": (*ROVER.devices, battery)}))
     assert "cells" not in robot.layered.devices
     assert after(1.0, robot).ticks[-1].voltages == {}
 
@@ -150,8 +150,8 @@ def test_a_low_battery_is_a_note_and_no_failure(monkeypatch: pytest.MonkeyPatch,
 @pytest.mark.parametrize("volts", [6.0, lambda time: 12.0 - time, DeviceLostError("cells", "unplugged"), None])
 def test_no_decision_depends_on_it(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription, volts: Script) -> None:
     without = run_rover(rover, "kinematic")
-    told = run_with_voltage(monkeypatch, rover, volts)
-    assert (told.trace_sha256, told.ticks, told.outcome) == (without.trace_sha256, without.ticks, without.outcome)
+    result = run_with_voltage(monkeypatch, rover, volts)
+    assert (result.trace_sha256, result.ticks, result.outcome) == (without.trace_sha256, without.ticks, without.outcome)
 
 
 def test_a_battery_that_cannot_be_opened_is_a_note(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription) -> None:
@@ -172,5 +172,5 @@ def test_a_battery_can_be_lost_on_purpose(monkeypatch: pytest.MonkeyPatch, rover
     watcher = Watcher()
     request = RunRequest("avoid-obstacles", "powered", str(rover.file), "open", timeout_s=1.2, faults=("cells lost=1",))
     run(request, [watcher])
-    voltages = [told.voltages for what, told in watcher.heard if what == "tick"]
+    voltages = [value.voltages for what, value in watcher.heard if what == "tick"]
     assert [bool(each) for each in voltages] == [tick >= 20 for tick in range(25)]

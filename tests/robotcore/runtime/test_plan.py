@@ -116,16 +116,16 @@ class TestRandomise:
         assert plan(world="open").drawn == {}
 
     def test_what_a_picture_gets_of_light_and_exposure_is_told_where_both_are_drawn(self) -> None:
-        told = plan(world="open", seed=7, randomise=True).drawn
-        light, exposure = told["light_brightness"], told["camera_exposure"]
+        drawn = plan(world="open", seed=7, randomise=True).drawn
+        light, exposure = drawn["light_brightness"], drawn["camera_exposure"]
         assert isinstance(light, float)
         assert isinstance(exposure, float)
-        assert told["picture_brightness"] == pytest.approx(light * exposure, abs=1e-4)
+        assert drawn["picture_brightness"] == pytest.approx(light * exposure, abs=1e-4)
 
     @pytest.mark.parametrize("seed", [None, 7])
     def test_conditions_that_a_world_fixes_are_told(self, seed: int | None, tmp_path: Path) -> None:
-        told = plan(world=_yard(tmp_path), seed=seed).drawn
-        assert {name: told[name] for name in told if not name.startswith("light")} == YARD
+        drawn = plan(world=_yard(tmp_path), seed=seed).drawn
+        assert {name: drawn[name] for name in drawn if not name.startswith("light")} == YARD
 
     def test_a_condition_that_is_drawn_is_told_instead_of_the_one_that_is_fixed(self, tmp_path: Path) -> None:
         found = plan(world=_yard(tmp_path), seed=7, randomise=True)

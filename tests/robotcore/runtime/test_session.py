@@ -202,7 +202,7 @@ def test_milestones_interventions_and_digest_are_those_of_the_trace(perform: Run
 
 
 def test_the_line_of_json_tells_everything_but_the_exception(perform: Runner) -> None:
-    told = json.loads(perform(raising(DeviceError("eye", "no picture"))).to_json())
-    assert told["outcome"] == "error"
-    assert "error" not in told
-    assert set(told) == set(RunResult.__dataclass_fields__) - {"error"}
+    result = json.loads(perform(raising(DeviceError("eye", "no picture"))).to_json())
+    assert result["outcome"] == "error"
+    assert "error" not in result
+    assert set(result) == set(RunResult.__dataclass_fields__) - {"error"}

@@ -129,8 +129,8 @@ def test_nobody_judges_an_app_that_says_nothing_of_the_truth(perform: Runner, ba
 
 
 def test_what_a_real_robot_cannot_know_is_null(perform: Runner) -> None:
-    told = json.loads(perform(Verifying(lambda _: Status.SUCCESS)).to_json())
-    assert (told["verified"], told["contacts"], told["distance_to_target_m"]) == (None, None, None)
+    result = json.loads(perform(Verifying(lambda _: Status.SUCCESS)).to_json())
+    assert (result["verified"], result["contacts"], result["distance_to_target_m"]) == (None, None, None)
 
 
 def test_a_judge_that_raises_is_the_apps_fault_and_the_robot_is_closed(perform: Runner, backend: RigBackend) -> None:

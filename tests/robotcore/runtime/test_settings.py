@@ -62,8 +62,8 @@ class Plain(Behaviour):
 
 
 def test_settings_are_the_fields_that_can_be_given() -> None:
-    told = {name: setting.default for name, setting in settings_of(App).items()}
-    assert told == {"speed_m_s": 0.25, "hue": "green", "laps": 3, "is_loud": False, "hues": ["green"]}
+    defaults = {name: setting.default for name, setting in settings_of(App).items()}
+    assert defaults == {"speed_m_s": 0.25, "hue": "green", "laps": 3, "is_loud": False, "hues": ["green"]}
 
 
 @pytest.mark.parametrize(

@@ -166,8 +166,8 @@ def interrupted() -> Iterator[Callable[[str, signal.Signals], tuple[int, dict[st
         assert process.stdout
         assert process.stdout.readline() == "moving\n"
         process.send_signal(number)
-        told, _ = process.communicate(timeout=60)
-        return process.returncode, json.loads(told.splitlines()[-1])
+        result, _ = process.communicate(timeout=60)
+        return process.returncode, json.loads(result.splitlines()[-1])
 
     yield run
     for process in processes:
@@ -180,23 +180,23 @@ def interrupted() -> Iterator[Callable[[str, signal.Signals], tuple[int, dict[st
 def test_a_signal_stops_the_motors_and_ends_the_run(
     interrupted: Callable[[str, signal.Signals], tuple[int, dict[str, Any]]], app: str, number: signal.Signals
 ) -> None:
-    status, told = interrupted(app, number)
+    status, result = interrupted(app, number)
     assert status == 128 + number
-    assert told["outcome"] == "interrupted"
-    assert told["reason"] == f"interrupted by {number.name}"
-    assert told["wheels"] == [0.0, 0.0]
-    assert told["releases"] == [1, 1]
+    assert result["outcome"] == "interrupted"
+    assert result["reason"] == f"interrupted by {number.name}"
+    assert result["wheels"] == [0.0, 0.0]
+    assert result["releases"] == [1, 1]
 
 
 @pytest.mark.parametrize("app", ["impervious", "beyond_python"])
 def test_an_app_that_never_comes_back_ends_with_its_process_after_all_is_stopped_and_told(app: str) -> None:
     command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", app]
     ended = subprocess.run(command, cwd=RUN.parents[3], capture_output=True, text=True, timeout=60, check=False)
-    moving, *_, observed, told = ended.stdout.splitlines()
+    moving, *_, observed, result = ended.stdout.splitlines()
     assert (moving, observed) == ("moving", "observed")
     assert ended.returncode == 4
-    assert json.loads(told)["reason"].startswith("App has not come back from step")
-    assert json.loads(told)["wheels"] == [0.0, 0.0]
+    assert json.loads(result)["reason"].startswith("App has not come back from step")
+    assert json.loads(result)["wheels"] == [0.0, 0.0]
 
 
 def test_the_third_signal_ends_the_process_when_all_is_stopped_and_told() -> None:
@@ -207,8 +207,8 @@ def test_the_third_signal_ends_the_process_when_all_is_stopped_and_told() -> Non
         for _ in range(LAST_SIGNAL):
             assert process.stdout.readline() == "impervious\n"
             process.send_signal(signal.SIGTERM)
-        observed, told = process.stdout.read().splitlines()
+        observed, result = process.stdout.read().splitlines()
     assert process.returncode == -signal.SIGTERM
     assert observed == "observed"
-    assert json.loads(told)["wheels"] == [0.0, 0.0]
-    assert json.loads(told)["outcome"] == "interrupted"
+    assert json.loads(result)["wheels"] == [0.0, 0.0]
+    assert json.loads(result)["outcome"] == "interrupted"

@@ -24,7 +24,7 @@ def digest(*records: TickRecord) -> str:
 
 
 def test_digest_is_the_one_that_is_documented() -> None:
-    told = digest(record("search", Wheels(1.5, -0.25)), record("zurück"), record("seen", Wheels(0.0, -0.0)))
+    actual = digest(record("search", Wheels(1.5, -0.25)), record("zurück"), record("seen", Wheels(0.0, -0.0)))
     by_hand = b"".join(
         [
             b"search\x00\x02",
@@ -37,7 +37,7 @@ def test_digest_is_the_one_that_is_documented() -> None:
             b"\x00" * 7 + b"\x80",
         ]
     )
-    assert told == hashlib.sha256(by_hand).hexdigest()
+    assert actual == hashlib.sha256(by_hand).hexdigest()
 
 
 def test_digest_of_no_tick_is_that_of_nothing() -> None:

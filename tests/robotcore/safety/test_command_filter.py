@@ -112,8 +112,8 @@ class TestCommit:
         commit = bench.stage.commit()
         assert sent == commit.sent == (2.0, 1.0)
         assert commit.asked == (40.0, 20.0)
-        told = [(each.cause, each.asked, each.sent) for each in commit.interventions]
-        assert told == [
+        changes = [(each.cause, each.asked, each.sent) for each in commit.interventions]
+        assert changes == [
             ("velocity limit", (40.0, 20.0), (10.0, 5.0)),
             ("acceleration limit", (10.0, 5.0), (2.0, 1.0)),
         ]

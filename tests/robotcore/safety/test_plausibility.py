@@ -22,11 +22,11 @@ class WheelBench:
     def __init__(self, left: Turning = lambda rad_s, _: rad_s, *, count: float = 0.0) -> None:
         self.clock = SteppedClock(20, lambda _: None)
         self.latch = Latch()
-        self.told, self.turned = [0.0, 0.0], [0.0, 0.0]
+        self.commanded, self.turned = [0.0, 0.0], [0.0, 0.0]
         self._left, self._last = left, STOPPED
         self._count = count
         motors = ("left_motor", "right_motor")
-        angles = lambda: Wheels(*self.told), lambda: Wheels(*map(self._counted, self.turned))
+        angles = lambda: Wheels(*self.commanded), lambda: Wheels(*map(self._counted, self.turned))
         encoders = ("left_encoder", "right_encoder")
         self._rule = WheelTrackingCheck(self.clock, self.latch, *angles, motors, encoders, patience=1.5, count=count)
 
@@ -36,7 +36,7 @@ class WheelBench:
             self._last = Wheels(left, right)
             turned = (self._left(left, self.clock.now()), right)
             for side, (asked, done) in enumerate(zip((left, right), turned, strict=True)):
-                self.told[side] += asked * TICK_S
+                self.commanded[side] += asked * TICK_S
                 self.turned[side] += done * TICK_S
             self.clock.sleep_until(self.clock.now() + TICK_S)
 
@@ -45,19 +45,19 @@ class WheelBench:
 
 
 @pytest.mark.parametrize(
-    "share, told",
+    "share, message",
     [
         (0.0, "left_motor was told to turn 6.0 rad in 1.5 s and turned 0.0 rad by left_encoder"),
         (-1.0, "left_motor was told to turn 6.0 rad in 1.5 s and turned -6.0 rad by left_encoder"),
         (0.2, "turned 1.2 rad"),
     ],
 )
-def test_a_wheel_that_does_not_follow_latches_by_its_motors_name(share: float, told: str) -> None:
+def test_a_wheel_that_does_not_follow_latches_by_its_motors_name(share: float, message: str) -> None:
     bench = WheelBench(lambda rad_s, _: share * rad_s)
-    with pytest.raises(WheelFaultError, match=told) as raised:
+    with pytest.raises(WheelFaultError, match=message) as raised:
         bench.drive(4.0, 4.0, seconds=2.0)
     assert "right_motor" not in str(raised.value)
-    with pytest.raises(WheelFaultError, match=told):
+    with pytest.raises(WheelFaultError, match=message):
         bench.latch.check()
 
 

@@ -31,9 +31,9 @@ def run_suite(pytester: pytest.Pytester, *modules: str) -> pytest.RunResult:
 def test_rules_not_checked_are_listed_with_their_reason(pytester: pytest.Pytester) -> None:
     result = run_suite(pytester)
     result.assert_outcomes(passed=3, skipped=2, deselected=result.parseoutcomes()["deselected"])
-    told = "\n".join(result.outlines)
-    assert "TestDriver: it cannot lose an echo: it hears all\n    lost_echo_is_no_new_sample" in told
-    assert "TestDriver: it does not show how to wait for hardware: override open_gated" in told
+    text = "\n".join(result.outlines)
+    assert "TestDriver: it cannot lose an echo: it hears all\n    lost_echo_is_no_new_sample" in text
+    assert "TestDriver: it does not show how to wait for hardware: override open_gated" in text
 
 
 def test_backend_that_is_not_installed_is_skipped_with_its_remedy(pytester: pytest.Pytester) -> None:

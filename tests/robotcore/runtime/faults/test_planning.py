@@ -103,15 +103,15 @@ def test_a_robot_without_encoders_has_none_to_fail() -> None:
     ],
 )
 def test_what_does_not_fit_is_told_with_the_right_form_in_two_lines(spec: str, fault: str, form: str) -> None:
-    told = _refused(spec, fault)
-    first, second = told.splitlines()
+    text = _refused(spec, fault)
+    first, second = text.splitlines()
     assert first.startswith(f"--fault '{spec}': ")
     assert form in second
 
 
 def test_what_the_robot_has_and_the_app_does_not_open_is_told_so() -> None:
-    told = _refused("camera drop=0.2", "the app opens no camera; what it opens that can fail: connection, drive,")
-    assert "nose" in told
+    text = _refused("camera drop=0.2", "the app opens no camera; what it opens that can fail: connection, drive,")
+    assert "nose" in text
 
 
 def _refused(
@@ -217,8 +217,8 @@ def test_one_that_is_broken_is_told_and_hides_no_other(
     with pytest.raises(BackendMissingError, match=r"the fault 'broken'"):
         load_fault("broken")
     assert execute(["faults"]) == 0
-    told = capsys.readouterr().out
-    assert "broken" in told
-    assert "camera drop=0.2 after=5" in told
+    text = capsys.readouterr().out
+    assert "broken" in text
+    assert "camera drop=0.2 after=5" in text
     with pytest.raises(UsageError, match="on a motor there are: dead, lost, reversed, weak"):
         plan_faults(["left_motor drop=1"], ROVER, {"left_motor"})

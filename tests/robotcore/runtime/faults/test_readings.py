@@ -40,9 +40,9 @@ class TestStuck:
         rig.nose._newest = lambda: Range(0.3, 0.1, 7, (0.3, 0.0, 0.0))  # type: ignore[method-assign]
         assert rig.robot.range.read().point is None
 
-    @pytest.mark.parametrize("told, read", [(2.5, math.inf), (0.001, 0.02)])
-    def test_it_stays_what_the_sensor_could_say(self, told: float, read: float) -> None:
-        assert faulty(f"range stuck={told}").robot.range.read().distance == read
+    @pytest.mark.parametrize("given, read", [(2.5, math.inf), (0.001, 0.02)])
+    def test_it_stays_what_the_sensor_could_say(self, given: float, read: float) -> None:
+        assert faulty(f"range stuck={given}").robot.range.read().distance == read
 
     def test_the_guard_believes_it(self) -> None:
         rig = faulty("range stuck=1.5")

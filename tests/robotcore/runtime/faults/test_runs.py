@@ -47,15 +47,15 @@ def wheels(monkeypatch: pytest.MonkeyPatch) -> Wheels:
     """What each motor of the built-in simulator was told last."""
     from drivers.kinematic.devices import KinematicMotor
 
-    told: Wheels = {}
+    commands: Wheels = {}
     apply = KinematicMotor._apply
 
     def noting(motor: KinematicMotor, rad_s: float) -> None:
-        told[motor.name] = rad_s
+        commands[motor.name] = rad_s
         apply(motor, rad_s)
 
     monkeypatch.setattr(KinematicMotor, "_apply", noting)
-    return told
+    return commands
 
 
 def search(*faults: str, backend: str = "kinematic", timeout_s: float = 3.0) -> RunResult:

@@ -91,7 +91,7 @@ def test_a_file_stands_for_what_is_in_it_among_the_others(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "old, new, told",
+    "old, new, text",
     [
         ('effect = "drop"', "", "fault[#1].effect: is missing. Add it"),
         ('"camera"', "3", "fault[#1]: '3.0 drop=0.2 after=5.0': '3.0' is no name. Write TARGET"),
@@ -107,13 +107,13 @@ def test_a_file_stands_for_what_is_in_it_among_the_others(file: Path) -> None:
     ],
 )
 def test_what_is_wrong_with_a_file_is_told_in_one_line_with_its_place(
-    file: Path, old: str, new: str, told: str
+    file: Path, old: str, new: str, text: str
 ) -> None:
     assert old in FILE
     file.write_text(FILE.replace(old, new))
     with pytest.raises(UsageError) as raised:
         read_specs([str(file)])
-    assert str(raised.value).startswith(f"{file}: {told}")
+    assert str(raised.value).startswith(f"{file}: {text}")
     assert "\n" not in str(raised.value)
 
 

@@ -129,8 +129,12 @@ def test_a_stop_of_the_guardian_is_an_intervention_and_driving_goes_on() -> None
     guardian.made = [Report("stop", ("left_motor",), ())]
     assembled.stage.ask(Wheels(1.0, 2.0))
     commit = assembled.stage.commit()
-    (told,) = commit.interventions
-    assert (told.cause, told.asked, told.sent) == ("guardian", Wheels(1.0, 2.0), Wheels(0.0, 0.0))
+    (intervention,) = commit.interventions
+    assert (intervention.cause, intervention.asked, intervention.sent) == (
+        "guardian",
+        Wheels(1.0, 2.0),
+        Wheels(0.0, 0.0),
+    )
     assert rig.left.received == [1.0, 0.0, 1.0]  # the driver hears of the stop too
     assert not assembled.stage.commit().interventions
 

@@ -165,9 +165,9 @@ class TestRange:
     def test_the_point_stays_where_it_is_and_goes_where_nothing_is_heard(self) -> None:
         sensor = NullRange(clock())
         for bias, point in ((0.1, (1.0, 0.0, 0.0)), (1.0, None)):
-            told = ImperfectionLayer(Conditions(range_bias_m=bias), 1, DRIVE).range_sensor(sensor, sensor.read)
+            read = ImperfectionLayer(Conditions(range_bias_m=bias), 1, DRIVE).range_sensor(sensor, sensor.read)
             sensor._newest = lambda: Range(1.5, 0.0, 4, (1.0, 0.0, 0.0))  # type: ignore[method-assign]
-            assert (told().point, told().sequence) == (point, 4)
+            assert (read().point, read().sequence) == (point, 4)
 
 
 def gained(motor: Motor, gain: float) -> Motor:

@@ -87,12 +87,12 @@ class Running:
         """Return what it has printed, once neither it nor its guardian is there any more, for both hold its stderr."""
         return self.process.communicate(timeout=END_S)
 
-    def told(self) -> dict[str, Any]:
+    def read_result(self) -> dict[str, Any]:
         """Return how it ended."""
         out, err = self.end()
         assert not err
-        told: dict[str, Any] = json.loads(out)
-        return told
+        result: dict[str, Any] = json.loads(out)
+        return result
 
     @property
     def deeds(self) -> list[str]:

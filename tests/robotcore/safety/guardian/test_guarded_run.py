@@ -79,8 +79,8 @@ def test_a_signal_to_all_processes_of_the_terminal_leaves_the_guardian_until_the
 ) -> None:
     running = start("drives")
     os.killpg(running.process.pid, number)
-    told = running.told()
-    assert (told["outcome"], running.process.returncode) == ("interrupted", 128 + number)
+    result = running.read_result()
+    assert (result["outcome"], running.process.returncode) == ("interrupted", 128 + number)
     assert not of("stop") & set(running.deeds)
     assert set(running.deeds[-len(MOTORS) :]) == of("close")
 
@@ -96,9 +96,9 @@ def test_the_guardian_does_not_end_by_a_signal_that_asks_for_it(start: Start) ->
 
 def test_a_call_that_holds_the_interpreter_lock_is_not_waited_for_and_driving_goes_on_after_it(start: Start) -> None:
     running = start("holds")
-    told = running.told()
-    assert told["outcome"] == "success"
-    assert told["causes"].count("guardian") == 2
+    result = running.read_result()
+    assert result["outcome"] == "success"
+    assert result["causes"].count("guardian") == 2
     deeds = running.deeds
     begins, ends = ([at for at, each in enumerate(deeds) if each == what] for what in ("hold", "let go"))
     for begin, end in zip(begins, ends, strict=True):
@@ -113,7 +113,7 @@ def test_an_app_that_is_suspended_has_its_motors_stopped_also_one_outside_the_dr
     until(running, "stop gripper")
     os.killpg(running.process.pid, signal.SIGCONT)
     running.process.terminate()
-    assert running.told()["outcome"] == "interrupted"
+    assert running.read_result()["outcome"] == "interrupted"
 
 
 def test_a_robot_at_rest_is_left_at_rest(start: Start) -> None:
@@ -124,13 +124,13 @@ def test_a_robot_at_rest_is_left_at_rest(start: Start) -> None:
         running.process.wait(0.5)  # some leases
     running.process.send_signal(signal.SIGCONT)
     running.process.terminate()
-    assert running.told()["outcome"] == "interrupted"
+    assert running.read_result()["outcome"] == "interrupted"
     assert not of("stop") & set(running.deeds)
 
 
 def test_a_run_that_ends_takes_its_guardian_with_it(start: Start) -> None:
     running = start("ends")
-    assert running.told()["outcome"] == "success"
+    assert running.read_result()["outcome"] == "success"
     assert not of("stop") & set(running.deeds)
     with pytest.raises(ProcessLookupError):
         os.kill(running.guardian, 0)
@@ -139,19 +139,19 @@ def test_a_run_that_ends_takes_its_guardian_with_it(start: Start) -> None:
 def test_without_a_guardian_nothing_drives_on(start: Start) -> None:
     running = start("drives")
     os.kill(running.guardian, signal.SIGKILL)
-    told = running.told()
-    assert (told["outcome"], running.process.returncode) == ("error", 3)
+    result = running.read_result()
+    assert (result["outcome"], running.process.returncode) == ("error", 3)
     how = signal.strsignal(signal.SIGKILL)
-    assert told["reason"].startswith(f"the guardian process {running.guardian} died ({how}). Every motor was stopped")
+    assert result["reason"].startswith(f"the guardian process {running.guardian} died ({how}). Every motor was stopped")
     assert running.deeds[-1].startswith("stand")
 
 
 def test_a_guardian_that_does_not_answer_ends_the_run(start: Start) -> None:
     running = start("drives")
     os.kill(running.guardian, signal.SIGSTOP)
-    told = running.told()
+    result = running.read_result()
     assert running.process.returncode == 3
-    assert "has not answered for 2." in told["reason"]
+    assert "has not answered for 2." in result["reason"]
 
 
 def test_a_driver_whose_stop_hangs_leaves_it_to_the_guardian(start: Start) -> None:
@@ -169,7 +169,7 @@ def test_two_runs_at_once_have_a_guardian_each(start: Start) -> None:
     assert_stopped(killed)
     assert other.guardian != killed.guardian
     other.process.terminate()
-    assert other.told()["outcome"] == "interrupted"
+    assert other.read_result()["outcome"] == "interrupted"
     assert not of("stop") & set(other.deeds)
 
 

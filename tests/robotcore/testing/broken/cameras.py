@@ -53,8 +53,8 @@ def _into(buffer: Image, newest: Callable[[], Frame]) -> Callable[[], Frame]:
 class Relabelled(Camera):
     """A camera that tells other intrinsics than it has."""
 
-    def __init__(self, inner: Camera, told: Intrinsics) -> None:
-        super().__init__(inner.name, told)
+    def __init__(self, inner: Camera, intrinsics: Intrinsics) -> None:
+        super().__init__(inner.name, intrinsics)
         self._inner = inner
 
     def _newest(self) -> Frame:
