@@ -64,13 +64,13 @@ class ScriptedSystemd:
         """Let the journal have these lines of the app's."""
         self.folder.joinpath("journal").write_text("".join(f"{line}\n" for line in lines))
 
-    def tells_of_the_last_end(self, told: str) -> None:
+    def tells_of_the_last_end(self, text: str) -> None:
         """Let the journal have this of systemd's, in JSON, on how the app ended last."""
-        self.folder.joinpath("ended").write_text(told)
+        self.folder.joinpath("ended").write_text(text)
 
     @property
     def calls(self) -> list[str]:
-        """What systemd was told to do, in order, but for questions."""
+        """The commands that systemd received, in order, without queries."""
         lines = self.folder.joinpath("calls").read_text().splitlines()
         return [line for line in lines if not line.startswith(("show", "is-", "reset-failed"))]
 

@@ -1,4 +1,4 @@
-"""What systemd 252 told of ``robotcore.service``, recorded while releases were on trial on a Debian 12.
+"""States of ``robotcore.service`` from systemd 252, recorded during health checks on a Debian 12.
 
 Each line is one look: ActiveState, SubState, Result, InvocationID (the first two characters stand for it), NRestarts,
 ExecMainCode, ExecMainStatus, Job, and UnitFileState where it is not enabled. It has told the watchdog just now

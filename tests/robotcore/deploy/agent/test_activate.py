@@ -27,14 +27,14 @@ pytestmark = pytest.mark.usefixtures("lingering")
 
 def conducts(layout: Layout, systemd: ScriptedSystemd, name: str, verdict: HealthResult, then_current: str) -> None:
     """Let systemd's trial of a release end with a verdict, at the second look at it."""
-    told = {"outcome": verdict.outcome, "reason": verdict.reason, "lines": verdict.lines}
+    result = {"outcome": verdict.outcome, "reason": verdict.reason, "lines": verdict.lines}
     since = shlex.quote('s/.*"since": "\\(.*\\)".*/\\1/p')
     root, release = shlex.quote(str(layout.root)), shlex.quote(str(layout.releases / name))
     systemd.will_tell(TRIAL_RUNS, TRIAL_RUNS, unit=HEALTH_CHECK)
     systemd.then(
         2,
         f"cd {root}; since=$(sed -n {since} trial.json)\n"
-        f"printf '%s\\n' {shlex.quote(json.dumps(told)[:-1])}', \"since\": \"'$since'\"}}' > {release}/verdict.json\n"
+        f"printf '%s\\n' {shlex.quote(json.dumps(result)[:-1])}', \"since\": \"'$since'\"}}' > {release}/verdict.json\n"
         f"ln -sfn releases/{then_current} current; rm trial.json",
         unit=HEALTH_CHECK,
     )
@@ -50,7 +50,7 @@ def test_release_that_lives_is_told_step_by_step(
     conducts(layout, systemd, NEW, HealthResult("healthy"), NEW)
     runs(layout, systemd, NEW)
     came = run_actions.activate_release(layout, release=NEW, settle_s=2)
-    assert came == told(NEW, "healthy", current=NEW, is_running=True)
+    assert came == build_report(NEW, "healthy", current=NEW, is_running=True)
     assert said(capsys) == ["it starts", "it is ready; whether it stays so is seen for 2 s"]
 
 
@@ -63,7 +63,7 @@ def test_release_that_does_not_live_is_told_with_what_runs_again(
     systemd.will_tell(at.OLD_RUNS, FAILED_TO_START_AGAIN, at.BACK_STARTS, at.BACK_RUNS)
     conducts(layout, systemd, NEW, HealthResult("unhealthy", "it ended with status 1", ("OSError",)), OLD)
     came = run_actions.activate_release(layout, release=NEW)
-    assert came == told(
+    assert came == build_report(
         NEW, "unhealthy", reason="it ended with status 1", lines=["OSError"], current=OLD, is_running=True
     )
     assert said(capsys) == [f"{OLD} runs again"]
@@ -120,7 +120,9 @@ def test_verdict_that_a_lost_connection_missed_is_told(
         put_release(layout, name)
     make_current(layout, in_place)
     HealthResult(outcome, "why").write(layout.releases / NEW)
-    assert run_actions.activate_release(layout, release=NEW) == told(NEW, outcome, reason="why", current=in_place)
+    assert run_actions.activate_release(layout, release=NEW) == build_report(
+        NEW, outcome, reason="why", current=in_place
+    )
     assert systemd.calls == []
 
 
@@ -153,8 +155,8 @@ def begun(robot: Layout, systemd: ScriptedSystemd, release: str = NEW) -> dict[s
     """Return what is on trial once a release is activated; it is over as soon as somebody looks."""
     systemd.then(1, f"mv {shlex.quote(str(robot.health_check))} ./was", unit=HEALTH_CHECK)
     run_actions.activate_release(robot, release=release)
-    told: dict[str, Any] = json.loads(systemd.folder.joinpath("was").read_text())
-    return told
+    check: dict[str, Any] = json.loads(systemd.folder.joinpath("was").read_text())
+    return check
 
 
 @pytest.mark.parametrize(
@@ -177,9 +179,9 @@ def test_release_before_is_to_run_again_only_where_it_ran(
     robot: Layout, systemd: ScriptedSystemd, looks: list[str], was_standing: bool, was_enabled: bool
 ) -> None:
     systemd.will_tell(*looks)
-    told = begun(robot, systemd)
-    assert (told["release"], told["previous"]) == (NEW, OLD)
-    assert (told["was_standing"], told["was_enabled"]) == (was_standing, was_enabled)
+    check = begun(robot, systemd)
+    assert (check["release"], check["previous"]) == (NEW, OLD)
+    assert (check["was_standing"], check["was_enabled"]) == (was_standing, was_enabled)
 
 
 def test_current_release_that_nothing_is_known_of_goes_back_to_the_healthy_one_before(
@@ -303,7 +305,7 @@ def runs(layout: Layout, systemd: ScriptedSystemd, name: str) -> None:
     files.replace_link(releases.find_running_link(), str(layout.releases / name))
 
 
-def told(release: str, outcome: str, **more: Any) -> dict[str, Any]:
+def build_report(release: str, outcome: str, **more: Any) -> dict[str, Any]:
     nothing: dict[str, Any] = {"reason": "", "lines": [], "current": None, "is_running": False}
     nothing["is_standing"] = not more.get("is_running")
     return {"release": release, "outcome": outcome, **nothing, **more}

@@ -24,19 +24,19 @@ def test_the_newest_comes_first_each_with_what_came_of_it(layout: Layout) -> Non
     put_release(layout, NEW)
     make_current(layout, OLD)
     files.write_file(layout.health_check, f'{{"release": "{NEW}", "previous": "{OLD}"}}')
-    told = admin_actions.list_releases(layout)
-    assert (told["current"], told["on_trial"]) == (OLD, NEW)
-    assert [each["name"] for each in told["releases"]] == [NEW, OLD]
-    assert [each["verdict"] for each in told["releases"]] == [None, "healthy"]
-    assert told["releases"][1]["app"] == "my 'robot'.py"
+    answer = admin_actions.list_releases(layout)
+    assert (answer["current"], answer["on_trial"]) == (OLD, NEW)
+    assert [each["name"] for each in answer["releases"]] == [NEW, OLD]
+    assert [each["verdict"] for each in answer["releases"]] == [None, "healthy"]
+    assert answer["releases"][1]["app"] == "my 'robot'.py"
 
 
 def test_a_release_of_another_format_is_told_as_such(layout: Layout) -> None:
     file = put_release(layout, OLD) / "release.json"
     file.write_text(file.read_text().replace('"format": 1', '"format": 2'))
-    (told,) = admin_actions.list_releases(layout)["releases"]
-    assert told["name"] == OLD
-    assert told["unreadable"] == "release.json has the format 2; this robotcore reads 1"
+    (answer,) = admin_actions.list_releases(layout)["releases"]
+    assert answer["name"] == OLD
+    assert answer["unreadable"] == "release.json has the format 2; this robotcore reads 1"
 
 
 def test_what_is_no_release_is_none(layout: Layout) -> None:
@@ -55,8 +55,8 @@ def test_what_somebody_still_writes_is_told(layout: Layout) -> None:
     with (layout.recordings / "running.mcap").open("wb") as file:
         file.write(b"half")
         file.flush()
-        told = admin_actions.list_recordings(layout)["recordings"]
-    assert told == [
+        answer = admin_actions.list_recordings(layout)["recordings"]
+    assert answer == [
         {"name": "ended 'ü'.mcap", "bytes": 5, "is_file": True, "is_being_written": False},
         {"name": "running.mcap", "bytes": 4, "is_file": True, "is_being_written": True},
     ]
@@ -92,8 +92,8 @@ def test_only_a_recording_with_the_same_content_that_is_not_being_written_is_era
     digest = sha256(b"content").hexdigest()
     asked = dict.fromkeys(("same.mcap", "written.mcap", "link.mcap", "gone.mcap", "../outside.mcap"), digest)
     with (layout.recordings / "written.mcap").open("ab"):
-        told = admin_actions.erase_recordings(layout, recordings={**asked, "other.mcap": "0" * 64})
-    assert told == {"erased": ["same.mcap"], "different": ["other.mcap"]}
+        answer = admin_actions.erase_recordings(layout, recordings={**asked, "other.mcap": "0" * 64})
+    assert answer == {"erased": ["same.mcap"], "different": ["other.mcap"]}
     assert {path.name for path in layout.recordings.iterdir()} == {"other.mcap", "written.mcap", "link.mcap"}
     assert (layout.root / "outside.mcap").exists()
 

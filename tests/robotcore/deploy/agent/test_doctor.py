@@ -37,9 +37,9 @@ def finding(said: str) -> str:
 
 
 def test_a_pin_that_the_running_release_holds_is_no_fault(layout: Layout) -> None:
-    (told,) = findings_of(layout, finding(f"GPIO 17 (left) is held by process {OURS} (python)"))
-    assert (told["level"], told["remedy"]) == ("ok", "")
-    assert told["said"].startswith("GPIO 17 (left) is held by")
+    (row,) = findings_of(layout, finding(f"GPIO 17 (left) is held by process {OURS} (python)"))
+    assert (row["level"], row["remedy"]) == ("ok", "")
+    assert row["said"].startswith("GPIO 17 (left) is held by")
 
 
 @pytest.mark.parametrize(
@@ -47,8 +47,8 @@ def test_a_pin_that_the_running_release_holds_is_no_fault(layout: Layout) -> Non
     [f"process {ANOTHERS} (python)", f"process {OURS} (x) or process {ANOTHERS} (y)", "process 9 (z)", "somebody"],
 )
 def test_a_pin_that_somebody_else_holds_is_one(layout: Layout, holder: str) -> None:
-    (told,) = findings_of(layout, finding(f"GPIO 17 (left) is held by {holder}"))
-    assert (told["level"], told["remedy"]) == ("error", "End that program")
+    (row,) = findings_of(layout, finding(f"GPIO 17 (left) is held by {holder}"))
+    assert (row["level"], row["remedy"]) == ("error", "End that program")
 
 
 @pytest.mark.parametrize(
@@ -61,11 +61,11 @@ def test_a_pin_that_somebody_else_holds_is_one(layout: Layout, holder: str) -> N
     ],
 )
 def test_a_doctor_that_does_not_run_is_a_finding(layout: Layout, source: str, said: str) -> None:
-    (told,) = findings_of(layout, source)
-    assert (told["level"], told["said"]) == ("error", said)
+    (row,) = findings_of(layout, source)
+    assert (row["level"], row["said"]) == ("error", said)
 
 
 def test_a_doctor_that_hangs_is_a_finding(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(doctor, "DOCTOR_TIMEOUT_S", 0.1)
-    (told,) = findings_of(layout, "import time; time.sleep(60)")
-    assert told["said"] == "has not ended within 0.1 s"
+    (row,) = findings_of(layout, "import time; time.sleep(60)")
+    assert row["said"] == "has not ended within 0.1 s"

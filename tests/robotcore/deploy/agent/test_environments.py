@@ -57,9 +57,9 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Layout:
 def environment(made: Layout) -> Iterator[Path]:
     """The environment that was made, as it was made."""
     folder = next(made.environments.iterdir())
-    told = folder.joinpath(environments.COMPLETE_FILE).read_text()
+    contents = folder.joinpath(environments.COMPLETE_FILE).read_text()
     yield folder
-    folder.joinpath(environments.COMPLETE_FILE).write_text(told)
+    folder.joinpath(environments.COMPLETE_FILE).write_text(contents)
 
 
 @pytest.fixture(autouse=True)
@@ -90,18 +90,18 @@ def test_another_python_needs_another_environment(made: Layout) -> None:
 def test_an_environment_that_leans_on_what_the_system_no_longer_has_is_no_longer_taken(
     made: Layout, environment: Path
 ) -> None:
-    told = json.loads(environment.joinpath(environments.COMPLETE_FILE).read_text())
+    contents = json.loads(environment.joinpath(environments.COMPLETE_FILE).read_text())
     environment.joinpath(environments.COMPLETE_FILE).write_text(
-        json.dumps({**told, "leans_on": {"pytest": pytest.__version__}})
+        json.dumps({**contents, "leans_on": {"pytest": pytest.__version__}})
     )
     assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) == environment
-    environment.joinpath(environments.COMPLETE_FILE).write_text(json.dumps({**told, "leans_on": {"pytest": "0.1"}}))
+    environment.joinpath(environments.COMPLETE_FILE).write_text(json.dumps({**contents, "leans_on": {"pytest": "0.1"}}))
     assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
 
 
-@pytest.mark.parametrize("told", ["", "{", "[]", "{}", "7"])
-def test_a_half_of_an_environment_is_never_taken(made: Layout, environment: Path, told: str) -> None:
-    environment.joinpath(environments.COMPLETE_FILE).write_text(told)
+@pytest.mark.parametrize("contents", ["", "{", "[]", "{}", "7"])
+def test_a_half_of_an_environment_is_never_taken(made: Layout, environment: Path, contents: str) -> None:
+    environment.joinpath(environments.COMPLETE_FILE).write_text(contents)
     assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
 
 
@@ -136,8 +136,8 @@ def test_a_place_that_nobody_reaches_is_told_as_no_network_and_a_password_to_nob
             report_progress,
         )
     assert refused.value.kind == "network"
-    assert "Collecting gadget" in (told := capsys.readouterr().out)
-    assert "secret" not in told + str(refused.value)
+    assert "Collecting gadget" in (output := capsys.readouterr().out)
+    assert "secret" not in output + str(refused.value)
 
 
 def test_a_requirement_that_looks_like_an_option_is_none(environment: Path, tmp_path: Path, raises: Raises) -> None:
@@ -164,7 +164,7 @@ def test_pip_ends_with_whoever_no_longer_listens(environment: Path, monkeypatch:
 
 
 def test_a_failure_leaves_nothing_of_an_environment(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*told: object) -> None:
+    def full(*arguments: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(files, "write_file", full)

@@ -57,8 +57,8 @@ def _no_waiting_for_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_was_sent_becomes_a_release(layout: Layout) -> None:
     push_actions.begin_upload(layout, release=NEW, size=0)
     sent = read_files(send_release(layout, NEW))
-    told = push_actions.install_release(layout, release=NEW)
-    assert told["environment"] == "made"
+    answer = push_actions.install_release(layout, release=NEW)
+    assert answer["environment"] == "made"
     installed = read_files(layout.releases / NEW)
     assert installed.pop("environment").startswith("../../environments/")  # type: ignore[arg-type]
     assert installed == sent
@@ -148,10 +148,10 @@ def test_killed_at_any_moment_nothing_that_was_there_is_touched_and_the_next_pus
     while _installed(layout, NEW, deaths) == -signal.SIGKILL:
         deaths += 1
         assert read_files(layout.releases / OLD) == before
-        told = admin_actions.list_releases(layout)
-        assert told["current"] == OLD
+        answer = admin_actions.list_releases(layout)
+        assert answer["current"] == OLD
         if (layout.incoming / NEW).exists():
-            assert [each["name"] for each in told["releases"]] == [OLD]
+            assert [each["name"] for each in answer["releases"]] == [OLD]
             _break_off(layout, NEW)
         else:
             _require_whole(layout.releases / NEW)

@@ -28,10 +28,10 @@ from tests.texts import CheckText
 
 
 def test_a_robot_tells_what_it_is(layout: Layout) -> None:
-    told = push_actions.probe(layout)
-    assert (told["python"], told["machine"], told["bits"]) == (platform.python_version(), platform.machine(), 64)
-    assert told["free_bytes"] > 0
-    assert told["release"] is None
+    answer = push_actions.probe(layout)
+    assert (answer["python"], answer["machine"], answer["bits"]) == (platform.python_version(), platform.machine(), 64)
+    assert answer["free_bytes"] > 0
+    assert answer["release"] is None
     assert not layout.root.exists()
 
 
@@ -50,8 +50,8 @@ def test_it_is_told_whether_what_is_required_is_there(layout: Layout) -> None:
 
 def test_a_poor_machine_tells_all_the_same(layout: Layout, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    told = push_actions.probe(layout)
-    assert not any(told[name] for name in ("has_rsync", "has_user_manager", "reads_journal"))
+    answer = push_actions.probe(layout)
+    assert not any(answer[name] for name in ("has_rsync", "has_user_manager", "reads_journal"))
 
 
 @pytest.fixture
@@ -84,10 +84,10 @@ def test_an_environment_that_is_there_needs_no_venv(layout: Layout) -> None:
 @pytest.mark.usefixtures("poor")
 def test_lingering_is_turned_on_where_that_is_allowed(tmp_path: Path) -> None:
     loginctl = tmp_path / "loginctl"
-    loginctl.write_text(f'#!/bin/sh\necho "$@" > "{tmp_path}/told"; : > "{tmp_path}/pi"\n')
+    loginctl.write_text(f'#!/bin/sh\necho "$@" > "{tmp_path}/arguments"; : > "{tmp_path}/pi"\n')
     loginctl.chmod(0o755)
     assert robot_facts.enable_lingering()
-    assert (tmp_path / "told").read_text() == "--no-ask-password enable-linger\n"
+    assert (tmp_path / "arguments").read_text() == "--no-ask-password enable-linger\n"
 
 
 MOUNT = shutil.which("mount")
@@ -111,9 +111,9 @@ def test_the_next_one_copies_from_what_runs(layout: Layout) -> None:
 
 
 def test_two_pushes_at_once_have_a_name_and_a_folder_each(layout: Layout) -> None:
-    told = [push_actions.begin_upload(layout, release=OLD, size=1000) for _ in range(3)]
-    assert [each["release"] for each in told] == [OLD, NEW, NEWER]
-    assert [each["to"] for each in told] == [f"incoming/{name}" for name in (OLD, NEW, NEWER)]
+    answer = [push_actions.begin_upload(layout, release=OLD, size=1000) for _ in range(3)]
+    assert [each["release"] for each in answer] == [OLD, NEW, NEWER]
+    assert [each["to"] for each in answer] == [f"incoming/{name}" for name in (OLD, NEW, NEWER)]
 
 
 def test_a_push_from_a_desk_whose_clock_is_slow_is_the_newest_all_the_same(layout: Layout) -> None:

@@ -58,9 +58,9 @@ def test_process_that_systemd_starts_becomes_the_app_in_the_projects_folder(layo
         folder.joinpath("project", f"{name}.py").write_text("raise ImportError('of the project')")
     make_current(layout, OLD)
     with systemd("run") as process:
-        release, told = _lines(process)
+        release, line = _lines(process)
     assert release.startswith(f"release {OLD}")
-    ran: dict[str, Any] = json.loads(told)
+    ran: dict[str, Any] = json.loads(line)
     assert ran["pid"] == process.pid
     assert ran["folder"] == str(folder / "project")
     assert ran["here"] == str(folder / "site" / "robotcore" / "__main__.py"), (
