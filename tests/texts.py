@@ -51,9 +51,7 @@ def check_text(request: pytest.FixtureRequest) -> CheckText:
     def check(text: object, *, hide: Sequence[object] = ()) -> None:
         key = test if (number := next(numbers)) == 1 else f"{test} {number}"
         plain = _hide(str(text), request, hide)
-        if request.config.getoption("--update-texts"):
-            _update(file, key, plain)
-        known = _read(file)
+        known = _update(file, key, plain) if request.config.getoption("--update-texts") else _read(file)
         assert key in known, f"{file} has no text for {key}; run pytest --update-texts"
         assert plain == known[key]
 
@@ -94,9 +92,10 @@ def _read(file: Path) -> dict[str, str]:
     return texts
 
 
-def _update(file: Path, key: str, text: str) -> None:
-    """Write one text; processes of pytest-xdist take turns."""
+def _update(file: Path, key: str, text: str) -> dict[str, str]:
+    """Write one text and return all; processes of pytest-xdist take turns."""
     with file.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         texts = dict(sorted({**_read(file), key: text}.items()))
         file.write_text(json.dumps(texts, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        return texts

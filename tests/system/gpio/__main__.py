@@ -18,7 +18,7 @@ LIMIT_S = 900.0
 """Of all that the guest does, on the reference machine, where it takes about two minutes."""
 
 GUEST = needs.ROOT / "tests" / "system" / "guest"
-SUPPORT = ("__init__", "__main__", "bench", "chip", "conftest", "patient", "sonar", "telling", "waiting", "wheel")
+SUPPORT = ("__init__", "__main__", "bench", "chip", "conftest", "models", "patient", "telling")
 CONSOLE = needs.ROOT / "build" / "gpio-console.log"
 
 
