@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from drivers.serial.driver import PortPlace
+from drivers.serial.driver import PortPlace, list_ports, summarize_devices
 from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Setup
@@ -15,10 +15,10 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hal.wiring import Wire, Wiring
 from robotcore.hardware import DeviceBinding, batteries_in, bind_devices, open_robot, static_cutoffs
-from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from robotcore.hal.finding import Finding
+
 
 SECTION = "serial"
 """Where a robot's file says how its devices are connected."""
@@ -111,18 +111,6 @@ def override_port(robot: RobotDescription, section: str, port: str | None) -> Ro
 
 def _has_port(table: Any) -> bool:
     return isinstance(table, Mapping) and "port" in table
-
-
-def list_ports(fittings: Iterable[DeviceBinding]) -> tuple[str, ...]:
-    """Return the serial ports that devices are on, each once, in the order of the file."""
-    wires = (wire for fitting in fittings for wire in fitting.connections)
-    return tuple(dict.fromkeys(wire.where for wire in wires if wire.bus == "serial"))
-
-
-def summarize_devices(fittings: Sequence[DeviceBinding]) -> str:
-    """Return how many devices these are, and on which ports, in words."""
-    ports = list_ports(fittings)
-    return pluralize(len(fittings), "device") + (f" on {', '.join(ports)}" if ports else "")
 
 
 def build_wiring(fittings: Sequence[DeviceBinding]) -> Wiring:

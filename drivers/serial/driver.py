@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, ClassVar, Literal, TypeVar
 
 from pydantic import AfterValidator, Field
 
 from drivers.serial.port import USB
 from robotcore.description import StrictModel
-from robotcore.hardware import Connection, DeviceDriver
+from robotcore.hardware import Connection, DeviceBinding, DeviceDriver
+from robotcore.text import pluralize
 
 
 def _place(written: str) -> str:
@@ -90,3 +91,15 @@ class SerialDriver(DeviceDriver[DescriptionT, SettingsT]):
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         return settings.at(self.what)
+
+
+def list_ports(fittings: Iterable[DeviceBinding]) -> tuple[str, ...]:
+    """Return the serial ports that devices are on, each once, in the order of the file."""
+    wires = (wire for fitting in fittings for wire in fitting.connections)
+    return tuple(dict.fromkeys(wire.where for wire in wires if wire.bus == "serial"))
+
+
+def summarize_devices(fittings: Sequence[DeviceBinding]) -> str:
+    """Return how many devices these are, and on which ports, in words."""
+    ports = list_ports(fittings)
+    return pluralize(len(fittings), "device") + (f" on {', '.join(ports)}" if ports else "")

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Any
 
-from drivers.serial.backend import summarize_devices
 from drivers.serial.boards.board import SharedBoardError
-from drivers.serial.driver import PortSettings
+from drivers.serial.driver import PortSettings, summarize_devices
 from drivers.serial.port import Port, PortError, describe_ports, find_other_users
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError, DeviceGroupError

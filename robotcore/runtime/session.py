@@ -19,7 +19,8 @@ from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import Observer, Run
 from robotcore.runtime.plan import Plan, RunRequest
-from robotcore.runtime.result import Outcome, RunEnd, RunResult, build_result, outcome_of
+from robotcore.runtime.result import Outcome, RunResult, outcome_of
+from robotcore.runtime.run_end import RunEnd, build_result
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.time_limits import (
     SIMULATION_FACTOR,

@@ -7,7 +7,7 @@ import numpy as np
 
 from drivers.raspberrypi.cameras.settings import UsbCameraSettings
 from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source, TimestampConverter
-from drivers.raspberrypi.cameras.v4l2 import explain_unusable
+from drivers.raspberrypi.cameras.usb_devices import explain_unusable
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock

@@ -208,7 +208,7 @@ class TestOpening:
     def test_no_camera_is_told_with_those_that_there_are(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
-        monkeypatch.setattr("drivers.raspberrypi.cameras.v4l2.CLASS", _sysfs(tmp_path / "class"))
+        monkeypatch.setattr("drivers.raspberrypi.cameras.usb_devices.CLASS", _sysfs(tmp_path / "class"))
         webcam.pull_out()
         with raises(DeviceError):
             opened(webcam)
@@ -216,7 +216,7 @@ class TestOpening:
     def test_no_camera_at_all_is_told(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
-        monkeypatch.setattr("drivers.raspberrypi.cameras.v4l2.CLASS", tmp_path / "nothing")
+        monkeypatch.setattr("drivers.raspberrypi.cameras.usb_devices.CLASS", tmp_path / "nothing")
         webcam.pull_out()
         with raises(DeviceError):
             opened(webcam)
