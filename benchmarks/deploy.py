@@ -94,7 +94,7 @@ def _deployed(rover: Rover, what: str) -> Iterator[tuple[str, str, float]]:
     rover.done("push", "--skip-checks", "--offline")
     yield what, ENDED, monotonic() - start
     process = rover.motors.await_driving()
-    drove = min(each.time_s for each in rover.motors.told() if each.process == process and each.rad_s)
+    drove = min(each.time_s for each in rover.motors.commands() if each.process == process and each.rad_s)
     yield what, DRIVING, drove - start
 
 

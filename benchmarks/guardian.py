@@ -45,8 +45,8 @@ def main() -> int:
     print_table(
         (f"{asked.trials} trials each", "stopped", "median", "worst", "counted from"),
         [
-            ("the process is killed (SIGKILL)", *_told(killed), "the kill"),
-            ("the interpreter lock is held for 0.5 s", *_told(held), commanded),
+            ("the process is killed (SIGKILL)", *_format_cells(killed), "the kill"),
+            ("the interpreter lock is held for 0.5 s", *_format_cells(held), commanded),
         ],
     )
     return int(None in killed + held or len(held) < asked.trials)
@@ -84,7 +84,7 @@ def _stopped_after(time: float, notes_read: Sequence[Note]) -> float | None:
     return max(min(stops) for stops in firsts) - time if all(firsts) else None
 
 
-def _told(times: Sequence[float | None]) -> tuple[str, str, str]:
+def _format_cells(times: Sequence[float | None]) -> tuple[str, str, str]:
     stopped = [1000 * time for time in times if time is not None]
     if not stopped:
         return f"0/{len(times)}", "never", "never"

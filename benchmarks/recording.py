@@ -94,10 +94,10 @@ def _tell_cost(file: Path, pairs: int) -> float:
     ratio = paired_ratios(lambda: _search_s(file), lambda: _search_s(None), pairs)
     size = file.stat().st_size
     rows = [
-        ("a tick without a recording, ms", *_told([cost.bare for cost in costs]), ""),
-        ("a tick with one takes longer by, ms", *_told([cost.more for cost in costs]), ""),
-        ("a tick with one ÷ a tick without", *_told([cost.ratio for cost in costs]), f"≤ {COST_BOUND:g}"),
-        ("of that the control thread's own work, ms", *_told([cost.more_work for cost in costs]), ""),
+        ("a tick without a recording, ms", *_format_cells([cost.bare for cost in costs]), ""),
+        ("a tick with one takes longer by, ms", *_format_cells([cost.more for cost in costs]), ""),
+        ("a tick with one ÷ a tick without", *_format_cells([cost.ratio for cost in costs]), f"≤ {COST_BOUND:g}"),
+        ("of that the control thread's own work, ms", *_format_cells([cost.more_work for cost in costs]), ""),
         ("a whole simulated search, with ÷ without", f"{ratio[0]:.3f}", f"{ratio[1]:.3f} to {ratio[2]:.3f}", ""),
         ("the file of that search, KB a simulated second", f"{size / 1e3 / _simulated_s(file):.0f}", "", ""),
     ]
@@ -136,7 +136,7 @@ def _simulated_s(file: Path) -> float:
     return read(file).ticks[-1].time
 
 
-def _told(values: list[float]) -> tuple[str, str]:
+def _format_cells(values: list[float]) -> tuple[str, str]:
     median, low, high = median_with_interval(values)
     return f"{median:.3f}", f"{low:.3f} to {high:.3f}"
 

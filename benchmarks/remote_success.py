@@ -62,17 +62,17 @@ def _built(world: str, seeds: tuple[int, ...], server: str | None) -> Iterator[R
     with ExitStack() as stack:
         host, _, port = server.rpartition(":") if server else ("127.0.0.1", "", stack.enter_context(Double()).zmq_port)
         for seed in seeds:
-            yield _told(_record("coppeliasim", world, seed, host=host, port=int(port)), "")
+            yield _with_command(_record("coppeliasim", world, seed, host=host, port=int(port)), "")
 
 
 def _joined(world: str, seeds: tuple[int, ...]) -> Iterator[Record]:
     """Yield the runs in scenes that have the robot, each in a simulator of its own."""
     for seed in seeds:
         with Double("rover", world, seed) as double:
-            yield _told(_record("vrep", world, seed, port=double.legacy_port), double.command)
+            yield _with_command(_record("vrep", world, seed, port=double.legacy_port), double.command)
 
 
-def _told(record: Record, beside: str) -> Record:
+def _with_command(record: Record, beside: str) -> Record:
     """Return a record; of a failing one, print how it is run again, ``beside`` what."""
     if record.is_failure:
         print(

@@ -53,7 +53,9 @@ def main() -> int:
     rows, is_whole = [], True
     for name in asked.board or KINDS:
         seen = _unplugged(KINDS[name], asked.trials, Random(asked.seed))
-        rows.append((name, *_told(seen.stops, asked.trials), *_told(seen.recoveries, asked.trials), seen.ended))
+        rows.append(
+            (name, *_format_cells(seen.stops, asked.trials), *_format_cells(seen.recoveries, asked.trials), seen.ended)
+        )
         is_whole &= len(seen.stops) == len(seen.recoveries) == asked.trials
     print(machine())
     print_table(("board", "stops", "median", "worst", "recoveries", "median", "worst", "the run"), rows)
@@ -123,7 +125,7 @@ def _end_of(run: subprocess.Popen[str]) -> str:
     return f"{run.returncode}: {'; '.join(notes) or said.strip()}"
 
 
-def _told(seconds: list[float], trials: int) -> tuple[str, str, str]:
+def _format_cells(seconds: list[float], trials: int) -> tuple[str, str, str]:
     if not seconds:
         return f"0/{trials}", "", ""
     return f"{len(seconds)}/{trials}", f"{median(seconds):.2f} s", f"{max(seconds):.2f} s"

@@ -35,9 +35,9 @@ def main() -> int:
     print_table(
         ("command", f"median of {count}", "95 % interval"),
         [
-            ("python -c 'import numpy'", *_told([numpy for numpy, _ in pairs], "{:.1f} ms")),
-            ("python -m robotcore --help", *_told([ours for _, ours in pairs], "{:.1f} ms")),
-            (f"ratio within a pair, at most {BOUND:g}", *_told(ratios, "{:.2f}")),
+            ("python -c 'import numpy'", *_format_cells([numpy for numpy, _ in pairs], "{:.1f} ms")),
+            ("python -m robotcore --help", *_format_cells([ours for _, ours in pairs], "{:.1f} ms")),
+            (f"ratio within a pair, at most {BOUND:g}", *_format_cells(ratios, "{:.2f}")),
         ],
     )
     return int(statistics.median(ratios) > BOUND)
@@ -49,7 +49,7 @@ def _milliseconds(*arguments: str) -> float:
     return 1000 * (perf_counter() - start)
 
 
-def _told(values: list[float], form: str) -> tuple[str, str]:
+def _format_cells(values: list[float], form: str) -> tuple[str, str]:
     """Return the median, and the interval around it that the order of the values gives (the sign test)."""
     ordered = sorted(values)
     reach = 0.98 * math.sqrt(len(ordered))

@@ -86,9 +86,9 @@ def main() -> int:
         asked.repeats,
     )
     rows = [
-        ("the devices, called without the framework, µs", *_told(median_with_interval(bare), 1)),
-        ("a tick of the loop, µs", *_told(median_with_interval(framework), 1)),
-        (f"ratio within a pair, at most {BOUND:g}", *_told(ratio, 2)),
+        ("the devices, called without the framework, µs", *_format_cells(median_with_interval(bare), 1)),
+        ("a tick of the loop, µs", *_format_cells(median_with_interval(framework), 1)),
+        (f"ratio within a pair, at most {BOUND:g}", *_format_cells(ratio, 2)),
     ]
     print(machine())
     print_table((f"{asked.repeats} × {asked.ticks} ticks", "median", "95 % interval of it"), rows)
@@ -135,7 +135,7 @@ def _framed(ticks: int) -> Callable[[], object]:
     return work
 
 
-def _told(measured: tuple[float, float, float], digits: int) -> tuple[str, str]:
+def _format_cells(measured: tuple[float, float, float], digits: int) -> tuple[str, str]:
     median, low, high = (f"{value:.{digits}f}" for value in measured)
     return median, f"{low} to {high}"
 

@@ -76,7 +76,7 @@ def _print_ways(kinds: Mapping[str, tuple[Trial, int]], trials: int, random: Ran
         ended[kind].append(_in_a_directory(partial(kinds[kind][0], random=random)))
     print_table(
         ("way out", "every motor stopped", "exit status as said", "ms to the last stop: median", "worst"),
-        [(kind, *_told(results, kinds[kind][1])) for kind, results in ended.items() if results],
+        [(kind, *_summarize(results, kinds[kind][1])) for kind, results in ended.items() if results],
     )
     results = [result for each in ended.values() for result in each]
     print(f"\n{sum(result.is_stopped for result in results)} of {trials} runs stopped every motor")
@@ -85,7 +85,7 @@ def _print_ways(kinds: Mapping[str, tuple[Trial, int]], trials: int, random: Ran
     return all(result.is_stopped for result in results) and is_as_said and max(hangs, default=0.0) <= HANG_BOUND_S
 
 
-def _told(results: list[Ended], status: int) -> tuple[str, ...]:
+def _summarize(results: list[Ended], status: int) -> tuple[str, ...]:
     delays = [result.delay_s * 1e3 for result in results]
     stopped, as_said = sum(r.is_stopped for r in results), sum(r.status == status for r in results)
     count = len(results)

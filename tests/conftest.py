@@ -38,10 +38,10 @@ def _nothing_is_left_running() -> Iterator[None]:
 def _children() -> set[int]:
     """Return the process ids of this process's children; nothing where the system does not tell."""
     files = Path(f"/proc/{os.getpid()}/task").glob("*/children")
-    return {int(child) for file in files for child in _told(file).split()}
+    return {int(child) for file in files for child in _read(file).split()}
 
 
-def _told(file: Path) -> str:
+def _read(file: Path) -> str:
     """Return what a file of ``/proc`` tells; nothing where its thread has just ended."""
     with suppress(FileNotFoundError, ProcessLookupError):
         return file.read_text()

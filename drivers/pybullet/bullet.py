@@ -34,7 +34,7 @@ class Bullet:
         library = _import_pybullet()
         if gui:
             _require_screen()
-        connect = _told(library.connect, library.error, _backend_failure)
+        connect = _translate_errors(library.connect, library.error, _backend_failure)
         client = connect(library.GUI if gui else library.DIRECT)
         return cls(library, client, _backend_failure)
 
@@ -58,14 +58,14 @@ class Bullet:
         if not callable(attribute):
             return attribute
 
-        return _told(partial(attribute, physicsClientId=self._client), self._library.error, self._failure)
+        return _translate_errors(partial(attribute, physicsClientId=self._client), self._library.error, self._failure)
 
 
 def _backend_failure(fault: str) -> BackendError:
     return BackendError(f"pybullet: {fault}")
 
 
-def _told(function: Callable[..., Any], fault: type[Exception], failure: Failure) -> Callable[..., Any]:
+def _translate_errors(function: Callable[..., Any], fault: type[Exception], failure: Failure) -> Callable[..., Any]:
     """Return the function, whose ``fault`` is told as ``failure``."""
 
     def call(*args: Any, **options: Any) -> Any:

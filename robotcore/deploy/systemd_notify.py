@@ -56,7 +56,7 @@ class Notifier:
         self._address = f"\0{address[1:]}" if address.startswith("@") else address
         self._clock = clock or MonotonicClock()
         self._feed_s = min(watchdog_s / 4, FEED_S) if watchdog_s else None
-        self._fed = self._told = -inf
+        self._fed = self._status_sent = -inf
         self._outer: BaseException | None = None
         self._is_ready = False
 
@@ -80,8 +80,8 @@ class Notifier:
             self._is_ready = self._goes_well and self._say(READY)
         if self._feed_s is not None and now - self._fed >= self._feed_s and self._say(ALIVE):
             self._fed = now
-        if now - self._told >= STATUS_S and self._say(_status(_under_way(record))):
-            self._told = now
+        if now - self._status_sent >= STATUS_S and self._say(_status(_under_way(record))):
+            self._status_sent = now
 
     def end(self, result: RunResult) -> None:
         self._say(STOPPING, _status(": ".join(filter(None, (result.outcome.value, result.reason)))))

@@ -35,7 +35,7 @@ class PoweredBackend(KinematicBackend):
     volts: ClassVar[Any] = 7.4
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        return frozenset(told.name for told in robot.all_of(BatteryDescription))
+        return frozenset(battery.name for battery in robot.all_of(BatteryDescription))
 
     def open(self, setup: Setup) -> Robot:
         raw = super().open(setup)

@@ -95,16 +95,16 @@ class StillTruth:
     """A robot that stands where it is put."""
 
     def __init__(self, pose: Pose, twist: Twist = STANDING, contacts: int = 0) -> None:
-        self._told = pose, twist, contacts
+        self._truth = pose, twist, contacts
 
     def pose(self) -> Pose:
-        return self._told[0]
+        return self._truth[0]
 
     def twist(self) -> Twist:
-        return self._told[1]
+        return self._truth[1]
 
     def contacts(self) -> int:
-        return self._told[2]
+        return self._truth[2]
 
 
 def picture(colour: tuple[int, int, int] = (0, 0, 0), intrinsics: Intrinsics = EYE) -> Image:

@@ -59,7 +59,7 @@ def test_without_a_lag_velocity_is_there_at_once() -> None:
         assert truth_of(robot).pose().x == pytest.approx(0.3, abs=1e-9)
 
 
-def test_a_wheel_without_a_lag_turns_as_told_in_its_first_step() -> None:
+def test_a_wheel_without_a_lag_turns_as_reported_in_its_first_step() -> None:
     wheel = Wheel(lag=0.0, step=0.5)
     for target, angle in ((4.0, 2.0), (-1.0, 1.5)):
         wheel.target = target

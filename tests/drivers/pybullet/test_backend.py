@@ -93,7 +93,7 @@ def test_an_unknown_option_is_refused_with_the_nearest(raises: Raises) -> None:
         PyBulletBackend().open(setup(world(), options={"solver_iteration": 10}))
 
 
-def test_the_solver_goes_over_the_contacts_as_often_as_it_is_told(connections: list[Bullet]) -> None:
+def test_the_solver_goes_over_the_contacts_as_often_as_it_is_reported(connections: list[Bullet]) -> None:
     with PyBulletBackend().open(setup(world(), options={"solver_iterations": "7"})):
         assert connections[0].getPhysicsEngineParameters()["numSolverIterations"] == 7
 

@@ -177,7 +177,7 @@ def test_one_that_has_gone_is_not_taken_for_whoever_gets_its_number(process: sub
     owner.close()
 
 
-def test_one_that_is_not_there_is_told(process: subprocess.Popen[str]) -> None:
+def test_one_that_is_not_there_is_reported(process: subprocess.Popen[str]) -> None:
     process.kill()
     process.wait()
     with pytest.raises(ProcessLookupError):

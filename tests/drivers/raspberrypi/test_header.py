@@ -124,7 +124,7 @@ def test_numbers_are_those_of_the_chip(number: int) -> None:
         (-1, "there is no GPIO -1 on the header; take"),
     ],
 )
-def test_the_number_of_a_pad_is_told_from_that_of_a_gpio(number: int, text: str) -> None:
+def test_the_number_of_a_pad_is_reported_from_that_of_a_gpio(number: int, text: str) -> None:
     with pytest.raises(ValidationError, match=text):
         Settings(echo=number)
 
@@ -160,7 +160,7 @@ def test_a_standby_line_is_pulled_down_and_one_that_is_missing_is_recommended() 
     assert "an L298N's ENA and ENB joined" in without
 
 
-def test_the_inputs_of_the_usual_boards_are_told_by_their_names() -> None:
+def test_the_inputs_of_the_usual_boards_are_named_by_their_names() -> None:
     text = notes(HBridge(), forward=17, backward=27, model=MODEL)
     for inputs in ("TB6612: forward AIN1", "PWMB to 3.3 V", "standby nSLEEP", "L298N: forward IN1 and IN3"):
         assert inputs in text

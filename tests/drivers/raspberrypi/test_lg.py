@@ -87,7 +87,7 @@ def test_the_folder_that_is_set_for_the_fifo_is_used(tmp_path: Path) -> None:
         run(LEAVING, tmp_path, environment(LG_WD=str(tmp_path / "missing")))
 
 
-def test_the_empty_one_is_told_from_a_missing_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_empty_one_is_reported_from_a_missing_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
     with pytest.raises(ImportError, match="pip took an empty one"):
         lg.load()

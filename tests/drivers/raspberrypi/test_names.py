@@ -25,11 +25,11 @@ from robotcore.hardware import bind_devices
         ("nose", "hcsr04", "hc-sr04"),
     ],
 )
-def test_a_part_is_told_with_its_driver(device: str, word: str, driver: str) -> None:
+def test_a_part_is_reported_with_its_driver(device: str, word: str, driver: str) -> None:
     assert describe_device(device, word).endswith(f"unknown device driver {word!r}. Did you mean {driver!r}?")
 
 
-def test_what_nobody_knows_is_told_with_the_drivers_of_that_kind_alone() -> None:
+def test_what_nobody_knows_is_reported_with_the_drivers_of_that_kind_alone() -> None:
     assert describe_device("eye", "kinect").endswith("There are: picamera2, v4l2.")
     *_, motors = describe_device("left_motor", "ultrasonic").partition("There are: ")
     assert {"h-bridge", "phase-enable"} <= set(motors.rstrip(".").split(", "))

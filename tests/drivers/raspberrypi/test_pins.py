@@ -71,7 +71,7 @@ def test_closing_frees_every_line(lines: Lines, pins: Any, other: Chip) -> None:
     other.claim_low([17])
 
 
-def test_a_device_whose_line_is_another_process_s_is_told_by_name_line_and_holder(pins: Any, other: Chip) -> None:
+def test_a_device_whose_line_is_another_process_s_is_named_by_name_line_and_holder(pins: Any, other: Chip) -> None:
     from gpiozero import LED
 
     other.claim_low([17])
@@ -80,7 +80,7 @@ def test_a_device_whose_line_is_another_process_s_is_told_by_name_line_and_holde
         LED(17, pin_factory=pins)
 
 
-def test_a_line_that_two_devices_of_a_program_want_is_told_as_that(pins: Any) -> None:
+def test_a_line_that_two_devices_of_a_program_want_is_reported_as_that(pins: Any) -> None:
     from gpiozero import LED
 
     words = "lamp: GPIO 17 is in use in this program already"
@@ -117,12 +117,12 @@ def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, mon
     pins.close()
 
 
-def test_an_unknown_library_is_told(raises: Raises) -> None:
+def test_an_unknown_library_is_reported(raises: Raises) -> None:
     with raises(UnknownNameError, "unknown-pin-factory"):
         open_pins("lgpoi")
 
 
-def test_a_missing_lgpio_is_told_with_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_lgpio_is_reported_with_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, "lgpio")
     monkeypatch.setattr(sys, "path", [])
     with pytest.raises(
@@ -131,14 +131,16 @@ def test_a_missing_lgpio_is_told_with_the_command_that_installs_it(monkeypatch: 
         open_pins()
 
 
-def test_an_empty_lgpio_is_told_with_the_command_that_mends_it(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+def test_an_empty_lgpio_is_reported_with_the_command_that_mends_it(
+    monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
     monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
     with raises(BackendMissingError, "lgpio-missing"):
         open_pins()
 
 
 @pytest.mark.parametrize("has_lgpio", [True, False])
-def test_a_machine_that_is_no_pi_is_told_whatever_it_has(
+def test_a_machine_that_is_no_pi_is_reported_whatever_it_has(
     *, has_lgpio: bool, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     from gpiozero.exc import PinUnknownPi
@@ -154,7 +156,7 @@ def test_a_machine_that_is_no_pi_is_told_whatever_it_has(
 
 
 @pytest.mark.parametrize("exists, is_allowed", [(False, False), (True, False), (True, True)])
-def test_a_chip_that_cannot_be_opened_is_told_with_what_to_do(
+def test_a_chip_that_cannot_be_opened_is_reported_with_what_to_do(
     exists: bool, is_allowed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setenv("FAKE_DEV", str(tmp_path))
@@ -168,7 +170,7 @@ def test_the_backend_that_is_not_installed_says_what_takes_its_place_at_the_desk
     assert load_backend("raspberrypi").remedy.endswith("At the desk: --backend virtualpi")
 
 
-def test_a_busy_gpio_is_told_with_who_holds_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_busy_gpio_is_reported_with_who_holds_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.raspberrypi.pins.find_holder", lambda gpio: f"process {1000 + gpio} (python3)")
     with pytest.raises(DeviceError) as raised, translate_pin_errors("left_motor", (17,)):
         raise LgpioError("GPIO busy")
@@ -176,7 +178,7 @@ def test_a_busy_gpio_is_told_with_who_holds_it(monkeypatch: pytest.MonkeyPatch) 
     assert isinstance(raised.value.__cause__, LgpioError)
 
 
-def test_anything_else_is_told_with_the_gpios_the_cause_and_what_to_do() -> None:
+def test_anything_else_is_reported_with_the_gpios_the_cause_and_what_to_do() -> None:
     failure = build_pin_error("nose", (16, 26), LgpioError("bad handle"))
     assert str(failure) == (
         "nose: GPIO 16, 26 failed (LgpioError: 'bad handle'). "
@@ -222,12 +224,12 @@ def test_a_line_that_lgpio_s_own_thread_still_waits_on_is_tried_again() -> None:
     assert not pin.is_heard
 
 
-def test_a_line_that_stays_busy_is_told_in_the_end() -> None:
+def test_a_line_that_stays_busy_is_reported_in_the_end() -> None:
     with pytest.raises(OSError, match="GPIO busy"):
         stop_edge_detection(Pin(*["GPIO busy"] * 200))
 
 
-def test_any_other_failure_is_told_at_once() -> None:
+def test_any_other_failure_is_reported_at_once() -> None:
     pin = Pin("unknown handle")
     with pytest.raises(OSError, match="unknown handle"):
         stop_edge_detection(pin)

@@ -150,7 +150,7 @@ def test_deadline_that_is_a_sum_of_periods_skips_no_tick() -> None:
         assert clock.now() == time
 
 
-def test_deadline_that_has_passed_is_told_and_still_goes_on() -> None:
+def test_deadline_that_has_passed_is_reported_and_still_goes_on() -> None:
     clock = ReplayClock([0.0, 0.4, 0.4])
     clock.sleep_until(0.05)
     assert not clock.sleep_until(0.1)

@@ -174,7 +174,7 @@ def test_a_repository_that_is_read_by_ssh_keeps_its_user(tmp_path: Path, bundle_
 
 
 @pytest.mark.usefixtures("without_code")
-def test_an_extra_that_nobody_has_is_told_with_the_nearest(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
+def test_an_extra_that_nobody_has_is_reported_with_the_nearest(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
     project = project_in(tmp_path / "project", f'{TABLE}extras = ["tofu"]\n')
     with raises(UnknownNameError, "unknown-extra", name="tofu"):
         build_bundle(project, bundle_in)
@@ -198,7 +198,7 @@ def test_compiled_code_is_refused(tmp_path: Path, raises: Raises) -> None:
     assert not (tmp_path / "site").exists()
 
 
-def test_a_package_that_cannot_be_built_is_told_and_its_folder_left_as_it_was(tmp_path: Path) -> None:
+def test_a_package_that_cannot_be_built_is_reported_and_its_folder_left_as_it_was(tmp_path: Path) -> None:
     table = '[build-system]\nrequires = []\nbuild-backend = "own"\nbackend-path = ["."]\n'
     leaves_things = "def build_wheel(*_):\n    open('left', 'w').close()\n    raise OSError('no compiler')\n"
     source = write(tmp_path / "broken", {"pyproject.toml": table, "own.py": leaves_things})

@@ -59,11 +59,11 @@ def test_tests_that_hang_are_ended_with_what_to_do(tmp_path: Path, monkeypatch: 
     assert raised.value.kind == "tests-hang"
 
 
-def test_a_project_without_tests_is_told_so(tmp_path: Path) -> None:
+def test_a_project_without_tests_is_reported_so(tmp_path: Path) -> None:
     assert checks.run_tests(project_in(tmp_path), str).summary == "none"
 
 
-def test_a_wrong_description_is_told_in_all_its_faults(tmp_path: Path) -> None:
+def test_a_wrong_description_is_reported_in_all_its_faults(tmp_path: Path) -> None:
     write(tmp_path, {"-my room.toml": "[floor]\nlenght_m = 3\nwidth_m = 3\n[walls]\nhight_m = 1\n"})
     project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "-my room.toml"\n\n'))
     with pytest.raises(UnprovenError) as raised:
@@ -75,7 +75,7 @@ def test_a_wrong_description_is_told_in_all_its_faults(tmp_path: Path) -> None:
     assert str(raised.value).endswith("robotcore check './-my room.toml'")
 
 
-def test_a_robot_without_the_section_that_its_backend_needs_is_told_at_the_desk(tmp_path: Path) -> None:
+def test_a_robot_without_the_section_that_its_backend_needs_is_reported_at_the_desk(tmp_path: Path) -> None:
     rover = build_project(DeployOptions(app="avoid-obstacles", robot="bubblerob"), tmp_path)
     with pytest.raises(UnprovenError) as raised:
         checks.check_descriptions(rover, str)
@@ -104,7 +104,7 @@ def test_what_is_simulated_is_what_is_sent_and_stays_as_it_is(tmp_path: Path) ->
     assert "it lacks a file that is not sent" in str(raised.value)
 
 
-def test_a_run_that_fails_is_told_with_the_line_that_repeats_it(tmp_path: Path) -> None:
+def test_a_run_that_fails_is_reported_with_the_line_that_repeats_it(tmp_path: Path) -> None:
     project = project_in(write(tmp_path / "a 'b", {}), app=RAISES)
     with pytest.raises(UnprovenError) as raised:
         simulation.simulate(bundle_of(project, tmp_path), str)
@@ -113,7 +113,7 @@ def test_a_run_that_fails_is_told_with_the_line_that_repeats_it(tmp_path: Path) 
     assert f"cd '{tmp_path.resolve()}/a '\"'\"'b' && " in str(raised.value)
 
 
-def test_an_app_that_hangs_is_told_in_its_own_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_app_that_hangs_is_reported_in_its_own_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulation, "HANG_MARGIN_S", 3.0 - RunRequest.timeout_s)
     project = project_in(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
     monkeypatch.setattr(simulation, "run_python", partial(_patient, run_python))
@@ -139,7 +139,7 @@ def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
     assert raised.value.fields["missed"] == ("kinematic, arena: verified is 0.3, required verified>=0.5",)
 
 
-def test_an_app_that_cannot_be_run_at_all_is_told_why(tmp_path: Path) -> None:
+def test_an_app_that_cannot_be_run_at_all_is_reported_why(tmp_path: Path) -> None:
     with pytest.raises(UnprovenError) as raised:
         simulation.simulate(bundle_of(project_in(tmp_path, app="x = 1\n"), tmp_path), str)
     assert raised.value.kind == "simulation-not-run"

@@ -97,7 +97,7 @@ def test_a_key_that_is_not_let_in(sshd: Sshd, tmp_path: Path) -> None:
     assert words.endswith("A key is put there with: ssh-copy-id robot")
 
 
-def test_a_configuration_that_keeps_ssh_quiet_keeps_no_failure_from_being_told(sshd: Sshd) -> None:
+def test_a_configuration_that_keeps_ssh_quiet_keeps_no_failure_from_being_reported(sshd: Sshd) -> None:
     configure(sshd, "LogLevel QUIET")
     sshd.known_hosts.write_text("")
     assert "its host key is not known here" in connect_error(sshd)

@@ -93,12 +93,12 @@ def judgement(
     return JUDGED.format(judgement={"release": NEW, "lines": lines, **result})
 
 
-def test_release_that_lives_is_told_to_run(link: Link, robot: Sshd, add_action: AddAction) -> None:
+def test_release_that_lives_is_reported_to_run(link: Link, robot: Sshd, add_action: AddAction) -> None:
     add_action("activate", judgement("healthy"))
     assert follow(link, robot)[-1] == Progress("release", f"{NEW} is healthy; it runs", is_done=True)
 
 
-def test_release_that_has_ended_well_is_told_to_have_ended(link: Link, robot: Sshd, add_action: AddAction) -> None:
+def test_release_that_has_ended_well_is_reported_to_have_ended(link: Link, robot: Sshd, add_action: AddAction) -> None:
     add_action("activate", judgement("healthy", "it ended with success", is_running=False))
     assert follow(link, robot)[-1].text == f"{NEW} is healthy; it ended with success"
 
@@ -112,7 +112,7 @@ def test_release_that_has_ended_well_is_told_to_have_ended(link: Link, robot: Ss
         (None, False, True, "Nothing runs"),
     ],
 )
-def test_release_that_does_not_live_is_told_with_its_last_words_and_what_runs_now(
+def test_release_that_does_not_live_is_reported_with_its_last_words_and_what_runs_now(
     link: Link, robot: Sshd, add_action: AddAction, current: str | None, is_running: bool, is_standing: bool, now: str
 ) -> None:
     judged = judgement("unhealthy", "it ended with status 5", current, is_running=is_running, is_standing=is_standing)
@@ -133,7 +133,7 @@ def test_release_that_does_not_live_is_told_with_its_last_words_and_what_runs_no
         ),
     ],
 )
-def test_headline_has_the_error_that_robotcore_told(error: str, reason: str) -> None:
+def test_headline_has_the_error_that_robotcore_reported(error: str, reason: str) -> None:
     lines = ["Traceback (most recent call last):", f"error: {error}", "error: the recording is not whole"]
     came = {"release": NEW, "outcome": "unhealthy", "reason": "the app raised", "lines": lines, "current": None}
     judged = HealthResult.model_validate({**came, "is_running": False, "is_standing": True})
@@ -160,7 +160,7 @@ def test_release_that_the_robot_chose_is_found_again_by_the_name_that_it_said(
     assert follow_cut(robot, "rollback", None)[-1].text == f"{OLD} is healthy; it runs"
 
 
-def test_robot_that_does_not_come_back_is_told_with_how_to_look(
+def test_robot_that_does_not_come_back_is_reported_with_how_to_look(
     robot: Sshd, add_action: AddAction, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(health, "ATTEMPTS", 0)

@@ -62,7 +62,7 @@ def test_the_home_is_never_sent_whole(tmp_path: Path, monkeypatch: pytest.Monkey
             build_project(DeployOptions(app="app.py", robot="rover"), folder)
 
 
-def test_every_fault_of_the_table_is_told_by_its_key(tmp_path: Path, raises: Raises) -> None:
+def test_every_fault_of_the_table_is_named_by_its_key(tmp_path: Path, raises: Raises) -> None:
     table = '[tool.robotcore]\nap = "a.py"\n[tool.robotcore.deploy]\nsedes = "1"\nsettings = { a = [1] }\n'
     with raises(DescriptionError) as raised:
         project_in(tmp_path, table)
@@ -87,7 +87,7 @@ def test_every_fault_of_the_table_is_told_by_its_key(tmp_path: Path, raises: Rai
         (DeployOptions(folder=Path("none")), UsageError, "no-such-folder"),
     ],
 )
-def test_what_is_not_there_is_told_before_anything_is_done(
+def test_what_is_not_there_is_reported_before_anything_is_done(
     tmp_path: Path, options: DeployOptions, error: type[Exception], kind: str
 ) -> None:
     with pytest.raises(error) as raised:

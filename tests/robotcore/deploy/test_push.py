@@ -105,7 +105,7 @@ def rooms(robot: Sshd, room: str) -> set[str]:
     return {path.name for path in (robot.home / "robotcore" / room).glob("*") if path.is_dir()}
 
 
-def test_each_step_is_told_and_the_release_is_there_whole_and_only_changes_are_sent_again(
+def test_each_step_is_reported_and_the_release_is_there_whole_and_only_changes_are_sent_again(
     wanted: Push, robot: Sshd
 ) -> None:
     steps: list[Progress] = []

@@ -57,7 +57,7 @@ def test_all_that_works_on_the_robot_is_sent_and_stands_alone(add_action: AddAct
     assert answers(rpc.build_script("import_all", sent), tmp_path)[-1] == {"done": sent}
 
 
-def test_a_python_that_is_too_old_is_told_in_words(tmp_path: Path) -> None:
+def test_a_python_that_is_too_old_is_reported_in_words(tmp_path: Path) -> None:
     script = rpc.build_script("probe", {}).replace("OLDEST = (3, 10)", "OLDEST = (9, 0)")
     _, refused = answers(script, tmp_path)
     version = sys.version.split()[0]
@@ -71,7 +71,7 @@ def test_what_is_read_first_has_no_new_syntax() -> None:
     ast.parse(rpc.build_script("probe", {}), feature_version=(3, 7))
 
 
-def test_what_fails_there_is_told_by_its_file_and_line(add_action: AddAction) -> None:
+def test_what_fails_there_is_named_by_its_file_and_line(add_action: AddAction) -> None:
     add_action("fail", "def act(layout):\n    return 1 / 0\n")
     script = rpc.build_script("fail", {}).encode("ascii")
     done = subprocess.run([sys.executable, "-I", "-"], input=script, capture_output=True, check=False)
@@ -171,14 +171,14 @@ def test_a_stream_passes_lines_on(link: Link, add_action: AddAction) -> None:
     assert lines == ["a line of a log"]
 
 
-def test_a_refusal_is_told_with_the_robots_remedy(link: Link, add_action: AddAction) -> None:
+def test_a_refusal_is_reported_with_the_robots_remedy(link: Link, add_action: AddAction) -> None:
     add_action("tell", TELL)
     with pytest.raises(DeployError, match=r"^robot: no room. Make some$") as refused:
         link.call("tell", Home, refuses=True)
     assert refused.value.kind == "full"
 
 
-def test_what_is_told_comes_as_it_is_and_nothing_of_it_runs(
+def test_what_is_reported_comes_as_it_is_and_nothing_of_it_runs(
     link: Link, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -108,7 +108,7 @@ def test_what_a_shell_or_ssh_could_take_for_more_than_a_name_is_no_host(text: st
         ("pi@[fe80::1%wlan0]:2222", Host("fe80::1%wlan0", "pi", 2222)),
     ],
 )
-def test_a_host_is_told_as_it_was_written(text: str, host: Host) -> None:
+def test_a_host_is_reported_as_it_was_written(text: str, host: Host) -> None:
     assert Host.parse(text) == host
     assert str(host) == text
 

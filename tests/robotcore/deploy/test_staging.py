@@ -146,7 +146,9 @@ def test_public_key_and_text_about_keys_are_sent(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("has_git", [False, True])
-def test_what_programs_leave_and_secrets_stay_at_home_and_secrets_are_told(tmp_path: Path, *, has_git: bool) -> None:
+def test_what_programs_leave_and_secrets_stay_at_home_and_secrets_are_reported(
+    tmp_path: Path, *, has_git: bool
+) -> None:
     write(tmp_path, {**LEFT, **SECRETS, **PUBLIC})
     if has_git:
         git(tmp_path, "init", "-q")

@@ -123,12 +123,14 @@ def test_without_a_watchdog_none_is_fed(systemd: Listener, path: str, clock: Ste
     assert "WATCHDOG=1" not in ticking(Notifier(path, clock=clock), clock, 10.0, systemd=systemd)
 
 
-def test_the_state_is_told_once_a_second_in_one_short_line(systemd: Listener, path: str, clock: SteppedClock) -> None:
+def test_the_state_is_reported_once_a_second_in_one_short_line(
+    systemd: Listener, path: str, clock: SteppedClock
+) -> None:
     ticking(Notifier(path, clock=clock), clock, 3.0, f"lost\nREADY=1 \ud800 {'x' * 1000}")
-    told = [each for each in systemd.heard() if each.startswith("STATUS=")]
-    assert len(told) == 3
-    assert all(each.startswith("STATUS=lost READY=1 ? xxx") and "\n" not in each for each in told)
-    assert max(map(len, told)) <= 210
+    statuses = [each for each in systemd.heard() if each.startswith("STATUS=")]
+    assert len(statuses) == 3
+    assert all(each.startswith("STATUS=lost READY=1 ? xxx") and "\n" not in each for each in statuses)
+    assert max(map(len, statuses)) <= 210
 
 
 def test_at_the_end_it_is_stopping_for_the_reason_of_the_run(systemd: Listener, path: str) -> None:
@@ -140,7 +142,7 @@ def test_at_the_end_it_is_stopping_for_the_reason_of_the_run(systemd: Listener, 
     ]
 
 
-def test_an_abstract_socket_is_told_too(clock: SteppedClock) -> None:
+def test_an_abstract_socket_is_reported_too(clock: SteppedClock) -> None:
     name = f"robotcore-{os.getpid()}"
     systemd = Listener(f"\0{name}")
     ticking(Notifier(f"@{name}", clock=clock), clock, 0.05)
@@ -148,7 +150,7 @@ def test_an_abstract_socket_is_told_too(clock: SteppedClock) -> None:
     systemd.close()
 
 
-def test_nobody_waits_for_a_systemd_that_does_not_listen_and_what_it_missed_is_told_again(
+def test_nobody_waits_for_a_systemd_that_does_not_listen_and_what_it_missed_is_reported_again(
     systemd: Listener, path: str, clock: SteppedClock
 ) -> None:
     notifier = Notifier(path, 10.0, clock)

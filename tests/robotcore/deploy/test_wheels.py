@@ -103,7 +103,7 @@ def build_wheel(folder, *_):
     assert fetched(tmp_path, "source") == [wheel.name]
 
 
-def test_an_index_that_cannot_be_reached_is_told_as_that(
+def test_an_index_that_cannot_be_reached_is_reported_as_that(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setenv("PIP_CONFIG_FILE", "/dev/null")
@@ -122,7 +122,7 @@ def test_a_robot_takes_what_its_c_library_is_new_enough_for() -> None:
     assert Target("3.11.2", "armv7l").platforms == ("linux_armv7l",)
 
 
-def test_a_python_that_is_too_old_for_the_project_is_told(tmp_path: Path, raises: Raises) -> None:
+def test_a_python_that_is_too_old_for_the_project_is_reported(tmp_path: Path, raises: Raises) -> None:
     project = project_in(
         tmp_path, '[project]\nrequires-python = ">=3.12"\n[tool.robotcore]\napp="app.py"\nrobot="rover"\n'
     )

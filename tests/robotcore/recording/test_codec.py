@@ -96,7 +96,7 @@ def test_what_is_no_number_travels_as_a_string_so_that_the_json_is_one_that_all_
     assert values == {"left": "inf", "right": "nan"}
 
 
-def test_numpy_numbers_and_members_of_enumerations_are_told_as_what_they_are() -> None:
+def test_numpy_numbers_and_members_of_enumerations_are_reported_as_what_they_are() -> None:
     assert to_plain([np.float64(0.1), np.int64(3), np.bool_(True).item()]) == [0.1, 3, True]
 
 

@@ -66,13 +66,13 @@ def test_milestone_that_only_one_reached_is_named(run: Recording) -> None:
     assert comparison.first_other_milestone == ("near", None)
 
 
-def test_milestone_that_only_one_reached_is_told_by_who_did(run: Recording) -> None:
+def test_milestone_that_only_one_reached_is_named_by_who_did(run: Recording) -> None:
     more, less = with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0)
     assert "a.mcap reaches near, b.mcap does not" in lines(compared(more, less))
     assert "b.mcap reaches near, a.mcap does not" in lines(compared(less, more))
 
 
-def test_rooms_that_differ_are_told_and_drawn(run: Recording, other: Recording) -> None:
+def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recording) -> None:
     assert not compared(run, run).do_rooms_differ
     assert "the rooms differ" not in lines(compared(run, run))
     two = compared(run, other)

@@ -46,7 +46,7 @@ def test_cut_recording_says_so_and_has_no_outcome(search: Recording) -> None:
     assert summary["why_not"] == "2 sample(s) are missing"
 
 
-def test_recording_without_a_tick_is_told_too(search: Recording) -> None:
+def test_recording_without_a_tick_is_reported_too(search: Recording) -> None:
     summary = summarise_contents(replace(search, ticks=[], result=None, is_cut=True))
     assert (summary["ticks"], summary["rate_hz"], summary["duration_s"]) == (0, None, 0.0)
 
@@ -74,7 +74,7 @@ def test_what_a_tick_has_none_of_is_empty(search: Recording, tmp_path: Path) -> 
     assert {rows[7][name] for name in ("nose_m", "eye_sequence", "asked_left_rad_s", "sent_left_rad_s", "x_m")} == {""}
 
 
-def test_table_that_cannot_be_written_is_told_by_its_file(raises: Raises, search: Recording, tmp_path: Path) -> None:
+def test_table_that_cannot_be_written_is_named_by_its_file(raises: Raises, search: Recording, tmp_path: Path) -> None:
     with raises(RecordingError, "file-not-writable"):
         write_csv(search, tmp_path / "none" / "run.csv", "run")
 
@@ -101,6 +101,6 @@ def test_device_without_pictures_makes_no_film(raises: Raises, search: Recording
         write_video(search, tmp_path / "run.mp4", device)
 
 
-def test_film_that_cannot_be_written_is_told(raises: Raises, search: Recording, tmp_path: Path) -> None:
+def test_film_that_cannot_be_written_is_reported(raises: Raises, search: Recording, tmp_path: Path) -> None:
     with raises(RecordingError, "file-not-writable"):
         write_video(search, tmp_path / "none" / "run.mp4")

@@ -113,7 +113,7 @@ def test_a_flipped_byte_that_makes_a_record_longer_than_the_file_is_damage(recor
     assert read(file).is_damaged
 
 
-def test_a_flipped_byte_before_the_first_tick_is_told_apart_from_a_cut(recorded: Recorded, file: Path) -> None:
+def test_a_flipped_byte_before_the_first_tick_is_reported_apart_from_a_cut(recorded: Recorded, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     place, _ = next(ChunkedFile(recorded.file).chunks())
     content[place.offset + place.length // 2] ^= 1
@@ -161,7 +161,7 @@ def test_what_is_no_recording_is_refused_by_name(file: Path, content: bytes) -> 
     assert caught.value.fields["file"] == str(file)
 
 
-def test_a_file_that_is_not_there_is_told(raises: Raises, file: Path) -> None:
+def test_a_file_that_is_not_there_is_reported(raises: Raises, file: Path) -> None:
     with raises(RecordingError, "recording-unreadable", file=str(file)):
         read(file)
 

@@ -134,7 +134,7 @@ def test_a_run_that_ends_below_the_limit_is_recorded_to_its_end(file: Path) -> N
     assert read(file).result
 
 
-def test_a_folder_that_is_gone_by_then_is_told_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_a_folder_that_is_gone_by_then_is_reported_and_the_run_goes_on(tmp_path: Path) -> None:
     recorded = Recorder(tmp_path / "gone" / "run.mcap")
     assert run(RunRequest(UNRULY), [recorded], [recorded.layer]).ticks == 8
     assert str(recorded.fault).endswith(

@@ -87,7 +87,7 @@ def test_the_pose_is_the_odometry_s(recorded: Recorded) -> None:
     assert len(set(recorded.witness.poses)) > 20
 
 
-def test_the_run_is_told_in_full(recorded: Recorded) -> None:
+def test_the_run_is_reported_in_full(recorded: Recorded) -> None:
     recorded_value, run = recorded.recording.metadata, recorded.witness.run
     assert recorded_value.request == run.request
     assert (recorded_value.description, recorded_value.world) == (run.description, run.world)
@@ -98,7 +98,7 @@ def test_the_run_is_told_in_full(recorded: Recorded) -> None:
     assert {"python", "numpy", "machine"} <= set(recorded_value.platform)
 
 
-def test_the_end_is_told_and_the_whole_can_be_replayed(recorded: Recorded) -> None:
+def test_the_end_is_reported_and_the_whole_can_be_replayed(recorded: Recorded) -> None:
     recording, result = recorded.recording, recorded.witness.result
     assert result
     assert recording.result == replace(result, error=None, dropped_pictures=0)

@@ -72,7 +72,7 @@ def test_where_nobody_gives_a_limit_nothing_is_warned_of() -> None:
     assert warnings(after(9.0, robot_with_voltage(1.0, warn_below_v=None))) == []
 
 
-def test_a_battery_that_fails_is_told_once_and_the_run_goes_on() -> None:
+def test_a_battery_that_fails_is_reported_once_and_the_run_goes_on() -> None:
     broken = DeviceError("cells", "no answer")
     robot = after(9.0, robot_with_voltage(lambda time: broken if 2 <= time < 4 or time > 6 else 7.0 + time / 10))
     assert [when for when, _ in warnings(robot)] == [2.0]
@@ -81,7 +81,7 @@ def test_a_battery_that_fails_is_told_once_and_the_run_goes_on() -> None:
     assert robot.ticks[-1].voltages["cells"] == pytest.approx(7.6)
 
 
-def test_what_is_no_number_is_never_told() -> None:
+def test_what_is_no_number_is_never_reported() -> None:
     robot = after(3.0, robot_with_voltage(math.nan))
     assert [warning for _, warning in warnings(robot)] == [
         "cells: nan V is no voltage. Report it to whoever wrote its driver. The run goes on: nobody drives by it"

@@ -85,7 +85,7 @@ def test_a_backend_without_a_window_refuses_one() -> None:
         plan(gui=True)
 
 
-def test_a_library_that_is_missing_is_told(backend: RigBackend, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_library_that_is_missing_is_reported(backend: RigBackend, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(RigBackend, "modules", ("no_such_simulator",))
     with pytest.raises(BackendMissingError, match="'rig' is not installed"):
         plan()
@@ -115,7 +115,7 @@ class TestRandomise:
         }
         assert plan(world="open").drawn == {}
 
-    def test_what_a_picture_gets_of_light_and_exposure_is_told_where_both_are_drawn(self) -> None:
+    def test_what_a_picture_gets_of_light_and_exposure_is_reported_where_both_are_drawn(self) -> None:
         drawn = plan(world="open", seed=7, randomise=True).drawn
         light, exposure = drawn["light_brightness"], drawn["camera_exposure"]
         assert isinstance(light, float)
@@ -123,11 +123,11 @@ class TestRandomise:
         assert drawn["picture_brightness"] == pytest.approx(light * exposure, abs=1e-4)
 
     @pytest.mark.parametrize("seed", [None, 7])
-    def test_conditions_that_a_world_fixes_are_told(self, seed: int | None, tmp_path: Path) -> None:
+    def test_conditions_that_a_world_fixes_are_reported(self, seed: int | None, tmp_path: Path) -> None:
         drawn = plan(world=_yard(tmp_path), seed=seed).drawn
         assert {name: drawn[name] for name in drawn if not name.startswith("light")} == YARD
 
-    def test_a_condition_that_is_drawn_is_told_instead_of_the_one_that_is_fixed(self, tmp_path: Path) -> None:
+    def test_a_condition_that_is_drawn_is_reported_instead_of_the_one_that_is_fixed(self, tmp_path: Path) -> None:
         found = plan(world=_yard(tmp_path), seed=7, randomise=True)
         assert found.drawn["wheel_lag_s"] == found.conditions.wheel_lag_s != YARD["wheel_lag_s"]
 

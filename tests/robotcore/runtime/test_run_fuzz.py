@@ -106,7 +106,7 @@ def test_what_can_be_read_can_be_run(
 
 @settings(QUICK, max_examples=100)
 @given(tree=st.dictionaries(keys, values, max_size=6))
-def test_any_tree_is_a_description_or_is_told_in_lines(tmp_path: Path, tree: dict[str, object]) -> None:
+def test_any_tree_is_a_description_or_is_reported_in_lines(tmp_path: Path, tree: dict[str, object]) -> None:
     file = tmp_path / "tree.toml"
     file.write_text("\n".join(f"{key} = {toml(value)}" for key, value in tree.items()))
     try:

@@ -117,7 +117,7 @@ def test_a_driver_that_raises_what_it_did_not_translate_has_failed(perform: Runn
     assert result.reason == "nose: ConnectionResetError: gone"
 
 
-def test_an_apps_reason_is_told(perform: Runner) -> None:
+def test_an_apps_reason_is_reported(perform: Runner) -> None:
     app = then(lambda _: Status.FAILURE)
     app.reason = "no ball"
     assert perform(app).reason == "no ball"
@@ -175,7 +175,7 @@ def test_observers_hear_the_run_each_tick_and_the_result(perform: Runner) -> Non
     assert [record.tick for name, record in watcher.heard if name == "tick"] == [0, 1, 2]
 
 
-def test_the_end_is_told_even_where_the_run_failed(perform: Runner) -> None:
+def test_the_end_is_reported_even_where_the_run_failed(perform: Runner) -> None:
     watcher = Watcher()
     perform(raising(DeviceError("eye", "no picture")), observers=[watcher])
     assert watcher.heard[-1][0] == "end"

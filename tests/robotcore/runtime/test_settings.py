@@ -133,6 +133,6 @@ def test_an_app_that_raises_while_it_is_made_is_to_blame() -> None:
 
 
 @pytest.mark.parametrize("app, fault", [(Misspelt, "NameError: name 'flaot'"), (Dividing, "ZeroDivisionError")])
-def test_settings_that_cannot_be_told_are_the_fault_of_the_app(app: type[Behaviour], fault: str) -> None:
+def test_settings_that_cannot_be_reported_are_the_fault_of_the_app(app: type[Behaviour], fault: str) -> None:
     with pytest.raises(BehaviourError, match=f"^{app.__name__} raised {fault}"):
         settings_of(app)

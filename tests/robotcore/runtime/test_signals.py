@@ -145,7 +145,7 @@ def test_a_process_dies_of_the_signal_whatever_was_done_about_it_before(number: 
     )
 
 
-def test_a_signal_that_is_blocked_is_told_by_the_exit_status() -> None:
+def test_a_signal_that_is_blocked_is_named_by_the_exit_status() -> None:
     before = "signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])"
     assert _status_of(f"import signal; from robotcore.runtime.signals import die_of; {before}; die_of(15)") == 143
 
@@ -189,7 +189,7 @@ def test_a_signal_stops_the_motors_and_ends_the_run(
 
 
 @pytest.mark.parametrize("app", ["impervious", "beyond_python"])
-def test_an_app_that_never_comes_back_ends_with_its_process_after_all_is_stopped_and_told(app: str) -> None:
+def test_an_app_that_never_comes_back_ends_with_its_process_after_all_is_stopped_and_reported(app: str) -> None:
     command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", app]
     ended = subprocess.run(command, cwd=RUN.parents[3], capture_output=True, text=True, timeout=60, check=False)
     moving, *_, observed, result = ended.stdout.splitlines()
@@ -199,7 +199,7 @@ def test_an_app_that_never_comes_back_ends_with_its_process_after_all_is_stopped
     assert json.loads(result)["wheels"] == [0.0, 0.0]
 
 
-def test_the_third_signal_ends_the_process_when_all_is_stopped_and_told() -> None:
+def test_the_third_signal_ends_the_process_when_all_is_stopped_and_reported() -> None:
     command = [sys.executable, "-m", "tests.robotcore.runtime.interrupted_run", "impervious"]
     with subprocess.Popen(command, cwd=RUN.parents[3], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout

@@ -133,7 +133,7 @@ def test_a_motor_that_hangs_keeps_the_other_from_nothing(
     assert backend.rig.right.sent[-1] == 0.0
 
 
-def test_a_stop_that_hangs_at_the_end_is_told_and_keeps_the_other_from_nothing(
+def test_a_stop_that_hangs_at_the_end_is_reported_and_keeps_the_other_from_nothing(
     perform: Runner, backend: RigBackend, hasty: RunRequest, gate: threading.Event
 ) -> None:
     def hang(robot: Robot) -> None:
@@ -159,7 +159,7 @@ def test_a_simulated_motor_may_take_as_long_over_its_stop_as_over_any_answer(
     assert "has not stopped" not in result.reason
 
 
-def test_an_observer_that_hangs_is_told_where(
+def test_an_observer_that_hangs_is_reported_where(
     perform: Runner,
     backend: RigBackend,
     hasty: RunRequest,

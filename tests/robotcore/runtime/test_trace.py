@@ -79,7 +79,7 @@ def test_ticks_and_interventions_are_counted() -> None:
     assert (trace.ticks, trace.interventions) == (3, 3)
 
 
-def test_milestones_are_told_without_what_a_sum_of_steps_adds_to_them() -> None:
+def test_milestones_are_reported_without_what_a_sum_of_steps_adds_to_them() -> None:
     trace = Trace(("seen",))
     trace.add(record("seen")._replace(time=sum([0.05] * 529)))
     assert sum([0.05] * 529) != 26.45

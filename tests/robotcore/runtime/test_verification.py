@@ -75,7 +75,7 @@ def test_two_files_of_one_name_each_have_the_helper_beside_them(app: App) -> Non
         ("import numpy; return numpy.ones(2) > 0", "ValueError: The truth value .*"),
     ],
 )
-def test_a_judge_that_raises_is_told_by_its_own_name(app: App, deed: str, said: str) -> None:
+def test_a_judge_that_raises_is_named_by_its_own_name(app: App, deed: str, said: str) -> None:
     judge = app("judge", deed)
     result = run(RunRequest(app("pupil"), world="open", judge=judge))
     assert (result.outcome, result.exit_status, result.verified) == (Outcome.ERROR, 5, None)

@@ -282,7 +282,7 @@ class TestDeadman:
         assert (cut.time, cut.cause, cut.asked, cut.sent) == (0.125, "deadman", (5.0, 4.0), (0.0, 0.0))
         assert bench.stage.commit().interventions == ()
 
-    def test_what_the_wheels_are_told_is_heard_with_its_own_time(self) -> None:
+    def test_what_the_wheels_are_reported_is_heard_with_its_own_time(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(5.0, 4.0))
         bench.stage.commit()
@@ -300,7 +300,7 @@ class TestDeadman:
         assert bench.sent[-1] == (2.0, 2.0)
 
     @pytest.mark.parametrize("is_stop", [True, False])
-    def test_wheels_that_were_told_to_stand_need_no_cut(self, is_stop: bool) -> None:
+    def test_wheels_that_were_reported_to_stand_need_no_cut(self, is_stop: bool) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(5.0, 5.0))
         bench.stage.commit()

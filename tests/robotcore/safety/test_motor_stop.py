@@ -44,7 +44,7 @@ def test_stops_every_motor() -> None:
     assert (left.sent, right.sent) == ([0.0], [0.0])
 
 
-def test_one_that_fails_keeps_the_other_from_nothing_and_is_told() -> None:
+def test_one_that_fails_keeps_the_other_from_nothing_and_is_reported() -> None:
     left, right = NullMotor("left_motor"), NullMotor("right_motor")
     left.is_broken = True
     with pytest.raises(DeviceError, match="left_motor: no current"):
@@ -87,7 +87,7 @@ def test_from_another_thread_they_are_stopped_apart(hung: HungMotor, reserve: Re
     assert right.sent == [0.0]
 
 
-def test_a_stop_that_hangs_is_not_begun_again_and_is_told_at_once(hung: HungMotor, reserve: Reserve) -> None:
+def test_a_stop_that_hangs_is_not_begun_again_and_is_reported_at_once(hung: HungMotor, reserve: Reserve) -> None:
     brakes = StopGroup.on(hung, reserve=reserve)
     brakes.apply_apart()
     assert brakes.apply_apart()

@@ -104,7 +104,7 @@ def test_one_that_lags_behind_commands_to_and_fro_is_none() -> None:
         bench.drive(-8.0, -8.0, seconds=ticks * TICK_S)
 
 
-def test_what_it_is_told_is_judged_only_when_it_is_enough_for_its_encoder() -> None:
+def test_what_it_is_reported_is_judged_only_when_it_is_enough_for_its_encoder() -> None:
     WheelBench(count=math.tau / 8).drive(0.15, 0.15, seconds=60.0)
     WheelBench(lambda _, __: 0.0).drive(0.05, 0.05, seconds=10.0)
 
@@ -195,7 +195,7 @@ def test_one_other_reading_begins_anew() -> None:
         bench.nose.distance += 0.002
 
 
-def test_a_sample_that_does_not_come_is_not_the_same_told_again() -> None:
+def test_a_sample_that_does_not_come_is_not_the_same_reported_again() -> None:
     bench = RangeBench()
     bench.drive(0.1)
     same = bench.nose.read()

@@ -44,7 +44,7 @@ def test_does_not_count_the_wait_for_a_processor(time: RunnableTime) -> None:
     assert at(time, 2.0, waited=0.75) == 1.0
 
 
-def test_counts_a_wait_that_is_told_late_for_as_long_as_it_was(time: RunnableTime) -> None:
+def test_counts_a_wait_that_is_reported_late_for_as_long_as_it_was(time: RunnableTime) -> None:
     assert at(time, 1.0, waited=1.5) == 0.0
     assert at(time, 2.0, waited=1.5) == pytest.approx(0.5)
 

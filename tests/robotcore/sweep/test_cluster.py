@@ -122,7 +122,7 @@ def test_a_worker_that_is_killed_loses_no_run(scheduler: str, app_file: AppFile,
         ("os.kill(os.getpid(), signal.SIGSEGV)", "the worker process died: SIGSEGV"),
     ],
 )
-def test_a_run_that_hangs_or_dies_is_tried_once_and_told_as_it_is_on_one_machine(
+def test_a_run_that_hangs_or_dies_is_tried_once_and_reported_as_it_is_on_one_machine(
     lab: str, app_file: AppFile, tmp_path: Path, deed: str, reason: str
 ) -> None:
     tries = tmp_path / "tries"
@@ -148,7 +148,7 @@ def test_a_judge_goes_along_with_what_is_beside_it(
     assert [(result.reason, result.verified) for result in results] == [("app", True)] * 2
 
 
-def test_what_is_wrong_with_a_file_is_told_by_the_name_it_was_asked_for(
+def test_what_is_wrong_with_a_file_is_named_by_the_name_it_was_asked_for(
     lab: str, app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     app = Path(app_file())
@@ -192,7 +192,7 @@ def test_a_file_that_a_run_misses_costs_that_run_alone(lab: str, app_file: AppFi
     assert [record.result.reason for record in records] == [missed] * 2
 
 
-def test_workers_with_another_library_are_told_how_to_get_ours(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_workers_with_another_library_are_reported_how_to_get_ours(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.runtime.versions.version", lambda name: "1.2.3")
     refused = (
         r"the worker tcp://.* cannot run this: numpy: it has .*, here is 1\.2\.3\. pip install numpy==1\.2\.3 there"
@@ -244,7 +244,7 @@ def _await_idle(scheduler: str) -> None:
 
 
 @pytest.mark.usefixtures("workers")
-def test_a_scheduler_that_is_gone_is_told(
+def test_a_scheduler_that_is_gone_is_reported(
     scheduler_process: subprocess.Popen[str], scheduler: str, app_file: AppFile
 ) -> None:
     ended = ClusterEngine(scheduler).perform(sweep := sweep_of(app_file(), seeds=50), sweep.requests())
@@ -255,7 +255,7 @@ def test_a_scheduler_that_is_gone_is_told(
         list(ended)
 
 
-def test_no_scheduler_is_told_with_what_starts_one() -> None:
+def test_no_scheduler_is_reported_with_what_starts_one() -> None:
     with socket.create_server(("127.0.0.1", 0)) as door:
         address = f"tcp://127.0.0.1:{door.getsockname()[1]}"
     for nobody in (address, "nowhere", "carrier://pigeon:1"):
@@ -286,7 +286,7 @@ def _answer_all(server: socket.socket, answer: bytes) -> None:
             connections.enter_context(connection).sendall(answer)
 
 
-def test_a_missing_library_is_told_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_reported_with_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(BackendMissingError, match=r"pip install 'robotcore\[cluster\]'"):
         _run(ClusterEngine("tcp://127.0.0.1:1"), sweep_of("green-search"))

@@ -36,7 +36,7 @@ def runs_by_light(dark_failing: int, dark: int, bright_failing: int, bright: int
     ]
 
 
-def test_the_threshold_that_parts_failing_from_passing_runs_is_told() -> None:
+def test_the_threshold_that_parts_failing_from_passing_runs_is_reported() -> None:
     records = runs_by_light(7, 12, 3, 188)
     (finding,) = findings(records)
     assert finding.condition == "light_brightness"
@@ -46,12 +46,12 @@ def test_the_threshold_that_parts_failing_from_passing_runs_is_told() -> None:
     assert [str(each) for each in findings(records)] == [f"{HERE} light < 0.2: 7 of 12, elsewhere 3 of 188"]
 
 
-def test_the_side_above_a_threshold_is_told_too() -> None:
+def test_the_side_above_a_threshold_is_reported_too() -> None:
     records = [run(fails=noise >= 9, camera_noise=noise) for noise in range(12)] * 4
     assert [str(each) for each in findings(records)] == [f"{HERE} camera_noise ≥ 8.5: 12 of 12, elsewhere 0 of 36"]
 
 
-def test_a_word_is_told_against_all_others() -> None:
+def test_a_word_is_reported_against_all_others() -> None:
     textures = ["wood"] * 20 + ["tiles"] * 20 + ["plain"] * 20
     records = [run(fails=floor == "wood" and at % 4 > 0, floor=floor) for at, floor in enumerate(textures)]
     assert [str(each) for each in findings(records)] == [f"{HERE} floor = wood: 15 of 20, elsewhere 0 of 40"]
@@ -154,13 +154,13 @@ def test_what_never_changes_explains_nothing() -> None:
     assert findings([]) == []
 
 
-def test_a_chance_is_told_with_the_finding() -> None:
+def test_a_chance_is_reported_with_the_finding() -> None:
     records = [run(fails=at < 12, light=at) for at in range(48)]
     assert explain(records).lines == [f"{HERE} light < 12: 12 of 12, elsewhere 0 of 36 (p = 0.001)"]
     assert explain(records).silence == ""
 
 
-def test_where_nothing_is_found_no_cause_is_ruled_out_and_the_nearest_is_told() -> None:
+def test_where_nothing_is_found_no_cause_is_ruled_out_and_the_nearest_is_reported() -> None:
     records = [run(fails=at in (0, 1, 9), light=at) for at in range(12)]
     (line,) = explain(records).lines
     text = (
@@ -191,7 +191,7 @@ def test_where_nothing_is_found_no_cause_is_ruled_out_and_the_nearest_is_told() 
     ],
     ids=["all failed", "all or none", "all alike", "too few", "none failed", "no conditions", "no runs"],
 )
-def test_why_nothing_can_be_found_is_told(records: Sequence[Record], reason: str) -> None:
+def test_why_nothing_can_be_found_is_reported(records: Sequence[Record], reason: str) -> None:
     assert explain(records).silence == reason
     assert explain(records).findings == ()
 

@@ -130,7 +130,7 @@ def _changes(directory: Path, sweep: Sweep = SWEEP) -> list[str]:
         (SWEEP, replace(SWEEP, worlds=("open", "arena")), ["worlds is arena, open, was open"]),
     ],
 )
-def test_what_else_was_asked_for_is_told_by_key(tmp_path: Path, then: Sweep, now: Sweep, changes: list[str]) -> None:
+def test_what_else_was_asked_for_is_named_by_key(tmp_path: Path, then: Sweep, now: Sweep, changes: list[str]) -> None:
     _begun(tmp_path, then)
     assert _changes(tmp_path, now) == changes
 
@@ -140,7 +140,9 @@ def test_what_is_asked_for_in_another_order_is_the_same(tmp_path: Path) -> None:
     _begun(tmp_path, sweep_of("green-search", worlds=("arena", "open")))
 
 
-def test_files_of_ones_own_are_told_by_name(app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_of_ones_own_are_named_by_name(
+    app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     sweep, folder = sweep_of(app_file()), tmp_path / "out"
     monkeypatch.chdir(tmp_path)
     _begun(folder, sweep)
@@ -154,7 +156,7 @@ def test_files_of_ones_own_are_told_by_name(app_file: AppFile, tmp_path: Path, m
     _begun(folder, sweep)
 
 
-def test_code_and_libraries_are_told_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_code_and_libraries_are_named_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     _begun(tmp_path)
     with monkeypatch.context() as updated:
         updated.setattr(fingerprint, "libraries", lambda _: {"numpy": "2.9", "python": platform.python_version()})
@@ -165,7 +167,7 @@ def test_code_and_libraries_are_told_by_name(tmp_path: Path, monkeypatch: pytest
     assert _changes(tmp_path)[:2] == ["the code of apps has changed", "the code of drivers.kinematic has changed"]
 
 
-def test_many_changes_are_told_in_a_few_words(tmp_path: Path, raises: Raises) -> None:
+def test_many_changes_are_reported_in_a_few_words(tmp_path: Path, raises: Raises) -> None:
     _begun(tmp_path, _asking(settings={f"key{n}": "1" for n in range(7)}))
     with raises(UsageError, "other-results"), Results(SWEEP, tmp_path):
         pass
@@ -174,7 +176,9 @@ def test_many_changes_are_told_in_a_few_words(tmp_path: Path, raises: Raises) ->
 @pytest.mark.parametrize(
     "content", [b"", b"[]", b"{}", b"\xff", b'{"asked": 1, "code": 2, "files": 3, "libraries": 4}']
 )
-def test_a_file_that_somebody_has_spoilt_is_told_and_forgotten_with_the_rest(tmp_path: Path, content: bytes) -> None:
+def test_a_file_that_somebody_has_spoilt_is_reported_and_forgotten_with_the_rest(
+    tmp_path: Path, content: bytes
+) -> None:
     spec = _begun(tmp_path)
     whole = spec.read_bytes()
     spec.write_bytes(content)

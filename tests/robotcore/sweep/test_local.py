@@ -71,13 +71,15 @@ def test_a_worker_that_dies_costs_its_run_alone(app_file: AppFile, tmp_path: Pat
 @pytest.mark.parametrize(
     "deed, status", [("os._exit(0)", 0), ("os._exit(1)", 1), ("os.kill(os.getpid(), signal.SIGTERM)", 143)]
 )
-def test_a_worker_that_is_ended_is_told_at_once_by_the_exit_status(app_file: AppFile, deed: str, status: int) -> None:
+def test_a_worker_that_is_ended_is_reported_at_once_by_the_exit_status(
+    app_file: AppFile, deed: str, status: int
+) -> None:
     (record,) = _records(sweep_of(app_file(deed), seeds=1), LocalEngine(1, wall_timeout_s=1e6)).values()
     assert record.result.reason == f"the worker process died: exit status {status}"
 
 
 @pytest.mark.parametrize("start", ["os.system('sleep 60 &')", "os.fork() or Event().wait()"])
-def test_a_worker_that_ends_is_told_at_once_whatever_it_has_started(
+def test_a_worker_that_ends_is_reported_at_once_whatever_it_has_started(
     app_file: AppFile, tmp_path: Path, start: str
 ) -> None:
     group = tmp_path / "group"
@@ -233,7 +235,7 @@ def test_a_run_without_an_end_tells_the_conditions_that_it_was_under(app_file: A
     assert record.result.conditions == Plan.of(next(sweep.requests())).drawn != {}
 
 
-def test_the_conditions_of_an_app_that_cannot_be_imported_are_told_too(app_file: AppFile) -> None:
+def test_the_conditions_of_an_app_that_cannot_be_imported_are_reported_too(app_file: AppFile) -> None:
     (record,) = _records(sweep_of(app_file(head="1 / 0"), seeds=1), LocalEngine(1)).values()
     assert record.result.outcome is Outcome.ERROR
     assert record.result.conditions
@@ -253,7 +255,7 @@ if "robotcore.sweep.worker" in sys.orig_argv[-1]:
 """
 
 
-def test_ctrl_c_while_workers_start_is_told_once(app_file: AppFile, tmp_path: Path) -> None:
+def test_ctrl_c_while_workers_start_is_reported_once(app_file: AppFile, tmp_path: Path) -> None:
     """A terminal sends it to the whole group, in which no worker is."""
     (tmp_path / "sitecustomize.py").write_text(CTRL_C_AT_A_WORKER_S_START)
     done = subprocess.run(

@@ -81,7 +81,7 @@ def test_it_is_the_sum_of_the_hypergeometric_tail() -> None:
     assert tail(200, 21, 40, 12) == pytest.approx(math.log(ways / math.comb(200, 40)), rel=1e-9)
 
 
-def test_a_chance_too_small_for_a_float_is_still_told() -> None:
+def test_a_chance_too_small_for_a_float_is_still_reported() -> None:
     """`math.log` takes whole numbers of any size."""
     exact = math.log(math.comb(5000, 3000)) - math.log(math.comb(10_000, 3000))
     assert exact < -2000

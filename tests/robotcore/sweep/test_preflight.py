@@ -42,7 +42,7 @@ def test_an_app_that_calls_exit_at_import_is_refused(app_file: AppFile, head: st
     check_text(raised.value)
 
 
-def test_an_app_that_hangs_while_it_is_made_is_told_so(app_file: AppFile, raises: Raises) -> None:
+def test_an_app_that_hangs_while_it_is_made_is_reported_so(app_file: AppFile, raises: Raises) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    def __init__(self):\n        Event().wait()\n")
     with raises(UsageError, "app-hangs", step="made"):
@@ -68,7 +68,7 @@ def test_what_an_app_raises_at_import_comes_with_its_traceback(app_file: AppFile
     assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
 
 
-def test_an_error_of_the_apps_own_is_told_in_its_words(app_file: AppFile) -> None:
+def test_an_error_of_the_apps_own_is_reported_in_its_words(app_file: AppFile) -> None:
     head = "from robotcore.errors import UsageError\nclass Own(UsageError): pass\nraise Own('too fast')"
     with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: Own: too fast"):
         preflight(sweep_of(app_file(head=head)))

@@ -61,7 +61,7 @@ def _line_without(key: str) -> str:
         ),
     ],
 )
-def test_what_is_no_record_is_told_in_plain_words(line: str | bytes, fault: str) -> None:
+def test_what_is_no_record_is_reported_in_plain_words(line: str | bytes, fault: str) -> None:
     with pytest.raises(ValueError, match=f"^no record of a run: {re.escape(fault)}$"):
         Record.from_json(line)
 

@@ -206,7 +206,7 @@ def test_a_world_of_ones_own_goes_by_the_name_in_its_file(tmp_path: Path) -> Non
     assert _seeds(tmp_path / "out", sweep) == ([2], [1])
 
 
-def test_a_run_that_is_there_twice_is_told_by_its_line(tmp_path: Path, raises: Raises) -> None:
+def test_a_run_that_is_there_twice_is_named_by_its_line(tmp_path: Path, raises: Raises) -> None:
     file = _write_results(tmp_path, 1, 2)
     lines = file.read_text().splitlines(keepends=True)
     file.write_text("".join([*lines, lines[0]]))
@@ -215,7 +215,7 @@ def test_a_run_that_is_there_twice_is_told_by_its_line(tmp_path: Path, raises: R
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
-def test_a_spoilt_line_is_told_with_its_number_and_without_it_its_run_alone_is_missing(
+def test_a_spoilt_line_is_reported_with_its_number_and_without_it_its_run_alone_is_missing(
     tmp_path: Path, number: int, raises: Raises
 ) -> None:
     file = _write_results(tmp_path, 1, 2, 3)

@@ -29,19 +29,21 @@ def _open(directory: Path) -> None:
         pass
 
 
-def test_a_folder_that_cannot_be_made_is_told_and_not_that_something_is_kept(tmp_path: Path, raises: Raises) -> None:
+def test_a_folder_that_cannot_be_made_is_reported_and_not_that_something_is_kept(
+    tmp_path: Path, raises: Raises
+) -> None:
     (tmp_path / "file").touch()
     with raises(UsageError, "unusable-folder", directory=f"{tmp_path}/file/sweep"):
         _open(tmp_path / "file/sweep")
 
 
-def test_a_file_in_the_place_of_the_folder_is_told(tmp_path: Path, raises: Raises) -> None:
+def test_a_file_in_the_place_of_the_folder_is_reported(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "file").touch()
     with raises(UsageError, "unusable-folder", directory=f"{tmp_path}/file"):
         _open(tmp_path / "file")
 
 
-def test_a_disk_that_is_full_before_the_first_run_is_told(
+def test_a_disk_that_is_full_before_the_first_run_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     with monkeypatch.context() as before:
@@ -56,7 +58,7 @@ def test_a_disk_that_is_full_before_the_first_run_is_told(
 @pytest.mark.parametrize(
     "fresh, way", [(False, "the same command goes on"), (True, "the same command without --fresh goes on")]
 )
-def test_a_disk_that_is_full_in_the_middle_is_told_and_leaves_whole_lines(
+def test_a_disk_that_is_full_in_the_middle_is_reported_and_leaves_whole_lines(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool, way: str, raises: Raises
 ) -> None:
     file = tmp_path / "results.jsonl"
@@ -70,7 +72,7 @@ def test_a_disk_that_is_full_in_the_middle_is_told_and_leaves_whole_lines(
     assert file.read_bytes() == whole
 
 
-def test_what_else_keeps_a_table_from_the_disk_is_told_and_leaves_no_half_of_it(
+def test_what_else_keeps_a_table_from_the_disk_is_reported_and_leaves_no_half_of_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def locked(source: Path, target: Path) -> None:

@@ -48,7 +48,7 @@ def test_a_run_that_nobody_judged_does_not_count_as_verified() -> None:
     assert group.verified_95 == wilson(1, 2)
 
 
-def test_a_run_that_broke_before_its_contacts_were_told_may_have_touched_anything() -> None:
+def test_a_run_that_broke_before_its_contacts_were_reported_may_have_touched_anything() -> None:
     (group,) = group_records([record_of(contacts=2), HUNG])
     assert (group.contacts, group.contacts_unknown) == (2, 1)
 

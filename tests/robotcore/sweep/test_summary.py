@@ -41,12 +41,12 @@ def test_the_table_fits_into_80_letters() -> None:
     assert len(_lines([record_of()])) == 3
 
 
-def test_one_failing_run_is_told_by_its_cause_and_its_command() -> None:
+def test_one_failing_run_is_named_by_its_cause_and_its_command() -> None:
     lines = _lines([record_of(Outcome.TIMEOUT, seed=9, reason="late"), record_of()])
     assert lines[4:] == ["1 failing run:", "  timeout, late", "    robotcore run green-search --world open --seed 9"]
 
 
-def test_failing_runs_of_one_cause_are_told_together_the_commonest_first() -> None:
+def test_failing_runs_of_one_cause_are_reported_together_the_commonest_first() -> None:
     late = [record_of(Outcome.TIMEOUT, seed=seed, reason="late") for seed in (10, 9)]
     late += [record_of(Outcome.TIMEOUT, seed=seed, reason="late", world="clutter") for seed in range(9)]
     lines = _lines([record_of(Outcome.FAILURE, world="arena", reason="stuck"), *late])
@@ -68,7 +68,7 @@ def test_many_causes_are_left_to_the_file() -> None:
     assert lines[-2:] == ["  and 3 more causes", "  each of them: failures.csv"]
 
 
-def test_whose_word_it_is_is_told_of_an_app_in_a_file_and_where_a_judge_was_named() -> None:
+def test_whose_word_it_is_is_reported_of_an_app_in_a_file_and_where_a_judge_was_named() -> None:
     assert not any("Judge" in line for line in _lines([record_of()]))
     assert "Judge: the app itself" in _lines([record_of()], request=RunRequest("kim.py"))
     assert "Judge: nobody" in _lines([record_of(verified=None)], request=RunRequest("kim.py"))

@@ -45,7 +45,7 @@ def test_words_and_negative_numbers_stay_as_they_are(tmp_path: Path) -> None:
     assert float(row["conditions.light_azimuth_rad"]) == -math.pi
 
 
-def test_a_reason_that_is_no_unicode_is_told_with_its_bytes(tmp_path: Path) -> None:
+def test_a_reason_that_is_no_unicode_is_reported_with_its_bytes(tmp_path: Path) -> None:
     assert _row(tmp_path / "table.csv", record_of(reason="no caf\udce9 here"))["reason"] == r"no caf\udce9 here"
 
 
@@ -62,7 +62,7 @@ def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp
     assert [row["seed"] for row in _rows(tmp_path / "failures.csv")] == ["2"]
 
 
-def test_why_a_run_is_failing_is_told_in_the_words_of_the_terminal(tmp_path: Path) -> None:
+def test_why_a_run_is_failing_is_reported_in_the_words_of_the_terminal(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
         results.add(RunOutput(record_of(seed=1)))
         results.add(RunOutput(record_of(seed=2, verified=False, contacts=1, judge="green-search")))
@@ -107,7 +107,7 @@ def columns(*names: str, group: Group) -> list[str]:
     return [COLUMNS[name](group) for name in names]
 
 
-def test_a_group_is_told_by_its_share_its_interval_and_its_times() -> None:
+def test_a_group_is_named_by_its_share_its_interval_and_its_times() -> None:
     (group,) = group_records(
         [*(record_of(seed=seed, time=float(seed)) for seed in range(1, 20)), record_of(contacts=2)]
     )

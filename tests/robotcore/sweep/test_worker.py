@@ -54,7 +54,7 @@ def test_any_other_exception_comes_back_in_words(child: WorkerProcess) -> None:
         child.call(math.sqrt, -1, limit_s=30)
 
 
-def test_what_does_not_fit_through_a_pipe_is_told_and_the_process_stays(child: WorkerProcess) -> None:
+def test_what_does_not_fit_through_a_pipe_is_reported_and_the_process_stays(child: WorkerProcess) -> None:
     before = child.call(os.getpid, limit_s=30)
     with pytest.raises(RobotcoreError, match="a lock through a pipe"):
         child.call(Lock, limit_s=30)
@@ -62,7 +62,7 @@ def test_what_does_not_fit_through_a_pipe_is_told_and_the_process_stays(child: W
 
 
 @pytest.mark.parametrize("status", [0, 3])
-def test_a_process_that_ends_in_a_call_is_told_by_its_status_and_the_next_call_has_another(
+def test_a_process_that_ends_in_a_call_is_named_by_its_status_and_the_next_call_has_another(
     child: WorkerProcess, status: int
 ) -> None:
     with pytest.raises(WorkerDiedError, match=f"^exit status {status}$"):
@@ -127,7 +127,7 @@ def test_a_process_that_ended_between_two_calls_costs_none_of_them(child: Worker
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
-def test_a_process_that_cannot_be_had_is_told(
+def test_a_process_that_cannot_be_had_is_reported(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(sys, "executable", "/no/such/python")
@@ -160,7 +160,7 @@ def test_a_child_reads_nothing_of_what_is_meant_for_its_parent(child: WorkerProc
         os.close(before)
 
 
-def test_a_python_that_cannot_start_is_told(
+def test_a_python_that_cannot_start_is_reported(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(sys, "path", [])
@@ -168,7 +168,7 @@ def test_a_python_that_cannot_start_is_told(
         child.call(os.getpid, limit_s=30)
 
 
-def test_a_python_that_does_not_come_to_its_start_is_told(
+def test_a_python_that_does_not_come_to_its_start_is_reported(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
     (tmp_path / "cv2.py").write_text("import threading; threading.Event().wait()")

@@ -57,7 +57,7 @@ def test_control_characters_of_a_state_and_of_a_warning_are_escaped() -> None:
     assert "warning: \\x1b[2J" in capture.get()
 
 
-def test_on_a_robot_no_pace_is_told_for_it_has_none_but_its_own() -> None:
+def test_on_a_robot_no_pace_is_reported_for_it_has_none_but_its_own() -> None:
     progress = Painted()
     run(REQUEST, [progress])
     clock = progress.last_run.robot.clock = MonotonicClock()

@@ -19,7 +19,7 @@ from robotcore.view.text import format_heading, format_summary, list_measures
         (False, "green-search", "the judge does not agree"),
     ],
 )
-def test_a_success_is_told_with_the_word_of_who_judges(
+def test_a_success_is_reported_with_the_word_of_who_judges(
     result: RunResult, *, verified: bool, judge: str | None, words: str
 ) -> None:
     assert words in format_summary(dataclasses.replace(result, verified=verified, judge=judge)).plain
@@ -30,13 +30,13 @@ def test_a_success_that_is_disputed_is_not_green(result: RunResult) -> None:
     assert ("green" in str(agreed.spans), "green" in str(disputed.spans)) == (True, False)
 
 
-def test_a_success_that_nobody_can_verify_is_told_without_a_verdict(result: RunResult) -> None:
+def test_a_success_that_nobody_can_verify_is_reported_without_a_verdict(result: RunResult) -> None:
     shown_states = format_summary(dataclasses.replace(result, verified=None)).plain
     assert "verified" not in shown_states
     assert "agree" not in shown_states
 
 
-def test_the_voltages_of_a_battery_are_told(result: RunResult) -> None:
+def test_the_voltages_of_a_battery_are_reported(result: RunResult) -> None:
     shown_states = dataclasses.replace(result, batteries={"cells": {"lowest_v": 6.912, "last_v": 7.2}})
     assert "cells at 7.20 V, at its lowest 6.91 V" in format_summary(shown_states).plain
 
@@ -60,11 +60,11 @@ def test_the_heading_names_world_and_seed_only_where_there_are_any(result: RunRe
     assert format_heading(dataclasses.replace(result, world=None, seed=None)) == "green-search on kinematic"
 
 
-def test_milestones_are_told_with_their_times(result: RunResult) -> None:
+def test_milestones_are_reported_with_their_times(result: RunResult) -> None:
     assert "search at 0.0 s, seen at 0.5 s, approach at 1.0 s, arrived at 1.5 s" in format_summary(result).plain
 
 
-def test_faults_on_purpose_are_told_apart_from_those_that_never_began(result: RunResult) -> None:
+def test_faults_on_purpose_are_reported_apart_from_those_that_never_began(result: RunResult) -> None:
     faults = ["camera drop=0.2 after=5", "left_motor weak=0.6", "camera freeze after=60"]
     lines = format_summary(dataclasses.replace(result, faults=faults, sim_time_s=5.0)).plain.splitlines()
     assert lines[-2:] == [

@@ -68,13 +68,13 @@ def _is_passed(machine: Target, site: str, command: str) -> bool:
     except subprocess.TimeoutExpired:
         print(f"not ok  {name}: it did not end within {scaled(LIMIT_S):.0f} s", flush=True)
         return False
-    told: dict[str, Any] = json.loads(run.stdout or "{}")
+    answer: dict[str, Any] = json.loads(run.stdout or "{}")
     expected = EXPECTED[site][command]
-    got = {key: told.get(key) for key in expected}
+    got = {key: answer.get(key) for key in expected}
     if got == expected:
         print(f"ok      {name}", flush=True)
         return True
-    reason = told.get("reason") or needs.last_line(run.stderr)
+    reason = answer.get("reason") or needs.last_line(run.stderr)
     print(f"not ok  {name}\n          got {got}, expected {expected}: {reason}", flush=True)
     return False
 

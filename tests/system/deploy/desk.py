@@ -49,8 +49,8 @@ class Desk:
         subprocess.run(make, check=True)
         host_key = machine.root.joinpath("etc/ssh/ssh_host_ed25519_key.pub").read_text()
         folder.joinpath("known_hosts").write_text(f"{machine.address} {host_key}")
-        told = CONFIG.format(host=HOST, address=machine.address, user=debian.USER, folder=folder)
-        desk.config.write_text(told)
+        text = CONFIG.format(host=HOST, address=machine.address, user=debian.USER, folder=folder)
+        desk.config.write_text(text)
         _authorise(machine, folder.joinpath("key.pub").read_text())
         return desk
 

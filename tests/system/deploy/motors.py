@@ -14,7 +14,7 @@ LIMIT_S = 60.0
 """On the reference machine: a hang."""
 
 
-class Told(NamedTuple):
+class MotorCommand(NamedTuple):
     """A motor was told a velocity, in rad/s, at a time, in s since boot, by a process: the app, or what cuts it off."""
 
     time_s: float
@@ -31,17 +31,19 @@ class Motors:
         self._machine = machine
         self._marked = 0
 
-    def told(self) -> list[Told]:
+    def commands(self) -> list[MotorCommand]:
         """Return what they were told since the mark."""
         file = self._machine.home / FILE
         text = file.read_text() if file.exists() else ""
         rows = [line.split() for line in text.splitlines()[self._marked :]]
-        return [Told(float(at), int(process), who, motor, float(rad_s)) for at, process, who, motor, rad_s in rows]
+        return [
+            MotorCommand(float(at), int(process), who, motor, float(rad_s)) for at, process, who, motor, rad_s in rows
+        ]
 
     def mark(self) -> None:
         """Begin anew here."""
         self._marked = 0
-        self._marked = len(self.told())
+        self._marked = len(self.commands())
 
     def await_driving(self, rad_s: float = 2.0, instead_of: int = 0) -> int:
         """Wait until both motors are driven at this velocity, by another process if so asked; return by which one."""
@@ -50,7 +52,7 @@ class Motors:
             process = self._driving(rad_s)
             return process if process != instead_of else None
 
-        return awaited(look, f"both motors at {rad_s:g} rad/s", lambda: self.told()[-20:])
+        return awaited(look, f"both motors at {rad_s:g} rad/s", lambda: self.commands()[-20:])
 
     def come_to_be_driven(self, rad_s: float) -> bool:
         """Whether both motors are driven at this velocity, if need be after a while."""
@@ -61,20 +63,20 @@ class Motors:
 
     def is_still(self) -> bool:
         """Whether the last that each motor was told is to stand."""
-        last = {told.motor: told.rad_s for told in self.told()}
+        last = {command.motor: command.rad_s for command in self.commands()}
         return bool(last) and not any(last.values())
 
     def stood_between(self, first: int, second: int) -> bool:
         """Whether both motors were made to stand after one process last drove them, and before another first did."""
-        told = self.told()
-        drove = max(at for at, each in enumerate(told) if each.process == first and each.rad_s)
-        drives = min(at for at, each in enumerate(told) if each.process == second and each.rad_s)
-        return {each.motor for each in told[drove:drives] if not each.rad_s} == {"left_motor", "right_motor"}
+        found = self.commands()
+        drove = max(at for at, each in enumerate(found) if each.process == first and each.rad_s)
+        drives = min(at for at, each in enumerate(found) if each.process == second and each.rad_s)
+        return {each.motor for each in found[drove:drives] if not each.rad_s} == {"left_motor", "right_motor"}
 
     def _driving(self, rad_s: float) -> int | None:
-        last = {told.motor: told for told in self.told()}
-        processes = {told.process for told in last.values() if told.rad_s == rad_s}
-        is_both = len(last) == 2 and all(told.rad_s == rad_s for told in last.values())
+        last = {command.motor: command for command in self.commands()}
+        processes = {command.process for command in last.values() if command.rad_s == rad_s}
+        is_both = len(last) == 2 and all(command.rad_s == rad_s for command in last.values())
         return processes.pop() if is_both and len(processes) == 1 else None
 
 

@@ -68,8 +68,8 @@ class Rover:
         return self.release
 
     def status(self) -> dict[str, Any]:
-        told: dict[str, Any] = json.loads(self.deploy("status", "--json").stdout)
-        return told
+        status: dict[str, Any] = json.loads(self.deploy("status", "--json").stdout)
+        return status
 
     def await_judged(self) -> None:
         """Wait until no release is on trial."""

@@ -56,7 +56,7 @@ class SimavrBackend(Backend):
         self._board = board
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        return frozenset(told.name for told in robot.all_of(BatteryDescription))
+        return frozenset(device.name for device in robot.all_of(BatteryDescription))
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(SimavrOptions)
@@ -78,5 +78,7 @@ class SimavrBackend(Backend):
 
 def _cameras(setup: Setup, world: FollowedWorld, clock: ServerClock) -> dict[str, Device]:
     return {
-        told.name: FollowedCamera(told, world, clock) for told in setup.chosen if isinstance(told, CameraDescription)
+        device.name: FollowedCamera(device, world, clock)
+        for device in setup.chosen
+        if isinstance(device, CameraDescription)
     }

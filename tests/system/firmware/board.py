@@ -111,13 +111,13 @@ class Board(SimulatedRobot):
     def _heard(self, what: str) -> list[Event]:
         return [event for event in list(self._events) if what in ("", event.what)]
 
-    def _do(self, word: str, told: str) -> None:
+    def _do(self, word: str, event: str) -> None:
         """Tell the simulator a word, and wait until it has told that it was done."""
         assert self._process.stdin
-        before = len(self._heard(told))
+        before = len(self._heard(event))
         self._process.stdin.write(f"{word}\n")
         self._process.stdin.flush()
-        self.wait(lambda: len(self._heard(told)) > before, word)
+        self.wait(lambda: len(self._heard(event)) > before, word)
 
     def _hear(self) -> None:
         assert self._process.stdout

@@ -24,10 +24,10 @@ FULL_V = 5.0
 
 def wiring(sketch: Path) -> Wiring:
     """Return a robot that is wired as a sketch's config.h says."""
-    told = dict(re.findall(r"(?m)^#define (\w+) (\w+)", (sketch / "config.h").read_text()))
+    defines = dict(re.findall(r"(?m)^#define (\w+) (\w+)", (sketch / "config.h").read_text()))
 
     def pin(name: str) -> int:
-        return _number(told[f"{name}_PIN"])
+        return _number(defines[f"{name}_PIN"])
 
     def side(name: str) -> Side:
         words = ("FORWARD", "BACKWARD", "ENCODER_A", "ENCODER_B", "ENABLE")
@@ -39,7 +39,7 @@ def wiring(sketch: Path) -> Wiring:
         trigger=pin("SONAR_TRIGGER"),
         echo=pin("SONAR_ECHO"),
         battery=pin("BATTERY") - _number("A0"),
-        battery_ratio=1000 * FULL_V / int(told["BATTERY_FULL_SCALE_MV"]),
+        battery_ratio=1000 * FULL_V / int(defines["BATTERY_FULL_SCALE_MV"]),
     )
 
 
@@ -70,7 +70,7 @@ def with_battery() -> RobotDescription:
 
 def on_serial(robot: RobotDescription, port: Path, board_timeout_s: float) -> RobotDescription:
     """Return a robot with its section for the serial drivers."""
-    names = {told.name for told in robot.devices}
+    names = {device.name for device in robot.devices}
     section = {name: {**table, "port": str(port)} for name, table in CONNECTED.items() if name in names}
     for motor in (table for table in section.values() if "board_timeout_s" in table):
         motor["board_timeout_s"] = board_timeout_s

@@ -91,9 +91,9 @@ class FollowedWorld:
 class FollowedCamera(Camera):
     """Sees the world as it is when the camera is read."""
 
-    def __init__(self, told: CameraDescription, world: FollowedWorld, clock: Clock) -> None:
-        super().__init__(told.name, told.intrinsics)
-        self._mount, self._world = told.mount, world
+    def __init__(self, description: CameraDescription, world: FollowedWorld, clock: Clock) -> None:
+        super().__init__(description.name, description.intrinsics)
+        self._mount, self._world = description.mount, world
         self._newest_at = SampleCache(clock, self._expose)
 
     def _newest(self) -> Frame:
@@ -108,6 +108,7 @@ class FollowedCamera(Camera):
 def _without_lag(robot: RobotDescription) -> RobotDescription:
     """Return the robot with wheels that follow at once: the board's have the lag."""
     devices = (
-        told.model_copy(update={"lag_s": 0.0}) if isinstance(told, MotorDescription) else told for told in robot.devices
+        description.model_copy(update={"lag_s": 0.0}) if isinstance(description, MotorDescription) else description
+        for description in robot.devices
     )
     return robot.model_copy(update={"devices": tuple(devices)})

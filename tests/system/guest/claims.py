@@ -23,7 +23,7 @@ sys.stdin.read()
 """
 
 
-def test_a_line_that_another_program_holds_is_told_by_its_number_and_holder(chip: Chip) -> None:
+def test_a_line_that_another_program_holds_is_named_by_its_number_and_holder(chip: Chip) -> None:
     with started([sys.executable, "-c", HOLDING]) as holder:
         assert holder.stdout
         assert holder.stdout.readline() == "holding\n"
@@ -45,7 +45,7 @@ def test_the_kernel_tells_the_driver_of_a_chip_where_it_is_looked_for(chip: Chip
     assert ("gpio-sim", 0) in [(driver, number) for number, driver in lg.chips(Path("/"))]
 
 
-def test_a_user_without_permission_is_told_what_to_do(chip: Chip) -> None:
+def test_a_user_without_permission_is_reported_what_to_do(chip: Chip) -> None:
     assert Path("/dev/gpiochip0").stat().st_mode & 0o077 == 0
     command = [*ORDINARY_USER, *SEES_THE_PROGRAM, *run_command(ONWARDS, "plain")]
     run = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -66,7 +66,7 @@ def test_a_copy_of_a_killed_app_s_process_keeps_no_line_high(chip: Chip) -> None
         assert chip.high() == []
 
 
-def test_a_motor_that_was_told_to_stand_has_its_lines_low_when_its_process_is_suspended_at_once(chip: Chip) -> None:
+def test_a_motor_that_was_reported_to_stand_has_its_lines_low_when_its_process_is_suspended_at_once(chip: Chip) -> None:
     """Software PWM stands still too, wherever in its cycle it is: hence some rounds."""
     with started([sys.executable, "-c", HALTING]) as program:
         assert program.stdout

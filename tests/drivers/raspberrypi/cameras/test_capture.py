@@ -139,7 +139,7 @@ def test_every_failure_closes_what_was_open(clock: LabClock, source: FakeSource)
     assert source.diary.count("close") == source.diary.count("open")
 
 
-def test_an_error_that_no_library_should_raise_is_told_by_name(
+def test_an_error_that_no_library_should_raise_is_named_by_name(
     clock: LabClock, source: FakeSource, raises: Raises
 ) -> None:
     camera = opened(source, clock)

@@ -190,7 +190,7 @@ def test_a_camera_that_closes_with_an_error_is_closed(
 
 
 @pytest.mark.parametrize("models", [[], ["imx219"]])
-def test_a_camera_that_is_not_there_is_told_with_those_that_are(
+def test_a_camera_that_is_not_there_is_reported_with_those_that_are(
     models: list[str], clock: LabClock, camera: FakeCamera, raises: Raises
 ) -> None:
     camera.models = models
@@ -198,7 +198,7 @@ def test_a_camera_that_is_not_there_is_told_with_those_that_are(
         opened(clock, camera=1)
 
 
-def test_a_camera_that_another_program_uses_is_told(clock: LabClock, camera: FakeCamera, raises: Raises) -> None:
+def test_a_camera_that_another_program_uses_is_reported(clock: LabClock, camera: FakeCamera, raises: Raises) -> None:
     camera.is_busy = True
     with raises(DeviceError, "camera-not-opened"):
         opened(clock)
@@ -211,7 +211,7 @@ def test_a_camera_that_another_program_uses_is_told(clock: LabClock, camera: Fak
         (ValueError("numpy.dtype size changed"), r"eye: picamera2 is built for another NumPy .*'numpy<2'"),
     ],
 )
-def test_a_library_that_cannot_be_imported_is_told_with_the_remedy(
+def test_a_library_that_cannot_be_imported_is_reported_with_the_remedy(
     failure: Exception, words: str, clock: LabClock, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     real = builtins.__import__
@@ -227,7 +227,7 @@ def test_a_library_that_cannot_be_imported_is_told_with_the_remedy(
         opened(clock)
 
 
-def test_it_is_told_where_the_ribbon_goes() -> None:
+def test_it_is_reported_where_the_ribbon_goes() -> None:
     assert PiCamera().connections(PiCameraSettings(camera=1)) == (Connection("camera", "CSI", "1"),)
 
 

@@ -149,7 +149,7 @@ class TestExposure:
 
 
 class TestUnplugged:
-    def test_is_told_and_works_again_when_it_is_plugged_in_again(self, webcam: FakeWebcam, raises: Raises) -> None:
+    def test_is_reported_and_works_again_when_it_is_plugged_in_again(self, webcam: FakeWebcam, raises: Raises) -> None:
         eye = opened(webcam)
         last = eye.read().sequence
         webcam.pull_out()
@@ -165,7 +165,7 @@ class TestUnplugged:
         assert tuple(eye.read().image[0, 0]) == RED_BGR
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == MANUAL
 
-    def test_and_silent_while_its_file_is_still_there_is_told_too(
+    def test_and_silent_while_its_file_is_still_there_is_reported_too(
         self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         eye = opened(webcam)
@@ -205,7 +205,7 @@ class TestUnplugged:
 
 
 class TestOpening:
-    def test_no_camera_is_told_with_those_that_there_are(
+    def test_no_camera_is_reported_with_those_that_there_are(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         monkeypatch.setattr("drivers.raspberrypi.cameras.usb_devices.CLASS", _sysfs(tmp_path / "class"))
@@ -213,7 +213,7 @@ class TestOpening:
         with raises(DeviceError):
             opened(webcam)
 
-    def test_no_camera_at_all_is_told(
+    def test_no_camera_at_all_is_reported(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         monkeypatch.setattr("drivers.raspberrypi.cameras.usb_devices.CLASS", tmp_path / "nothing")
@@ -221,20 +221,22 @@ class TestOpening:
         with raises(DeviceError):
             opened(webcam)
 
-    def test_a_file_that_this_user_may_not_use_is_told(
+    def test_a_file_that_this_user_may_not_use_is_reported(
         self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         monkeypatch.setattr("os.access", lambda *_: False)
         with raises(DeviceError):
             opened(webcam)
 
-    def test_a_camera_that_another_program_uses_is_told_and_let_go(self, webcam: FakeWebcam, raises: Raises) -> None:
+    def test_a_camera_that_another_program_uses_is_reported_and_let_go(
+        self, webcam: FakeWebcam, raises: Raises
+    ) -> None:
         webcam.is_busy = True
         with raises(DeviceError):
             opened(webcam)
         assert webcam.captures[-1].is_released
 
-    def test_an_opencv_without_v4l2_is_told(
+    def test_an_opencv_without_v4l2_is_reported(
         self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         monkeypatch.setattr(cv2.videoio_registry, "getCameraBackends", lambda: [cv2.CAP_GSTREAMER])
@@ -243,13 +245,13 @@ class TestOpening:
 
 
 @pytest.mark.parametrize("device, path", [(0, "/dev/video0"), ("/dev/v4l/by-id/usb-x-video-index0",) * 2])
-def test_it_is_told_where_it_is_plugged_in(device: str | int, path: str) -> None:
+def test_it_is_reported_where_it_is_plugged_in(device: str | int, path: str) -> None:
     settings = UsbCameraSettings(device=device)
     assert UsbCamera().connections(settings) == (Connection("camera", "USB", path),)
 
 
 @pytest.mark.parametrize("key, value", [("device", "video0"), ("pixel_format", "jpeg"), ("exposure_s", 15)])
-def test_what_a_file_says_wrong_is_told_by_its_key(key: str, value: object, raises: Raises) -> None:
+def test_what_a_file_says_wrong_is_named_by_its_key(key: str, value: object, raises: Raises) -> None:
     robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": {"driver": "v4l2", key: value}}}})
     with raises(DescriptionError, key=f"raspberrypi.eye.{key}"):
         bind_devices(robot, "raspberrypi", ["eye"])

@@ -30,7 +30,7 @@ def bind_devices(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.raspberrypi.doctor.examination.bind_devices", lambda *_: (NOSE, EYE))
 
 
-def test_a_laptop_is_told_that_it_is_no_pi_and_nothing_else(tmp_path: Path, check_findings: CheckFindings) -> None:
+def test_a_laptop_is_reported_that_it_is_no_pi_and_nothing_else(tmp_path: Path, check_findings: CheckFindings) -> None:
     check_findings(examine(None, "raspberrypi", tmp_path), "no-raspberry-pi")
 
 
@@ -58,7 +58,7 @@ def test_a_pi_on_which_all_is_well_has_nothing_but_ok(pi_4: Path, pi_5: Path, mo
         )
 
 
-def test_a_broken_pi_is_told_all_that_is_wrong_each_with_its_remedy(
+def test_a_broken_pi_is_reported_all_that_is_wrong_each_with_its_remedy(
     broken: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bind_devices(monkeypatch)

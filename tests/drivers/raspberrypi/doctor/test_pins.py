@@ -37,7 +37,7 @@ def versions(monkeypatch: pytest.MonkeyPatch) -> Versions:
     return install
 
 
-def test_the_library_that_opens_is_told_by_its_version_and_closed_again(
+def test_the_library_that_opens_is_named_by_its_version_and_closed_again(
     versions: Versions, check_findings: CheckFindings
 ) -> None:
     versions(lgpio="0.2.2.0", gpiozero="2.0.1.post3")

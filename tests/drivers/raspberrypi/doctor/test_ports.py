@@ -109,7 +109,7 @@ def test_a_robot_without_camera_needs_none(broken: Path) -> None:
     assert list(check_cameras(broken, [NOSE])) == []
 
 
-def test_picamera2_for_another_numpy_is_told_from_one_that_is_missing(
+def test_picamera2_for_another_numpy_is_reported_from_one_that_is_missing(
     monkeypatch: pytest.MonkeyPatch, check_findings: CheckFindings
 ) -> None:
     def clashing(_: str) -> object:
@@ -181,7 +181,9 @@ def test_a_port_that_this_user_may_not_open_is_an_error_with_the_group(
     check_findings([on(pi_4, "/dev/ttyUSB0", may_open=False)], "port-no-permission")
 
 
-def test_a_port_that_is_not_plugged_in_is_told_with_those_that_are(pi_4: Path, check_findings: CheckFindings) -> None:
+def test_a_port_that_is_not_plugged_in_is_reported_with_those_that_are(
+    pi_4: Path, check_findings: CheckFindings
+) -> None:
     (pi_4 / "dev/ttyACM0").touch()
     check_findings([on(pi_4, "/dev/ttyUSB0")], "port-missing")
 
@@ -204,14 +206,14 @@ def test_a_user_who_may_open_everything_is_ok(pi_4: Path, check_findings: CheckF
     check_findings(check_permissions(pi_4, lambda _: True), "permissions-ok")
 
 
-def test_each_kind_of_device_is_told_with_its_group(pi_4: Path, check_findings: CheckFindings) -> None:
+def test_each_kind_of_device_is_reported_with_its_group(pi_4: Path, check_findings: CheckFindings) -> None:
     (pi_4 / "proc/self/status").write_text("Groups:\t1000 \n")
     (pi_4 / "etc/group").write_text("gpio:x:986:\ni2c:x:994:\nvideo:x:44:\n")
     kinds = [f"no-permission-{group}" for group in ("gpio", "i2c", "video")]
     check_findings(check_permissions(pi_4, lambda _: False), *kinds)
 
 
-def test_a_user_who_has_not_logged_in_since_is_told_so(broken: Path, check_findings: CheckFindings) -> None:
+def test_a_user_who_has_not_logged_in_since_is_reported_so(broken: Path, check_findings: CheckFindings) -> None:
     check_findings(check_permissions(broken, lambda file: file.name != "gpiochip0"), "no-permission-gpio")
 
 

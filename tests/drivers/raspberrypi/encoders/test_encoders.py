@@ -70,7 +70,7 @@ def test_a_turn_is_as_many_edges_where_edges_are_counted() -> None:
     assert wires.angle() == pytest.approx(2 * math.tau)
 
 
-def test_it_counts_in_the_direction_that_the_motor_was_last_told() -> None:
+def test_it_counts_in_the_direction_that_the_motor_was_last_reported() -> None:
     rig = Rig()
     wires = Wires(PULSES, opened={"left_motor": rig.motor})
     angles = []

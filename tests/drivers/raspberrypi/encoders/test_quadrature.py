@@ -145,7 +145,7 @@ def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, o
         InputDevice(other, pin_factory=pins).close()
 
 
-def test_a_pull_that_a_pin_cannot_have_is_told_with_what_to_do(raises: Raises) -> None:
+def test_a_pull_that_a_pin_cannot_have_is_reported_with_what_to_do(raises: Raises) -> None:
     with raises(DeviceError, "gpio-failed"):
         Wires({**PLAIN, "a": 2, "pull_up": False})
 

@@ -19,7 +19,7 @@ SETTLED_S = 2.0
 
 @pytest.mark.parametrize("speed", [SPEED, -SPEED, 1.0])
 @pytest.mark.parametrize("slots", [960, 240, 20])
-def test_a_wheel_with_less_gain_turns_as_fast_as_it_is_told(speed: float, slots: int) -> None:
+def test_a_wheel_with_less_gain_turns_as_fast_as_it_is_reported(speed: float, slots: int) -> None:
     rig = Rig(CONTROLLED, slots=slots, wheel=WEAK)
     turned, _ = driven(rig, speed)
     assert turned == pytest.approx(speed, rel=0.03)

@@ -34,19 +34,19 @@ def test_a_model_that_is_missing_is_shown_with_where_to_read_on() -> None:
     assert fault.startswith(f"left_motor.model: is missing. Add it: a table such as {shown}; docs/raspberry-pi.md")
 
 
-def test_a_velocity_of_a_model_that_is_missing_is_told_with_what_it_is() -> None:
+def test_a_velocity_of_a_model_that_is_missing_is_reported_with_what_it_is() -> None:
     (fault,) = find_faults_of_motor(model={"forward_rad_s": 14.0})
     assert fault == (
         "left_motor.model.backward_rad_s: is missing. Add it: the wheel's velocity at full duty in rad/s, such as 14.0"
     )
 
 
-def test_a_key_of_a_model_that_is_misspelt_is_told_with_the_nearest() -> None:
+def test_a_key_of_a_model_that_is_misspelt_is_reported_with_the_nearest() -> None:
     (fault,) = find_faults_of_motor(model={**MODEL, "dead_bnd": 0.1})
     assert fault.endswith("Did you mean 'dead_band'?")
 
 
-def test_a_pin_that_is_missing_is_told_with_what_it_is() -> None:
+def test_a_pin_that_is_missing_is_reported_with_what_it_is() -> None:
     assert find_faults_of_motor(forward=None) == [
         "left_motor.forward: is missing. Add it: the number of a GPIO on the header (BCM), 0 to 27"
     ]

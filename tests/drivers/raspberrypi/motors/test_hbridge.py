@@ -50,7 +50,7 @@ def test_turning_the_other_way_lets_go_of_the_first() -> None:
     assert levels(rig) == pytest.approx((0.55, 0))
 
 
-def test_the_limit_is_the_description_s_and_is_told() -> None:
+def test_the_limit_is_the_description_s_and_is_reported() -> None:
     assert Rig().motor.set_velocity(100.0) == 12.0
 
 
@@ -168,7 +168,7 @@ def test_a_stop_that_fails_leaves_no_line_without_its_pwm(raises: Raises) -> Non
     assert rig.pins.pin(FORWARD).frequency == 100
 
 
-def test_a_line_that_cannot_be_pulled_down_is_told_alone_and_once(raises: Raises) -> None:
+def test_a_line_that_cannot_be_pulled_down_is_reported_alone_and_once(raises: Raises) -> None:
     class Unpullable(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         def _set_pull(self, value: str) -> None:
             if value == "down" and self.info.name == f"GPIO{BACKWARD}":
@@ -181,7 +181,7 @@ def test_a_line_that_cannot_be_pulled_down_is_told_alone_and_once(raises: Raises
     assert rig.pins.pin(FORWARD).pull == "down"
 
 
-def test_what_fails_while_it_turns_is_told_by_name_with_what_to_do(raises: Raises) -> None:
+def test_what_fails_while_it_turns_is_named_by_name_with_what_to_do(raises: Raises) -> None:
     rig = Rig(pin_class=Unwilling)
     rig.pins.pin(BACKWARD).is_broken = True
     with raises(DeviceError, "gpio-failed") as raised:

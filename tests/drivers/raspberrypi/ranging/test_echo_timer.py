@@ -89,7 +89,7 @@ def pulses(events: list[Event]) -> list[float]:
 
 @UNHURRIED
 @given(event_rows())
-def test_no_value_is_told_that_no_measured_pulse_supports(events: list[Event]) -> None:
+def test_no_value_is_reported_that_no_measured_pulse_supports(events: list[Event]) -> None:
     for sample, count in heard(events):
         *_, pulse = row = pulses(events[:count])
         if math.isfinite(sample.distance):

@@ -136,7 +136,7 @@ def test_with_nothing_to_be_judged_at_the_opening_it_fails_by_name_and_lets_the_
     assert not bench.bus.is_open
 
 
-def test_a_chip_that_does_not_answer_at_the_opening_is_told_by_its_place(bench: Bench, raises: Raises) -> None:
+def test_a_chip_that_does_not_answer_at_the_opening_is_named_by_its_place(bench: Bench, raises: Raises) -> None:
     bench.chip.is_plugged_in = False
     with raises(DeviceError, "chip-unanswered"):
         bench.open()
@@ -233,13 +233,13 @@ def test_a_chip_that_answers_and_never_measures_does_not_hang_the_opening(
     assert not bench.bus.is_open
 
 
-def test_a_bus_that_is_switched_off_is_told_by_its_number(raises: Raises) -> None:
+def test_a_bus_that_is_switched_off_is_named_by_its_number(raises: Raises) -> None:
     host = Host(load_robot("rover"), SteppedClock(1000, lambda _steps: None))
     with raises(DeviceError, "chip-unanswered"):
         VL53L1X().open(DESCRIPTION, TimeOfFlightSettings(bus=30), host)
 
 
-def test_a_library_that_is_missing_is_told_with_its_remedy(
+def test_a_library_that_is_missing_is_reported_with_its_remedy(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setitem(sys.modules, f"adafruit_{bench.kind.driver.name}", None)

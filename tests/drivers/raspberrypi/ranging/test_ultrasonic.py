@@ -35,7 +35,7 @@ def test_the_first_sample_is_in_hand_when_it_is_open_and_no_simulated_time_has_p
     assert (sample.time, sample.sequence, bench.clock.now()) == (0.0, 0, 0.0)
 
 
-def test_a_distance_is_told_as_soon_as_its_echo_has_fallen_and_captured_when_it_was_triggered() -> None:
+def test_a_distance_is_reported_as_soon_as_its_echo_has_fallen_and_captured_when_it_was_triggered() -> None:
     bench = Bench([echo_at(1.0), echo_at(0.4)])
     sensor = bench.open()
     bench.clock.sleep_until(0.06 + 0.004)
@@ -52,7 +52,7 @@ def test_values_are_not_filtered() -> None:
     assert sensor.read().distance == pytest.approx(1.7)
 
 
-def test_the_edges_own_ticks_count_however_late_they_are_told() -> None:
+def test_the_edges_own_ticks_count_however_late_they_are_reported() -> None:
     bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
@@ -319,7 +319,7 @@ def test_a_pin_that_is_taken_fails_the_opening_by_name(raises: Raises) -> None:
 
 
 @pytest.mark.parametrize("taken", [TRIGGER, ECHO])
-def test_of_its_two_pins_the_one_that_is_taken_is_told_and_the_other_let_go(taken: int, raises: Raises) -> None:
+def test_of_its_two_pins_the_one_that_is_taken_is_reported_and_the_other_let_go(taken: int, raises: Raises) -> None:
     bench = Bench([echo_at(1.0)])
     with (
         InputDevice(taken, pin_factory=bench.pins),
@@ -329,7 +329,7 @@ def test_of_its_two_pins_the_one_that_is_taken_is_told_and_the_other_let_go(take
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
-def test_its_wires_are_told() -> None:
+def test_its_wires_are_reported() -> None:
     settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO)
     assert [f"{wire.signal} {wire}" for wire in Ultrasonic().connections(settings)] == [
         f"trigger GPIO {TRIGGER}",

@@ -151,7 +151,7 @@ def test_unknown_simulator_is_refused_with_the_nearest_name() -> None:
         VirtualPiBackend().open(setup(simulator="kinematics"))
 
 
-def test_simulator_that_is_not_installed_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_simulator_that_is_not_installed_is_reported_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(type(load_backend("pybullet")), "modules", ("no_such_library",))
     with pytest.raises(BackendMissingError):  # the remedy depends on the version of Python
         VirtualPiBackend().open(setup(simulator="pybullet"))
@@ -265,7 +265,7 @@ def test_the_shipped_rover_needs_no_note() -> None:
 
 
 @pytest.mark.usefixtures("_installed")
-def test_a_driver_of_another_package_is_told_where_its_device_is_opened() -> None:
+def test_a_driver_of_another_package_is_reported_where_its_device_is_opened() -> None:
     assert notes(foreign.rover(nose=IR)) == [NOTE]
     assert notes(foreign.rover(nose=IR), "eye") == []
 

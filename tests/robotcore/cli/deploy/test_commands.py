@@ -130,7 +130,7 @@ def test_no_command_is_answered_with_the_help(cli: Cli) -> None:
 
 
 @pytest.mark.parametrize("command", ["list", "status"])
-def test_robot_that_cannot_be_reached_is_told_in_json_too(command: str, cli: Cli) -> None:
+def test_robot_that_cannot_be_reached_is_reported_in_json_too(command: str, cli: Cli) -> None:
     result = cli("deploy", command, "nobody.invalid", "--json")
     assert result.status == result.json["exit_status"] == 3
     assert result.json["host"] == "nobody.invalid"
@@ -148,7 +148,7 @@ def test_status_says_what_runs_and_how(deploy: Deploy, add_action: AddAction) ->
     ]
 
 
-def test_what_was_restarted_once_is_told_so(deploy: Deploy, add_action: AddAction) -> None:
+def test_what_was_restarted_once_is_reported_so(deploy: Deploy, add_action: AddAction) -> None:
     add_action("status", answering({**STATE, "restarts": 1}))
     assert deploy("status").out.splitlines()[0].endswith(" min, restarted once")
 
@@ -324,7 +324,7 @@ def test_remove_does_nothing_where_nobody_can_be_asked(deploy: Deploy, add_actio
 
 
 @pytest.mark.parametrize("option, kept", [((), True), (("--recordings",), False)])
-def test_remove_keeps_recordings_unless_it_is_told_otherwise(
+def test_remove_keeps_recordings_unless_it_is_reported_otherwise(
     deploy: Deploy, add_action: AddAction, robot: Sshd, option: tuple[str, ...], kept: bool
 ) -> None:
     add_action("remove", REMOVE)
@@ -377,7 +377,7 @@ def test_fetch_as_json_names_each_file_by_what_became_of_it(deploy: Deploy, robo
     }
 
 
-def test_fetch_from_a_robot_that_cannot_be_reached_is_told_in_json(cli: Cli) -> None:
+def test_fetch_from_a_robot_that_cannot_be_reached_is_reported_in_json(cli: Cli) -> None:
     result = cli("deploy", "fetch", "nobody.invalid", "--json")
     assert result.status == result.json["exit_status"] == 3
 

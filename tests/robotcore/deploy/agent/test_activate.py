@@ -40,7 +40,7 @@ def conducts(layout: Layout, systemd: ScriptedSystemd, name: str, verdict: Healt
     )
 
 
-def test_release_that_lives_is_told_step_by_step(
+def test_release_that_lives_is_reported_step_by_step(
     layout: Layout, systemd: ScriptedSystemd, capsys: pytest.CaptureFixture[str]
 ) -> None:
     put_release(layout, OLD)
@@ -54,7 +54,7 @@ def test_release_that_lives_is_told_step_by_step(
     assert said(capsys) == ["it starts", "it is ready; whether it stays so is seen for 2 s"]
 
 
-def test_release_that_does_not_live_is_told_with_what_runs_again(
+def test_release_that_does_not_live_is_reported_with_what_runs_again(
     layout: Layout, systemd: ScriptedSystemd, capsys: pytest.CaptureFixture[str]
 ) -> None:
     put_release(layout, OLD)
@@ -113,7 +113,7 @@ def test_trial_that_is_under_way_is_looked_at_once_more(layout: Layout, systemd:
 
 
 @pytest.mark.parametrize("outcome, in_place", [("healthy", NEW), ("unhealthy", OLD), ("stopped", OLD)])
-def test_verdict_that_a_lost_connection_missed_is_told(
+def test_verdict_that_a_lost_connection_missed_is_reported(
     layout: Layout, systemd: ScriptedSystemd, outcome: str, in_place: str
 ) -> None:
     for name in (OLD, NEW):

@@ -31,7 +31,7 @@ def test_the_newest_comes_first_each_with_what_came_of_it(layout: Layout) -> Non
     assert answer["releases"][1]["app"] == "my 'robot'.py"
 
 
-def test_a_release_of_another_format_is_told_as_such(layout: Layout) -> None:
+def test_a_release_of_another_format_is_reported_as_such(layout: Layout) -> None:
     file = put_release(layout, OLD) / "release.json"
     file.write_text(file.read_text().replace('"format": 1', '"format": 2'))
     (answer,) = admin_actions.list_releases(layout)["releases"]
@@ -49,7 +49,7 @@ def test_a_robot_that_never_ran_has_none(layout: Layout) -> None:
     assert admin_actions.list_recordings(layout) == {"recordings": []}
 
 
-def test_what_somebody_still_writes_is_told(layout: Layout) -> None:
+def test_what_somebody_still_writes_is_reported(layout: Layout) -> None:
     layout.recordings.mkdir(parents=True)
     (layout.recordings / "ended 'ü'.mcap").write_bytes(b"whole")
     with (layout.recordings / "running.mcap").open("wb") as file:

@@ -105,7 +105,7 @@ def test_a_half_of_an_environment_is_never_taken(made: Layout, environment: Path
     assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
 
 
-def test_what_the_system_has_is_told_and_what_the_release_brings_is_not(environment: Path, tmp_path: Path) -> None:
+def test_what_the_system_has_is_reported_and_what_the_release_brings_is_not(environment: Path, tmp_path: Path) -> None:
     system, site = tmp_path / "dist-packages", tmp_path / "site"
     for name, folder in (("apt_gadget", system), ("brought_gadget", site)):
         with ZipFile(wheel_in(tmp_path, name, "3.0")) as wheel:
@@ -125,7 +125,7 @@ def test_a_requirement_that_was_not_brought_is_named(environment: Path, tmp_path
         )
 
 
-def test_a_place_that_nobody_reaches_is_told_as_no_network_and_a_password_to_nobody(
+def test_a_place_that_nobody_reaches_is_reported_as_no_network_and_a_password_to_nobody(
     environment: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(AgentError) as refused:

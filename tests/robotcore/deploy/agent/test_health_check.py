@@ -266,7 +266,7 @@ def test_release_before_that_fails_and_is_just_started_again_is_not_taken_for_th
         ((at.NEW_RUNS, at.BETWEEN, at.AGAIN_RUNS), "it was started again"),
     ],
 )
-def test_release_that_fails_is_unhealthy_and_told_of_in_its_own_words(
+def test_release_that_fails_is_unhealthy_and_reported_of_in_its_own_words(
     systemd: ScriptedSystemd, looks: tuple[str, ...], reason: str
 ) -> None:
     systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS, *looks)

@@ -35,13 +35,13 @@ def test_a_robot_tells_what_it_is(layout: Layout) -> None:
     assert not layout.root.exists()
 
 
-def test_the_release_that_runs_is_told(layout: Layout) -> None:
+def test_the_release_that_runs_is_reported(layout: Layout) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     assert push_actions.probe(layout)["release"] == OLD
 
 
-def test_it_is_told_whether_what_is_required_is_there(layout: Layout) -> None:
+def test_it_is_reported_whether_what_is_required_is_there(layout: Layout) -> None:
     assert not push_actions.probe(layout)["has_environment"]
     environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
     assert push_actions.probe(layout)["has_environment"]
@@ -137,7 +137,7 @@ def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(
     assert not any(layout.incoming.glob(NEW))
 
 
-def test_where_there_are_no_recordings_nobody_is_told_to_fetch_them(layout: Layout, check_text: CheckText) -> None:
+def test_where_there_are_no_recordings_nobody_is_reported_to_fetch_them(layout: Layout, check_text: CheckText) -> None:
     with pytest.raises(AgentError) as refused:
         push_actions.begin_upload(layout, release=NEW, size=10**15)
     check_text(refused.value.remedy)

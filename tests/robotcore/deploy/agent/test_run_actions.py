@@ -31,14 +31,14 @@ pytestmark = pytest.mark.usefixtures("lingering")
         (at.NEVER_WAS, "stopped"),
     ],
 )
-def test_state_is_told_in_a_word(layout: Layout, systemd: ScriptedSystemd, look: str, state: str) -> None:
+def test_state_is_reported_in_a_word(layout: Layout, systemd: ScriptedSystemd, look: str, state: str) -> None:
     systemd.will_tell(look)
     came = run_actions.read_status(layout)
     assert came["state"] == state
     assert came["words"] == ("" if state == "stopped" else "searching, 30 s"), "what stands may not be what spoke"
 
 
-def test_what_runs_is_told_with_what_it_says_of_itself(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_what_runs_is_reported_with_what_it_says_of_itself(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     HealthResult("healthy").write(layout.releases / OLD)
@@ -65,7 +65,7 @@ def test_what_runs_is_told_with_what_it_says_of_itself(layout: Layout, systemd: 
     }
 
 
-def test_failure_is_told_with_the_apps_last_words(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_failure_is_reported_with_the_apps_last_words(layout: Layout, systemd: ScriptedSystemd) -> None:
     systemd.will_tell(at.UNUSABLE)
     systemd.writes("\x1b[31mmy_robot.toml: no such motor\x1b[0m", "", "tab\tand \x07bell")
     came = run_actions.read_status(layout)
@@ -81,7 +81,7 @@ def test_failure_is_told_with_the_apps_last_words(layout: Layout, systemd: Scrip
         ("killed", "6", "it was ended by SIGABRT"),
     ],
 )
-def test_what_was_started_again_is_told_with_why(
+def test_what_was_started_again_is_reported_with_why(
     layout: Layout, systemd: ScriptedSystemd, how: str, status_: str, reason: str
 ) -> None:
     systemd.will_tell(at.AGAIN_RUNS)
@@ -94,7 +94,7 @@ def test_what_was_started_again_is_told_with_why(
     assert "_SYSTEMD_INVOCATION_ID=d077" in systemd.asked
 
 
-def test_of_a_dump_of_pythons_the_apps_own_line_is_told(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_of_a_dump_of_pythons_the_apps_own_line_is_reported(layout: Layout, systemd: ScriptedSystemd) -> None:
     thread = [f'  File "threading.py", line {number} in run' for number in range(40)]
     frames = ['  File "search.py", line 31 in step', *(f'  File "click/core.py", line {n} in main' for n in range(40))]
     systemd.will_tell(at.HUNG)
@@ -119,13 +119,13 @@ def test_of_a_dump_of_pythons_the_apps_own_line_is_told(layout: Layout, systemd:
     ]
 
 
-def test_app_whose_words_nobody_may_read_is_told_with_the_remedy(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_app_whose_words_nobody_may_read_is_reported_with_the_remedy(layout: Layout, systemd: ScriptedSystemd) -> None:
     systemd.will_tell(at.UNUSABLE)
     systemd.folder.joinpath("unreadable").write_text("No journal files were opened due to insufficient permissions.\n")
     assert "sudo usermod -aG systemd-journal" in run_actions.read_status(layout)["lines"][0]
 
 
-def test_release_that_did_not_live_is_told_where_none_is_in_place(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_release_that_did_not_live_is_reported_where_none_is_in_place(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, NEW)
     HealthResult("unhealthy", "it ended with status 5").write(put_release(layout, OLD))
     came = run_actions.read_status(layout)
@@ -174,7 +174,7 @@ def test_robot_that_nothing_was_put_on_stands_already(layout: Layout, systemd: S
     assert systemd.calls == []
 
 
-def test_app_that_does_not_stop_is_told_of(layout: Layout, systemd: ScriptedSystemd, raises: Raises) -> None:
+def test_app_that_does_not_stop_is_reported_of(layout: Layout, systemd: ScriptedSystemd, raises: Raises) -> None:
     units.install_units(layout)
     systemd.fails("stop", at.NO_BUS)
     with raises(AgentError, "manager", hide=[robot_facts.read_user(), os.getuid()]):

@@ -101,7 +101,7 @@ def test_motors_are_stopped_as_the_release_that_ran_has_them_also_after_a_swap(
     assert layout.home.joinpath("stop.of").read_text() == str(layout.releases / OLD / "project")
 
 
-def test_motors_that_may_still_turn_are_told_of(layout: Layout, systemd: Systemd) -> None:
+def test_motors_that_may_still_turn_are_reported_of(layout: Layout, systemd: Systemd) -> None:
     fitted(layout, OLD, FAILING)
     make_current(layout, OLD)
     process = systemd("off")

@@ -71,7 +71,7 @@ class TestMotorOutsideTheDrive:
         assert recording.result.outcome is Outcome.STOPPED
         require_equal(recording)
 
-    def test_is_told_by_name_where_it_is_commanded_otherwise(self) -> None:
+    def test_is_named_by_name_where_it_is_commanded_otherwise(self) -> None:
         recording = gripping()
         first, *others = recording.ticks[7].motor_asks
         slower = type(first)(first.device, 0.25, 0.25)
@@ -81,7 +81,7 @@ class TestMotorOutsideTheDrive:
         assert (deviation.recorded, deviation.replayed) == ("gripper 0.25 rad/s", "gripper 12.0 rad/s")
 
     @pytest.mark.parametrize("tick", [6, 8])
-    def test_is_told_where_it_was_commanded_more_or_less_often(self, tick: int) -> None:
+    def test_is_reported_where_it_was_commanded_more_or_less_often(self, tick: int) -> None:
         recording = gripping()
         asks = recording.ticks[8].motor_asks[:1] * (1 if tick == 8 else 2)
         asks = (recording.ticks[tick].motor_asks[0], *asks[1:])
@@ -183,7 +183,7 @@ def shell() -> Iterator[None]:
 
 @pytest.mark.usefixtures("shell")
 @pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:Seldom"])
-def test_suspension_is_no_command_of_the_app_and_is_told(app: str) -> None:
+def test_suspension_is_no_command_of_the_app_and_is_reported(app: str) -> None:
     recording = recorded(app, disturbed_by=Suspended(5), seed=2, timeout_s=2.0)
     causes = [each.cause for tick in recording.ticks for each in tick.interventions]
     assert causes.count("suspension") == 1

@@ -114,7 +114,9 @@ DIFFERENT = {
 
 @pytest.mark.parametrize("swallows", [False, True])
 @pytest.mark.parametrize("deed", DIFFERENT)
-def test_first_difference_is_told_with_both_values(app: Doing, recording: Recording, deed: Any, swallows: bool) -> None:
+def test_first_difference_is_reported_with_both_values(
+    app: Doing, recording: Recording, deed: Any, swallows: bool
+) -> None:
     app.deed, app.swallows = deed, swallows
     deviation = deviation_of(recording)
     what, recorded, replayed = DIFFERENT[deed]

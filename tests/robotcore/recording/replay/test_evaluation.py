@@ -47,7 +47,7 @@ def test_app_that_goes_on_is_no_error_where_the_recording_ends(search: Recording
     assert (rehearsed.is_at_end, rehearsed.exit_status, rehearsed.ticks) == (True, 0, 50)
 
 
-def test_one_tick_is_told_in_the_singular(search: Recording) -> None:
+def test_one_tick_is_reported_in_the_singular(search: Recording) -> None:
     first = replace(search, ticks=search.ticks[:1])
     assert "the same in all of 1 tick\n" in words(evaluate(first))
     assert "1 of 1 tick differs\n" in words(evaluate(first, f"{APPS}:Ending"))

@@ -166,14 +166,14 @@ def test_recording_without_a_tick_is_refused(raises: Raises) -> None:
         replay(replace(ending(), ticks=[]))
 
 
-def test_digest_that_is_not_of_these_ticks_is_told() -> None:
+def test_digest_that_is_not_of_these_ticks_is_reported() -> None:
     recording = ending()
     forged = replace(recording, result=replace(result_of(recording), trace_sha256="0" * 64))
     replayed = replay(forged)
     assert (replayed.deviation, replayed.is_equal, replayed.exit_status) == (None, False, 1)
 
 
-def test_on_another_machine_a_small_difference_is_let_pass_and_told() -> None:
+def test_on_another_machine_a_small_difference_is_let_pass_and_reported() -> None:
     recording = elsewhere(nudged(ending(), 3, 1e-12))
     replayed = replay(recording)
     assert (replayed.deviation, replayed.is_exact, replayed.exit_status) == (None, False, 0)

@@ -21,7 +21,7 @@ from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
         ("drive weak=0.25", (1.0, 1.0)),
     ],
 )
-def test_a_motor_turns_otherwise_than_it_is_told_and_does_not_know(spec: str, turned: tuple[float, float]) -> None:
+def test_a_motor_turns_otherwise_than_it_is_reported_and_does_not_know(spec: str, turned: tuple[float, float]) -> None:
     rig = faulty(spec)
     assert rig.robot.drive.set_wheels(4.0, 4.0) == (4.0, 4.0)
     rig.commit()
@@ -38,7 +38,7 @@ def test_it_comes_and_goes_while_a_command_lives() -> None:
     assert rig.right.sent == [4.0]
 
 
-def test_one_that_was_stopped_is_not_told_anew() -> None:
+def test_one_that_was_stopped_is_not_reported_anew() -> None:
     rig = faulty("left_motor dead lasts=0.1")
     rig.robot.drive.set_wheels(4.0, 4.0)
     rig.commit()
@@ -77,7 +77,7 @@ def test_closing_stops_and_closes_the_motor_once() -> None:
         faulty_one.set_velocity(1.0)
 
 
-def test_a_motor_that_breaks_when_its_fault_begins_is_told() -> None:
+def test_a_motor_that_breaks_when_its_fault_begins_is_reported() -> None:
     rig = faulty("left_motor weak=0.5 after=0.05")
     rig.robot.drive.set_wheels(4.0, 4.0)
     rig.commit()
@@ -103,7 +103,7 @@ def test_a_stop_that_could_not_wait_for_a_call_that_hangs_is_sent_again_after_it
     assert motor.sent[-1] == 0.0
 
 
-def test_a_stop_from_another_thread_counts_where_the_motor_is_just_being_told_anew() -> None:
+def test_a_stop_from_another_thread_counts_where_the_motor_is_just_being_reported_anew() -> None:
     """A deadman on a real clock stops from a thread of its own."""
     motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
     weak = FaultyMotor(motor, lambda: next(gains))

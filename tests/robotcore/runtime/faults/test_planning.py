@@ -102,14 +102,14 @@ def test_a_robot_without_encoders_has_none_to_fail() -> None:
         ("loop stall=1000", "stall should be at most 60", "loop stall=SECONDS"),
     ],
 )
-def test_what_does_not_fit_is_told_with_the_right_form_in_two_lines(spec: str, fault: str, form: str) -> None:
+def test_what_does_not_fit_is_reported_with_the_right_form_in_two_lines(spec: str, fault: str, form: str) -> None:
     text = _refused(spec, fault)
     first, second = text.splitlines()
     assert first.startswith(f"--fault '{spec}': ")
     assert form in second
 
 
-def test_what_the_robot_has_and_the_app_does_not_open_is_told_so() -> None:
+def test_what_the_robot_has_and_the_app_does_not_open_is_reported_so() -> None:
     text = _refused("camera drop=0.2", "the app opens no camera; what it opens that can fail: connection, drive,")
     assert "nose" in text
 
@@ -210,7 +210,7 @@ def test_it_is_listed(register: Register, capsys: pytest.CaptureFixture[str]) ->
 
 
 @pytest.mark.parametrize("value", ["no_such_package:Thing", f"{__name__}:Biased", f"{__name__}:ROVER"])
-def test_one_that_is_broken_is_told_and_hides_no_other(
+def test_one_that_is_broken_is_reported_and_hides_no_other(
     register: Register, capsys: pytest.CaptureFixture[str], value: str
 ) -> None:
     register("broken", value)

@@ -167,7 +167,7 @@ def test_a_range_sensor_that_always_tells_the_same_is_named_before_it_leads_into
     assert result.reason.startswith("nose told the same 1.50 m while the wheels drove 0.5")
 
 
-def test_an_encoder_that_fails_is_told_to_an_app_that_asks_for_the_pose(tmp_path: Path) -> None:
+def test_an_encoder_that_fails_is_reported_to_an_app_that_asks_for_the_pose(tmp_path: Path) -> None:
     result = live_on(tmp_path, "raise", "left_encoder lost=1 after=0.5")
     assert result.exit_status == 3
     assert result.reason == 'left_encoder: the connection is lost, by the fault "left_encoder lost=1 after=0.5"'

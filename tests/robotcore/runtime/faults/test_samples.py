@@ -77,7 +77,7 @@ class TestEagerness:
             each.sleep(TICK_S)
         assert (rig.nose.reads, other.nose.reads) == (2, 0)
 
-    def test_a_device_that_breaks_is_told_to_those_who_ask(self) -> None:
+    def test_a_device_that_breaks_is_reported_to_those_who_ask(self) -> None:
         rig = faulty("range drop=0.5")
         rig.nose._newest = _broken  # type: ignore[method-assign]
         rig.sleep(TICK_S)

@@ -46,14 +46,14 @@ def test_the_canonical_form_is_read_as_the_same(text: str, canonical: str) -> No
         ("camera drop=0.2\x07", r"'0.2\\x07' cannot be printed"),
     ],
 )
-def test_what_is_none_is_told_in_one_line_with_the_form(text: str, fault: str) -> None:
+def test_what_is_none_is_reported_in_one_line_with_the_form(text: str, fault: str) -> None:
     with pytest.raises(UsageError, match=fault) as raised:
         Spec.parse(text)
     assert 'Write TARGET EFFECT[=VALUE] [KEY=VALUE …], such as "camera drop=0.2 after=5"' in str(raised.value)
     assert "\n" not in str(raised.value)
 
 
-def test_a_long_text_is_not_told_in_full() -> None:
+def test_a_long_text_is_not_reported_in_full() -> None:
     with pytest.raises(UsageError) as raised:
         Spec.parse("x" * 10_000)
     assert len(str(raised.value)) < 250
@@ -106,7 +106,7 @@ def test_a_file_stands_for_what_is_in_it_among_the_others(file: Path) -> None:
         (FILE, "[[fault]", "it is not TOML"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_told_in_one_line_with_its_place(
+def test_what_is_wrong_with_a_file_is_reported_in_one_line_with_its_place(
     file: Path, old: str, new: str, text: str
 ) -> None:
     assert old in FILE
@@ -117,12 +117,12 @@ def test_what_is_wrong_with_a_file_is_told_in_one_line_with_its_place(
     assert "\n" not in str(raised.value)
 
 
-def test_a_file_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_file_that_is_not_there_is_reported(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"gone.toml: No such file"):
         read_specs([str(tmp_path / "gone.toml")])
 
 
-def test_a_file_that_is_no_text_is_told(file: Path) -> None:
+def test_a_file_that_is_no_text_is_reported(file: Path) -> None:
     file.write_bytes(b"\xff\xfe")
     with pytest.raises(DescriptionError, match="it is not text"):
         read_specs([str(file)])

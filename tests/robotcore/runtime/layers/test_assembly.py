@@ -186,7 +186,7 @@ class TestEncoders:
         assert robot.drive.pose == robot.drive.pose == pytest.approx((0.0325, 0.0, 0.0))
         assert [encoder.reads for encoder in encoders] == [1, 1]
 
-    def test_what_a_late_one_has_not_counted_yet_the_wheel_did_as_it_was_told(self) -> None:
+    def test_what_a_late_one_has_not_counted_yet_the_wheel_did_as_it_was_reported(self) -> None:
         rig = Rig(description=UNHURRIED)
         encoders = NullEncoder(rig.clock, "left_encoder"), NullEncoder(rig.clock, "right_encoder")
         raw = Robot("rig", rig.clock, [rig.left, rig.right, *encoders])
@@ -215,7 +215,7 @@ class TestClosing:
         for device in rig.made:
             assert _is_closed(device)
 
-    def test_one_broken_motor_is_told_once_and_keeps_nothing_from_being_closed(self) -> None:
+    def test_one_broken_motor_is_reported_once_and_keeps_nothing_from_being_closed(self) -> None:
         rig = Rig()
         rig.robot.drive.set_velocity(0.1, 0.0)
         rig.commit()

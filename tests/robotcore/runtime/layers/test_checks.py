@@ -104,7 +104,7 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_a_motor_is_named_while_it_is_told_or_stopped(bench: Bench) -> None:
+def test_a_motor_is_named_while_it_is_reported_or_stopped(bench: Bench) -> None:
     inner = NullMotor("left_motor")
     inner.on_command = bench.note
     motor = bench.layer.motor(inner)
@@ -153,7 +153,7 @@ def test_a_connection_that_breaks_while_time_is_to_pass_is_the_backends_error(be
         bench.layer.clock(SteppedClock(20, fail)).sleep_until(1.0)
 
 
-def test_a_device_that_fails_while_time_passes_is_told_as_it_is(bench: Bench) -> None:
+def test_a_device_that_fails_while_time_passes_is_reported_as_it_is(bench: Bench) -> None:
     def fail(steps: int) -> None:
         raise DeviceError("left_motor", "no current")
 

@@ -15,7 +15,7 @@ def rig() -> Rig:
     return Rig(description=UNHURRIED)
 
 
-def test_motors_that_are_told_one_by_one_are_sent_together(rig: Rig) -> None:
+def test_motors_that_are_reported_one_by_one_are_sent_together(rig: Rig) -> None:
     left, right = rig.robot.motors.values()
     assert left.set_velocity(1.0) == 1.0
     assert right.set_velocity(2.0) == 2.0
@@ -34,7 +34,7 @@ def test_a_number_of_an_array_that_changes_later_is_sent_as_it_was(rig: Rig) -> 
     assert rig.wheels == (1.0, 2.0)
 
 
-def test_a_wheel_that_is_not_told_keeps_its_velocity(rig: Rig) -> None:
+def test_a_wheel_that_is_not_reported_keeps_its_velocity(rig: Rig) -> None:
     rig.robot.drive.set_wheels(1.0, 2.0)
     rig.commit()
     rig.robot.motors["left_motor"].set_velocity(3.0)

@@ -65,7 +65,7 @@ class Guarded:
         return heard
 
 
-def test_a_lease_begins_before_the_motor_turns_and_ends_when_the_last_one_was_told_to_stand() -> None:
+def test_a_lease_begins_before_the_motor_turns_and_ends_when_the_last_one_was_reported_to_stand() -> None:
     guard_motors = Guarded()
     left, right = guard_motors.over
     left.set_velocity(1.0)
@@ -109,7 +109,7 @@ def test_a_stop_in_the_middle_of_a_command_does_not_end_its_lease() -> None:
     assert guard_motors.heard == ["driving"]
 
 
-def test_without_a_guardian_no_motor_is_told_to_turn_and_all_are_stopped() -> None:
+def test_without_a_guardian_no_motor_is_reported_to_turn_and_all_are_stopped() -> None:
     guard_motors = Guarded()
     left, right = guard_motors.over
     left.set_velocity(1.0)

@@ -42,7 +42,7 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_is_told_at_once_and_within_its_limits(bench: Bench) -> None:
+def test_is_reported_at_once_and_within_its_limits(bench: Bench) -> None:
     assert bench.gripper.set_velocity(2.0) == 2.0
     assert bench.gripper.set_velocity(9.0) == 3.0
     assert bench.inner.sent == [2.0, 3.0]

@@ -64,7 +64,7 @@ def test_a_stop_that_fails_at_first_is_tried_again(diary: Path) -> None:
         assert next(stopped(guarding)).done == ("left_motor",)
 
 
-def test_a_cutoff_that_cannot_be_armed_is_told(diary: Path) -> None:
+def test_a_cutoff_that_cannot_be_armed_is_reported(diary: Path) -> None:
     with Guardian([cutoff(diary, manner="fails to arm")], LEASE_S) as guarding:
         guarding.renew_lease()
         with pytest.raises(GuardianError, match="could not arm left_motor: OSError: no arm"):
@@ -111,7 +111,7 @@ def test_two_in_one_process_do_not_hold_each_other_open(diary: Path, tmp_path: P
         (cutoff(Path(os.devnull), "arm", "fails to open"), "arm: OSError: no open"),
     ],
 )
-def test_a_cutoff_that_cannot_be_had_is_told_by_name_before_anything_moves(spec: CutoffSpec, fault: str) -> None:
+def test_a_cutoff_that_cannot_be_had_is_named_by_name_before_anything_moves(spec: CutoffSpec, fault: str) -> None:
     with pytest.raises(GuardianError, match=f"cannot open {fault}. Nothing has moved"):
         Guardian([spec], LEASE_S)
 
@@ -127,7 +127,7 @@ def test_a_guardian_that_takes_too_long_is_not_waited_for(diary: Path, monkeypat
         Guardian([cutoff(diary, manner="hangs in open")], LEASE_S)
 
 
-def test_a_guardian_that_dies_as_it_starts_is_told(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_guardian_that_dies_as_it_starts_is_reported(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "_CODE", "raise SystemExit(7)")
     with pytest.raises(GuardianError, match=r"died \(exit status 7\). Nothing has moved"):
         Guardian([cutoff(diary)], LEASE_S)
@@ -142,7 +142,7 @@ def test_a_guardian_whose_threads_are_refused_begins_no_run(diary: Path, monkeyp
     assert not diary.exists()
 
 
-def test_a_python_that_cannot_be_started_is_told(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_python_that_cannot_be_started_is_reported(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.executable", "/nowhere/python")
     with pytest.raises(GuardianError, match="no guardian process can be started: No such file"):
         Guardian([cutoff(diary)], LEASE_S)

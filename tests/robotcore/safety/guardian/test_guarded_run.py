@@ -173,21 +173,21 @@ def test_two_runs_at_once_have_a_guardian_each(start: Start) -> None:
     assert not of("stop") & set(other.deeds)
 
 
-def test_a_cutoff_that_cannot_stop_is_told_while_somebody_hears_it(start: Start) -> None:
+def test_a_cutoff_that_cannot_stop_is_reported_while_somebody_hears_it(start: Start) -> None:
     running = start("holds", "fails to stop")
     out, _ = running.end()
     assert running.process.returncode == 3
     assert "could not stop left_motor: OSError: no stop" in json.loads(out)["reason"]
 
 
-def test_a_cutoff_that_cannot_stop_is_told_where_nobody_is_left_to_hear_it(start: Start) -> None:
+def test_a_cutoff_that_cannot_stop_is_reported_where_nobody_is_left_to_hear_it(start: Start) -> None:
     running = start("drives", "fails to stop")
     running.process.kill()
     _, err = running.end()
     assert "CANNOT STOP left_motor: OSError: no stop. Cut the motors' supply" in err
 
 
-def test_a_cutoff_that_cannot_stop_a_suspended_app_is_told_at_once(start: Start) -> None:
+def test_a_cutoff_that_cannot_stop_a_suspended_app_is_reported_at_once(start: Start) -> None:
     running = start("drives", "fails to stop")
     running.process.send_signal(signal.SIGSTOP)
     assert running.process.stderr

@@ -24,7 +24,7 @@ def test_every_cutoff_stops_and_is_closed(diary: Path) -> None:
     assert sorted(deeds) == sorted(f"{deed} {name}" for deed in ("open", "stop", "close") for name in report.done)
 
 
-def test_one_that_fails_is_told_and_holds_up_no_other(diary: Path) -> None:
+def test_one_that_fails_is_reported_and_holds_up_no_other(diary: Path) -> None:
     manners = {"gone": "fails to open", "deaf": "fails to stop", "left_motor": "late"}
     report = stop_once(cutoff(diary, name, manner) for name, manner in manners.items())
     assert report.done == ("left_motor",)

@@ -68,7 +68,7 @@ def test_backends_that_share_no_run_are_not_compared() -> None:
     assert compare_backends([passed(seed=1), passed(seed=2, backend="pybullet")]) == []
 
 
-def test_seeds_are_told_as_they_are_written() -> None:
+def test_seeds_are_reported_as_they_are_written() -> None:
     head = Head.of([passed(seed=seed) for seed in (3, 1, 2, 9, 7, 8, 8)], command="", folder=Path("here"))
     assert dict(head.facts)["Seeds"] == "1-3,7-9"
 
@@ -84,7 +84,7 @@ def test_times_add_up_in_hours_and_minutes() -> None:
     assert facts["Robot's time"] == "1 h 1 min 1 s"
 
 
-def test_the_ways_to_fail_are_told_by_their_number_and_place() -> None:
+def test_the_ways_to_fail_are_named_by_their_number_and_place() -> None:
     records = [
         *(failed(reason="late", seed=seed) for seed in (1, 2)),
         failed(reason="late", world="clutter"),
@@ -95,7 +95,7 @@ def test_the_ways_to_fail_are_told_by_their_number_and_place() -> None:
     assert count_endings(make_series(records)) == [("timeout, late", 3, (2, 1)), ("contact", 2, (2, 0))]
 
 
-def test_ways_to_fail_that_are_all_different_are_told_as_one() -> None:
+def test_ways_to_fail_that_are_all_different_are_reported_as_one() -> None:
     records = [failed(reason=f"lost at {at} m") for at in range(20)] + [failed(reason="late")] * 2
     endings = count_endings(make_series(records))
     assert endings[0] == ("timeout, late", 2, (2,))

@@ -64,7 +64,7 @@ def test_the_page_needs_nothing_else(tmp_path: Path) -> None:
     assert not any(word in html for word in ("http://", "https://", "url(", "@import"))
 
 
-def test_a_browser_is_told_to_fetch_nothing(tmp_path: Path) -> None:
+def test_a_browser_is_reported_to_fetch_nothing(tmp_path: Path) -> None:
     page, _ = written([passed()], tmp_path)
     assert "default-src 'none'; img-src data:; style-src 'unsafe-inline'" in page.values("meta", "content")
 
@@ -135,7 +135,7 @@ def test_the_head_says_who_judged(judge: str | None, verified: bool | None, show
     assert page.words.count("success, the judge does not agree") == (2 if verified is False else 0)
 
 
-def test_backends_that_differ_are_told_apart(tmp_path: Path) -> None:
+def test_backends_that_differ_are_reported_apart(tmp_path: Path) -> None:
     records = [passed(seed=1), passed(seed=2), passed(seed=1, backend="pybullet"), failed(seed=2, backend="pybullet")]
     page, _ = written(records, tmp_path)
     assert "Where kinematic and pybullet differ: 1 of 2" in page.words
@@ -148,7 +148,7 @@ def test_no_runs_make_a_page_that_says_so(tmp_path: Path) -> None:
     assert "No runs yet." in page.words
 
 
-def test_runs_of_a_robot_that_nobody_can_judge_are_told(tmp_path: Path) -> None:
+def test_runs_of_a_robot_that_nobody_can_judge_are_reported(tmp_path: Path) -> None:
     unknown: dict[str, Any] = {
         "backend": "raspberrypi",
         "world": None,
@@ -176,14 +176,14 @@ def test_a_picture_that_is_spoilt_is_left_out(tmp_path: Path) -> None:
     assert "img" not in page.tags
 
 
-def test_what_a_group_reached_is_told_in_the_words_of_the_terminal(tmp_path: Path) -> None:
+def test_what_a_group_reached_is_reported_in_the_words_of_the_terminal(tmp_path: Path) -> None:
     records = [passed(), failed(contacts=None, verified=None)]
     page, _ = written(records, tmp_path)
     (group,) = group_records(records)
     assert "".join(format_column(group) for format_column in COLUMNS.values()) in page.words.replace("\n", "")
 
 
-def test_requirements_are_told_with_what_was_got(tmp_path: Path) -> None:
+def test_requirements_are_reported_with_what_was_got(tmp_path: Path) -> None:
     records = [passed(), failed(), passed(world="open")]
     page, html = written(records, tmp_path, require=["verified>=0.97", "contacts<=0"])
     assert "Requirements: 1 of 4 missed" in page.words
@@ -192,13 +192,13 @@ def test_requirements_are_told_with_what_was_got(tmp_path: Path) -> None:
     assert "2 of 3 runs passed, requirements missed</title>" in html
 
 
-def test_requirements_that_are_all_kept_are_told_so(tmp_path: Path) -> None:
+def test_requirements_that_are_all_kept_are_reported_so(tmp_path: Path) -> None:
     page, html = written([passed()], tmp_path, require=["verified>=0.97"])
     assert "Requirements: all kept." in page.words
     assert "1 of 1 runs passed</title>" in html
 
 
-def test_no_requirement_is_told_where_there_was_none(tmp_path: Path) -> None:
+def test_no_requirement_is_reported_where_there_was_none(tmp_path: Path) -> None:
     page, _ = written([failed()], tmp_path)
     assert "Requirements" not in page.words
 
@@ -211,7 +211,7 @@ def test_a_condition_that_was_found_to_matter_comes_first(tmp_path: Path) -> Non
     assert "Runs fail more where light0light < 0.5 floorwood" in words
 
 
-def test_a_finding_of_one_backend_is_not_told_of_another(tmp_path: Path) -> None:
+def test_a_finding_of_one_backend_is_not_reported_of_another(tmp_path: Path) -> None:
     dark = [make(conditions={"light": light}) for make, light in ((failed, 0.0), (passed, 1.0)) for _ in range(9)]
     page, _ = written([*dark, failed(backend="pybullet", conditions={"light": 0.5})], tmp_path)
     words = " ".join(page.words.split())

@@ -188,7 +188,7 @@ def test_wheels_stand_when_the_app_is_done() -> None:
     assert [robot.commands[name][-1].velocity for name in ("left_motor", "right_motor")] == [0.0, 0.0]
 
 
-def test_odometry_follows_what_the_wheels_were_told() -> None:
+def test_odometry_follows_what_the_wheels_were_reported() -> None:
     robot = MockRobot(range=1.0)
     assert robot.layered.drive.pose.x == 0
     robot.run(Ahead(linear=0.08), ticks=21)

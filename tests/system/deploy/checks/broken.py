@@ -22,8 +22,8 @@ FAULTS = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_release_that_does_not_live_is_rolled_back_with_its_reason(rover: Rover, fault: str) -> None:
     settings, reason = FAULTS[fault]
-    told = [word for setting in (f"speed_rad_s={BROKEN_RAD_S:g}", *settings) for word in ("--set", setting)]
-    require_rolled_back(rover, reason, *told)
+    options = [word for setting in (f"speed_rad_s={BROKEN_RAD_S:g}", *settings) for word in ("--set", setting)]
+    require_rolled_back(rover, reason, *options)
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rover]:
 
 
 def test_it_is_proven_before_it_is_sent(made: Rover) -> None:
-    (release,) = [told for told in json.loads(made.done("list", "--json"))["releases"] if told["name"] == made.release]
+    (release,) = [each for each in json.loads(made.done("list", "--json"))["releases"] if each["name"] == made.release]
     assert [gate.partition(":")[0] for gate in release["gates"]] == ["tests", "check", "simulation"]
 
 

@@ -54,8 +54,8 @@ def test_release_on_trial_is_judged_again_and_rolled_back_if_it_does_not_live(ro
 
 def pushed_while_power_is_cut(rover: Rover, *settings: str) -> Ran:
     """Push a release, and cut the power once it drives; the desk waits until the robot is there again."""
-    told = [word for setting in settings for word in ("--set", setting)]
-    with rover.pushing(*told) as push:
+    options = [word for setting in settings for word in ("--set", setting)]
+    with rover.pushing(*options) as push:
         rover.motors.await_driving(NEW_RAD_S)
         assert (rover.files / "trial.json").exists()
         rover.machine.cut_power()

@@ -93,12 +93,12 @@ def test_pulled_line_stops_the_wheels_by_the_boards_own_deadman(robot: Robot, bo
     assert is_turning(board)
     board.pull()
     pulled = board.events("pulled")[-1].time
-    told = last_turning_command(board)
+    commanded = last_turning_command(board)
     board.wait(lambda: is_lost(robot), "the loss to be told", 1.0)
     assert board.velocities.left > STANDING_RAD_S, "the board has stopped before its deadman was due"
     stopped = board.wait_for_stop(1.0)
-    assert told < pulled < stopped.time
-    assert BOARD_TIMEOUT_S - 0.001 <= stopped.time - told <= BOARD_TIMEOUT_S + FRAME_S
+    assert commanded < pulled < stopped.time
+    assert BOARD_TIMEOUT_S - 0.001 <= stopped.time - commanded <= BOARD_TIMEOUT_S + FRAME_S
 
 
 def test_line_put_back_is_driven_again_and_stands_until_then(robot: Robot, board: Board) -> None:

@@ -43,25 +43,25 @@ def test_wheels_come_to_the_speed_asked_for_each_its_own(board: Board, left: int
 def test_silence_stops_both_wheels_when_the_deadman_is_due(board: Board) -> None:
     with RawLine(board) as line:
         assert (line.ask("k 300"), line.ask("m 20 30")) == ("OK", "OK")
-        told = board.events("line")[-1].time
+        received = board.events("line")[-1].time
         board.pass_time(0.2)
         assert line.ask("e") != "0 0"
         board.pass_time(1.0)
     last = board.events("duty")[-1]
     assert last.more == STANDS
-    assert 0.299 < last.time - told < 0.3 + FRAME_S
+    assert 0.299 < last.time - received < 0.3 + FRAME_S
 
 
 def test_pulled_line_stops_both_wheels_and_put_back_they_stand(board: Board) -> None:
     with RawLine(board) as line:
         assert (line.ask("k 500"), line.ask("m 20 20")) == ("OK", "OK")
         board.pass_time(0.3)
-        told = board.events("line")[-1].time
+        received = board.events("line")[-1].time
         board.pull()
     board.pass_time(1.0)
     stopped = board.events("duty")[-1]
     assert stopped.more == STANDS
-    assert stopped.time - told == pytest.approx(0.5, abs=FRAME_S)
+    assert stopped.time - received == pytest.approx(0.5, abs=FRAME_S)
     board.plug()
     with RawLine(board) as line:
         assert line.ask("e") == "0 0"  # it was reset when the port was opened

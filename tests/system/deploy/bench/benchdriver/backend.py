@@ -28,13 +28,13 @@ class BenchBackend(Backend):
     summary = "motors that write down what they are told"
 
     def open(self, setup: Setup) -> Robot:
-        motors = [BenchMotor(told.name, told.max_velocity_rad_s) for told in _motors(setup)]
+        motors = [BenchMotor(device.name, device.max_velocity_rad_s) for device in _motors(setup)]
         return Robot(setup.robot.name, MonotonicClock(), motors, cutoffs=self.cutoffs(setup))
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         cutoff = "benchdriver.cutoff:Written"
-        return [CutoffSpec(told.name, cutoff, {"motor": told.name}) for told in _motors(setup)]
+        return [CutoffSpec(device.name, cutoff, {"motor": device.name}) for device in _motors(setup)]
 
 
 def _motors(setup: Setup) -> Iterable[MotorDescription]:
-    return (told for told in setup.chosen if isinstance(told, MotorDescription))
+    return (device for device in setup.chosen if isinstance(device, MotorDescription))
