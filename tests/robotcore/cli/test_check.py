@@ -20,7 +20,7 @@ class Looking(MemoryBackend):
     found = (JOINT,)
     asked: Setup
 
-    def look(self, setup: Setup) -> Iterator[Finding]:
+    def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         Looking.asked = setup
         yield from self.found
 

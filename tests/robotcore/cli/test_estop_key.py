@@ -54,9 +54,9 @@ class Reading(Behaviour):
 DEBUGGED = READING.replace('print("heard", repr(input("go on? ")), flush=True)', "breakpoint()")
 
 JUST_BEHIND = """
-from robotcore.cli import keys, main
-keys._is_in_front = lambda terminal: True
-keys.SpaceBar._take = lambda self: None
+from robotcore.cli import estop_key, main
+estop_key._is_in_front = lambda terminal: True
+estop_key.EmergencyStopKey._take = lambda self: None
 main.main()
 """
 """A job that has just gone behind, and has not noticed."""

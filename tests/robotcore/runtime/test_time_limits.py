@@ -33,7 +33,7 @@ class Judge(Deed):
 def test_a_judge_that_hangs_is_named_by_its_line() -> None:
     error = judge_limit(Judge(lambda _: None), "rig").error(10.0, sys._getframe())
     assert isinstance(error, WatchdogError)
-    assert str(error).startswith("Judge has not come back from verify for 10.0 s, at test_overdue.py:")
+    assert str(error).startswith(f"Judge has not come back from verify for 10.0 s, at {Path(__file__).name}:")
 
 
 def test_a_simulator_that_does_not_tell_the_truth_is_named() -> None:

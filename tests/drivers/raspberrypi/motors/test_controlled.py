@@ -178,7 +178,7 @@ def test_control_more_often_than_the_pulses_come_is_refused(raises: Raises) -> N
 
 
 def test_a_motor_whose_encoder_is_not_open_cannot_be_controlled(raises: Raises) -> None:
-    with raises(DeviceError):
+    with raises(DeviceError, "encoder-not-open"):
         Rig(CONTROLLED, names=("left_motor",))
 
 
