@@ -50,13 +50,13 @@ def test_simulator_that_does_not_answer_is_the_backends_failure(cli: Cli, monkey
     def dead(*_: object) -> Iterator[Finding]:
         raise BackendError("nobody answers at 127.0.0.1:19997")
 
-    monkeypatch.setattr(Looking, "look", dead)
+    monkeypatch.setattr(Looking, "inspect_scene", dead)
     answer = cli("check", "rover", "--backend", "memory")
     assert (answer.status, answer.err) == (3, "error: nobody answers at 127.0.0.1:19997\n")
 
 
 def test_backend_that_joins_no_scene_has_nothing_to_look_at(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(Looking, "look")
+    monkeypatch.delattr(Looking, "inspect_scene")
     answer = cli("check", "rover", "--backend", "memory")
     assert answer.status == 2
     assert "nothing to look at" in answer.err
