@@ -32,10 +32,11 @@ class Motors:
         self._marked = 0
 
     def commands(self) -> list[MotorCommand]:
-        """Return what they were told since the mark."""
+        """Return the commands since the mark. A line that the app is still writing is left for the next call."""
         file = self._machine.home / FILE
         text = file.read_text() if file.exists() else ""
-        rows = [line.split() for line in text.splitlines()[self._marked :]]
+        lines = text[: text.rfind("\n") + 1].splitlines()
+        rows = [line.split() for line in lines[self._marked :]]
         return [
             MotorCommand(float(at), int(process), who, motor, float(rad_s)) for at, process, who, motor, rad_s in rows
         ]
