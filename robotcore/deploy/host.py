@@ -59,7 +59,7 @@ def _is_port(text: str | None) -> bool:
 def command_hint(command: str, host: Host, ssh_config: Path | None = None) -> str:
     """Return a command of ``robotcore deploy`` as it is typed for a robot, quoted for a shell.
 
-    >>> print(typed("logs", Host.parse("pi@rover:2222"), Path("lab of ours.ssh")))
+    >>> print(command_hint("logs", Host.parse("pi@rover:2222"), Path("lab of ours.ssh")))
     robotcore deploy logs pi@rover:2222 --ssh-config 'lab of ours.ssh'
     """
     reached_by = () if ssh_config is None else ("--ssh-config", str(ssh_config))

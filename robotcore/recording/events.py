@@ -44,7 +44,7 @@ class RecordedError:
     """A recorded error.
 
     >>> from robotcore.errors import DeviceError
-    >>> Raised.of(DeviceError("nose", "no echo")).rebuild().device
+    >>> RecordedError.of(DeviceError("nose", "no echo")).rebuild().device
     'nose'
     """
 

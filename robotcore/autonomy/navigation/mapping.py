@@ -21,7 +21,7 @@ HISTORY_S = 2.0
 class PoseHistory:
     """The poses of the last seconds.
 
-    >>> past = Past()
+    >>> past = PoseHistory()
     >>> past.note(0.0, Pose(0.0, 0.0, 0.0))
     >>> past.note(0.1, Pose(0.2, 0.0, 0.4))
     >>> past.at(0.05)

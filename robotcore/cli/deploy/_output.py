@@ -137,7 +137,7 @@ def _format_row(name: str, said: str) -> str:
 def format_duration(seconds: float) -> str:
     """Return a time in the two largest units that it has.
 
-    >>> duration(3 * 3600 + 62)
+    >>> format_duration(3 * 3600 + 62)
     '3 h 1 min'
     """
     minutes, rest = divmod(round(seconds), 60)

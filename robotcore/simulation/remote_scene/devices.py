@@ -136,7 +136,7 @@ class SceneDisplay(Display):
 def to_opencv(raw: RawPicture) -> Image:
     """Return a picture as apps get it: BGR, top-left origin, read-only.
 
-    >>> upright(RawPicture(bytes([1, 2, 3, 4, 5, 6]), width=1, height=2)).tolist()
+    >>> to_opencv(RawPicture(bytes([1, 2, 3, 4, 5, 6]), width=1, height=2)).tolist()
     [[[6, 5, 4]], [[3, 2, 1]]]
     """
     import cv2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import resource
 import subprocess
 import sys
@@ -39,10 +38,6 @@ def reserve() -> Iterator[Reserve]:
     reserve = Reserve(MonotonicClock())
     yield reserve
     reserve.close()
-
-
-def test_the_example_runs() -> None:
-    assert doctest.testmod(reserves) == doctest.TestResults(failed=0, attempted=6)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")

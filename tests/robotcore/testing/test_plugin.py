@@ -1,12 +1,9 @@
 from __future__ import annotations
 
-import doctest
 import subprocess
 import sys
 
 import pytest
-
-from robotcore.testing import fakes
 
 pytest_plugins = ["pytester"]
 
@@ -59,7 +56,3 @@ def test_unknown_name_in_the_kit_is_an_attribute_error() -> None:
 
     with pytest.raises(AttributeError, match="ConformanceSweet"):
         _ = testing.ConformanceSweet
-
-
-def test_examples_in_docstrings_run() -> None:
-    assert doctest.testmod(fakes) == doctest.TestResults(failed=0, attempted=3)

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import doctest
 import math
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.autonomy.vision import HUES, Blob, ColourDetector, colour, hue_of
+from robotcore.autonomy.vision import HUES, Blob, ColourDetector, hue_of
 from robotcore.description import COLOURS, hue_degrees
 from robotcore.errors import UnknownNameError, UsageError
 from robotcore.hal.devices import Image
@@ -46,10 +45,6 @@ PLACE = st.tuples(st.integers(1, 50), st.integers(1, 35), st.integers(4, 12), st
 
 def find(image: Image, detector: ColourDetector | None = None) -> list[Blob]:
     return (detector or ColourDetector("green")).find(image, INTRINSICS)
-
-
-def test_the_example_holds() -> None:
-    assert doctest.testmod(colour) == doctest.TestResults(failed=0, attempted=4)
 
 
 class TestFind:
