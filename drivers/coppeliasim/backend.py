@@ -17,7 +17,7 @@ from drivers.coppeliasim.sensors import proximity_works
 from drivers.coppeliasim.simulation import Simulation, build_scene, clear_scene, leave_scene
 from robotcore.description import RobotDescription, StrictModel, WorldDescription
 from robotcore.errors import UsageError
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
@@ -61,7 +61,7 @@ class CoppeliaSimBackend(Backend):
 
     name = "coppeliasim"
     summary = "CoppeliaSim 4.6 and newer, over its ZeroMQ remote API"
-    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
     is_exclusive = True
     modules = ("coppeliasim_zmqremoteapi_client", "zmq")

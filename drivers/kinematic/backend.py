@@ -14,7 +14,7 @@ from robotcore.description import (
     StrictModel,
 )
 from robotcore.errors import DeviceError, DeviceGroupError, UsageError
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
 
@@ -37,7 +37,7 @@ class KinematicBackend(Backend):
 
     name = "kinematic"
     summary = "built in: exact differential drive, ray-cast ranges, a painted camera"
-    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
 
     def open(self, setup: Setup) -> Robot:

@@ -21,7 +21,7 @@ from robotcore.description import (
     WorldDescription,
 )
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.hal.backend import Backend, Exported, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Exported, Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
@@ -38,7 +38,7 @@ class MujocoBackend(Backend):
 
     name = "mujoco"
     summary = "MuJoCo rigid-body physics, in process: on Python 3.10 to 3.13, 64-bit ARM too"
-    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
     has_gui = True
     brings_physics = True

@@ -12,7 +12,7 @@ from drivers.pybullet.bullet import Bullet, redirect_stdout
 from drivers.pybullet.simulation import Simulation
 from robotcore.description import StrictModel
 from robotcore.errors import UsageError
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.robot import Robot
 
 
@@ -30,7 +30,7 @@ class PyBulletBackend(Backend):
 
     name = "pybullet"
     summary = "Bullet rigid-body physics, in process"
-    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
     has_gui = True
     brings_physics = True

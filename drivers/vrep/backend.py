@@ -9,7 +9,7 @@ from functools import partial
 from pydantic import Field
 
 from robotcore.description import RobotDescription, StrictModel
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
@@ -57,7 +57,7 @@ class VrepBackend(Backend):
     name = "vrep"
     summary = "V-REP's scenes, over the legacy remote API on 19997; no lockstep on port 19999"
     is_exclusive = True
-    vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.POSE, Capability.LOCKSTEP})
 
     def check(self, robot: RobotDescription) -> str:
         bound = read_bindings(robot, SECTION)

@@ -22,7 +22,7 @@ def command(*, as_json: bool) -> None:
     if as_json:
         write_json(backends)
     else:
-        write_table(("backend", "", "vouches for", "what it is"), map(_row, backends))
+        write_table(("backend", "", "capabilities", "what it is"), map(_row, backends))
 
 
 def _backend_row(name: str) -> dict[str, Any]:
@@ -37,7 +37,7 @@ def _backend_row(name: str) -> dict[str, Any]:
         "name": name,
         "installed": backend.is_installed,
         "summary": backend.summary,
-        "vouches_for": sorted(vouch.value for vouch in backend.vouches_for),
+        "vouches_for": sorted(capability.value for capability in backend.capabilities),
         "remedy": None if backend.is_installed else backend.remedy,
     }
 

@@ -46,12 +46,15 @@ class Exported:
 OptionsT = TypeVar("OptionsT", bound=StrictModel)
 
 
-class Vouch(str, Enum):
-    """What a backend can be trusted to know or to do."""
+class Capability(str, Enum):
+    """A property of a simulator on which runs and tests rely."""
 
     CONTACTS = "contacts"
+    """Its truth counts contacts of the robot with the world."""
     POSE = "pose"
+    """Its truth has the exact pose of the robot."""
     LOCKSTEP = "lockstep"
+    """Its time passes only when the robot's clock sleeps, so equal runs are equal to the bit."""
 
 
 @dataclass(frozen=True)
@@ -109,8 +112,8 @@ class Backend(ABC):
     """The name that --backend takes."""
     summary: ClassVar[str]
     """What it is, in a few words, for lists."""
-    vouches_for: ClassVar[frozenset[Vouch]] = frozenset()
-    """What its simulator knows or does for certain."""
+    capabilities: ClassVar[frozenset[Capability]] = frozenset()
+    """The properties of its simulator on which runs and tests rely."""
     connection_options: ClassVar[frozenset[str]] = frozenset()
     """The options that override where the robot's file says that the robot is connected."""
     needs_world: ClassVar[bool] = False

@@ -21,7 +21,7 @@ from robotcore.description import (
     require_start,
 )
 from robotcore.errors import UsageError
-from robotcore.hal.backend import Backend, Setup, Vouch, load_backend, loadable_backends
+from robotcore.hal.backend import Backend, Capability, Setup, load_backend, loadable_backends
 from robotcore.runtime.apps import load_app
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault, plan_faults
@@ -179,7 +179,7 @@ def _world(
 
 def _note_of_world(world: WorldDescription | None, backend: Backend, *, builds_world: bool) -> Iterator[str]:
     """Yield what the end of a run is judged by, where the simulator knows where the robot is and made no world."""
-    if world and not builds_world and Vouch.POSE in backend.vouches_for:
+    if world and not builds_world and Capability.POSE in backend.capabilities:
         yield (
             f"the scene is taken as it is; what is verified, and how far away targets are, is told by {world.name!r}: "
             "it holds where that is what the scene shows"

@@ -1,11 +1,11 @@
 """Tests without hardware: `MockRobot` for apps, and the conformance kit for drivers.
 
 ```python
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import TestSupport, ConformanceSuite
 
 class TestMine(ConformanceSuite):
     backend = MyBackend
-    lacks = {Capability.WORLD: "the robot stands on a bench"}
+    lacks = {TestSupport.WORLD: "the robot stands on a bench"}
 ```
 
 Needs pytest. Nothing is imported before it is asked for: pytest loads the plug-in of this package in every project.
@@ -17,16 +17,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robotcore.testing.bench import Capability
+    from robotcore.testing.bench import TestSupport
     from robotcore.testing.conformance import ConformanceSuite
     from robotcore.testing.fakes import Gate
     from robotcore.testing.mock.devices import LOST
     from robotcore.testing.mock.robot import MockRobot
 
-__all__ = ["LOST", "Capability", "ConformanceSuite", "Gate", "MockRobot"]
+__all__ = ["LOST", "ConformanceSuite", "Gate", "MockRobot", "TestSupport"]
 
 _HOMES = {
-    "Capability": "bench",
+    "TestSupport": "bench",
     "ConformanceSuite": "conformance",
     "Gate": "fakes",
     "LOST": "mock.devices",

@@ -12,7 +12,7 @@ import pytest
 from robotcore.description import Drive, RobotDescription, WorldDescription, load_robot
 from robotcore.errors import UnmetNeedError
 from robotcore.geometry import Pose, Wheels, wrap_angle
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.devices import Encoder, Motor, Sensor
 from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot, Role
@@ -25,8 +25,10 @@ SETTLING_S = 0.5
 """By then wheels turn as they were told."""
 
 
-class Capability(str, Enum):
-    """What a backend may lack, besides what it does not vouch for."""
+class TestSupport(str, Enum):
+    """A part of the tests that a backend may lack, besides its own capabilities."""
+
+    __test__ = False  # its name begins as those of test classes do
 
     WORLD = "show the world it is given"
     MOTION = "move as its motors are told"
@@ -53,7 +55,7 @@ class Bench:
     backend: ClassVar[type[Backend]]
     robot: ClassVar[str] = "rover"
     options: ClassVar[Mapping[str, Any]] = {}
-    lacks: ClassVar[Mapping[Capability, str]] = {}
+    lacks: ClassVar[Mapping[TestSupport, str]] = {}
 
     def open(self, setup: Setup) -> Robot:
         """Open the robot, bare of every layer."""
@@ -61,11 +63,11 @@ class Bench:
 
     def lose_echoes(self, robot: Robot) -> None:
         """From now on, let nothing come back to the range sensor of an open robot."""
-        self._skip_without_hook(Capability.LOST_ECHO, "lose_echoes")
+        self._skip_without_hook(TestSupport.LOST_ECHO, "lose_echoes")
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         """Open the robot on fake hardware whose every answer passes ``gate``."""
-        self._skip_without_hook(Capability.SLOW_HARDWARE, "open_gated")
+        self._skip_without_hook(TestSupport.SLOW_HARDWARE, "open_gated")
 
     @pytest.fixture(autouse=True)
     def _installed(self) -> None:
@@ -101,13 +103,13 @@ class Bench:
             pytest.skip(str(unmet))
         return self.open(self.setup_for(world, devices))
 
-    def require(self, *needed: Capability | Vouch) -> None:
+    def require(self, *needed: TestSupport | Capability) -> None:
         """Skip the rule, with the reason, where the backend lacks something."""
         for what in needed:
-            if isinstance(what, Capability) and what in self.lacks:
+            if isinstance(what, TestSupport) and what in self.lacks:
                 pytest.skip(f"it cannot {what.value}: {self.lacks[what]}")
-            if isinstance(what, Vouch) and what not in self.backend.vouches_for:
-                pytest.skip(f"it does not vouch for {what.value}")
+            if isinstance(what, Capability) and what not in self.backend.capabilities:
+                pytest.skip(f"the backend does not have the capability {what.value}")
 
     def motors(self, robot: Robot) -> tuple[Motor, Motor]:
         """Return the left and the right motor of the drive."""
@@ -141,9 +143,9 @@ class Bench:
         let_pass(robot, seconds)
         return motion_between(before, where())
 
-    def _skip_without_hook(self, capability: Capability, hook: str) -> NoReturn:
-        self.require(capability)
-        pytest.skip(f"it does not show how to {capability.value}: override {hook}")
+    def _skip_without_hook(self, support: TestSupport, hook: str) -> NoReturn:
+        self.require(support)
+        pytest.skip(f"it does not show how to {support.value}: override {hook}")
 
 
 @cache

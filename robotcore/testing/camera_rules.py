@@ -11,7 +11,7 @@ from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Role
 from robotcore.optics import View
 from robotcore.testing import worlds
-from robotcore.testing.bench import Bench, Capability, let_pass
+from robotcore.testing.bench import Bench, TestSupport, let_pass
 
 MIN_PIXELS = 20
 COLOUR_LEAD = 25
@@ -107,7 +107,7 @@ class CameraRules(Bench):
 
     def _frame_of(self, world: WorldDescription | None) -> Frame:
         if world:
-            self.require(Capability.WORLD)
+            self.require(TestSupport.WORLD)
         with self.opened(world, Role.CAMERA) as robot:
             let_pass(robot, 0.2)
             return robot.camera.read()

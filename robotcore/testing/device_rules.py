@@ -9,7 +9,7 @@ import pytest
 
 from robotcore.hal.devices import Battery
 from robotcore.hal.robot import Robot, Role
-from robotcore.testing.bench import Bench, Capability, let_pass
+from robotcore.testing.bench import Bench, TestSupport, let_pass
 
 FRESH_S = 5.0
 """A battery changes in minutes: it may be told of more rarely than anything that a robot drives by."""
@@ -102,7 +102,7 @@ class EncoderRules(Bench):
 
     def _turned_by(self, left_rad_s: float, right_rad_s: float) -> tuple[float, float]:
         """Return by how much the two encoders move in a second at these velocities."""
-        self.require(Capability.MOTION)
+        self.require(TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             left, right = self.encoders(robot)
             self.command(robot, left_rad_s, right_rad_s)

@@ -9,7 +9,7 @@ import pytest
 from robotcore.description import MotorDescription
 from robotcore.errors import InvalidCommandError
 from robotcore.hal.robot import Role
-from robotcore.testing.bench import SETTLING_S, Bench, Capability
+from robotcore.testing.bench import SETTLING_S, Bench, TestSupport
 from robotcore.testing.fakes import MotorSpy
 
 SPEED_RAD_S = 4.0
@@ -19,7 +19,7 @@ class MotorRules(Bench):
     """What every motor owes."""
 
     def test_positive_velocity_drives_forward(self) -> None:
-        self.require(Capability.MOTION)
+        self.require(TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
             motion = self.motion(robot, 1.0)
@@ -29,7 +29,7 @@ class MotorRules(Bench):
         )
 
     def test_left_motor_faster_turns_right(self) -> None:
-        self.require(Capability.MOTION)
+        self.require(TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, SPEED_RAD_S, SPEED_RAD_S / 2)
             motion = self.motion(robot, 1.0)
@@ -39,7 +39,7 @@ class MotorRules(Bench):
         )
 
     def test_velocity_is_in_radians_per_second(self) -> None:
-        self.require(Capability.MOTION)
+        self.require(TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
             motion = self.motion(robot, 1.0)
@@ -50,7 +50,7 @@ class MotorRules(Bench):
         )
 
     def test_stop_brings_the_wheels_to_rest(self) -> None:
-        self.require(Capability.MOTION)
+        self.require(TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
             for motor in self.motors(robot):

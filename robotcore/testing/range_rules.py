@@ -10,7 +10,7 @@ from robotcore.description import RangeSensorDescription, WorldDescription
 from robotcore.hal.devices import Range
 from robotcore.hal.robot import Role
 from robotcore.testing import worlds
-from robotcore.testing.bench import Bench, Capability, let_pass
+from robotcore.testing.bench import Bench, TestSupport, let_pass
 
 TOLERANCE_M = 0.01
 TOUCH_M = 0.0005
@@ -87,7 +87,7 @@ class RangeRules(Bench):
         assert got == pytest.approx(expected), f"min_range, max_range, cone are {got}; the description says {expected}"
 
     def test_lost_echo_is_no_new_sample(self) -> None:
-        self.require(Capability.LOST_ECHO)
+        self.require(TestSupport.LOST_ECHO)
         with self.opened(worlds.wall(self.sensor.mount, self._reach), Role.RANGE) as robot:
             before = robot.range.read()
             self.lose_echoes(robot)
@@ -109,7 +109,7 @@ class RangeRules(Bench):
         return min(0.5, self.sensor.max_range_m / 2)
 
     def _read_in(self, world: WorldDescription) -> Range:
-        self.require(Capability.WORLD)
+        self.require(TestSupport.WORLD)
         with self.opened(world, Role.RANGE) as robot:
             let_pass(robot, 0.2)
             return robot.range.read()

@@ -8,22 +8,22 @@ import pytest
 
 from robotcore.description import CameraDescription, Mount, Start, WorldDescription
 from robotcore.geometry import Pose, Wheels, wrap_angle
-from robotcore.hal.backend import Vouch
+from robotcore.hal.backend import Capability
 from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import TruthSource
 from robotcore.testing import worlds
-from robotcore.testing.bench import RATE_HZ, Bench, Capability, let_pass, motion_between, sensors_of
+from robotcore.testing.bench import RATE_HZ, Bench, TestSupport, let_pass, motion_between, sensors_of
 
 ARC = (3.0, 5.0)
 """Wheel velocities, rad/s, of a bend to the left."""
 
 
 class TruthRules(Bench):
-    """What a simulator owes that vouches for the pose or for contacts."""
+    """The rules for a simulator with the capability `POSE` or `CONTACTS`."""
 
     def test_pose_begins_at_the_start(self) -> None:
-        self.require(Vouch.POSE, Capability.WORLD)
+        self.require(Capability.POSE, TestSupport.WORLD)
         start = Start(x_m=0.5, y_m=-0.3, yaw_rad=0.7)
         with self.opened(worlds.empty(start), Role.DRIVE) as robot:
             x, y, heading = _truth_of(robot).pose()
@@ -32,7 +32,7 @@ class TruthRules(Bench):
         )
 
     def test_pose_moves_as_the_wheels_roll(self) -> None:
-        self.require(Vouch.POSE, Capability.MOTION)
+        self.require(Capability.POSE, TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, *ARC)
             angles, pose = self._angles(robot), _truth_of(robot).pose()
@@ -48,7 +48,7 @@ class TruthRules(Bench):
         )
 
     def test_twist_is_the_change_of_the_pose(self) -> None:
-        self.require(Vouch.POSE, Capability.MOTION)
+        self.require(Capability.POSE, TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, *ARC)
             twist = _truth_of(robot).twist()
@@ -59,14 +59,14 @@ class TruthRules(Bench):
         )
 
     def test_open_ground_is_no_contact(self) -> None:
-        self.require(Vouch.CONTACTS, Capability.MOTION)
+        self.require(Capability.CONTACTS, TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, 4.0, 4.0, seconds=1.0)
             contacts = _truth_of(robot).contacts()
         assert contacts == 0, f"{contacts} contacts on open ground; the floor does not count"
 
     def test_bump_into_a_wall_is_one_contact(self) -> None:
-        self.require(Vouch.CONTACTS, Capability.MOTION, Capability.WORLD)
+        self.require(Capability.CONTACTS, TestSupport.MOTION, TestSupport.WORLD)
         with self.opened(self._wall_close_ahead(), Role.DRIVE) as robot:
             self.command(robot, 4.0, 4.0, seconds=2.0)
             contacts = _truth_of(robot).contacts()
@@ -82,7 +82,7 @@ class TruthRules(Bench):
 
 
 def _truth_of(robot: Robot) -> TruthSource:
-    assert robot.truth is not None, "the backend vouches for the truth; it must open its robot with a TruthSource"
+    assert robot.truth is not None, "a backend that has POSE or CONTACTS must open its robot with a TruthSource"
     return robot.truth
 
 
@@ -90,10 +90,10 @@ TICKS = 10
 
 
 class RepeatRules(Bench):
-    """What every simulator owes that vouches for lockstep."""
+    """The rules for a simulator with the capability `LOCKSTEP`."""
 
     def test_two_runs_alike_are_equal_to_the_bit(self) -> None:
-        self.require(Vouch.LOCKSTEP, Capability.REPRODUCIBLE)
+        self.require(Capability.LOCKSTEP, TestSupport.REPRODUCIBLE)
         first, second = self._all_said(), self._all_said()
         parted = [name for name in first if first[name] != second[name]]
         assert not parted, (

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from robotcore.errors import UsageError
-from robotcore.hal.backend import Vouch
+from robotcore.hal.backend import Capability
 from robotcore.hal.devices import Battery
 from robotcore.runtime.layers import assemble
 from robotcore.testing.bench import RATE_HZ, Bench, let_pass, sensors_of
@@ -20,7 +20,7 @@ class ClockRules(Bench):
     """What every robot's clock owes."""
 
     def test_time_begins_at_zero(self) -> None:
-        self.require(Vouch.LOCKSTEP)
+        self.require(Capability.LOCKSTEP)
         with self.opened() as robot:
             assert (now := robot.clock.now()) == 0, f"just opened, the clock says {now} s; it counts from the opening"
 
@@ -41,7 +41,7 @@ class ClockRules(Bench):
 
     @pytest.mark.parametrize("rate_hz", RATES_HZ)
     def test_steps_divide_the_tick(self, rate_hz: float) -> None:
-        self.require(Vouch.LOCKSTEP)
+        self.require(Capability.LOCKSTEP)
         try:
             robot = self.open(replace(self.setup_for(), rate_hz=rate_hz))
         except UsageError as refusal:
@@ -112,7 +112,7 @@ class SampleRules(Bench):
                 )
 
     def test_reading_lets_no_time_pass(self) -> None:
-        self.require(Vouch.LOCKSTEP)
+        self.require(Capability.LOCKSTEP)
         with self.opened() as robot:
             let_pass(robot, 1 / RATE_HZ)
             for sensor in sensors_of(robot):

@@ -14,7 +14,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.plugins import backend_names
 from robotcore.recording import Recording
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import LOST
 from tests.drivers.coppeliasim import test_conformance as over_zeromq
@@ -30,24 +30,24 @@ NO_HARDWARE = "there is no hardware to wait for"
 
 class TestKinematic(ConformanceSuite):
     backend = KinematicBackend
-    lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+    lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 class TestPyBullet(ConformanceSuite):
     backend = PyBulletBackend
-    lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+    lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 class TestMujoco(ConformanceSuite):
     backend = MujocoBackend
-    lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+    lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 class TestMock(ConformanceSuite):
     backend = MockBackend
     lacks: ClassVar = {
-        Capability.WORLD: "its sensors follow a script",
-        Capability.SLOW_HARDWARE: NO_HARDWARE,
+        TestSupport.WORLD: "its sensors follow a script",
+        TestSupport.SLOW_HARDWARE: NO_HARDWARE,
     }
     is_lost = False
 
@@ -64,10 +64,10 @@ class TestMock(ConformanceSuite):
 class TestReplay(ConformanceSuite):
     backend = ReplayBackend
     lacks: ClassVar = {
-        Capability.WORLD: "it shows the world that was recorded",
-        Capability.MOTION: "nothing moves; what its motors are told is the replay's business",
-        Capability.LOST_ECHO: "the recording says which echoes were lost",
-        Capability.SLOW_HARDWARE: NO_HARDWARE,
+        TestSupport.WORLD: "it shows the world that was recorded",
+        TestSupport.MOTION: "nothing moves; what its motors are told is the replay's business",
+        TestSupport.LOST_ECHO: "the recording says which echoes were lost",
+        TestSupport.SLOW_HARDWARE: NO_HARDWARE,
     }
 
     def open(self, setup: Setup) -> Robot:

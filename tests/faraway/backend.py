@@ -16,7 +16,7 @@ from robotcore.description import (
     StrictModel,
 )
 from robotcore.geometry import Pose, Twist
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, MemoryDisplay, Motor, Range, RangeSensor
 from robotcore.hal.robot import Robot
@@ -33,7 +33,7 @@ class FarawayBackend(Backend):
 
     name = "faraway"
     summary = "the built-in simulator, behind a socket"
-    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
     wire: Wire
 

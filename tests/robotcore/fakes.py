@@ -11,7 +11,7 @@ import numpy as np
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Angle, Camera, Device, Encoder, Frame, Image, MemoryDisplay, Motor, Range, RangeSensor
 from robotcore.hal.robot import Robot, Role
@@ -170,7 +170,7 @@ class RigBackend(Backend):
 
     name = "rig"
     summary = "null devices"
-    vouches_for = frozenset({Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.LOCKSTEP})
 
     def __init__(self, prepare: Callable[[Rig], None] = lambda _: None) -> None:
         self._prepare = prepare

@@ -13,7 +13,7 @@ from pydantic import Field
 from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
 from robotcore.description import AnyDevice, RobotDescription, StrictModel
 from robotcore.errors import UsageError
-from robotcore.hal.backend import Backend, Setup, Vouch, load_backend
+from robotcore.hal.backend import Backend, Capability, Setup, load_backend
 from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
@@ -36,7 +36,7 @@ class VirtualPiBackend(RaspberryPiBackend):
     name = "virtualpi"
     is_smoke_tested = True
     summary = "the Pi's own drivers on virtual pins, with a simulator behind them"
-    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
 
     def __init__(self, is_lost: Callable[[], bool] | None = None) -> None:
@@ -96,7 +96,7 @@ class VirtualPiBackend(RaspberryPiBackend):
     def _simulator(self, name: str) -> Backend:
         """Return the backend that simulates; raises UsageError where it is no simulator in lockstep."""
         simulator = load_backend(name)
-        if isinstance(simulator, RaspberryPiBackend) or not self.vouches_for <= simulator.vouches_for:
+        if isinstance(simulator, RaspberryPiBackend) or not self.capabilities <= simulator.capabilities:
             raise UsageError(
                 f"option simulator: {name!r} is no simulator that runs in lockstep; take kinematic, for one",
                 kind="no-lockstep-simulator",

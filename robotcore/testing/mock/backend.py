@@ -18,7 +18,7 @@ from robotcore.description import (
     StrictModel,
 )
 from robotcore.errors import UnknownNameError
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
@@ -47,7 +47,7 @@ class MockBackend(Backend):
 
     name = "mock"
     summary = "scripted readings, commands kept for assertions; no physics"
-    vouches_for = frozenset({Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.LOCKSTEP})
 
     def __init__(self, scripts: Mapping[str, Script] | None = None) -> None:
         self._scripts = dict(scripts or {})

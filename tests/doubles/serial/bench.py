@@ -19,7 +19,7 @@ from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Encoder, Motor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
-from robotcore.testing import Capability, worlds
+from robotcore.testing import TestSupport, worlds
 from robotcore.testing.bench import RATE_HZ, Bench
 from robotcore.testing.fakes import MotorSpy
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered
@@ -39,10 +39,10 @@ class SerialBench(Bench):
     extra: ClassVar[tuple[Any, ...]] = ()
     """Descriptions of devices that the rover has not, such as a battery."""
 
-    lacks: ClassVar[Mapping[Capability, str]] = {
-        Capability.WORLD: "there are wheels behind the board, and no world around them",
-        Capability.LOST_ECHO: "nothing on the board listens for echoes",
-        Capability.SLOW_HARDWARE: "in simulated time nobody waits",
+    lacks: ClassVar[Mapping[TestSupport, str]] = {
+        TestSupport.WORLD: "there are wheels behind the board, and no world around them",
+        TestSupport.LOST_ECHO: "nothing on the board listens for echoes",
+        TestSupport.SLOW_HARDWARE: "in simulated time nobody waits",
     }
 
     @abstractmethod

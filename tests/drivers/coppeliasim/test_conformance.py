@@ -11,16 +11,16 @@ import pytest
 
 from drivers.coppeliasim.backend import CoppeliaSimBackend
 from robotcore.description import RobotDescription
-from robotcore.hal.backend import Setup, Vouch
+from robotcore.hal.backend import Capability, Setup
 from robotcore.hal.robot import Robot
-from robotcore.testing import Capability, ConformanceSuite, worlds
+from robotcore.testing import ConformanceSuite, TestSupport, worlds
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene, described_scene
 from tests.drivers.coppeliasim.servers import joined
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"
-LACKS = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+LACKS = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ class TestBuilt(ConformanceSuite):
 
 
 class Joining(CoppeliaSimBackend):
-    vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.POSE, Capability.LOCKSTEP})
 
 
 class TestJoined(ConformanceSuite):

@@ -5,7 +5,7 @@ import pytest
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.description import MotorDescription, Start, load_robot, load_world, world_names
 from robotcore.errors import DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
-from robotcore.hal.backend import Setup, Vouch, load_backend
+from robotcore.hal.backend import Capability, Setup, load_backend
 from robotcore.hal.devices import MemoryDisplay
 from tests.drivers.kinematic.rooms import ROVER, ball, let_pass, opened, room, truth_of
 from tests.texts import Raises
@@ -15,7 +15,7 @@ def test_the_registry_finds_it_and_it_needs_nothing_installed() -> None:
     backend = load_backend("kinematic")
     assert isinstance(backend, KinematicBackend)
     assert backend.is_installed
-    assert backend.vouches_for == {Vouch.CONTACTS, Vouch.POSE, Vouch.LOCKSTEP}
+    assert backend.capabilities == {Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP}
 
 
 @pytest.mark.parametrize("world", world_names())

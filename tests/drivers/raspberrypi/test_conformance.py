@@ -15,16 +15,16 @@ from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.testing import Capability, ConformanceSuite, Gate
+from robotcore.testing import ConformanceSuite, Gate, TestSupport
 from tests.drivers.raspberrypi.virtual.fakes import FakeRange
 
 
 class TestRaspberryPi(ConformanceSuite):
     backend = RaspberryPiBackend
     lacks: ClassVar = {
-        Capability.WORLD: "nothing but a module is on its pins",
-        Capability.MOTION: "nothing but a module is on its pins",
-        Capability.LOST_ECHO: "an echo may be on its way; virtualpi shows it in lockstep",
+        TestSupport.WORLD: "nothing but a module is on its pins",
+        TestSupport.MOTION: "nothing but a module is on its pins",
+        TestSupport.LOST_ECHO: "an echo may be on its way; virtualpi shows it in lockstep",
     }
 
     @property

@@ -12,7 +12,7 @@ import pytest
 from drivers.serial.backend import SECTION, SerialBackend
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError, UsageError
-from robotcore.hal.backend import Setup, Vouch
+from robotcore.hal.backend import Capability, Setup
 from robotcore.hal.finding import Level
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing.simulation_rules import RepeatRules
@@ -195,7 +195,7 @@ WHEEL_SIDES = ("left", "right")
 
 
 class SimulatedTask(SerialBackend):
-    vouches_for = frozenset({Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.LOCKSTEP})
 
 
 class TestTwoRuns(SerialBench, RepeatRules):

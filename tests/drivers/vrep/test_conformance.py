@@ -7,8 +7,8 @@ from typing import ClassVar
 import pytest
 
 from drivers.vrep.backend import VrepBackend
-from robotcore.hal.backend import Vouch
-from robotcore.testing import Capability
+from robotcore.hal.backend import Capability
+from robotcore.testing import TestSupport
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.pacing import Pacer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
@@ -22,19 +22,19 @@ NO_HARDWARE = "there is no hardware to wait for"
 
 
 class TestVrep(OnDoubles):
-    lacks: ClassVar = {Capability.LOST_ECHO: EVERY_ECHO, Capability.SLOW_HARDWARE: NO_HARDWARE}
+    lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 class FollowedVrep(VrepBackend):
-    vouches_for = frozenset({Vouch.POSE})
+    capabilities = frozenset({Capability.POSE})
 
 
 class TestFollowedVrep(OnDoubles):
     backend = FollowedVrep
     lacks: ClassVar = {
-        Capability.LOST_ECHO: EVERY_ECHO,
-        Capability.SLOW_HARDWARE: NO_HARDWARE,
-        Capability.MOTION: "time goes on while it is measured: see what it does in test_following",
+        TestSupport.LOST_ECHO: EVERY_ECHO,
+        TestSupport.SLOW_HARDWARE: NO_HARDWARE,
+        TestSupport.MOTION: "time goes on while it is measured: see what it does in test_following",
     }
 
     @pytest.fixture(autouse=True)

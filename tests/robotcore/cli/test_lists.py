@@ -9,7 +9,7 @@ from robotcore import plugins as registry
 from tests.robotcore.cli.conftest import Cli
 
 
-def test_backends_tell_what_they_vouch_for(cli: Cli) -> None:
+def test_backends_lists_the_capabilities(cli: Cli) -> None:
     backends = {backend["name"]: backend for backend in cli("backends", "--json").json}
     assert backends["kinematic"]["installed"] is True
     assert backends["kinematic"]["remedy"] is None

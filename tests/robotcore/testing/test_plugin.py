@@ -8,7 +8,7 @@ import pytest
 pytest_plugins = ["pytester"]
 
 SUITE = """
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import TestSupport, ConformanceSuite
 from drivers.kinematic.backend import KinematicBackend
 
 class Backend(KinematicBackend):
@@ -16,7 +16,7 @@ class Backend(KinematicBackend):
 
 class TestDriver(ConformanceSuite):
     backend = Backend
-    lacks = {{Capability.LOST_ECHO: "it hears all"}}
+    lacks = {{TestSupport.LOST_ECHO: "it hears all"}}
 """
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from drivers.serial.backend import SECTION
 from robotcore.description import BatteryDescription, CameraDescription, RobotDescription, StrictModel
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import ServerClock
@@ -49,7 +49,7 @@ class SimavrBackend(Backend):
 
     name = "simavr"
     summary = "our firmware on a simulated AVR, in the kinematic world"
-    vouches_for = frozenset({Vouch.CONTACTS, Vouch.POSE})
+    capabilities = frozenset({Capability.CONTACTS, Capability.POSE})
     needs_world = True
 
     def __init__(self, board: Board | None = None) -> None:

@@ -10,13 +10,13 @@ from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from robotcore.description import RobotDescription
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import ConformanceSuite, TestSupport
 from tests.drivers.raspberrypi.virtual.fakes import rewired
 
 
 class TestVirtualPi(ConformanceSuite):
     backend = VirtualPiBackend
-    lacks: ClassVar = {Capability.SLOW_HARDWARE: "virtual hardware answers while somebody sleeps"}
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: "virtual hardware answers while somebody sleeps"}
     is_lost = False
 
     def open(self, setup: Setup) -> Robot:

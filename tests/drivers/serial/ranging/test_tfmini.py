@@ -21,7 +21,7 @@ from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import Host, bind_devices, open_robot
-from robotcore.testing import Capability
+from robotcore.testing import TestSupport
 from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.range_rules import RangeRules
 from robotcore.testing.time_rules import SampleRules
@@ -212,7 +212,7 @@ def test_two_on_one_port_are_refused() -> None:
 @pytest.mark.conformance
 class TestTFmini(LifecycleRules, RangeRules, SampleRules):
     backend = KinematicBackend
-    lacks: ClassVar = {Capability.SLOW_HARDWARE: "reading never asks the line: it talks by itself"}
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: "reading never asks the line: it talks by itself"}
 
     @pytest.fixture(autouse=True)
     def _folder(self, tmp_path: Path) -> None:

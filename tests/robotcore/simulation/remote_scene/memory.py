@@ -12,7 +12,7 @@ import numpy as np
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.description import RobotDescription, StrictModel, load_robot
 from robotcore.errors import BackendError
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.simulation.remote_scene import (
@@ -160,7 +160,7 @@ class MemoryBackend(Backend):
 
     name = "memory"
     summary = "for tests"
-    vouches_for = frozenset({Vouch.POSE, Vouch.LOCKSTEP})
+    capabilities = frozenset({Capability.POSE, Capability.LOCKSTEP})
 
     def __init__(self) -> None:
         self.scene: MemoryScene | None = None

@@ -3,15 +3,15 @@ from __future__ import annotations
 from typing import ClassVar
 
 from robotcore.description import RobotDescription
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import ConformanceSuite, TestSupport
 from tests.robotcore.simulation.remote_scene.memory import MemoryBackend, rover
 
 
 class TestJoined(ConformanceSuite):
     backend = MemoryBackend
     lacks: ClassVar = {
-        Capability.LOST_ECHO: "every ray that is cast is answered",
-        Capability.SLOW_HARDWARE: "there is no hardware to wait for",
+        TestSupport.LOST_ECHO: "every ray that is cast is answered",
+        TestSupport.SLOW_HARDWARE: "there is no hardware to wait for",
     }
 
     @property

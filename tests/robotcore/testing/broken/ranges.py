@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import LOST
 from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying, with_attributes
@@ -32,7 +32,7 @@ class Losing(ConformanceSuite):
     """A suite that can lose echoes, and what the sensor then takes for a reading."""
 
     backend = MockBackend
-    lacks: ClassVar = {Capability.WORLD: "its sensors follow a script"}
+    lacks: ClassVar = {TestSupport.WORLD: "its sensors follow a script"}
     instead: ClassVar[Any] = LOST
     is_lost = False
 

@@ -8,16 +8,16 @@ from typing import ClassVar
 from drivers.coppeliasim.backend import CoppeliaSimBackend
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import ConformanceSuite, TestSupport
 from tests.system.coppeliasim.server import options
 
 
 class TestBuilt(ConformanceSuite):
     backend = CoppeliaSimBackend
     lacks: ClassVar = {
-        Capability.LOST_ECHO: "every picture of depth is answered",
-        Capability.SLOW_HARDWARE: "there is no hardware to wait for",
-        Capability.REPRODUCIBLE: "its physics do not repeat to the bit",
+        TestSupport.LOST_ECHO: "every picture of depth is answered",
+        TestSupport.SLOW_HARDWARE: "there is no hardware to wait for",
+        TestSupport.REPRODUCIBLE: "its physics do not repeat to the bit",
     }
 
     def open(self, setup: Setup) -> Robot:

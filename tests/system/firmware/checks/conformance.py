@@ -8,7 +8,7 @@ import pytest
 
 from robotcore.description import RobotDescription
 from robotcore.hal.robot import Robot, Role
-from robotcore.testing import Capability, ConformanceSuite
+from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.bench import let_pass
 from robotcore.testing.device_rules import SPEED_RAD_S
 from tests.system.firmware.backend import SimavrBackend
@@ -22,7 +22,7 @@ class TestOnTheFirmware(ConformanceSuite):
     backend = SimavrBackend
     options: ClassVar = {"board_timeout_s": 5.0}
     lacks: ClassVar = {
-        Capability.SLOW_HARDWARE: "the firmware answers, or it does not; tests/drivers/serial has a gate"
+        TestSupport.SLOW_HARDWARE: "the firmware answers, or it does not; tests/drivers/serial has a gate"
     }
 
     @property

@@ -16,7 +16,7 @@ from robotcore.description import (
     StrictModel,
 )
 from robotcore.errors import DeviceError
-from robotcore.hal.backend import Backend, Setup, Vouch
+from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Device
 from robotcore.hal.robot import Robot
@@ -35,7 +35,9 @@ class MyBoardBackend(Backend):
 
     name = "my-board"
     summary = "a board that is made up: two wheels, encoders, and a wall ahead"
-    vouches_for = frozenset({Vouch.LOCKSTEP})  # for its time is simulated; that of a real board goes on by itself: none
+    capabilities = frozenset(
+        {Capability.LOCKSTEP}
+    )  # for its time is simulated; that of a real board goes on by itself: none
     is_exclusive = True
     modules = ()  # the board's library
 

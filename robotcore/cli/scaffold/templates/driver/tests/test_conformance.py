@@ -7,7 +7,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.testing import Capability, ConformanceSuite, Gate
+from robotcore.testing import ConformanceSuite, Gate, TestSupport
 
 from my_board.backend import MyBoardBackend
 from my_board.board import Board
@@ -17,8 +17,8 @@ class TestMyBoard(ConformanceSuite):
     backend = MyBoardBackend
     robot = str(Path(__file__).parents[1] / "my_board.toml")
     lacks: ClassVar = {
-        Capability.WORLD: "there is one wall, and nothing else",
-        Capability.LOST_ECHO: "the wall is always heard",
+        TestSupport.WORLD: "there is one wall, and nothing else",
+        TestSupport.LOST_ECHO: "the wall is always heard",
     }
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
