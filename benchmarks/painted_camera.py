@@ -41,7 +41,7 @@ from robotcore.description import (
 from robotcore.geometry import Pose
 from robotcore.hal.backend import Setup, load_backend
 from robotcore.hal.devices import Image
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
 
 MIN_PIXELS = 200
@@ -122,7 +122,7 @@ def _in_world(
             pose = _drawn_pose(world, draw)
             if surroundings.gaps(pose).min() < 0:
                 continue
-            view = View.of(eye.intrinsics, eye.mount, pose)
+            view = CameraView.of(eye.intrinsics, eye.mount, pose)
             masks = _masks(camera, painter, view)
             expected, got = masks[_ball(world).name]
             if expected.sum() >= MIN_PIXELS:
@@ -143,7 +143,7 @@ def _drawn_pose(world: WorldDescription, draw: random.Random) -> Pose:
     return place._replace(heading=place.bearing_to(ball.x_m, ball.y_m) + draw.uniform(-0.7, 0.7))
 
 
-def _masks(camera: EngineCamera, painter: Painter, view: View) -> dict[str, tuple[Mask, Mask]]:
+def _masks(camera: EngineCamera, painter: Painter, view: CameraView) -> dict[str, tuple[Mask, Mask]]:
     """Return by name where the engine and where the painter shows each thing."""
     numbers, labels = camera.numbers(view), painter.labels(view)
     return {
@@ -168,7 +168,7 @@ def _difference(expected: Mask, got: Mask) -> tuple[float, float]:
     return float(np.linalg.norm(centres[1] - centres[0])), float(got.sum() / expected.sum() - 1)
 
 
-def _times(camera: EngineCamera, painter: Painter, view: View, draw: random.Random) -> tuple[float, float]:
+def _times(camera: EngineCamera, painter: Painter, view: CameraView, draw: random.Random) -> tuple[float, float]:
     """Return how long each takes, in seconds; which goes first is drawn."""
     if draw.random() < 0.5:
         engine = _seconds(camera.picture, view)
@@ -177,7 +177,7 @@ def _times(camera: EngineCamera, painter: Painter, view: View, draw: random.Rand
     return _seconds(camera.picture, view), painted
 
 
-def _seconds(picture: Callable[[View], object], view: View) -> float:
+def _seconds(picture: Callable[[CameraView], object], view: CameraView) -> float:
     start = perf_counter()
     picture(view)
     return perf_counter() - start

@@ -60,7 +60,7 @@ class Mounted(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class CameraView:
     """A camera in the world: the eye, (3,), and the rows right, down, forward of its rotation, (3, 3)."""
 
     intrinsics: Intrinsics
@@ -68,7 +68,7 @@ class View:
     rotation: Array
 
     @classmethod
-    def of(cls, intrinsics: Intrinsics, mount: Mounted, pose: Pose) -> View:
+    def of(cls, intrinsics: Intrinsics, mount: Mounted, pose: Pose) -> CameraView:
         """Return the view of a camera mounted on a robot at ``pose``."""
         x, y = pose.to_world(mount.x_m, mount.y_m)
         yaw, pitch = pose.heading + mount.yaw_rad, mount.pitch_rad

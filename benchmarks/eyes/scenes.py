@@ -21,7 +21,7 @@ from robotcore.description import (
 )
 from robotcore.description.generation.clearance import gap_between
 from robotcore.geometry import Pose
-from robotcore.optics import View
+from robotcore.optics import CameraView
 
 WORLDS = ("arena", "clutter", "occluded")
 DIAMETERS_PX = 4.0, 420.0
@@ -33,7 +33,7 @@ class Scene(NamedTuple):
     """A world, what looks at it, and the ball's diameter in pixels (of the whole ball, if there is one)."""
 
     world: WorldDescription
-    view: View
+    view: CameraView
     diameter_px: float
 
 
@@ -46,7 +46,7 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
     eye = robot.first_of(CameraDescription)
     assert eye, "the robot has a camera"
     mount = Mount(x_m=eye.mount.x_m, z_m=eye.mount.z_m * draw.uniform(0.7, 1.6), pitch_rad=draw.uniform(-0.06, 0.12))
-    view = View.of(eye.intrinsics, mount, pose)
+    view = CameraView.of(eye.intrinsics, mount, pose)
     looking = pose.moved(Pose(mount.x_m, mount.y_m, 0.0))
     if not has_ball:
         return Scene(world.model_copy(update={"targets": ()}), view, 0.0)
@@ -68,7 +68,7 @@ def _free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -
             return pose
 
 
-def _drawn_ball(view: View, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
+def _drawn_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
     """Return a ball whose diameter in the picture is drawn first, as often small as large, and that diameter."""
     low, high = map(math.log, DIAMETERS_PX)
     diameter = math.exp(draw.uniform(low, high))

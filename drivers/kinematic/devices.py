@@ -20,7 +20,7 @@ from robotcore.description import (
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.raycast import FAN_SETBACK_M, Fan, cast, edges_of
 from robotcore.simulation.sampling import SampleCache
 
@@ -87,7 +87,7 @@ class KinematicCamera(Camera):
         return self._newest_at()
 
     def _expose(self, time: float, sequence: int) -> Frame:
-        view = View.of(self.intrinsics, self._mount, self._simulation.pose())
+        view = CameraView.of(self.intrinsics, self._mount, self._simulation.pose())
         image: Image = self._simulation.painter.picture(view)
         image.flags.writeable = False
         return Frame(image, time, sequence)

@@ -24,7 +24,7 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Motor, Range, RangeSensor
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.raycast import FAN_RAYS, FAN_SETBACK_M, Fan
 from robotcore.simulation.sampling import SampleCache
 
@@ -103,10 +103,10 @@ class MujocoCamera(Camera):
         super().__init__(description.name, description.intrinsics)
         self.things = things
         self._body, self._renderer = body, renderer
-        self._on_body = View.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
+        self._on_body = CameraView.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
         self._newest_at = SampleCache(clock, self._expose)
 
-    def picture(self, view: View) -> Image:
+    def picture(self, view: CameraView) -> Image:
         """Render what any camera would see; works without the robot being there. BGR, read-only."""
         try:
             image = self._renderer.picture(view)
@@ -115,7 +115,7 @@ class MujocoCamera(Camera):
         image.flags.writeable = False
         return image
 
-    def numbers(self, view: View) -> Numbers:
+    def numbers(self, view: CameraView) -> Numbers:
         """Return which thing each pixel of such a picture shows, (height, width), by its number; -1: sky."""
         return self._renderer.numbers(view)
 
@@ -125,10 +125,10 @@ class MujocoCamera(Camera):
     def _expose(self, time: float, sequence: int) -> Frame:
         return Frame(self.picture(self._view()), time, sequence)
 
-    def _view(self) -> View:
+    def _view(self) -> CameraView:
         rotation, origin = self._body.transform()
         local = self._on_body
-        return View(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
+        return CameraView(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
 
 
 class CameraSet:

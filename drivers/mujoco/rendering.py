@@ -15,7 +15,7 @@ from drivers.mujoco.model.attributes import CAMERA_GROUPS, flags
 from drivers.mujoco.model.builder import FAR_M, NEAR_M
 from drivers.mujoco.opengl import Context, NoOpenGL, announce_to_mujoco, open_context
 from robotcore.hal.devices import Image
-from robotcore.optics import View
+from robotcore.optics import CameraView
 
 if TYPE_CHECKING:
     from mujoco import MjData, MjModel, MjrContext, MjvGLCamera, MjvOption, MjvScene
@@ -39,7 +39,7 @@ class Renderer:
         self._scene, self._options, self._unmoved = _scene(model), _options(), MjvCamera()
         self._canvas = Canvas(model)
 
-    def picture(self, view: View) -> Image:
+    def picture(self, view: CameraView) -> Image:
         """Return what a camera would see, (height, width, 3), BGR."""
         rgb, depths = self._drawn(view)
         image: Image = np.asarray(cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR), dtype=np.uint8)
@@ -47,7 +47,7 @@ class Renderer:
         cv2.copyTo(_plain(self._sky[::-1], *depths.shape), is_sky, image)  # its sky takes MuJoCo as long as all else
         return image
 
-    def numbers(self, view: View) -> Numbers:
+    def numbers(self, view: CameraView) -> Numbers:
         """Return for each pixel, (height, width), the number of the geom that it shows; -1: sky."""
         _flag(self._scene, "SEGMENT", "IDCOLOR", on=True)
         try:
@@ -62,7 +62,7 @@ class Renderer:
         """Let OpenGL go. May be called again."""
         self._canvas.close()
 
-    def _drawn(self, view: View) -> tuple[Image, Depths]:
+    def _drawn(self, view: CameraView) -> tuple[Image, Depths]:
         from mujoco import mjtCatBit, mjv_updateScene
 
         scene, size = self._scene, view.intrinsics
@@ -73,7 +73,7 @@ class Renderer:
         return self._canvas.draw(scene, size.width, size.height)
 
 
-def _place(eye: MjvGLCamera, view: View) -> None:
+def _place(eye: MjvGLCamera, view: CameraView) -> None:
     """Let one of MuJoCo's cameras be where the view's is, with its frustum: pixels are square, their centres count."""
     _, down, forward = view.rotation
     top = NEAR_M * view.intrinsics.height / 2 / view.intrinsics.focal_length

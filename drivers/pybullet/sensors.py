@@ -16,7 +16,7 @@ from robotcore.description import CameraDescription, EncoderDescription, RangeSe
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Camera, Encoder, Frame, Image, Range, RangeSensor
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.raycast import FAN_SETBACK_M, Fan
 from robotcore.simulation.sampling import SampleCache
 
@@ -80,10 +80,10 @@ class BulletCamera(Camera):
         self._body = body
         self._light = scene.light
         self.things = scene.things
-        self._on_body = View.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
+        self._on_body = CameraView.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
         self._newest_at = SampleCache(clock, self._expose)
 
-    def picture(self, view: View) -> Image:
+    def picture(self, view: CameraView) -> Image:
         """Render what any camera would see; works without the robot being there. BGR, read-only."""
         rgba, numbers = self._render(view)
         image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
@@ -92,7 +92,7 @@ class BulletCamera(Camera):
         image.flags.writeable = False
         return image
 
-    def numbers(self, view: View) -> Numbers:
+    def numbers(self, view: CameraView) -> Numbers:
         """Return which thing each pixel of such a picture shows, (height, width), by its number; -1: sky."""
         return self._render(view)[1]
 
@@ -102,7 +102,7 @@ class BulletCamera(Camera):
     def _expose(self, time: float, sequence: int) -> Frame:
         return Frame(self.picture(self._view()), time, sequence)
 
-    def _render(self, view: View) -> tuple[Image, Numbers]:
+    def _render(self, view: CameraView) -> tuple[Image, Numbers]:
         """Return what a camera would see: RGBA, and numbers."""
         size, light = view.intrinsics, self._light
         _, _, rgba, _, numbers = self._bullet.getCameraImage(
@@ -120,12 +120,12 @@ class BulletCamera(Camera):
         )
         return rgba, numbers
 
-    def _view(self) -> View:
+    def _view(self) -> CameraView:
         rotation, origin = self._body.transform()
         local = self._on_body
-        return View(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
+        return CameraView(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
 
-    def _projection_matrix(self, view: View) -> list[float]:
+    def _projection_matrix(self, view: CameraView) -> list[float]:
         """Return the pinhole's frustum, moved by half a pixel: Bullet samples a pixel at its lower left corner."""
         size = view.intrinsics
         pixel = NEAR_M / size.focal_length
@@ -141,7 +141,7 @@ def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
     return np.full((height, width, 3), colour, dtype=np.uint8)
 
 
-def _view_matrix(view: View) -> list[float]:
+def _view_matrix(view: CameraView) -> list[float]:
     """Return OpenGL's view matrix, column by column: right, up and back of the eye."""
     matrix = np.eye(4)
     matrix[:3, :3] = view.rotation * ((1.0,), (-1.0,), (-1.0,))

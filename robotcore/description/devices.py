@@ -14,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from robotcore.description.types import Angle, Name, Place, StrictModel
+from robotcore.description.types import Angle, Coordinate, Name, StrictModel
 from robotcore.optics import Intrinsics
 
 LEAST_LAG_S = 1e-4
@@ -36,8 +36,8 @@ Range = Annotated[float, Field(ge=1e-4, le=1000)]
 class Mount(StrictModel):
     """Where on the robot a sensor sits and where it looks; pitch is positive downwards."""
 
-    x_m: Place = 0.0
-    y_m: Place = 0.0
+    x_m: Coordinate = 0.0
+    y_m: Coordinate = 0.0
     z_m: Annotated[float, Field(ge=0, le=100)]
     yaw_rad: Angle = 0.0
     pitch_rad: Angle = 0.0

@@ -27,7 +27,7 @@ from robotcore.description.devices import (
     Mount,
     RangeSensorDescription,
 )
-from robotcore.description.types import Colour, Metres, Name, Place, StrictModel, frozen, require_unique
+from robotcore.description.types import Colour, Coordinate, Metres, Name, StrictModel, frozen, require_unique
 from robotcore.geometry import DifferentialGeometry
 
 UNIT_ERROR_FACTOR = 10
@@ -44,7 +44,7 @@ class Body(StrictModel):
     length_m: Metres
     width_m: Metres
     height_m: Metres
-    centre_x_m: Place = 0.0
+    centre_x_m: Coordinate = 0.0
     clearance_m: Annotated[float, Field(ge=0, le=100)]
     mass_kg: Mass
     colour: Colour = (60, 65, 75)
@@ -81,7 +81,7 @@ class Body(StrictModel):
 class Caster(StrictModel):
     """A ball that slides without friction."""
 
-    x_m: Place
+    x_m: Coordinate
     radius_m: Metres
 
 

@@ -92,7 +92,7 @@ Metres = Annotated[float, Field(ge=0.001, le=100)]
 Angle = Annotated[float, Field(ge=-100, le=100)]
 """An angle in radians, at most 100 rad (about 16 turns) either way."""
 
-Place = Annotated[float, Field(ge=-100, le=100)]
+Coordinate = Annotated[float, Field(ge=-100, le=100)]
 """A coordinate, in metres."""
 
 Between = Annotated[tuple[Number, Number], Ordered, Field(description="[from, to]")]

@@ -14,9 +14,9 @@ from robotcore.description.types import (
     Angle,
     Between,
     Colour,
+    Coordinate,
     Metres,
     Name,
-    Place,
     StrictModel,
     require_unique,
 )
@@ -59,8 +59,8 @@ class Prism(StrictModel):
     """What all upright things on the floor have: a place, a height, a look."""
 
     name: Name
-    x_m: Place = 0.0
-    y_m: Place = 0.0
+    x_m: Coordinate = 0.0
+    y_m: Coordinate = 0.0
     yaw_rad: Angle = 0.0
     height_m: Metres
     colour: Colour
@@ -111,8 +111,8 @@ class Ball(StrictModel):
     name: Name
     radius_m: Metres
     colour: Colour
-    x_m: Place
-    y_m: Place
+    x_m: Coordinate
+    y_m: Coordinate
 
     @property
     def outline(self) -> Outline:
@@ -123,8 +123,8 @@ class Ball(StrictModel):
 class Start(StrictModel):
     """Where the robot begins: the middle of its axle."""
 
-    x_m: Place = 0.0
-    y_m: Place = 0.0
+    x_m: Coordinate = 0.0
+    y_m: Coordinate = 0.0
     yaw_rad: Angle = 0.0
 
     @property
@@ -140,8 +140,8 @@ class Variation(StrictModel):
     be hidden, nothing of it is in line of sight at the start, however the robot turns.
     """
 
-    place_x_m: Between[Place] | None = None
-    place_y_m: Between[Place] | None = None
+    place_x_m: Between[Coordinate] | None = None
+    place_y_m: Between[Coordinate] | None = None
     yaw_rad: Between[Angle] | None = None
     obstacle_scale: Between[Scale] = (1.0, 1.0)
     gap_m: Annotated[float, Field(ge=0, le=100)] = 0.3

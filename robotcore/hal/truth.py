@@ -9,7 +9,7 @@ import numpy as np
 
 from robotcore.description import Ball, CameraDescription, RobotDescription, WorldDescription
 from robotcore.geometry import Pose, Twist
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.raycast import cast, edges_of
 
 REST_LINEAR_M_S = 0.01
@@ -73,14 +73,14 @@ class Truth:
         ball = self._world.target
         if camera is None or ball is None:
             return False
-        view = View.of(camera.intrinsics, camera.mount, self.pose)
+        view = CameraView.of(camera.intrinsics, camera.mount, self.pose)
         points = _points_across(ball, view)
         eye_x, eye_y = float(view.eye[0]), float(view.eye[1])
         reach = cast(eye_x, eye_y, points[:, 0] - eye_x, points[:, 1] - eye_y, self._edges)
         return bool((view.shows(points) & (reach > 1)).any())
 
 
-def _points_across(ball: Ball, view: View) -> np.ndarray:
+def _points_across(ball: Ball, view: CameraView) -> np.ndarray:
     """Return the ball's centre and two points left and right of it as seen from the eye, (3, 3)."""
     dx, dy = ball.x_m - view.eye[0], ball.y_m - view.eye[1]
     scale = 0.7 * ball.radius_m / math.hypot(dx, dy)

@@ -9,7 +9,7 @@ from robotcore.description import CameraDescription, WorldDescription
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Role
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.testing import worlds
 from robotcore.testing.bench import Bench, TestSupport, let_pass
 
@@ -121,6 +121,6 @@ class CameraRules(Bench):
 
     def _pixel_of(self, x: float, y: float, z: float) -> tuple[int, int]:
         """Return column and row where a point of the world must appear."""
-        view = View.of(self.eye.intrinsics, self.eye.mount, Pose(0.0, 0.0, 0.0))
+        view = CameraView.of(self.eye.intrinsics, self.eye.mount, Pose(0.0, 0.0, 0.0))
         column, row = view.to_pixels(view.to_camera(np.array([[x, y, z]])))[0]
         return round(column), round(row)

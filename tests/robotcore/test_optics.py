@@ -11,17 +11,17 @@ from hypothesis import strategies as st
 
 from robotcore.description import Mount
 from robotcore.geometry import Pose
-from robotcore.optics import Intrinsics, View
+from robotcore.optics import CameraView, Intrinsics
 
 INTRINSICS = Intrinsics(320, 240, math.radians(90))
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
-def view(pose: Pose = ORIGIN, **mount: float) -> View:
-    return View.of(INTRINSICS, Mount(z_m=0.5, **mount), pose)
+def view(pose: Pose = ORIGIN, **mount: float) -> CameraView:
+    return CameraView.of(INTRINSICS, Mount(z_m=0.5, **mount), pose)
 
 
-def pixel(seen: View, *point: float) -> tuple[float, float]:
+def pixel(seen: CameraView, *point: float) -> tuple[float, float]:
     u, v = seen.to_pixels(seen.to_camera(np.array([point])))[0]
     return float(u), float(v)
 

@@ -115,7 +115,7 @@ def _product(row: Row, bgr: tuple[float, ...]) -> float:
     return row[0] * bgr[0] + row[1] * bgr[1] + row[2] * bgr[2]
 
 
-Outline = Any
+Contour = Any
 """An outline as OpenCV has it: the pixels along the edge, (n, 1, 2), each a neighbour of the next."""
 
 Box = tuple[int, int, int, int]
@@ -134,13 +134,13 @@ class Region(NamedTuple):
         return left <= u < left + width and top <= v < top + height
 
 
-def outlines(mask: Mask, offset: tuple[int, int] = (0, 0)) -> list[Outline]:
+def outlines(mask: Mask, offset: tuple[int, int] = (0, 0)) -> list[Contour]:
     """Return the outer outlines of the patches in a mask, moved by an offset in pixels."""
     found, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=offset)
     return list(found)
 
 
-def pixels_in(outline: Outline) -> float:
+def pixels_in(outline: Contour) -> float:
     """Return how many pixels the patch within an outline has.
 
     An outline goes through the middles of the edge's pixels, so it encloses half of them. Pick's theorem counts the
@@ -149,7 +149,7 @@ def pixels_in(outline: Outline) -> float:
     return cv2.contourArea(outline) + _not_enclosed(outline)
 
 
-def measure_region(outline: Outline) -> Region:
+def measure_region(outline: Contour) -> Region:
     """Return the patch within an outline; the pixels that it does not enclose lie where the edge does."""
     moments, edge = cv2.moments(outline), _not_enclosed(outline)
     edge_u, edge_v = cv2.mean(outline)[:2]
@@ -158,11 +158,11 @@ def measure_region(outline: Outline) -> Region:
     return Region(centroid, box_of(outline), round(area))
 
 
-def box_of(outline: Outline) -> Box:
+def box_of(outline: Contour) -> Box:
     """Return the box around an outline: left, top, width, height."""
     left, top, width, height = cv2.boundingRect(outline)
     return left, top, width, height
 
 
-def _not_enclosed(outline: Outline) -> float:
+def _not_enclosed(outline: Contour) -> float:
     return len(outline) / 2 + 1 if len(outline) > 1 else 1.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robotcore.description.devices import CameraDescription
 from robotcore.description.robot import RobotDescription
 from robotcore.description.world import Ball, WorldDescription
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.raycast import cast, edges_of
 
 Array = NDArray[np.float64]
@@ -133,7 +133,7 @@ def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
     camera, ball = robot.first_of(CameraDescription), world.target
     if camera is None or ball is None:
         return False
-    view = View.of(camera.intrinsics, camera.mount, world.start.pose)
+    view = CameraView.of(camera.intrinsics, camera.mount, world.start.pose)
     edges = edges_of(prism.outline for prism in world.prisms)
     reach = ball.radius_m * np.array([(-1, -1), (-1, 1), (1, -1), (1, 1)])
     corners = np.array([(ball.x_m + x, ball.y_m + y, z) for x, y in reach for z in (0.0, 2 * ball.radius_m)])

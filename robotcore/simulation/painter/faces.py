@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robotcore.description import Light
 from robotcore.description.generation.clearance import gap_between
 from robotcore.description.world import Outline, WorldDescription
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.raycast import edges_of
 from robotcore.simulation.painter.canvas import Canvas, Inks, Palette, fill, shade_inks
 from robotcore.simulation.painter.planes import Array, half_planes, run_starts
@@ -127,7 +127,7 @@ class Faces:
         """Return the ink of each face under a light, (n,)."""
         return shade_inks(self.colours, self.normals @ np.array(light.direction), light)
 
-    def facets(self, view: View) -> Iterator[Facet]:
+    def facets(self, view: CameraView) -> Iterator[Facet]:
         """Yield the faces that are turned to the eye and not wholly outside the picture."""
         if not len(self.owners):
             return
@@ -157,7 +157,7 @@ def _normal(loop: Array) -> Array:
     return np.asarray(normal / np.linalg.norm(normal))
 
 
-def _sides_outside(view: View, corners: Array) -> NDArray[np.uint8]:
+def _sides_outside(view: CameraView, corners: Array) -> NDArray[np.uint8]:
     """Return for each corner in camera coordinates, (n, 3), which planes of the picture it is beyond, as bits."""
     i = view.intrinsics
     right, down, forward = corners.T
@@ -171,7 +171,7 @@ def _sides_outside(view: View, corners: Array) -> NDArray[np.uint8]:
     return np.asarray(bits, dtype=np.uint8)
 
 
-def _cut(view: View, corners: Array) -> Polygon:
+def _cut(view: CameraView, corners: Array) -> Polygon:
     """Return in pixels what of a face in camera coordinates, (n, 3), lies ahead of the near plane."""
     ahead = np.array(clip(list(corners), (corners[:, 2] - NEAR_M).tolist()))
     polygon: Polygon = view.to_pixels(ahead).tolist()

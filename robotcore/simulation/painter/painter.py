@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robotcore.description import WorldDescription
 from robotcore.hal.devices import Image
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.simulation.painter.canvas import Canvas, Palette, Stroke, pack_inks, shade_inks, shade_ramp
 from robotcore.simulation.painter.faces import Block, Faces, Facet, split_into_blocks
 from robotcore.simulation.painter.occlusion import OcclusionPlanes, back_to_front, side_by_side
@@ -29,7 +29,7 @@ class Painter:
     >>> from robotcore.optics import Intrinsics
     >>> from robotcore.geometry import Pose
     >>> painter = Painter(load_world("open"))
-    >>> view = View.of(Intrinsics(64, 48, 1.0), Mount(z_m=0.1), Pose(1.3, -0.6, 0.0))
+    >>> view = CameraView.of(Intrinsics(64, 48, 1.0), Mount(z_m=0.1), Pose(1.3, -0.6, 0.0))
     >>> painter.picture(view).shape, painter.things[painter.labels(view)[24, 32] - 1]
     ((48, 64, 3), 'ball')
     """
@@ -47,7 +47,7 @@ class Painter:
         self._texturing = Texturing(world, blocks, self._faces)
         self._surfaces = self._surfaced(self._texturing.numbers)
 
-    def picture(self, view: View) -> Image:
+    def picture(self, view: CameraView) -> Image:
         """Return the picture, (height, width, 3), BGR."""
         import cv2
 
@@ -59,11 +59,11 @@ class Painter:
         pixels = canvas.view(np.uint8).reshape(*canvas.shape, 4)
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
-    def labels(self, view: View) -> Labels:
+    def labels(self, view: CameraView) -> Labels:
         """Return for each pixel, (height, width), what it shows: its place in ``things`` plus 1; 0 is none."""
         return _painted(view, self._back_to_front(view), self._numbers)
 
-    def _back_to_front(self, view: View) -> Iterator[Stroke]:
+    def _back_to_front(self, view: CameraView) -> Iterator[Stroke]:
         """Yield what shows, so that whatever hides another comes after it."""
         shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
@@ -74,7 +74,7 @@ class Painter:
         for place in back_to_front(hidden_by & ~are_apart):
             yield from shown[parts[place]]
 
-    def _strokes(self, view: View) -> Iterator[Stroke]:
+    def _strokes(self, view: CameraView) -> Iterator[Stroke]:
         yield from self._faces.facets(view)
         for part, ball in self._balls.items():
             yield from Sphere.of(ball, view, self._lamp, part).bands(view.intrinsics)
@@ -102,14 +102,14 @@ class Painter:
         return Palette(sky=0, ground=ground, faces=faces, balls=dict.fromkeys(self._balls, np.zeros(1, np.uint32)))
 
 
-def _painted(view: View, strokes: Iterable[Stroke], palette: Palette) -> Canvas:
+def _painted(view: CameraView, strokes: Iterable[Stroke], palette: Palette) -> Canvas:
     canvas = _primed(view, palette)
     for stroke in strokes:
         stroke.paint(canvas, palette)
     return canvas
 
 
-def _primed(view: View, palette: Palette) -> Canvas:
+def _primed(view: CameraView, palette: Palette) -> Canvas:
     """Return a canvas with ground below the horizon and sky above; cameras have no roll."""
     i = view.intrinsics
     rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]

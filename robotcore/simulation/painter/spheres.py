@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import Ball
-from robotcore.optics import Intrinsics, View
+from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter.canvas import Canvas, Palette
 from robotcore.simulation.painter.planes import Array
 
@@ -50,7 +50,7 @@ class Sphere:
     part: int
 
     @classmethod
-    def of(cls, ball: Ball, view: View, lamp: Array, part: int) -> Sphere:
+    def of(cls, ball: Ball, view: CameraView, lamp: Array, part: int) -> Sphere:
         """Return a ball of the world, lit from the direction ``lamp``, as the camera has it before it."""
         centre = view.to_camera(np.array(((ball.x_m, ball.y_m, ball.radius_m),)))[0]
         return cls(centre, ball.radius_m, view.rotation @ lamp, part)

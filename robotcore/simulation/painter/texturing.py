@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robotcore.description import WorldDescription
 from robotcore.description.meshes import face_wrap, floor_wrap
 from robotcore.description.texture import TILE_PX
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.simulation.painter.canvas import Canvas, shade_colours
 from robotcore.simulation.painter.faces import Block, Faces, Facet
 
@@ -58,7 +58,7 @@ class Texturing:
     def is_needed(self) -> bool:
         return any(self.numbers)
 
-    def paint(self, canvas: Canvas, numbers: Canvas, view: View, facets: Iterable[Facet]) -> None:
+    def paint(self, canvas: Canvas, numbers: Canvas, view: CameraView, facets: Iterable[Facet]) -> None:
         """Paint the patterns of the ground and of these facets.
 
         ``numbers`` has for each pixel of the canvas the number of the surface that it shows, or 0.
@@ -84,7 +84,7 @@ class Texturing:
                 for first in rows[::step]:
                     yield number, (slice(first, min(first + step, rows.stop)), columns)
 
-    def _seen_from(self, view: View) -> tuple[Singles, Singles]:
+    def _seen_from(self, view: CameraView) -> tuple[Singles, Singles]:
         """Return for each surface how pixels (u, v) map to texels, (n, 3, 3), and how sharp they are, (n,).
 
         A ray e + t·d meets the plane n·p = o at t = k / n·d where k = o - n·e. Its place there, a·p + s, is

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robotcore.description import CameraDescription, draw_world, load_robot, load_world
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor, Shape, VisionSensor
@@ -52,7 +52,7 @@ def test_its_camera_sees_what_the_kinematic_one_does() -> None:
     description = ROVER.first_of(CameraDescription)
     assert isinstance(eye, VisionSensor)
     assert description
-    picture = Painter(ARENA).picture(View.of(description.intrinsics, description.mount, ARENA.start.pose))
+    picture = Painter(ARENA).picture(CameraView.of(description.intrinsics, description.mount, ARENA.start.pose))
     off = np.abs(simulator.picture(eye)[::-1, :, ::-1].astype(int) - picture)
     assert (off > 1).mean() < 0.002
 

@@ -12,7 +12,7 @@ from robotcore.description import Mount, RangeSensorDescription, Walls, WorldDes
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Camera, Encoder, Image, RangeSensor
 from robotcore.hal.robot import Robot
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
 from tests.drivers.kinematic.rooms import ball, box, drive, let_pass, opened, post, room, truth_of, wheel_angles
 
@@ -79,10 +79,10 @@ def test_a_picture_is_read_only_and_stays_what_it_was() -> None:
 
 
 def test_nothing_is_painted_unless_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    painted: list[View] = []
+    painted: list[CameraView] = []
     paint = Painter.picture
 
-    def counted(painter: Painter, view: View) -> Image:
+    def counted(painter: Painter, view: CameraView) -> Image:
         painted.append(view)
         return paint(painter, view)
 

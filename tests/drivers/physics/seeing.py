@@ -20,7 +20,7 @@ from robotcore.description import (
 from robotcore.description.texture import PATTERNS, Pattern
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Image
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
 from tests.drivers.physics.worlds import LOOKOUT, ROVER, OnAnEngine, ball, box, drive, eye, post, world
 
@@ -37,7 +37,7 @@ class Seeing(OnAnEngine):
         thing = box(*at, length=0.2, width=0.31, height=0.17, yaw=start.yaw_rad)
         with self.opened(thing, start=start, with_camera=True) as robot:
             camera = eye(robot)
-            view = View.of(camera.intrinsics, EYE, start.pose)
+            view = CameraView.of(camera.intrinsics, EYE, start.pose)
             rows, columns = np.nonzero(camera.numbers(view) == camera.things["box"])
         front = [start.pose.to_world(1.1, aside + side) for side in (0.155, -0.155)]
         corners = np.array([(*point, height) for point in front for height in (0.0, 0.17)])
@@ -50,7 +50,7 @@ class Seeing(OnAnEngine):
     def test_a_ball_covers_what_a_ball_should(self) -> None:
         with self.opened(ball(1.14), with_camera=True) as robot:
             camera = eye(robot)
-            mask = camera.numbers(View.of(camera.intrinsics, EYE, Pose(0.0, 0.0, 0.0))) == camera.things["ball"]
+            mask = camera.numbers(CameraView.of(camera.intrinsics, EYE, Pose(0.0, 0.0, 0.0))) == camera.things["ball"]
         ideal = np.pi * camera.intrinsics.focal_length**2 * 0.01 / (1.0 - 0.01)
         assert mask.sum() == pytest.approx(ideal, rel=0.03)
 
@@ -93,7 +93,7 @@ class Seeing(OnAnEngine):
     def test_a_robot_is_not_in_its_own_way(self, described: RobotDescription) -> None:
         with self.opened(robot=described, with_camera=True) as robot:
             camera = eye(robot)
-            behind = View.of(camera.intrinsics, EYE, Pose(-1.0, 0.0, 0.0))
+            behind = CameraView.of(camera.intrinsics, EYE, Pose(-1.0, 0.0, 0.0))
             numbers = camera.numbers(behind)
         assert len(np.unique(numbers)) == 2
         assert not np.isin(numbers, list(camera.things.values())).any()
@@ -107,15 +107,15 @@ class Seeing(OnAnEngine):
         )
         with self.opened(ball(0.6), robot=ROVER.model_copy(update={"devices": devices}), with_camera=True) as robot:
             camera = eye(robot)
-            view = View.of(camera.intrinsics, Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6), Pose(0.0, 0.0, 0.0))
+            view = CameraView.of(camera.intrinsics, Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6), Pose(0.0, 0.0, 0.0))
             assert (robot.camera.read().image == camera.picture(view)).all()
 
     def test_nothing_is_rendered_unless_it_is_read_and_once_an_instant(self, monkeypatch: pytest.MonkeyPatch) -> None:
         with self.opened(with_camera=True) as robot:
             camera = eye(robot)
-            rendered, render = list[View](), camera.picture
+            rendered, render = list[CameraView](), camera.picture
 
-            def picture(view: View) -> Image:
+            def picture(view: CameraView) -> Image:
                 rendered.append(view)
                 return render(view)
 
@@ -179,7 +179,7 @@ class Texturing(OnAnEngine):
         start = Start(x_m=pose.x, y_m=pose.y, yaw_rad=pose.heading)
         with self.opened_in(described.model_copy(update={"start": start})) as robot:
             camera = eye(robot)
-            view = View.of(camera.intrinsics, EYE, pose)
+            view = CameraView.of(camera.intrinsics, EYE, pose)
             theirs, numbers, labels = camera.picture(view), camera.numbers(view), painter.labels(view)
         masks = {thing: (labels == n, numbers == camera.things[thing]) for n, thing in enumerate(painter.things, 1)}
         is_below = np.arange(len(labels))[:, None] >= 121

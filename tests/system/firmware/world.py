@@ -14,7 +14,7 @@ from robotcore.geometry import Pose, Twist, Wheels
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Camera, Frame, Image
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.simulation.sampling import SampleCache
 from tests.system.firmware.simulated import SimulatedRobot
 
@@ -68,7 +68,7 @@ class FollowedWorld:
         with self._lock:
             return self._simulation.contacts()
 
-    def picture(self, view: Callable[[Pose], View]) -> Image:
+    def picture(self, view: Callable[[Pose], CameraView]) -> Image:
         """Return what is to be seen from where the robot is."""
         return self._simulation.painter.picture(view(self.pose()))
 
@@ -100,7 +100,7 @@ class FollowedCamera(Camera):
         return self._newest_at()
 
     def _expose(self, time: float, sequence: int) -> Frame:
-        image = self._world.picture(lambda pose: View.of(self.intrinsics, self._mount, pose))
+        image = self._world.picture(lambda pose: CameraView.of(self.intrinsics, self._mount, pose))
         image.flags.writeable = False
         return Frame(image, time, sequence)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import Ball, Floor, Light, WorldDescription
-from robotcore.optics import Intrinsics, View
+from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, Shape, Thing, VisionSensor
@@ -95,10 +95,10 @@ EMPTY = 1.63e-5
 """Where nothing is in view, a depth ends short of ``far`` by this part of the range, as recorded."""
 
 
-def view_of(sensor: VisionSensor, pose: Transform) -> View:
+def view_of(sensor: VisionSensor, pose: Transform) -> CameraView:
     """Return the view of a sensor that looks along its z, with y upwards and x to the left."""
     left, up, ahead = (np.array(axis) for axis in pose.axes)
-    return View(intrinsics_of(sensor), np.array(pose.position), np.array((-left, -up, ahead)))
+    return CameraView(intrinsics_of(sensor), np.array(pose.position), np.array((-left, -up, ahead)))
 
 
 def intrinsics_of(sensor: VisionSensor) -> Intrinsics:
@@ -163,7 +163,7 @@ def _sky(sensor: VisionSensor, light: Light) -> tuple[int, int, int]:
     return red, green, blue
 
 
-def _cast(view: View, sensor: VisionSensor, scenery: Scenery, light: Light) -> Pixels:
+def _cast(view: CameraView, sensor: VisionSensor, scenery: Scenery, light: Light) -> Pixels:
     """Return the picture from the lowest row up, a ray a pixel."""
     hits = scenery.solids.hits(view.eye, _directions(view).reshape(-1, 3))
     is_seen = (hits.lengths >= sensor.near) & (hits.lengths <= sensor.far)
@@ -179,7 +179,7 @@ def _lit(hits: Hits, scenery: Scenery, light: Light) -> Array:
     return np.asarray(np.minimum(palette[hits.solids] * shade[:, None], 255.0))
 
 
-def _directions(view: View, nth: int = 1) -> Array:
+def _directions(view: CameraView, nth: int = 1) -> Array:
     """Return the rays through the middles of every nth pixel, (rows, columns, 3), one metre deep; row 0 lowest."""
     i = view.intrinsics
     right = (np.arange(0, i.width, nth) - i.cx) / i.focal_length

@@ -9,7 +9,7 @@ import pytest
 from robotcore.description import Ball, Box, Cylinder, Light, Mount, Walls, WorldDescription
 from robotcore.description.generation.clearance import gap_between
 from robotcore.geometry import Pose
-from robotcore.optics import Intrinsics, View
+from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.drivers.kinematic.rooms import ball, box, post, room
 from tests.robotcore.simulation.painter.tracer import rays_of, traced_depths, traced_labels
@@ -18,8 +18,8 @@ LENS = Intrinsics(160, 120, 1.0821)
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
-def view(pose: Pose = ORIGIN, z: float = 0.1, pitch: float = 0.0) -> View:
-    return View.of(LENS, Mount(z_m=z, pitch_rad=pitch), pose)
+def view(pose: Pose = ORIGIN, z: float = 0.1, pitch: float = 0.0) -> CameraView:
+    return CameraView.of(LENS, Mount(z_m=z, pitch_rad=pitch), pose)
 
 
 def drawn_world(random: Random) -> WorldDescription:
@@ -40,7 +40,7 @@ def drawn_world(random: Random) -> WorldDescription:
     return room(*obstacles, *balls, walls=Walls(height_m=0.35) if random.random() < 0.7 else None)
 
 
-def drawn_view(random: Random, world: WorldDescription, lens: Intrinsics = LENS) -> View:
+def drawn_view(random: Random, world: WorldDescription, lens: Intrinsics = LENS) -> CameraView:
     """Return a view from somewhere that is not inside of anything."""
     while True:
         x, y = random.uniform(-1.95, 1.95), random.uniform(-1.95, 1.95)
@@ -48,7 +48,7 @@ def drawn_view(random: Random, world: WorldDescription, lens: Intrinsics = LENS)
         if all(gap_between(around, thing.outline) > 0 for thing in (*world.prisms, *world.targets)):
             pose = Pose(x, y, random.uniform(-math.pi, math.pi))
             z, pitch = random.choice((0.1, 0.48, 0.9)), random.choice((0.0, 0.2, -0.3, 0.8))
-            return View.of(lens, Mount(z_m=z, pitch_rad=pitch), pose)
+            return CameraView.of(lens, Mount(z_m=z, pitch_rad=pitch), pose)
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -8,7 +8,7 @@ from robotcore.description.meshes import Wrap, face_wrap, floor_wrap
 from robotcore.description.texture import PATTERNS, TILE_PX, Pattern
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Image
-from robotcore.optics import Intrinsics, View
+from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.drivers.kinematic.rooms import ball, box, post, room
 from tests.robotcore.simulation.painter.tracer import rays_of, traced_depths, traced_labels
@@ -20,8 +20,8 @@ WHITE = (255, 255, 255)
 COARSE = Texture(pattern="checker", scale_m=2.0, contrast=0.5)
 
 
-def view(pitch: float = 0.0, pose: Pose = HERE) -> View:
-    return View.of(LENS, Mount(z_m=0.4, pitch_rad=pitch), pose)
+def view(pitch: float = 0.0, pose: Pose = HERE) -> CameraView:
+    return CameraView.of(LENS, Mount(z_m=0.4, pitch_rad=pitch), pose)
 
 
 def textured(world: WorldDescription, texture: Texture | None) -> WorldDescription:
@@ -123,5 +123,5 @@ def test_bright_light_saturates_after_the_pattern_has_darkened() -> None:
 
 def test_what_is_seen_edge_on_warns_of_nothing() -> None:
     world = textured(room(), COARSE)
-    through_a_row = View.of(Intrinsics(161, 121, 1.0821), Mount(z_m=0.4), HERE)
+    through_a_row = CameraView.of(Intrinsics(161, 121, 1.0821), Mount(z_m=0.4), HERE)
     assert Painter(world).picture(through_a_row)[60, 0].tolist() == [235, 220, 205]

@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 
 from robotcore.description import Ball, WorldDescription
 from robotcore.description.world import Prism
-from robotcore.optics import View
+from robotcore.optics import CameraView
 
 Array = NDArray[np.float64]
 
 
-def traced_labels(world: WorldDescription, view: View) -> NDArray[np.intp]:
+def traced_labels(world: WorldDescription, view: CameraView) -> NDArray[np.intp]:
     """Return for each pixel the number of what it shows: prisms from 1, then balls; 0 is none of them."""
     return np.asarray(traced_depths(world, view).argmin(axis=0))
 
 
-def traced_depths(world: WorldDescription, view: View) -> Array:
+def traced_depths(world: WorldDescription, view: CameraView) -> Array:
     """Return how far each pixel's ray goes to each thing, by its number; number 0 is beyond everything."""
     rays = rays_of(view)
     depths = [_to_prism(prism, view.eye, rays) for prism in world.prisms]
@@ -27,7 +27,7 @@ def traced_depths(world: WorldDescription, view: View) -> Array:
     return np.stack([np.full(rays.shape[:2], np.finfo(float).max), *depths])
 
 
-def rays_of(view: View) -> Array:
+def rays_of(view: CameraView) -> Array:
     """Return the direction of each pixel in the world, (height, width, 3), one focal length forward."""
     i = view.intrinsics
     u, v = np.meshgrid(np.arange(i.width) - i.cx, np.arange(i.height) - i.cy)

@@ -8,7 +8,7 @@ import pytest
 from robotcore.description import CameraDescription, RangeSensorDescription, load_robot
 from robotcore.geometry import Pose
 from robotcore.hal.robot import Role
-from robotcore.optics import View
+from robotcore.optics import CameraView
 from robotcore.testing import worlds
 from tests.system.coppeliasim.server import opened
 
@@ -31,7 +31,7 @@ def test_field_of_view_is_across_whatever_the_shape_of_the_picture(size: tuple[i
     devices = tuple(changed if words is eye else words for words in ROVER.devices)
     world = worlds.ball(eye.mount, 0.9, 0.25 * eye.horizontal_fov_rad)
     ball = world.targets[0]
-    view = View.of(changed.intrinsics, eye.mount, Pose(0.0, 0.0, 0.0))
+    view = CameraView.of(changed.intrinsics, eye.mount, Pose(0.0, 0.0, 0.0))
     column, row = view.to_pixels(view.to_camera(np.array([[ball.x_m, ball.y_m, ball.radius_m]])))[0]
     with opened(world, eye.name, robot=ROVER.model_copy(update={"devices": devices})) as robot:
         blue, green, red = robot.camera.read().image.astype(int).transpose(2, 0, 1)
