@@ -31,8 +31,8 @@ from robotcore.deploy.rpc import Link
 from robotcore.deploy.wheels import Target, fetch_wheels
 from tests.system import needs
 from tests.system.deploy.desk import HOST, Desk
-from tests.system.deploy.machine import machine as boot_machine
-from tests.system.deploy.machine import require
+from tests.system.deploy.machine import make_machine as boot_machine
+from tests.system.deploy.machine import require_machine
 from tests.system.deploy.rover import BENCH, Rover
 
 BOUND = 0.5
@@ -44,7 +44,7 @@ DRIVING, ENDED = "until it drives", "to the end"
 @contextmanager
 def robot() -> Iterator[Rover]:
     """Boot one that drives; raises NotRunError where none can be booted."""
-    require()
+    require_machine()
     with TemporaryDirectory(prefix="robotcore-desk-") as folder, boot_machine() as target:
         target.boot()
         desk = Desk.of(Path(folder), target)
@@ -83,7 +83,7 @@ def _round(rover: Rover) -> Iterator[tuple[str, str, float]]:
     rover.done("remove", "--yes")
     yield from _deployed(rover, FIRST)
     yield BY_HAND, ENDED, _by_hand(rover)
-    app = rover.project / "onwards.py"
+    app = rover.project / "drive_ahead.py"
     app.write_text(f"{app.read_text()}# Changed.\n")
     yield from _deployed(rover, SECOND)
 

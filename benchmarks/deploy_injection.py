@@ -130,7 +130,7 @@ def _files(rover: Rover) -> Iterator[bool]:
         for name in FILES:
             (project / name).parent.mkdir(parents=True, exist_ok=True)
             (project / name).write_text(name)
-        app = shutil.copy(project / "onwards.py", project / f"on;touch {CANARY};wards.py")
+        app = shutil.copy(project / "drive_ahead.py", project / f"drive;touch {CANARY};ahead.py")
         odd = Rover(rover.machine, rover.desk, project)
         ran = odd.push("--app", Path(app).name, "--set", "speed_rad_s=2")
         there = odd.files / "current" / "project"

@@ -26,8 +26,7 @@ from time import perf_counter
 from benchmarks.deploy import robot
 from benchmarks.report import at_least_one, machine, print_table
 from tests.system import needs
-from tests.system.deploy.projects import needing
-from tests.system.deploy.rover import Rover
+from tests.system.deploy.rover import Rover, with_requirement
 
 KINDS = ("the desk is killed", "the connections are killed", "the trial is killed", "the power is cut")
 OLD, NEW, NEITHER = "the old runs", "the new runs", "NEITHER"
@@ -89,7 +88,7 @@ def _need(trial: int) -> str:
 def _taken_s(rover: Rover, need: str) -> float:
     """Return how long a push takes that nobody interrupts."""
     start = perf_counter()
-    with needing(rover.project, need) if need else nullcontext():
+    with with_requirement(rover.project, need) if need else nullcontext():
         rover.drive(2.0)
     return perf_counter() - start
 
@@ -97,9 +96,9 @@ def _taken_s(rover: Rover, need: str) -> float:
 def _tried(rover: Rover, drawn: Interruption) -> str:
     """Push, interrupt, and return what runs when all has come to rest."""
     old = rover.release
-    chosen = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["deed=raises", "at=5"] if drawn.is_broken else [])]
+    chosen = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["fault=raise", "at=5"] if drawn.is_broken else [])]
     settings = [word for setting in chosen for word in ("--set", setting)]
-    with needing(rover.project, drawn.need) if drawn.need else nullcontext(), rover.pushing(*settings) as push:
+    with with_requirement(rover.project, drawn.need) if drawn.need else nullcontext(), rover.pushing(*settings) as push:
         with suppress(subprocess.TimeoutExpired):
             push.wait(drawn.after_s)
         _interrupt(drawn.kind, rover, push)

@@ -9,8 +9,7 @@ from typing import Any
 
 from robotcore.deploy.agent import health_check, journal, releases, robot_facts, systemd, units
 from robotcore.deploy.agent.files import Layout, measure_free_space
-from robotcore.deploy.agent.health_check import HealthCheck
-from robotcore.deploy.agent.health_report import build_report, follow_check, wait_until_settled
+from robotcore.deploy.agent.health_check import HealthCheck, build_report, follow_check, wait_until_settled
 from robotcore.deploy.agent.lock import hold_lock
 from robotcore.deploy.agent.releases import UNHEALTHY, HealthResult, require_name
 from robotcore.deploy.agent.rpc import AgentError, report_progress

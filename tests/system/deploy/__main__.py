@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from tests.system import checking, needs
-from tests.system.deploy.machine import require
+from tests.system.deploy.machine import require_machine
 
 SIDE_BY_SIDE = ("-n", "3", "--dist", "loadfile")
 """Each has a target of its own; most of the time they wait for what comes."""
@@ -14,7 +14,7 @@ SIDE_BY_SIDE = ("-n", "3", "--dist", "loadfile")
 
 def main(names: list[str]) -> bool:
     """Run these files of checks, by default all; return whether every check was passed."""
-    require()
+    require_machine()
     return checking.run(Path(__file__).parent / "checks", names, *SIDE_BY_SIDE)
 
 

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.system import needs, wheels
-from tests.system.deploy import debian
-from tests.system.deploy.machine import Machine
+from tests.system.deploy.machine import USER, Machine
 from tests.system.speed import scaled
 
 HOST = "rover"
@@ -49,7 +48,7 @@ class Desk:
         subprocess.run(make, check=True)
         host_key = machine.root.joinpath("etc/ssh/ssh_host_ed25519_key.pub").read_text()
         folder.joinpath("known_hosts").write_text(f"{machine.address} {host_key}")
-        text = CONFIG.format(host=HOST, address=machine.address, user=debian.USER, folder=folder)
+        text = CONFIG.format(host=HOST, address=machine.address, user=USER, folder=folder)
         desk.config.write_text(text)
         _authorise(machine, folder.joinpath("key.pub").read_text())
         return desk

@@ -1,8 +1,9 @@
-"""The target: a computer of its own to all who look, with power that can be cut."""
+"""Debian as Raspberry Pi OS 12 has it, in a folder: systemd, sshd, rsync and Python; made once and kept."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -14,10 +15,65 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.system import needs
-from tests.system.deploy import debian
-from tests.system.deploy.cgroup import own_group
-from tests.system.deploy.network import Network, network
+from tests.system.deploy.isolation import Network, network, own_group
 from tests.system.speed import scaled
+
+SUITE = "bookworm"
+INCLUDED = (
+    "dbus",
+    "dbus-user-session",
+    "libpam-systemd",
+    "openssh-server",
+    "python3",
+    "python3-venv",
+    "rsync",
+    "systemd",
+    "systemd-sysv",
+)
+USER = "pi"
+LISTENING = "ssh.service"
+SOCKET = "ssh.socket"
+"""Listens in sshd's place where it is enabled, on a port of its own."""
+
+
+def copy_debian(root: Path) -> None:
+    """Copy it into a new folder, so that each run begins with a robot that nobody has touched."""
+    subprocess.run(["cp", "--archive", "--reflink=auto", build_debian(), root], check=True)
+
+
+def build_debian() -> Path:
+    """Return where it is kept, made where it is not; raises NotRunError where that fails."""
+    root = needs.cache() / f"deploy-{SUITE}"
+    if not root.is_dir():
+        with TemporaryDirectory(dir=needs.cache()) as scratch:
+            _bootstrap(Path(scratch) / "root").replace(root)
+    return root
+
+
+def _bootstrap(root: Path) -> Path:
+    command = ["debootstrap", "--variant=minbase", f"--include={','.join(INCLUDED)}", SUITE, str(root)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    if run.returncode:
+        raise needs.NotRunError(f"needs Debian's packages: {needs.last_line(run.stdout)}")
+    in_root = ["chroot", str(root)]
+    for change in (
+        ["useradd", "--create-home", "--shell", "/bin/bash", USER],
+        ["systemctl", "disable", SOCKET],
+        ["systemctl", "enable", LISTENING],
+    ):
+        subprocess.run([*in_root, *change], capture_output=True, check=True)
+    root.joinpath("etc", "hostname").write_text("rover\n")
+    _linger(root)
+    shutil.rmtree(root / "var" / "cache" / "apt" / "archives")
+    return root
+
+
+def _linger(root: Path) -> None:
+    """Let the user's services run without a login: what ``loginctl enable-linger`` leaves behind."""
+    folder = root / "var" / "lib" / "systemd" / "linger"
+    folder.mkdir(parents=True, exist_ok=True)
+    folder.joinpath(USER).touch()
+
 
 TOOLS = ("debootstrap", "systemd-container", "iproute2", "openssh-client", "rsync")
 BOOT_S = 60.0
@@ -49,7 +105,7 @@ class Machine:
         """The user's home, as this machine finds it: with what is mounted there while the target is up."""
         is_up = self._booted is not None and self._booted.poll() is None
         root = Path(f"/proc/{self._init}/root") if is_up else self.root
-        return root / "home" / debian.USER
+        return root / "home" / USER
 
     def boot(self) -> None:
         """Switch it on, and return when its sshd answers."""
@@ -111,26 +167,26 @@ def _child(process: int) -> int:
     return int(child)
 
 
-def require() -> None:
+def require_machine() -> None:
     """Raise NotRunError where no target could be booted: a command is run on it, as it is kept."""
     needs.debian()
     needs.packages(*TOOLS)
     with own_group() as group, network() as wire:
-        command = Machine(debian.made(), wire, group).command("--read-only", "true")
+        command = Machine(build_debian(), wire, group).command("--read-only", "true")
         run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode:
         raise needs.NotRunError(f"needs what systemd-nspawn does, and it said: {needs.last_line(run.stderr)}")
 
 
 @contextmanager
-def machine() -> Iterator[Machine]:
-    """Copy a Debian and make it ready to boot, where `require` has none against it; it ends with this block."""
+def make_machine() -> Iterator[Machine]:
+    """Copy a Debian and make it ready to boot, where `require_machine` has none against it; it ends with this block."""
     CONSOLE.parent.mkdir(exist_ok=True)
     CONSOLE.unlink(missing_ok=True)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="robotcore-target-")))
         group = stack.enter_context(own_group())
         made = Machine(folder / "root", stack.enter_context(network()), group)
-        debian.copy_to(made.root)
+        copy_debian(made.root)
         stack.callback(made.cut_power)
         yield made

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -95,3 +96,34 @@ class Rover:
         """The app's process, as the target's own systemd counts it; 0 where none runs."""
         shown = self.desk.ssh(f"systemctl --user show --property MainPID --value {SERVICE}")
         return int(shown)
+
+
+@contextmanager
+def with_requirement(project: Path, need: str = "six") -> Iterator[None]:
+    """Let it need a package, a small one that nothing else needs: no environment on the robot has it."""
+    file = project / "pyproject.toml"
+    text = file.read_text()
+    with with_text(file, text.replace('version = "0.1.0"', f'version = "0.1.0"\ndependencies = ["{need}"]')):
+        yield
+
+
+@contextmanager
+def with_large_file(project: Path, size_mb: int) -> Iterator[None]:
+    """Let it have a file that takes a while to send, for no two bytes of it are alike."""
+    file = project / "heavy.bin"
+    file.write_bytes(os.urandom(size_mb << 20))
+    try:
+        yield
+    finally:
+        file.unlink()
+
+
+@contextmanager
+def with_text(file: Path, text: str) -> Iterator[None]:
+    """Let a file have another text."""
+    before = file.read_text()
+    file.write_text(text)
+    try:
+        yield
+    finally:
+        file.write_text(before)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.agent import health_check, health_report, journal
+from robotcore.deploy.agent import health_check, journal
 from robotcore.deploy.agent.units import SERVICE
 from tests.robotcore.deploy.agent.systemd_states import NEVER_WAS, format_properties
 
@@ -97,6 +97,6 @@ def systemd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ScriptedSystemd:
         scripted.will_tell(NEVER_WAS, unit=unit)
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
-    for module, name in ((health_check, "POLL_S"), (health_report, "POLL_S"), (journal, "_RETRY_S")):
+    for module, name in ((health_check, "POLL_S"), (health_check, "FOLLOW_POLL_S"), (journal, "_RETRY_S")):
         monkeypatch.setattr(module, name, 0.0)
     return scripted

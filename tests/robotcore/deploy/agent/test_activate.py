@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from robotcore.deploy.agent import files, health_check, health_report, releases, robot_facts, run_actions
+from robotcore.deploy.agent import files, health_check, releases, robot_facts, run_actions
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck
 from robotcore.deploy.agent.releases import HealthResult
@@ -195,7 +195,7 @@ def test_current_release_that_nothing_is_known_of_goes_back_to_the_healthy_one_b
 def test_trial_that_somebody_has_ended_is_not_looked_at_for_ever(
     robot: Layout, systemd: ScriptedSystemd, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    monkeypatch.setattr(health_report, "ABANDONED_S", 0.0)
+    monkeypatch.setattr(health_check, "ABANDONED_S", 0.0)
     with raises(AgentError, "check-stopped", release=NEW):
         run_actions.activate_release(robot, release=NEW)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.deploy.agent import admin_actions, doctor, environments, push_actions
+from robotcore.deploy.agent import admin_actions, environments, push_actions
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.releases import Release
 from robotcore.deploy.agent.rpc import AgentError
@@ -81,7 +81,7 @@ def test_wheels_that_were_brought_are_there_for_pip_alone(layout: Layout, monkey
         return layout.environments / "made"
 
     monkeypatch.setattr(environments, "make_environment", make)
-    monkeypatch.setattr(doctor, "run_doctor", lambda *_: [])
+    monkeypatch.setattr(push_actions, "run_doctor", lambda *_: [])
     push_actions.begin_upload(layout, release=NEW, size=0)
     wheels = send_release(layout, NEW) / "wheels"
     wheels.mkdir()

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.system.deploy.desk import Desk
-from tests.system.deploy.machine import Machine, machine
+from tests.system.deploy.machine import Machine, make_machine
 from tests.system.deploy.rover import BENCH, Rover
 
 
@@ -21,7 +21,7 @@ def _nothing_is_left_running() -> None:
 @pytest.fixture(scope="session")
 def target() -> Iterator[Machine]:
     """The target, up."""
-    with machine() as made:
+    with make_machine() as made:
         made.boot()
         yield made
 

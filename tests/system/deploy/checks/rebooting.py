@@ -46,7 +46,7 @@ def test_release_on_trial_is_judged_again_and_rolled_back_if_it_does_not_live(ro
     rover.done("start")
     rover.motors.await_driving(RAD_S)
     before = rover.release
-    ran = pushed_while_power_is_cut(rover, f"speed_rad_s={NEW_RAD_S:g}", "deed=raises", "at=40")
+    ran = pushed_while_power_is_cut(rover, f"speed_rad_s={NEW_RAD_S:g}", "fault=raise", "at=40")
     assert (ran.returncode, rover.release) == (1, before), ran.stderr
     assert "no ball today" in ran.stderr
     rover.motors.await_driving(RAD_S)

@@ -1,1 +1,1 @@
-"""Motors that write down what they are told, and a cutoff that writes that they stand."""
+"""Motors that write their commands into a log, and a cutoff that writes their stop."""

@@ -1,4 +1,4 @@
-"""The bench as a backend: its time is the machine's own."""
+"""The backend of the bench: motors without hardware, and the machine's own clock."""
 
 from __future__ import annotations
 
@@ -11,28 +11,28 @@ from robotcore.hal.devices import Motor
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock
 
-from .diary import note
+from .cutoff import write_command
 
 
 class BenchMotor(Motor):
-    """Writes down what it is told."""
+    """Writes each command into the log."""
 
     def _apply(self, rad_s: float) -> None:
-        note("app", self.name, rad_s)
+        write_command("app", self.name, rad_s)
 
 
 class BenchBackend(Backend):
-    """Opens the motors of any robot; they keep turning until somebody stops them, as lines that keep their level do."""
+    """Opens the motors of any robot. They turn until a command of 0, as real motor lines keep their level."""
 
     name = "bench"
-    summary = "motors that write down what they are told"
+    summary = "motors that write their commands into a log"
 
     def open(self, setup: Setup) -> Robot:
         motors = [BenchMotor(device.name, device.max_velocity_rad_s) for device in _motors(setup)]
         return Robot(setup.robot.name, MonotonicClock(), motors, cutoffs=self.cutoffs(setup))
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
-        cutoff = "benchdriver.cutoff:Written"
+        cutoff = "benchdriver.cutoff:LoggedCutoff"
         return [CutoffSpec(device.name, cutoff, {"motor": device.name}) for device in _motors(setup)]
 
 
