@@ -11,6 +11,7 @@ from pathlib import Path
 
 from drivers.raspberrypi.lg import LINE, chip_number, load
 from robotcore.errors import BackendError
+from robotcore.processes import describe_process, list_open_files
 
 AT_THE_DESK = "At the desk: --backend virtualpi"
 
@@ -97,14 +98,12 @@ def find_holder(gpio: int, root: Path = _ROOT) -> str:
 
 
 def _handles(proc: Path) -> Iterator[tuple[str, str]]:
-    """Yield the process of each handle of GPIO lines, in words, and what the kernel tells of the handle."""
-    for process in sorted(proc.glob("[0-9]*"), key=lambda process: int(process.name)):
-        with suppress(OSError):  # gone, or another user's
-            for file in (process / "fd").iterdir():
-                with suppress(OSError):  # closed meanwhile
-                    if str(file.readlink()).startswith(LINE):
-                        name = (process / "comm").read_text().strip()
-                        yield f"process {process.name} ({name})", (process / "fdinfo" / file.name).read_text()
+    """Yield each handle of GPIO lines: the words for its process, and the kernel's information on the handle."""
+    for file in list_open_files(proc):
+        if file.link.startswith(LINE):
+            with suppress(OSError):  # closed meanwhile
+                info = (proc / f"{file.process}/fdinfo/{file.number}").read_text()
+                yield describe_process(file.process, proc), info
 
 
 def _holds_line(info: str, chip: str, gpio: int) -> bool:

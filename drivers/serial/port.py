@@ -13,14 +13,14 @@ from pathlib import Path
 from select import select
 from typing import TYPE_CHECKING
 
+from robotcore.processes import describe_holders
+
 if TYPE_CHECKING:
     from serial import Serial
 
 
 USB = re.compile(r"usb:(?P<vendor>[0-9a-f]{4}):(?P<product>[0-9a-f]{4})(?::(?P<serial>.+))?", re.IGNORECASE)
 """A port by the USB id of what is plugged in."""
-
-_PROC = Path("/proc")
 
 
 class PortMissingError(OSError):
@@ -49,15 +49,6 @@ def describe_ports() -> str:
     return f"there is {', '.join(sorted(words))}" if words else "no port is there at all"
 
 
-def describe_holders(path: str) -> str:
-    """Return which other processes have a port open: ``process 1234 (picocom)``; nothing where none is seen.
-
-    Who locks it is seen by everyone; who only has it open, of other users' processes by root alone.
-    """
-    numbers = {*_locking(path), *_having_open(path)} - {os.getpid()}
-    return " and ".join(f"process {number}{_name(number)}" for number in sorted(numbers))
-
-
 def find_other_users(place: str) -> tuple[str, str] | None:
     """Return which other program has a port open without a lock, and what to do; None where none is seen."""
     with suppress(PortMissingError):
@@ -78,43 +69,6 @@ def _plugged_in(vendor: int, product: int, serial: str | None) -> list[str]:
 
 def _usb_id(vendor: int, product: int) -> str:
     return f"usb:{vendor:04x}:{product:04x}"
-
-
-def _locking(path: str) -> set[int]:
-    """Return the processes with a lock on a file, by flock(2). Source: proc_locks(5)."""
-    try:
-        file, locks = Path(path).stat(), (_PROC / "locks").read_text()
-    except OSError:
-        return set()
-    where = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
-    words = (line.split() for line in locks.splitlines())
-    return {int(each[4]) for each in words if len(each) > 5 and each[5] == where and each[1] != "->"}
-
-
-def _having_open(path: str) -> set[int]:
-    real = os.path.realpath(path)
-    found = set()
-    for process in _PROC.glob("[0-9]*"):
-        with suppress(OSError):  # gone, or another user's
-            if any(_is_link_to(real, file) for file in (process / "fd").iterdir()):
-                found.add(int(process.name))
-    return found
-
-
-def _is_link_to(real: str, file: Path) -> bool:
-    try:
-        return str(file.readlink()) == real
-    except OSError:  # closed meanwhile
-        return False
-
-
-def _name(number: int) -> str:
-    process = _PROC / str(number)
-    try:
-        is_guardian = b"robotcore.safety.guardian." in (process / "cmdline").read_bytes()
-        return " (the guardian of a run)" if is_guardian else f" ({(process / 'comm').read_text().strip()})"
-    except OSError:
-        return ""
 
 
 CHUNK = 4096

@@ -13,10 +13,11 @@ from select import poll, select
 from threading import RLock
 from typing import TYPE_CHECKING
 
-from drivers.serial.port import FAILURES, PortMissingError, describe_holders, explain_failure, find_path
+from drivers.serial.port import FAILURES, PortMissingError, explain_failure, find_path
 from robotcore.errors import BackendError, ResourceError
 from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.processes import describe_holders
 from robotcore.threads import start_thread
 
 if TYPE_CHECKING:

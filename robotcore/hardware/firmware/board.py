@@ -9,7 +9,7 @@ import shutil
 import termios
 import tty
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from errno import EINVAL, EIO
 from pathlib import Path
@@ -17,6 +17,7 @@ from pathlib import Path
 from robotcore.errors import FirmwareError, UsageError
 from robotcore.hal.clock import Clock
 from robotcore.hal.wall_clock import MonotonicClock
+from robotcore.processes import describe_holders
 
 
 @dataclass(frozen=True)
@@ -138,22 +139,13 @@ def require_free(port: str) -> None:
             kind="port-permission",
             port=port,
         )
-    if holders := ", ".join(_holders(Path(port).resolve())):
+    if holders := describe_holders(port):
         raise FirmwareError(
             f"{port}: is in use by {holders}. End that first: flashing would cut into what it does",
             kind="port-in-use",
             port=port,
             holders=holders,
         )
-
-
-def _holders(device: Path) -> Iterator[str]:
-    """Yield who else has a device open, by name and number, as far as we may see."""
-    others = (process for process in Path("/proc").glob("[0-9]*") if process.name != str(os.getpid()))
-    for process in others:
-        with suppress(OSError):  # somebody else's, or gone meanwhile
-            if any(file.readlink() == device for file in (process / "fd").iterdir()):
-                yield f"{(process / 'comm').read_text().strip()} ({process.name})"
 
 
 QUESTION, ANSWER = b"v\r", b"robotcore-bridge "

@@ -27,6 +27,7 @@ class Processes:
         for folder in ("fd", "fdinfo"):
             process.joinpath(folder).mkdir(parents=True)
         process.joinpath("comm").write_text(f"{name}\n")
+        process.joinpath("cmdline").write_text(f"/usr/bin/{name}\0")
         for at, lines in enumerate(handles, start=3):
             process.joinpath("fd", str(at)).symlink_to(link)
             process.joinpath("fdinfo", str(at)).write_text(f"pos:\t0\nflags:\t02000002\nmnt_id:\t15\nino:\t11\n{lines}")
