@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 PROC = Path("/proc")
+
+PSEUDO_TERMINALS = range(136, 144)
+"""The major numbers of pseudo-terminals. Source: Linux, Documentation/admin-guide/devices.txt."""
 
 GUARDIAN_PACKAGE = b"robotcore.safety.guardian."
 
@@ -41,9 +45,12 @@ def find_holders(path: str) -> list[int]:
 
     Linux shows the locks of all processes to each user, but open files as `list_open_files` says.
     """
-    real = os.path.realpath(path)
-    found = {file.process for file in list_open_files() if file.link == real}
-    return sorted((found | _find_lockers(path)) - {os.getpid()})
+    try:
+        device = os.stat(path)  # noqa: PTH116  as it is given
+    except OSError:
+        return []
+    openers = {file.process for file in list_open_files() if _is_open_on(file, device)}
+    return sorted((openers | _find_lockers(device)) - {os.getpid()})
 
 
 def describe_holders(path: str) -> str:
@@ -62,12 +69,36 @@ def describe_process(number: int, proc: Path = PROC) -> str:
     return f"process {number} ({name})"
 
 
-def _find_lockers(path: str) -> set[int]:
+def is_same_device(first: os.stat_result, second: os.stat_result) -> bool:
+    """Return whether two files are one device, by whatever paths they were reached.
+
+    A device may have several nodes, in a container for example: they have its number in common. The numbers of
+    pseudo-terminals begin at 0 in each container, so these are one device only if their node is the same.
+    """
+    if os.path.samestat(first, second):
+        return True
+    if not (stat.S_ISCHR(first.st_mode) and stat.S_ISCHR(second.st_mode)):
+        return False
+    return first.st_rdev == second.st_rdev and os.major(first.st_rdev) not in PSEUDO_TERMINALS
+
+
+def _is_open_on(file: OpenFile, device: os.stat_result) -> bool:
+    """Compare devices and not paths: a container's /dev/pts/3 has the path of the host's and is another device."""
+    if not file.link.startswith("/"):  # a pipe, a socket
+        return False
+    try:
+        return is_same_device((PROC / f"{file.process}/fd/{file.number}").stat(), device)
+    except OSError:  # the process has closed it meanwhile
+        return False
+
+
+def _find_lockers(file: os.stat_result) -> set[int]:
     """Return the processes that have a lock on a file, by flock(2). Source: proc_locks(5)."""
     try:
-        file, locks = Path(path).stat(), (PROC / "locks").read_text()
+        locks = (PROC / "locks").read_text()
     except OSError:
         return set()
     where = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
     lines = (line.split() for line in locks.splitlines())
-    return {int(each[4]) for each in lines if len(each) > 5 and each[5] == where and each[1] != "->"}
+    numbers = {int(each[4]) for each in lines if len(each) > 5 and each[5] == where and each[1] != "->"}
+    return {number for number in numbers if number > 0}  # -1 is a lock of an open file, with no process
