@@ -13,8 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.settings import PiCameraSettings
-from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source, TimestampConverter
+from drivers.raspberrypi.cameras.source import ExposureState, PiCameraSettings, Shot, Source, TimestampConverter
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock

@@ -5,8 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from drivers.raspberrypi.cameras.settings import UsbCameraSettings
-from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source, TimestampConverter
+from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source, TimestampConverter, UsbCameraSettings
 from drivers.raspberrypi.cameras.usb_devices import explain_unusable
 from robotcore.description import CameraDescription
 from robotcore.errors import DeviceError, DeviceLostError

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.settings import UsbCameraSettings
+from drivers.raspberrypi.cameras.source import UsbCameraSettings
 from robotcore.description import CameraDescription
 from robotcore.hardware import Connection, DeviceDriver, Host
 

@@ -7,8 +7,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.header import Gpio, gpio
-from drivers.raspberrypi.motors.driver import MotorDriver, MotorSettings
-from drivers.raspberrypi.motors.lines import Bridge, digital_output, pwm_output, set_low
+from drivers.raspberrypi.motors.driver import Bridge, MotorDriver, MotorSettings, digital_output, pwm_output, set_low
 from robotcore.description import MotorDescription
 from robotcore.hardware import Connection, Host
 

@@ -75,7 +75,7 @@ class VirtualPiBackend(RaspberryPiBackend):
         return ()
 
     def open(self, setup: Setup) -> Robot:
-        from drivers.raspberrypi.virtual.pins import VirtualPins
+        from drivers.raspberrypi.virtual.models import VirtualPins
         from drivers.raspberrypi.virtual.wiring import VirtualWiring, describe_hardware
 
         options, setup = setup.options_as(VirtualPiOptions), setup.without_batteries()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 
-from drivers.raspberrypi.cameras.settings import CameraSettings
+from drivers.raspberrypi.cameras.source import CameraSettings
 from drivers.raspberrypi.encoders import EncoderSettings, PulsesSettings, QuadratureSettings
 from drivers.raspberrypi.motors.boards import HBridgeSettings, PhaseEnableSettings
 from drivers.raspberrypi.ranging.timeofflight import TimeOfFlightSettings
@@ -15,10 +15,10 @@ from drivers.raspberrypi.virtual.models import (
     QuadratureDisc,
     SlottedDisc,
     VirtualEcho,
+    VirtualPins,
     wire_phase_and_enable,
     wire_two_inputs,
 )
-from drivers.raspberrypi.virtual.pins import VirtualPins
 from robotcore.description import AnyDevice, BatteryDescription, EncoderDescription
 from robotcore.hal.clock import MIN_PHYSICS_RATE_HZ, SteppedClock
 from robotcore.hal.devices import Encoder, Motor, RangeSensor

@@ -9,8 +9,7 @@ import pytest
 from drivers.raspberrypi import backend
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from drivers.raspberrypi.ranging.ultrasonic import speed_of_sound
-from drivers.raspberrypi.virtual.models import VirtualEcho
-from drivers.raspberrypi.virtual.pins import VirtualPin, VirtualPins
+from drivers.raspberrypi.virtual.models import VirtualEcho, VirtualPin, VirtualPins
 from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from drivers.raspberrypi.cameras.settings import UsbCameraSettings
+from drivers.raspberrypi.cameras.source import UsbCameraSettings
 from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError

@@ -10,8 +10,7 @@ import cv2
 import numpy as np
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.settings import CameraSettings
-from drivers.raspberrypi.cameras.source import ExposureState, Shot, Source
+from drivers.raspberrypi.cameras.source import CameraSettings, ExposureState, Shot, Source
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock, SteppedClock

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from drivers.raspberrypi.cameras.capture import LONGEST_RETRY_S, FrameConverter
-from drivers.raspberrypi.cameras.settings import CameraSettings
-from drivers.raspberrypi.cameras.source import Shot
+from drivers.raspberrypi.cameras.source import CameraSettings, Shot
 from robotcore.errors import DeviceClosedError, DeviceError
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.wall_clock import MonotonicClock

@@ -11,8 +11,7 @@ import pytest
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
 from drivers.raspberrypi.cameras.csi import CsiSource, PiCamera, widest_mode
-from drivers.raspberrypi.cameras.settings import PiCameraSettings
-from drivers.raspberrypi.cameras.source import Shot
+from drivers.raspberrypi.cameras.source import PiCameraSettings, Shot
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hardware import Connection, Host, bind_devices

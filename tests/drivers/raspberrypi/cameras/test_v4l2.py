@@ -9,7 +9,7 @@ import cv2
 import pytest
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.settings import UsbCameraSettings
+from drivers.raspberrypi.cameras.source import UsbCameraSettings
 from drivers.raspberrypi.cameras.v4l2 import UsbCamera
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceLostError

@@ -10,7 +10,7 @@ from gpiozero.exc import PinInvalidState
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from drivers.raspberrypi.motors.boards import HBridge
-from drivers.raspberrypi.motors.lines import pwm_output
+from drivers.raspberrypi.motors.driver import pwm_output
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Host, bind_devices, static_cutoffs

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.raspberrypi.motors.lines import whole_percent
+from drivers.raspberrypi.motors.driver import whole_percent
 from drivers.raspberrypi.pins import open_pins
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.lines import lgpio as ours

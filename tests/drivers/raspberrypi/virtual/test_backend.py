@@ -18,7 +18,7 @@ from drivers.raspberrypi.motors.boards import HBridge
 from drivers.raspberrypi.ranging.sonar import Sonar
 from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
-from drivers.raspberrypi.virtual.pins import VirtualPins
+from drivers.raspberrypi.virtual.models import VirtualPins
 from drivers.raspberrypi.virtual.wiring import MODELLED, SIMULATED
 from robotcore import RunRequest
 from robotcore.cli.main import execute

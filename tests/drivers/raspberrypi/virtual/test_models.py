@@ -14,10 +14,10 @@ from drivers.raspberrypi.virtual.models import (
     QuadratureDisc,
     SlottedDisc,
     VirtualEcho,
+    VirtualPins,
     wire_phase_and_enable,
     wire_two_inputs,
 )
-from drivers.raspberrypi.virtual.pins import VirtualPins
 from robotcore.hal.clock import SteppedClock
 from tests.drivers.raspberrypi.virtual.fakes import FakeEncoder, FakeMotor, FakeRange
 

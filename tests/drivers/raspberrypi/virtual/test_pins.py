@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 from gpiozero import DigitalInputDevice, GPIOPinInUse, OutputDevice, PWMOutputDevice
 
-from drivers.raspberrypi.virtual.pins import VirtualPins
+from drivers.raspberrypi.virtual.models import VirtualPins
 from robotcore.hal.clock import SteppedClock
 
 
