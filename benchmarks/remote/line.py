@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
 
-from drivers.vrep.wire.messages import Unpacker, decode_message
+from drivers.vrep.wire.codec import Unpacker, decode_message
 from tests.doubles.coppeliasim.legacy.codec import Code
 
 CHUNK_BYTES = 1 << 18

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from drivers.coppeliasim.builder import FORWARD, Placement, SceneBuilder, place_mount, place_on_floor
 from drivers.coppeliasim.connection import LOADING_S
+from drivers.coppeliasim.models import BuiltEncoder, BuiltMotor, BuiltRobot, BuiltWorld, build_robot, build_world
 from drivers.coppeliasim.restore import (
     Undo,
     finish_building,
@@ -17,7 +18,6 @@ from drivers.coppeliasim.restore import (
     save_scene_state,
     undo_collections,
 )
-from drivers.coppeliasim.robot_model import BuiltEncoder, BuiltMotor, BuiltRobot, build_robot
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.sensors import (
     FanRangeSensor,
@@ -30,7 +30,6 @@ from drivers.coppeliasim.sensors import (
     require_depth,
 )
 from drivers.coppeliasim.truth import ContactCounter, CoppeliaSimTruth
-from drivers.coppeliasim.world_model import BuiltWorld, build_world
 from robotcore.description import (
     AnyDevice,
     CameraDescription,

@@ -10,9 +10,9 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 from drivers.vrep.wire import requests
+from drivers.vrep.wire.codec import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.errors import RemoteApiError, ServerHangsError, ServerLostError, SimulationHaltedError
 from drivers.vrep.wire.link import PATIENCE_S, RETRY_S, TIMEOUT_S, Link
-from drivers.vrep.wire.messages import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.requests import Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from drivers.vrep.wire.codec import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerLostError
 from drivers.vrep.wire.link import RETRY_S, Link
-from drivers.vrep.wire.messages import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.requests import DISCONTINUE, Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.threads import start_thread

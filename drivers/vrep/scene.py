@@ -8,10 +8,9 @@ from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
 
 from drivers.vrep.wire import requests
+from drivers.vrep.wire.codec import Header, read_float, read_int
 from drivers.vrep.wire.errors import RefusedError
-from drivers.vrep.wire.messages import Header
 from drivers.vrep.wire.requests import Request, of_handles
-from drivers.vrep.wire.values import read_float, read_int
 from robotcore.simulation.remote_scene import (
     CameraOptics,
     ObjectKind,

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from drivers.vrep.connection import Connection, Step
 from drivers.vrep.scene import STARTS, LegacyScene, velocity_between
 from drivers.vrep.wire import requests
+from drivers.vrep.wire.codec import Header
 from drivers.vrep.wire.errors import (
     GarbledReplyError,
     RemoteApiError,
@@ -17,7 +18,6 @@ from drivers.vrep.wire.errors import (
     ServerLostError,
     SimulationHaltedError,
 )
-from drivers.vrep.wire.messages import Header
 from drivers.vrep.wire.requests import Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.simulation.executor import SerialExecutor

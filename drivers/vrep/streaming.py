@@ -11,9 +11,9 @@ from typing import Any, NamedTuple, TypeVar, cast
 from drivers.vrep.message_pump import MessagePump
 from drivers.vrep.scene import STARTS, LegacyScene, velocity_between
 from drivers.vrep.wire import requests
+from drivers.vrep.wire.codec import Header
 from drivers.vrep.wire.errors import ServerHangsError, SimulationHaltedError
 from drivers.vrep.wire.link import PATIENCE_S, TIMEOUT_S, Link
-from drivers.vrep.wire.messages import Header
 from drivers.vrep.wire.requests import BLOCKING, ONESHOT, STREAMING, Identity, Request
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock

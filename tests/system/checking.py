@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from drivers.coppeliasim.connection import Address
+from drivers.coppeliasim.address import Address
 from tests.system import needs
 from tests.system.speed import scaled
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 from drivers.vrep.simx.clients import read, read_list, send
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.requests import of_handle, of_handles, of_name
 
 # ruff: noqa: N802, N803, N816, D103  the official binding's names; its manual says what they do
 # ruff: noqa: N802, N803, N816, D103  the official binding's names; its manual says what they do
-from drivers.vrep.wire.values import floats, pack_floats, pack_ints, read_float, read_int, read_nothing, read_text
+from drivers.vrep.wire.codec import floats, pack_floats, pack_ints, read_float, read_int, read_nothing, read_text
+from drivers.vrep.wire.requests import of_handle, of_handles, of_name
 
 
 def simxGetObjectHandle(clientID: int, objectName: str | bytes, operationMode: int) -> tuple[int, int]:

@@ -8,8 +8,8 @@ from contextlib import suppress
 from dataclasses import replace
 from types import TracebackType
 
+from drivers.vrep.wire.codec import Header, Piece, Unpacker, decode_message, encode_message, encode_packets
 from drivers.vrep.wire.errors import NobodyListensError, ServerHangsError, ServerLostError
-from drivers.vrep.wire.messages import Header, Piece, Unpacker, decode_message, encode_message, encode_packets
 from drivers.vrep.wire.requests import Identity
 from robotcore.hal.wall_clock import MonotonicClock
 

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-from drivers.vrep.wire.errors import GarbledReplyError, RefusedError
-from drivers.vrep.wire.messages import Piece, encode_command
-from drivers.vrep.wire.values import (
+from drivers.vrep.wire.codec import (
+    Piece,
     Pixels,
     Proximity,
     Vector,
+    encode_command,
     floats,
     pack_floats,
     pack_ints,
@@ -25,6 +25,7 @@ from drivers.vrep.wire.values import (
     read_nothing,
     read_proximity,
 )
+from drivers.vrep.wire.errors import GarbledReplyError, RefusedError
 
 T_co = TypeVar("T_co", covariant=True)
 

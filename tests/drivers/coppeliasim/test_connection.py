@@ -16,10 +16,11 @@ import zmq
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.coppeliasim import connection as connection_module
+from drivers.coppeliasim import address as address_module
+from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.backend import diagnose
 from drivers.coppeliasim.client import Client
-from drivers.coppeliasim.connection import Address, Connection, RefusedError
-from drivers.coppeliasim.doctor import diagnose
+from drivers.coppeliasim.connection import Connection, RefusedError
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
@@ -76,7 +77,7 @@ def test_doctor_names_no_option_as_its_own() -> None:
 
 
 def test_port_where_who_listens_says_nothing_is_reported_to_iton(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.coppeliasim.connection.GREETING_S", ANSWER_S)
+    monkeypatch.setattr("drivers.coppeliasim.address.GREETING_S", ANSWER_S)
     with (
         socket.create_server(("127.0.0.1", 0)) as silent,
         pytest.raises(BackendError, match=r"says nothing; that is not .* --backend vrep"),
@@ -87,7 +88,7 @@ def test_port_where_who_listens_says_nothing_is_reported_to_iton(monkeypatch: py
 def test_port_of_the_legacy_remote_api_is_reported_with_its_backend(
     double: Double, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("drivers.coppeliasim.connection.GREETING_S", ANSWER_S)
+    monkeypatch.setattr("drivers.coppeliasim.address.GREETING_S", ANSWER_S)
     with pytest.raises(BackendError, match=r"says nothing; that is not .* --backend vrep"):
         connected(double.legacy_port)
 
@@ -281,15 +282,15 @@ def test_server_that_was_started_again_is_not_taken_for_the_one_before() -> None
 
 
 def test_errors_have_kinds_and_name_the_address() -> None:
-    address = connection_module.Address(port=23001)
+    address = address_module.Address(port=23001)
     failures = [
-        connection_module.connection_refused(address, ConnectionRefusedError()),
-        connection_module.wrong_protocol(address, None),
-        connection_module.server_gone(address, "sim.step"),
-        connection_module.timed_out(address, "sim.step", 1.0, is_known=True),
-        connection_module.unexpected_answer(address, "sim.step", 7),
-        connection_module.server_too_old(address),
-        connection_module.function_missing(address, "sim.step"),
+        address_module.connection_refused(address, ConnectionRefusedError()),
+        address_module.wrong_protocol(address, None),
+        address_module.server_gone(address, "sim.step"),
+        address_module.timed_out(address, "sim.step", 1.0, is_known=True),
+        address_module.unexpected_answer(address, "sim.step", 7),
+        address_module.server_too_old(address),
+        address_module.function_missing(address, "sim.step"),
     ]
     assert [failure.kind for failure in failures] == [
         "connection-refused",

@@ -12,7 +12,8 @@ from contextlib import closing
 import pytest
 
 from drivers.coppeliasim import lease
-from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.address import Address
+from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.plan import RunRequest

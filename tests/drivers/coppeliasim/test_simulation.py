@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import CoppeliaSimBackend
 from drivers.coppeliasim.builder import NO_UNDO, CollisionMask, Placement, SceneBuilder
 from drivers.coppeliasim.client import Client
-from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.restore import begin_building
 from robotcore.description import load_robot, load_world
 from robotcore.errors import BackendError, DeviceGroupError, UsageError

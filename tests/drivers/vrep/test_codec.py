@@ -11,9 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.errors import GarbledReplyError, RefusedError
-from drivers.vrep.wire.link import Assembly
-from drivers.vrep.wire.messages import (
+from drivers.vrep.wire.codec import (
     MAX_PACKET_BYTES,
     VERSION,
     Piece,
@@ -23,6 +21,8 @@ from drivers.vrep.wire.messages import (
     encode_message,
     encode_packets,
 )
+from drivers.vrep.wire.errors import GarbledReplyError, RefusedError
+from drivers.vrep.wire.link import Assembly
 from drivers.vrep.wire.requests import BLOCKING, ONESHOT, STREAMING, Request
 
 RECORDED = Path(__file__).parents[2] / "doubles" / "coppeliasim" / "recorded"

@@ -11,8 +11,8 @@ import pytest
 
 from drivers.vrep.connection import Connection, PendingRequests
 from drivers.vrep.wire import requests
+from drivers.vrep.wire.codec import Header, Piece
 from drivers.vrep.wire.errors import RefusedError, ServerHangsError, SimulationHaltedError
-from drivers.vrep.wire.messages import Header, Piece
 from drivers.vrep.wire.requests import Request
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from drivers.vrep.connection import Connection
 from drivers.vrep.streaming import StreamReader
 from drivers.vrep.wire import requests
+from drivers.vrep.wire.codec import encode_message, encode_packets
 from drivers.vrep.wire.errors import (
     GarbledReplyError,
     NobodyListensError,
@@ -23,7 +24,6 @@ from drivers.vrep.wire.errors import (
     ServerLostError,
 )
 from drivers.vrep.wire.link import Link
-from drivers.vrep.wire.messages import encode_message, encode_packets
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double

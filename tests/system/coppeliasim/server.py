@@ -6,8 +6,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import CoppeliaSimBackend
-from drivers.coppeliasim.connection import Address, Connection
+from drivers.coppeliasim.connection import Connection
 from robotcore.description import RobotDescription, WorldDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from drivers.coppeliasim.connection import Address
+from drivers.coppeliasim.address import Address
 from drivers.vrep import simx
 from drivers.vrep.backend import VrepBackend
 from robotcore.description import load_robot

@@ -1,9 +1,4 @@
-"""The robot as objects of a scene: a body, wheels on joints, casters that slide.
-
-What makes a robot go in Bullet as it is told: a wheel is a ball to the floor, which grips at one point, on the exact
-track; the body's mass is over the axle; a caster is on either side of it, without friction, on a force sensor,
-which holds it as stiffly as physics can. With its mass on one caster a robot creeps while its wheels stand.
-"""
+"""Build a world as objects of a scene: a floor, prisms and balls. None of them moves."""
 
 from __future__ import annotations
 
@@ -12,13 +7,72 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from drivers.coppeliasim.builder import AXLE, NO_UNDO, CollisionMask, Placement, SceneBuilder, place_on_floor
+from drivers.coppeliasim.restore import begin_building
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from robotcore.description import Drive, EncoderDescription, MotorDescription, RobotDescription
+from robotcore.description import (
+    Ball,
+    Box,
+    Cylinder,
+    Drive,
+    EncoderDescription,
+    MotorDescription,
+    RobotDescription,
+    WorldDescription,
+)
 from robotcore.description.robot import Body, Caster
 from robotcore.geometry import Pose
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Encoder, Motor
 from robotcore.simulation.sampling import SampleCache
+
+GROUND_M, GROUND_DEPTH_M = 60.0, 0.1
+"""The ground goes on beyond the world's floor; a vision sensor of ours sees no farther."""
+
+
+class BuiltWorld(NamedTuple):
+    """The handles of a world's objects: their root, and what can be touched."""
+
+    root: int
+    things: frozenset[int]
+    seen: int
+    """The collection of all, for cameras."""
+    met: int
+    """The collection of all but the floor, for range sensors."""
+
+
+def build_world(builder: SceneBuilder, world: WorldDescription) -> BuiltWorld:
+    """Make a world's objects, each under its own name; `finish` is to be called when all is built."""
+    root = builder.dummy(world.name)
+    builder.mark(root, NO_UNDO)
+    begin_building(builder, root)
+    floor = _add_floor(builder, world, root)
+    builder.set_friction(floor, 1.0)
+    prisms = [_add_prism(builder, prism, root) for prism in world.prisms]
+    balls = [_add_ball(builder, ball, root) for ball in world.targets]
+    seen, met = builder.collection(root), builder.collection(root, without=floor)
+    return BuiltWorld(root, frozenset((*prisms, *balls)), seen, met)
+
+
+def _add_floor(builder: SceneBuilder, world: WorldDescription, root: int) -> int:
+    size = (GROUND_M, GROUND_M, GROUND_DEPTH_M)
+    place = Placement(0.0, 0.0, -GROUND_DEPTH_M / 2)
+    return builder.shape("cuboid", size, place, world.floor.colour, CollisionMask.FLOOR, "floor", root)
+
+
+def _add_prism(builder: SceneBuilder, prism: Box | Cylinder, root: int) -> int:
+    place = place_on_floor(Pose(prism.x_m, prism.y_m, prism.yaw_rad))._replace(z=prism.height_m / 2)
+    if isinstance(prism, Box):
+        kind, across = "cuboid", (prism.length_m, prism.width_m)
+    else:
+        kind, across = "cylinder", (2 * prism.radius_m, 2 * prism.radius_m)
+    return builder.shape(kind, (*across, prism.height_m), place, prism.colour, CollisionMask.THING, prism.name, root)
+
+
+def _add_ball(builder: SceneBuilder, ball: Ball, root: int) -> int:
+    size = (2 * ball.radius_m,) * 3
+    place = Placement(ball.x_m, ball.y_m, ball.radius_m)
+    return builder.shape("spheroid", size, place, ball.colour, CollisionMask.THING, ball.name, root)
+
 
 WHEEL_FORCE_NM = 2.0
 TURNS_RAD = 1e5
