@@ -1,4 +1,4 @@
-"""The safety stage: what stands between every command and the motors, the same on every backend."""
+"""Safety of a robot, the same on every backend: command filter, rules, deadman, latch and watchdog."""
 
 from robotcore.safety.command_filter import LOST, CommandFilter, Commit, SafetyFilter
 from robotcore.safety.deadman import Deadman

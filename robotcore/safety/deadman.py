@@ -11,10 +11,11 @@ from robotcore.safety.reserve import Reserve
 from robotcore.threads import is_out_of_memory
 
 LOCK_TIMEOUT_S = 0.05
+"""A lock that cannot be acquired within this time is held by a driver call that hangs."""
 
 
 class TimedLock:
-    """Holds a lock while entered, if it can be had soon; does without where its owner hangs in a vendor's call."""
+    """A context that holds a lock, or goes on without it after `LOCK_TIMEOUT_S` because its owner hangs."""
 
     __slots__ = ("_is_held", "_lock")
 
@@ -30,14 +31,29 @@ class TimedLock:
 
 
 MIN_LEASE_S = 0.1
+"""A shorter lease would end while the process waits for a processor."""
 
 
 class Deadman:
     """Calls ``cut`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
 
-    One call to the clock stands at a time; one that comes too early asks for the next. A clock may call from a thread
-    of its own: whoever renews or rests holds ``lock``; the cut waits for it, but not for ever. ``reserve`` has the
-    memory that a cut may need.
+    clock: the lease runs on it. It may call from another thread.
+    lease: the duration of a lease, in seconds, at least `MIN_LEASE_S`.
+    cut: stops the motors. Its argument is the time of the cut.
+    lock: the caller of `renew` and `rest` holds it. The cut waits for it for `LOCK_TIMEOUT_S`.
+    reserve: the memory that a cut may need.
+
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> clock = SteppedClock(20, lambda _: None)
+    >>> cut = lambda time: print(f"stop at {time:.2f} s")
+    >>> deadman = Deadman(clock, 0.2, cut, RLock(), Reserve(clock))
+    >>> deadman.renew(clock.now())
+    >>> deadman
+    Deadman(lease=0.2, expiry=0.2)
+    >>> _ = clock.sleep_until(0.15)
+    >>> deadman.renew(clock.now())
+    >>> _ = clock.sleep_until(1.0)
+    stop at 0.35 s
     """
 
     def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None], lock: RLock, reserve: Reserve) -> None:
@@ -48,6 +64,10 @@ class Deadman:
         self._reserve = reserve
         self._expiry: float | None = None
         self._is_waiting = False
+        """Whether the clock has a call to make. One call is enough: if it comes too early, it asks for the next."""
+
+    def __repr__(self) -> str:
+        return f"Deadman(lease={self.lease:g}, expiry={self._expiry})"
 
     def renew(self, now: float) -> None:
         """Begin a new lease."""
@@ -56,11 +76,11 @@ class Deadman:
             self._wait(self._expiry)
 
     def rest(self) -> None:
-        """End the lease: the motors were stopped."""
+        """End the lease. Call it after the motors were stopped."""
         self._expiry = None
 
     def _wait(self, expiry: float) -> None:
-        """Have the clock call at ``expiry``; if it cannot, the next `renew` asks again."""
+        """Ask the clock for a call at ``expiry``. If it raises, the next `renew` asks again."""
         self._is_waiting = True
         try:
             check = partial(self._check, expiry)
@@ -78,7 +98,7 @@ class Deadman:
                 self._cut_now(called_at)
 
     def _can_wait(self, expiry: float) -> bool:
-        """Wait for a later expiry; return False if memory runs out, for then a cut that comes early is the safe one."""
+        """Wait for a later expiry. Return False if memory runs out; the caller then cuts early, which is safe."""
         try:
             self._wait(expiry)
         except Exception as error:

@@ -1,4 +1,4 @@
-"""The latch and the emergency stop: once tripped, the run ends, whatever the app catches."""
+"""The latch and the emergency stop. A tripped latch ends the run, whatever the app catches."""
 
 from __future__ import annotations
 
@@ -15,64 +15,78 @@ from robotcore.threads import is_out_of_memory
 
 
 class Latch:
-    """Keeps the first error that it is set to, and raises it at every `check` from then on; any thread may set it.
+    """Keeps the first error, and raises it at every `check` from then on. Any thread may trip it.
 
-    driven: the wheel velocities at the moment when the latch tripped, rad/s.
-    unreported_interventions: stops of the deadman before that moment, which no tick has reported.
     reserve: the memory that a stop may need.
+
+    >>> latch = Latch()
+    >>> latch.call(lambda: print("the motors are stopped"))
+    >>> latch.set(EmergencyStopError("the button was pressed"))
+    the motors are stopped
+    >>> latch
+    Latch(error='e-stop: the button was pressed')
+    >>> latch.check()
+    Traceback (most recent call last):
+    robotcore.errors.EmergencyStopError: e-stop: the button was pressed
     """
 
     def __init__(self, reserve: Reserve | None = None) -> None:
         self.error: RobotcoreError | None = None
+        """The first error; None until the latch trips."""
         self.driven = STOPPED
+        """The wheel velocities at the moment when the latch tripped, in rad/s."""
         self.unreported_interventions: Sequence[Intervention] = ()
+        """Stops of the deadman before that moment, which no tick has reported."""
         self._lock = RLock()
         self._reserve = reserve or Reserve(MonotonicClock())
         self._calls: list[Callable[[], object]] = []
 
+    def __repr__(self) -> str:
+        return f"Latch(error={str(self.error)!r})" if self.error else "Latch()"
+
     @property
     def cause(self) -> str:
-        """What tripped it, as interventions name it. Only a watchdog latches the failure of a device or a backend."""
+        """The cause, as interventions name it. Only a watchdog latches the failure of a device or a backend."""
         return self.error.cause if isinstance(self.error, SafetyStop) else "watchdog"
 
     def interventions(self, now: float) -> tuple[Intervention, ...]:
-        """Return what a trace is to tell of it."""
+        """Return the interventions for the trace: those that no tick reported, and the one of the latch itself."""
         return (*self.unreported_interventions, Intervention(now, self.cause, self.driven, STOPPED))
 
     def call(self, stop: Callable[[], object]) -> None:
-        """Call this when the latch trips, after those that asked before: at once, in the thread that trips it."""
+        """Add a function to call when the latch trips, in the thread that trips it. The order of adding is kept."""
         self._calls.append(stop)
 
     def set(self, error: RobotcoreError) -> None:
-        """Latch, and call every stop, whatever another one raises. Closing reports a stop that fails again."""
+        """Keep the error, and call every function, even if one raises. A stop that fails is tried again at closing."""
         with self._lock:
             self.error = self.error or error
         self._reserve.retry_on_memory_error(self._call_all)
 
     def _call_all(self) -> None:
-        """Make the calls that are still to be made. One that runs out of memory twice is left for the next `set`."""
+        """Make the outstanding calls. A call that runs out of memory twice is left for the next `set`."""
         for call in tuple(self._calls):
             try:
                 self._reserve.retry_on_memory_error(call)
-            except Exception as failure:  # noqa: BLE001  one that fails must not keep the others from stopping
+            except Exception as failure:  # noqa: BLE001  one failure must not prevent the other stops
                 if is_out_of_memory(failure):
                     continue
             with suppress(ValueError):  # another thread has made it too
                 self._calls.remove(call)
 
     def trip(self, error: RobotcoreError) -> NoReturn:
-        """Latch, and raise what ended the run first."""
+        """Keep the error, and raise the first one."""
         self.set(error)
         raise self.error or error
 
     def check(self) -> None:
-        """Raise what ended the run, if something did."""
+        """Raise the first error, if there is one."""
         if self.error:
             raise self.error
 
 
 class EmergencyStop:
-    """A big red button: whoever holds it can press it, from any thread, and no app can undo it.
+    """Stops every motor for good, from any thread. No app can undo it.
 
     >>> latch = Latch()
     >>> EmergencyStop(latch).press("the button on the bench was pressed")
@@ -84,5 +98,5 @@ class EmergencyStop:
         self._latch = latch
 
     def press(self, how: str) -> None:
-        """Stop every motor at once, for good; the run ends as stopped, with ``how`` it came to that."""
+        """Stop every motor at once and end the run as stopped. The result's reason contains ``how``."""
         self._latch.set(EmergencyStopError(how))

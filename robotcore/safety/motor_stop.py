@@ -1,4 +1,4 @@
-"""Stops motors, each independently of the others."""
+"""Stop motors, each independently of the others."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from robotcore.threads import is_out_of_memory
 T = TypeVar("T")
 
 STOP_S = 0.2
-"""A motor whose stop takes longer is given up, though its stop goes on: nothing waits for it again."""
+"""Nothing waits longer than this for a motor to stop. The stop itself goes on in its thread."""
 
 
 class MotorStop:
-    """Stops one motor. While one stop is under way no other is begun."""
+    """Stops one motor. No second stop begins while one is under way."""
 
     def __init__(self, motor: Motor, reserve: Reserve) -> None:
         self.motor = motor
@@ -29,17 +29,20 @@ class MotorStop:
 
     @property
     def is_hung(self) -> bool:
-        """Whether a stop that was begun has not come back."""
+        """Whether a stop has begun and not returned."""
         return self._under_way is not None and self._under_way.is_under_way
 
     def apply(self) -> None:
-        """Stop the motor here and now, after a stop that is under way, unless that hangs."""
+        """Stop the motor in this thread. Wait before for a stop that is under way; raise DeviceError if that hangs."""
         if self._under_way and not self._under_way.is_done_within(STOP_S):
             raise self._hung()
         self._stop()
 
     def begin(self, within_s: float = STOP_S) -> Callable[[], Exception | None]:
-        """Stop the motor in a thread of the reserve; return a function that waits so long, and returns the failure."""
+        """Stop the motor in a thread of the reserve.
+
+        Return a function that waits for the stop, for at most ``within_s`` seconds, and returns its failure.
+        """
         call = self._under_way
         if call is None or not call.is_under_way:
             self._under_way = call = self._reserve.retry_on_memory_error(self._call)
@@ -52,67 +55,74 @@ class MotorStop:
         self._reserve.retry_on_memory_error(self.motor.stop)
 
     def _failure_of(self, call: BackgroundCall) -> Exception | None:
-        """Return why a stop failed; one that ran out of memory is made again, in place."""
+        """Return the failure of a stop. A stop that ran out of memory is repeated in this thread."""
         failure = call.failure
         if failure and is_out_of_memory(failure):
             try:
                 self._stop()
-            except Exception as again:  # noqa: BLE001  the caller asks for it
+            except Exception as again:  # noqa: BLE001  it is returned
                 return again
             return None
         if failure is None or isinstance(failure, Exception):
             return failure
-        return DeviceError(self.motor.name, f"its stop raised {type(failure).__name__}")
+        return DeviceError(self.motor.name, f"its stop raised {type(failure).__name__}", kind="stop-raised")
 
     def _hung(self, within_s: float = STOP_S) -> DeviceError:
         return DeviceError(
-            self.motor.name, f"has not stopped within {within_s:g} s; cut its power where it still turns"
+            self.motor.name,
+            f"has not stopped within {within_s:g} s. If it still turns, cut its power",
+            kind="stop-timeout",
+            within_s=within_s,
         )
 
 
 class StopGroup:
-    """Stops motors, each on its own.
+    """Stops motors, each independently of the others.
 
-    The thread that made this stops them one after the other: the watchdog looks after it. From any other thread each is
-    stopped in a thread of the ``reserve``, so that one that hangs does not hold up the others. Without threads in the
-    reserve they are stopped one after the other.
+    The thread that made the group stops them one after the other, because the watchdog supervises this thread. Any
+    other thread stops each motor in a thread of the ``reserve``, so that one that hangs does not delay the others. If
+    the reserve has no idle thread, the motors are stopped one after the other.
     """
 
-    def __init__(self, brakes: Iterable[MotorStop], reserve: Reserve) -> None:
+    def __init__(self, stops: Iterable[MotorStop], reserve: Reserve) -> None:
         self.reserve = reserve
-        self._brakes = tuple(brakes)
-        self._home = get_ident()
+        self._stops = tuple(stops)
+        self._owner = get_ident()
+
+    def __repr__(self) -> str:
+        hung = [stop.motor.name for stop in self._stops if stop.is_hung]
+        return f"StopGroup({', '.join(stop.motor.name for stop in self._stops)}; hung: {', '.join(hung) or 'none'})"
 
     @classmethod
     def on(cls, *motors: Motor, reserve: Reserve | None = None) -> StopGroup:
-        """Return brakes for these motors."""
+        """Return a group for these motors."""
         reserve = reserve or Reserve(MonotonicClock())
         return cls([MotorStop(motor, reserve) for motor in motors], reserve)
 
     def of(self, *motors: Motor) -> StopGroup:
-        """Return the same brakes for some of the motors alone."""
-        return StopGroup([brake for brake in self._brakes if brake.motor in motors], self.reserve)
+        """Return a group for some of the motors. It shares their state with this group."""
+        return StopGroup([stop for stop in self._stops if stop.motor in motors], self.reserve)
 
     @property
     def are_hung(self) -> bool:
-        """Whether a stop has not come back."""
-        return any(brake.is_hung for brake in self._brakes)
+        """Whether a stop has begun and not returned."""
+        return any(stop.is_hung for stop in self._stops)
 
     def apply(self) -> None:
-        """Stop every motor; raise the first failure when all were tried, before one that is lost one that is there."""
-        failures = self._in_turn() if get_ident() == self._home else self.apply_apart()
+        """Stop every motor, then raise the first failure. The failure of a lost motor comes last."""
+        failures = self._in_turn() if get_ident() == self._owner else self.apply_apart()
         if failures:
             raise min(failures, key=lambda failure: isinstance(failure, DeviceLostError))
 
     def apply_apart(self, within_s: float = STOP_S) -> list[Exception]:
-        """Stop every motor in a thread of the reserve; return what failed, within that time."""
+        """Stop every motor in a thread of the reserve. Return the failures within ``within_s`` seconds."""
         failures: list[Exception] = []
-        waits = _try_all([partial(brake.begin, within_s) for brake in self._brakes], failures)
+        waits = _try_all([partial(stop.begin, within_s) for stop in self._stops], failures)
         return failures + [failure for wait in waits if (failure := wait())]
 
     def _in_turn(self) -> list[Exception]:
         failures: list[Exception] = []
-        _try_all([brake.apply for brake in self._brakes], failures)
+        _try_all([stop.apply for stop in self._stops], failures)
         return failures
 
 
@@ -122,6 +132,6 @@ def _try_all(tries: Iterable[Callable[[], T]], failures: list[Exception]) -> lis
     for attempt in tries:
         try:
             results.append(attempt())
-        except Exception as failure:  # noqa: BLE001, PERF203  one that fails must not keep the others from stopping
+        except Exception as failure:  # noqa: BLE001, PERF203  one failure must not prevent the other stops
             failures.append(failure)
     return results

@@ -1,4 +1,4 @@
-"""Monitors of the sensors' plausibility: wheels that do not follow their commands, range readings that never change."""
+"""Plausibility checks: wheels that do not follow their commands, and range readings that never change."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from robotcore.hal.devices import Range, RangeSensor
 from robotcore.safety.latch import Latch
 
 MIN_RESPONSE = 0.25
-"""The least share of the commanded angle that a wheel must turn. Lag, slip and a flat battery cost less."""
+"""The least share of the commanded angle that a wheel must turn. Lag, slip and a flat battery leave more."""
 
 MIN_ANGLE_RAD = 1.0
-"""A wheel is checked after this commanded angle, for at less the lag is too large a part of it."""
+"""A wheel is checked after this commanded angle. In a smaller angle the lag is too large a part."""
 
 MIN_COUNTS = 4
-"""The same for encoders so coarse that one count is more."""
+"""The least commanded angle in counts, for encoders whose counts are coarse."""
 
 
 class WheelTrackingCheck:
     """A rule that changes no command. It trips the latch if a wheel does not follow its command.
 
-    A wheel is checked over a time in which it is driven in one direction: for ``patience`` seconds and at least
+    A wheel is checked over a period in which it is driven in one direction, for ``min_duration_s`` and over at least
     `MIN_ANGLE_RAD`.
 
     commanded: returns the commanded angle of both wheels, in rad.
     turned: returns the angle of both wheels by their encoders, in rad.
     motors, encoders: the names of the left and the right one.
-    patience: the least duration of a check, in seconds.
+    min_duration_s: the least duration of a check, in seconds.
     count: the angle of one count of the coarser encoder, in rad.
     """
 
@@ -44,52 +44,58 @@ class WheelTrackingCheck:
         turned: Callable[[], Wheels],
         motors: tuple[str, str],
         encoders: tuple[str, str],
-        patience: float,
+        min_duration_s: float,
         count: float = 0.0,
     ) -> None:
         self._clock, self._latch, self._commanded, self._turned = clock, latch, commanded, turned
-        enough = max(MIN_ANGLE_RAD, MIN_COUNTS * count)
-        self._wheels = [_WheelCheck(*names, patience, enough) for names in zip(motors, encoders, strict=True)]
+        min_angle = max(MIN_ANGLE_RAD, MIN_COUNTS * count)
+        self._wheels = [_WheelCheck(*names, min_duration_s, min_angle) for names in zip(motors, encoders, strict=True)]
 
-    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
+    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
         now, commanded, turned = self._clock.now(), self._commanded(), self._turned()
-        judged = [wheel.judged(now, *each) for wheel, *each in zip(self._wheels, last, commanded, turned, strict=True)]
-        if faults := [fault for fault in judged if fault]:
+        checks = [wheel.check(now, *each) for wheel, *each in zip(self._wheels, last, commanded, turned, strict=True)]
+        if faults := [fault for fault in checks if fault]:
             self._latch.trip(WheelFaultError(faults))
-        return asked
+        return command
 
 
 class _WheelCheck:
-    """One wheel, and since when it has been driven the way it is."""
+    """One wheel, with the time and the angles at which its present direction began."""
 
-    def __init__(self, motor: str, encoder: str, patience: float, enough: float) -> None:
-        self._motor, self._encoder, self._patience, self._enough = motor, encoder, patience, enough
+    def __init__(self, motor: str, encoder: str, min_duration_s: float, min_angle: float) -> None:
+        self._motor, self._encoder = motor, encoder
+        self._min_duration_s, self._min_angle = min_duration_s, min_angle
         self._begin(0.0, 0.0, 0.0, 0.0)
 
-    def judged(self, now: float, velocity: float, commanded: float, turned: float) -> str:
-        """Return in words what is wrong, or nothing; all angles are from the same instant."""
-        sense = copysign(1.0, velocity) if velocity else 0.0
-        if sense == 0.0 or sense != self._sense:
-            self._begin(now, sense, commanded, turned)
-            return ""
-        asked, done, passed = commanded - self._commanded, turned - self._turned, now - self._since
-        if passed < self._patience or abs(asked) < self._enough:
-            return ""
-        self._begin(now, sense, commanded, turned)
-        if done * sense >= MIN_RESPONSE * abs(asked):
-            return ""
-        action = f"{self._motor} was told to turn {asked:.1f} rad in {passed:.1f} s"
-        return f"{action} and turned {round(done, 1) + 0.0} rad by {self._encoder}"  # no -0.0
+    def check(self, now: float, velocity: float, commanded: float, turned: float) -> str:
+        """Return the fault as a text, empty if there is none.
 
-    def _begin(self, now: float, sense: float, commanded: float, turned: float) -> None:
-        self._since, self._sense, self._commanded, self._turned = now, sense, commanded, turned
+        now: the time, in seconds.
+        velocity: the velocity that was sent last, in rad/s.
+        commanded, turned: the commanded and the measured angle at this time, in rad.
+        """
+        direction = copysign(1.0, velocity) if velocity else 0.0
+        if direction == 0.0 or direction != self._direction:
+            self._begin(now, direction, commanded, turned)
+            return ""
+        goal, actual, duration = commanded - self._commanded, turned - self._turned, now - self._since
+        if duration < self._min_duration_s or abs(goal) < self._min_angle:
+            return ""
+        self._begin(now, direction, commanded, turned)
+        if actual * direction >= MIN_RESPONSE * abs(goal):
+            return ""
+        measured = f"{self._encoder} measured {round(actual, 1) + 0.0} rad"  # no -0.0
+        return f"{self._motor} was commanded to turn {goal:.1f} rad in {duration:.1f} s and {measured}"
+
+    def _begin(self, now: float, direction: float, commanded: float, turned: float) -> None:
+        self._since, self._direction, self._commanded, self._turned = now, direction, commanded, turned
 
 
 SAME_DISTANCE_M = 0.001
-"""Distances that differ by less are the same. No true one stays so for long: the robot moves 10 mm in a tick."""
+"""Distances that differ by less count as the same. A true one soon changes: the robot moves 10 mm in a tick."""
 
 MIN_TURN_RAD = 1.0
-"""How far the robot must also have turned: along a wall, and in a corridor, a wide cone hears the same all the way."""
+"""The robot must also have turned by this angle. Along a wall a wide cone measures the same distance all the way."""
 
 
 class StuckRangeCheck:
@@ -99,34 +105,37 @@ class StuckRangeCheck:
     sensor's range may stay the same for any time.
 
     pose: returns the pose by the encoders. Without encoders a stalled robot would look like a stuck sensor.
-    patience: how far the robot must have driven meanwhile, in metres; it must have turned by `MIN_TURN_RAD` as well.
+    min_distance_m: the least distance that the robot drives during a check, in metres. It must also have turned by
+    `MIN_TURN_RAD`.
     """
 
     cause = "range fault"
 
-    def __init__(self, latch: Latch, sensors: Iterable[RangeSensor], pose: Callable[[], Pose], patience: float) -> None:
+    def __init__(
+        self, latch: Latch, sensors: Iterable[RangeSensor], pose: Callable[[], Pose], min_distance_m: float
+    ) -> None:
         self._latch, self._pose = latch, pose
-        self._sensors = [_RangeHistory(sensor, patience) for sensor in sensors]
+        self._sensors = [_RangeHistory(sensor, min_distance_m) for sensor in sensors]
 
-    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
-        if asked.left + asked.right > 0:
+    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
+        if command.left + command.right > 0:
             pose = self._pose()
-            if faults := [fault for fault in (sensor.judged(pose) for sensor in self._sensors) if fault]:
+            if faults := [fault for fault in (sensor.check(pose) for sensor in self._sensors) if fault]:
                 self._latch.trip(RangeFaultError(faults))
-        return asked
+        return command
 
 
 class _RangeHistory:
     """The last reading of one sensor, and how far the robot has moved since the reading changed."""
 
-    def __init__(self, sensor: RangeSensor, patience: float) -> None:
-        self._sensor, self._patience = sensor, patience
+    def __init__(self, sensor: RangeSensor, min_distance_m: float) -> None:
+        self._sensor, self._min_distance_m = sensor, min_distance_m
         self._last: Range | None = None
         self._at = Pose(0.0, 0.0, 0.0)
         self._distance = self._driven = self._turned = 0.0
 
-    def judged(self, pose: Pose) -> str:
-        """Return in words what is wrong, or nothing."""
+    def check(self, pose: Pose) -> str:
+        """Read the sensor. Return the fault as a text, empty if there is none."""
         reading = self._sensor.read()
         if self._last and reading.sequence == self._last.sequence:
             return ""
@@ -137,10 +146,10 @@ class _RangeHistory:
         self._driven += pose.distance_to(self._at.x, self._at.y)
         self._turned += abs(wrap_angle(pose.heading - self._at.heading))
         self._at = pose
-        if self._driven < self._patience or self._turned < MIN_TURN_RAD:
+        if self._driven < self._min_distance_m or self._turned < MIN_TURN_RAD:
             return ""
-        gone = f"drove {self._driven:.2f} m and turned {degrees(self._turned):.0f}°"
-        return f"{self._sensor.name} told the same {self._distance:.2f} m while the wheels {gone}"
+        motion = f"drove {self._driven:.2f} m and turned {degrees(self._turned):.0f}°"
+        return f"{self._sensor.name} measured the same {self._distance:.2f} m while the wheels {motion}"
 
     def _repeats(self, distance: float) -> bool:
         is_measured = self._sensor.min_range < distance < self._sensor.max_range

@@ -1,4 +1,4 @@
-"""Threads and memory that a run sets aside while nothing moves: a system may refuse both when motors must stop."""
+"""Threads and memory that a run reserves before anything moves. Later the system may refuse both to a stop."""
 
 from __future__ import annotations
 
@@ -18,20 +18,22 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 THREAD = "reserve"
+"""The name of the threads."""
 
 MEMORY_BYTES = 32 << 20
-"""Address space alone: zeroed pages that nothing writes take no memory."""
+"""The size of the reserved memory. It takes address space only: pages that nothing writes need no memory."""
 
 
 class BackgroundCall:
-    """A call that may hang, run in another thread. ``failure`` is the exception that it raised, or None."""
+    """A call that may hang, run in another thread."""
 
     def __init__(self, function: Callable[[], object], clock: Clock) -> None:
         self.failure: BaseException | None = None
+        """The exception that the call raised, if it raised one."""
         self._function, self._clock = function, clock
         self._begun = clock.now()
         self._is_made = self._is_over = False
-        self._running = Lock()  # no Event: one that runs out of memory keeps its inner lock for ever
+        self._running = Lock()  # not an Event: if set() runs out of memory, an Event keeps its inner lock for ever
         self._running.acquire()
 
     @property
@@ -39,19 +41,19 @@ class BackgroundCall:
         return not self._is_over
 
     def is_done_within(self, limit_s: float) -> bool:
-        """Wait for the end, until ``limit_s`` seconds after the beginning; return whether it has come."""
+        """Wait for the end of the call, at most until ``limit_s`` seconds after its begin. Return whether it ended."""
         left_s = max(0.0, self._begun + limit_s - self._clock.now())
         if not self._is_over and self._running.acquire(timeout=left_s):
             self._running.release()
         return self._is_over
 
     def run(self) -> None:
-        """Make the call in the present thread, once; run again, it only notes the end."""
+        """Make the call in this thread. A second `run` does not repeat it; it only marks the end."""
         try:
             if not self._is_made:
                 self._is_made = True
                 self._function()
-        except BaseException as failure:  # noqa: BLE001  the caller asks for it
+        except BaseException as failure:  # noqa: BLE001  the caller reads it from failure
             self.failure = failure
         finally:
             if not self._is_over:
@@ -60,7 +62,7 @@ class BackgroundCall:
 
 
 class Reserve:
-    """Threads that wait for calls, and memory: what stopping needs, held from before anything moves.
+    """Threads that wait for calls, and memory. A run holds both from before anything moves, for its stops.
 
     >>> from robotcore.hal.wall_clock import MonotonicClock
     >>> reserve = Reserve(MonotonicClock())
@@ -75,12 +77,12 @@ class Reserve:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._calls = SimpleQueue[BackgroundCall | None]()
-        self._idle = deque[str]()  # no lock: a signal's handler may call in the middle of a call
+        self._idle = deque[str]()  # not a lock: a signal handler may interrupt a call and make another
         self._is_closed = False
         self._memory: bytes | None = None
 
     def hold(self, threads: int) -> None:
-        """Start this many threads more, and hold memory. Raises ResourceError if the system refuses one of them."""
+        """Start ``threads`` more threads, and hold memory. Raises ResourceError if the system refuses one of them."""
         try:
             self._memory = self._memory or bytes(MEMORY_BYTES)
         except MemoryError as error:
@@ -113,11 +115,11 @@ class Reserve:
             return function()
 
     def release_memory(self) -> None:
-        """Give back the memory held here, for a stop or for the end of a run. May be called again."""
+        """Free the memory held here, for a stop or for the end of a run. May be called again."""
         self._memory = None
 
     def close(self) -> None:
-        """Give everything back. A thread whose call hangs ends after that call. May be called again."""
+        """End the threads and free the memory. A thread whose call hangs ends after that call. May be called again."""
         self._is_closed = True
         self.release_memory()
         while self._take_thread():
@@ -132,7 +134,7 @@ class Reserve:
         return True
 
     def _work(self) -> None:
-        """Wait for calls and make them; without memory, try again what failed."""
+        """Wait for calls and make them. A step that runs out of memory is repeated."""
         call: BackgroundCall | None = None
         is_needed = True
         while is_needed:
@@ -140,11 +142,11 @@ class Reserve:
                 call = call or self._calls.get()
                 is_needed = call is not None and self._make(call)
                 call = None
-            except BaseException:  # noqa: BLE001, PERF203, S112  a thread that ends is missing at the next stop
+            except BaseException:  # noqa: BLE001, PERF203, S112  a thread that ended would be missing at the next stop
                 continue
 
     def _make(self, call: BackgroundCall) -> bool:
-        """Make a call; return whether the thread waits for another one."""
+        """Make a call. Return whether the thread waits for another one."""
         call.run()
         self._idle.append(THREAD)
         return not (self._is_closed and self._take_thread())

@@ -1,4 +1,4 @@
-"""The rules for a wheel command, and the interventions that record a change. A rule scales both wheels together."""
+"""The rules for wheel commands, and the interventions that record their changes."""
 
 from __future__ import annotations
 
@@ -11,65 +11,99 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import RangeSensor
 
 STOPPED = Wheels(0.0, 0.0)
+"""The command that stops both wheels."""
 
 
 @dataclass(frozen=True, slots=True)
 class Intervention:
-    """The stage changed a command: when, by which rule, and what became of it."""
+    """A change of a command."""
 
     time: float
+    """The robot's time, in seconds."""
     cause: str
+    """The rule that changed the command, or another cause such as ``deadman`` or ``e-stop``."""
     asked: Wheels
+    """The command before the change, in rad/s."""
     sent: Wheels
+    """The command after the change, in rad/s."""
 
 
 class Rule(Protocol):
-    """Something that may lessen a command. ``last`` is the command that was sent before it."""
+    """Returns a command, or a slower one in its place. A rule scales both wheels together."""
 
     cause: str
+    """The name of the rule in interventions."""
 
-    def __call__(self, asked: Wheels, last: Wheels) -> Wheels: ...
+    def __call__(self, command: Wheels, last: Wheels, /) -> Wheels:
+        """Return the command that may be sent.
+
+        command: the requested velocities, in rad/s.
+        last: the velocities that were sent last, in rad/s.
+        """
+        ...
 
 
 class VelocityLimit:
-    """No wheel turns faster than ``limit`` rad/s; both are scaled alike."""
+    """Limits the velocity of each wheel to ``limit`` rad/s. Both wheels are scaled by the same factor.
+
+    >>> limit = VelocityLimit(10.0)
+    >>> limit(Wheels(20.0, -5.0), STOPPED)
+    Wheels(left=10.0, right=-2.5)
+    >>> limit
+    VelocityLimit(10)
+    """
 
     cause = "velocity limit"
 
     def __init__(self, limit: float) -> None:
         self._limit = limit
 
-    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
-        left, right = asked
+    def __repr__(self) -> str:
+        return f"VelocityLimit({self._limit:g})"
+
+    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
+        left, right = command
         fastest = max(abs(left), abs(right))
         if fastest <= self._limit:
-            return asked
+            return command
         scale = self._limit / fastest
         return Wheels(left * scale, right * scale)
 
 
 class AccelerationLimit:
-    """No wheel changes its velocity by more than ``change`` rad/s in a tick; both changes are scaled alike."""
+    """Limits the change of each wheel's velocity in a tick to ``change`` rad/s.
+
+    Both changes are scaled by the same factor.
+
+    >>> AccelerationLimit(2.0)(Wheels(9.0, 4.0), last=Wheels(1.0, 2.0))
+    Wheels(left=3.0, right=2.5)
+    """
 
     cause = "acceleration limit"
 
     def __init__(self, change: float) -> None:
         self._change = change
 
-    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
-        left, right = asked.left - last.left, asked.right - last.right
+    def __repr__(self) -> str:
+        return f"AccelerationLimit({self._change:g})"
+
+    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
+        left, right = command.left - last.left, command.right - last.right
         largest = max(abs(left), abs(right))
         if largest <= self._change:
-            return asked
+            return command
         scale = self._change / largest
         return Wheels(last.left + left * scale, last.right + right * scale)
 
 
 class RangeGuard:
-    """Takes forward motion away where something is nearer than the robot could stop; turning stays.
+    """Removes forward motion if an obstacle is nearer than the stopping distance. Turning stays possible.
 
-    ``distance`` returns what may be left ahead, in metres, for a robot that drives at the given speed since its newest
-    reading, m/s. It is asked only when the robot would move forward.
+    geometry: converts wheel velocities to a speed.
+    distance: returns the free distance ahead, in metres. Its argument is the robot's highest speed since the newest
+    reading, in m/s. It is called only if the robot would move forward.
+    stop_distance: the least distance to an obstacle at rest, in metres.
+    deceleration: how fast the robot brakes, in m/s².
     """
 
     cause = "range guard"
@@ -86,34 +120,37 @@ class RangeGuard:
         self._stop_distance = stop_distance
         self._deceleration = deceleration
 
-    def __call__(self, asked: Wheels, last: Wheels) -> Wheels:
-        forward = (asked.left + asked.right) / 2
+    def __repr__(self) -> str:
+        return f"RangeGuard(stop_distance={self._stop_distance:g}, deceleration={self._deceleration:g})"
+
+    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
+        forward = (command.left + command.right) / 2
         if forward <= 0:
-            return asked
+            return command
         speed = forward * self._geometry.wheel_radius
         fastest = max(speed, (last.left + last.right) / 2 * self._geometry.wheel_radius)
         if self._distance(fastest) > stopping_distance(speed, self._stop_distance, self._deceleration):
-            return asked
-        return Wheels(asked.left - forward, asked.right - forward)
+            return command
+        return Wheels(command.left - forward, command.right - forward)
 
 
 class DistanceAhead:
-    """What range sensors leave to drive: the nearest reading, less the way that may have been driven since.
+    """Returns the free distance ahead: the nearest reading, minus the distance driven since, in metres.
 
-    That is the highest speed that was asked about since the reading came, times its age.
+    The distance driven is at most the age of the reading times the highest speed since the reading, in m/s.
     """
 
     def __init__(self, clock: Clock, sensors: Sequence[RangeSensor]) -> None:
         self._clock = clock
-        self._left = [_ClearanceAhead(sensor) for sensor in sensors]
+        self._clearances = [_ClearanceAhead(sensor) for sensor in sensors]
 
     def __call__(self, speed: float) -> float:
         now = self._clock.now()
-        return min([left.at(now, speed) for left in self._left])
+        return min([clearance.at(now, speed) for clearance in self._clearances])
 
 
 class _ClearanceAhead:
-    """What one sensor leaves to drive."""
+    """The free distance ahead of one sensor."""
 
     def __init__(self, sensor: RangeSensor) -> None:
         self._sensor = sensor
@@ -129,5 +166,10 @@ class _ClearanceAhead:
 
 
 def stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:
-    """Return where the range guard acts at ``speed`` m/s: stop_distance + v²/2a, in metres."""
+    """Return the distance at which the range guard acts, in metres: stop_distance + v²/2a.
+
+    speed: the robot's speed v, in m/s.
+    stop_distance: the least distance to an obstacle at rest, in metres.
+    deceleration: how fast the robot brakes (a), in m/s².
+    """
     return stop_distance + speed * speed / (2 * deceleration)

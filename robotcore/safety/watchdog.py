@@ -1,4 +1,4 @@
-"""The watchdog: a thread that detects a loop thread that hangs, in the app or in a driver."""
+"""The watchdog: a thread that detects if the loop's thread hangs, in the app or in a driver."""
 
 from __future__ import annotations
 
@@ -23,39 +23,40 @@ ArgumentT = TypeVar("ArgumentT")
 
 
 class TimeLimit(NamedTuple):
-    """Somewhere the thread should not be for longer than ``limit_s``.
-
-    ``error`` makes the error of its having been there for so many seconds, given the thread's innermost frame.
-    ``grace_s`` is how long the thread may take to come back when it was called back.
-    """
+    """The longest time that the loop's thread may spend in one activity."""
 
     limit_s: float
     error: Callable[[float, FrameType | None], RobotcoreError]
+    """Builds the error, from the seconds that have passed and the thread's innermost frame."""
     grace_s: float
+    """How long the thread may take to continue after its interruption, in seconds."""
 
 
 class ActivityMonitor:
-    """What the thread that made this is doing, and which driver's call it is in.
+    """Records the activity of the thread that made it, and the driver call that this thread is in."""
 
-    ``moves`` grows with each change of ``doing``, ``calls`` with each call that is begun: where they stand still, so
-    does the thread. ``ticks`` are those that were begun.
-    """
-
-    __slots__ = ("call", "calls", "doing", "moves", "native_thread", "thread", "ticks")
+    __slots__ = ("activities", "activity", "call", "calls", "native_thread", "thread", "ticks")
 
     def __init__(self) -> None:
         self.thread, self.native_thread = get_ident(), get_native_id()
-        self.doing: TimeLimit | None = None
+        self.activity: TimeLimit | None = None
+        """The time limit of the present activity; None if it has none."""
         self.call: TimeLimit | None = None
-        self.moves = self.calls = self.ticks = 0
+        """The time limit of the present driver call; None outside of driver calls."""
+        self.activities = 0
+        """The number of activities that have begun. If it does not change, the thread is in the same one."""
+        self.calls = 0
+        """The number of driver calls that have begun."""
+        self.ticks = 0
+        """The number of ticks that have begun."""
 
-    def begin(self, doing: TimeLimit | None) -> None:
-        """Note what the thread does from now on; None is not watched."""
-        self.doing = doing
-        self.moves += 1
+    def begin(self, activity: TimeLimit | None) -> None:
+        """Record the beginning of an activity. None has no time limit."""
+        self.activity = activity
+        self.activities += 1
 
     def call_driver(self, call: TimeLimit, function: Callable[[], T]) -> T:
-        """Call a driver's function; what other threads do is not noted."""
+        """Call a driver's function. Calls of other threads are not recorded."""
         if get_ident() != self.thread:
             return function()
         before, self.call = self.call, call
@@ -78,16 +79,18 @@ class ActivityMonitor:
 
 
 MAX_LATENESS = 2.0
-"""Whoever looks this many times later than he meant to was held up himself: what is over that does not count."""
+"""If the watchdog itself wakes up late by more than this factor, the excess is not charged to the loop's thread."""
 
 
 class RunnableTime:
-    """Counts the seconds of a thread that is looked at every ``period_s``.
+    """Measures the time in which a thread could run.
 
-    What does not count: where the system tells (Linux), the time in which the thread was ready to run and had no
-    processor, the second figure of ``schedstat`` (https://docs.kernel.org/scheduler/sched-stats.html); everywhere, the
-    time for which whoever looks was held up, as he is when the process was suspended or another thread kept the
-    interpreter's lock.
+    It leaves out the time in which the thread waited for a processor. Linux reports this time as the second figure of
+    ``schedstat`` (https://docs.kernel.org/scheduler/sched-stats.html). It also leaves out the time by which the caller
+    was late, for example because the process was suspended or another thread held the interpreter's lock.
+
+    native_thread: the thread's identifier in the operating system.
+    period_s: the period in which `passed` is called, in seconds.
     """
 
     def __init__(self, native_thread: int, period_s: float) -> None:
@@ -98,63 +101,80 @@ class RunnableTime:
         self._waited = self._waiting_time()
 
     def passed(self) -> float:
-        """Return the seconds that count since this was last asked."""
+        """Return the seconds since the last call that count."""
         now = self._wall.now()
         elapsed, self._last = min(now - self._last, self._longest), now
         waiting = self._waiting_time()
         waited = max(0.0, min(waiting - self._waited, elapsed))
-        self._waited += waited  # of a longer wait the rest counts next time
+        self._waited += waited  # the rest of a longer wait is subtracted next time
         return elapsed - waited
 
     def _waiting_time(self) -> float:
-        """Return for how long the thread has waited for a processor in its life, in seconds."""
+        """Return the total time that the thread has waited for a processor, in seconds."""
         with suppress(OSError, ValueError, IndexError):
             return int(self._file.read_text().split()[1]) * 1e-9
         return 0.0
 
 
 PERIOD_S = 0.05
+"""The period of the checks, in seconds."""
+
 FIRST_TICK_S = 30.0
-"""Until the first tick has ended nothing moves, while libraries are imported and models loaded: it may take this."""
+"""The least time limit until the end of the first tick. Until then nothing moves, and an app may load libraries."""
 
 
 class Watchdog:
-    """Checks from `start` to `close`, by the machine's clock, how long the loop's thread has been in one place.
+    """Checks from `start` to `close`, by the machine's clock, how long the loop's thread has been in one activity.
 
-    where: the activity of the loop's thread.
-    on_timeout: called with the error if a time limit is exceeded; it stops the motors and interrupts the thread.
+    monitor: the activity of the loop's thread.
+    on_timeout: called with the error if a time limit is exceeded. It stops the motors and interrupts the thread.
     end: called if the thread has not continued within the limit's grace. Both are called in the watchdog's thread.
-    scale: a factor on every limit.
     reserve: the memory that the watchdog may need.
+    scale: a factor on every limit.
     report_tracer: called once with the error if a limit is exceeded while a debugger or another tracer follows the
     thread. In that case the run goes on.
+
+    >>> timeout = Event()
+    >>> monitor = ActivityMonitor()
+    >>> monitor.ticks = 2
+    >>> monitor.begin(TimeLimit(0.1, lambda seconds, frame: RobotcoreError("step hangs"), 1.0))
+    >>> watchdog = Watchdog(monitor, lambda error: timeout.set(), print, Reserve(MonotonicClock()))
+    >>> watchdog.start()
+    >>> timeout.wait(10.0)
+    True
+    >>> watchdog.close()
+    >>> watchdog
+    Watchdog(timeout='step hangs')
     """
 
     def __init__(
         self,
-        where: ActivityMonitor,
+        monitor: ActivityMonitor,
         on_timeout: Callable[[RobotcoreError], object],
         end: Callable[[RobotcoreError], object],
         reserve: Reserve,
         scale: float = 1.0,
         report_tracer: Callable[[RobotcoreError], object] = lambda _: None,
     ) -> None:
-        self._activity, self._on_timeout, self._end, self._scale = where, on_timeout, end, scale
-        self._doing, self._call = _StallTimer(), _StallTimer()
+        self._monitor, self._on_timeout, self._end, self._scale = monitor, on_timeout, end, scale
+        self._activity_timer, self._call_timer = _StallTimer(), _StallTimer()
         self._timeout: _Timeout | None = None
         self._reserve, self._report_tracer = reserve, report_tracer
         self._has_reported_tracer = False
         self._is_closed = Event()
         self._thread: Thread | None = None
 
+    def __repr__(self) -> str:
+        return f"Watchdog(timeout={str(self._timeout.error) if self._timeout else None!r})"
+
     def start(self) -> None:
-        """Begin to look. Raises ResourceError if the system refuses the thread."""
+        """Start the thread. Raises ResourceError if the system refuses it."""
         self._thread = start_thread(
-            partial(self._watch, RunnableTime(self._activity.native_thread, PERIOD_S)), "watchdog"
+            partial(self._watch, RunnableTime(self._monitor.native_thread, PERIOD_S)), "watchdog"
         )
 
     def close(self) -> None:
-        """Look no more. May be called again."""
+        """End the thread. May be called again."""
         self._is_closed.set()
         if self._thread:
             self._thread.join()
@@ -163,73 +183,77 @@ class Watchdog:
         while not self._is_closed.is_set():
             try:
                 if not self._is_closed.wait(PERIOD_S):
-                    self._look(time.passed())
-            except Exception:  # noqa: BLE001, PERF203  without a watchdog, a run that hangs never ends
+                    self._check(time.passed())
+            except Exception:  # noqa: BLE001, PERF203  without a watchdog a run that hangs never ends
                 self._reserve.release_memory()
 
-    def _look(self, passed: float) -> None:
-        """Take in where the thread is, and for how long it has been there."""
-        where = self._activity
-        call, doing = where.call, where.doing
-        in_call = self._call.after(passed if call else 0.0, where.calls)
-        in_doing = self._doing.after(0.0 if call else passed, where.moves)
-        if self._timeout and self._timeout.moves == where.moves:
-            self._wait_for_it(self._timeout, passed)
-        elif call and in_call > self._limit(call):
-            self._time_out(call, in_call)
-        elif doing and in_doing > self._limit(doing):
-            self._time_out(doing, in_doing)
+    def _check(self, passed_s: float) -> None:
+        """Compare the time in the present activity and driver call with their limits."""
+        monitor = self._monitor
+        call, activity = monitor.call, monitor.activity
+        call_s = self._call_timer.advance(passed_s if call else 0.0, monitor.calls)
+        activity_s = self._activity_timer.advance(0.0 if call else passed_s, monitor.activities)
+        if self._timeout and self._timeout.activities == monitor.activities:
+            self._wait_for_return(self._timeout, passed_s)
+        elif call and call_s > self._limit_of(call):
+            self._time_out(call, call_s)
+        elif activity and activity_s > self._limit_of(activity):
+            self._time_out(activity, activity_s)
 
-    def _limit(self, stay: TimeLimit) -> float:
-        limit = max(stay.limit_s, FIRST_TICK_S) if self._activity.ticks <= 1 else stay.limit_s
-        return limit * self._scale
+    def _limit_of(self, limit: TimeLimit) -> float:
+        limit_s = max(limit.limit_s, FIRST_TICK_S) if self._monitor.ticks <= 1 else limit.limit_s
+        return limit_s * self._scale
 
-    def _time_out(self, stay: TimeLimit, seconds: float) -> None:
-        frame = sys._current_frames().get(self._activity.thread)  # noqa: SLF001  the one way to see another thread
-        error = stay.error(seconds, frame)
+    def _time_out(self, limit: TimeLimit, seconds: float) -> None:
+        frame = sys._current_frames().get(self._monitor.thread)  # noqa: SLF001  Python offers no public function
+        error = limit.error(seconds, frame)
         if is_debugged(frame):
             if not self._has_reported_tracer:
                 self._has_reported_tracer = True
                 self._report_tracer(error)
             return
-        self._timeout = _Timeout(error, self._activity.moves, stay.grace_s)
+        self._timeout = _Timeout(error, self._monitor.activities, limit.grace_s)
         self._on_timeout(error)
 
-    def _wait_for_it(self, timeout: _Timeout, passed: float) -> None:
-        timeout.left_s -= passed
+    def _wait_for_return(self, timeout: _Timeout, passed_s: float) -> None:
+        timeout.left_s -= passed_s
         if timeout.left_s < 0:
             timeout.left_s = inf
             self._end(timeout.error)
 
 
 class _StallTimer:
-    """For how long something has not changed."""
+    """Measures how long a count has not changed."""
 
     def __init__(self) -> None:
-        self._seen = -1
+        self._count = -1
         self._seconds = 0.0
 
-    def after(self, passed: float, seen: int) -> float:
-        """Return for how long it stands still, after so many seconds more."""
-        self._seconds = self._seconds + passed if seen == self._seen else 0.0
-        self._seen = seen
+    def advance(self, passed_s: float, count: int) -> float:
+        """Return the seconds since the count changed, after ``passed_s`` more seconds."""
+        self._seconds = self._seconds + passed_s if count == self._count else 0.0
+        self._count = count
         return self._seconds
 
 
 @dataclass
 class _Timeout:
-    """A thread that was called back, with so many seconds left for it."""
+    """A time limit that was exceeded."""
 
     error: RobotcoreError
-    moves: int
+    activities: int
+    """The count of activities at that time. If it has changed, the thread has continued."""
     left_s: float
+    """The rest of the grace, in seconds."""
 
 
 def is_debugged(frame: FrameType | None) -> bool:
-    """Return whether a debugger follows a thread, given its innermost frame. Whoever measures coverage does not count.
+    """Return whether a debugger or another tracer follows a thread. A tracer of coverage does not count.
 
-    A tracer is set on the frames that it follows (`sys.settrace`); from Python 3.12 on it may be a tool of
+    A tracer is set on the frames that it follows (`sys.settrace`). From Python 3.12 on it may be a tool of
     `sys.monitoring` instead.
+
+    frame: the innermost frame of the thread.
     """
     monitoring = getattr(sys, "monitoring", None)
     if monitoring and monitoring.get_tool(monitoring.DEBUGGER_ID):

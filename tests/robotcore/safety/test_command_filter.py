@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 import threading
 from collections.abc import Callable
 
@@ -12,6 +13,7 @@ from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.safety import AccelerationLimit, SafetyFilter, VelocityLimit
 from robotcore.safety.rules import Rule
 from tests.robotcore.fakes import NullMotor
+from tests.texts import CheckText
 
 
 class Bench:
@@ -89,7 +91,7 @@ class TestCommit:
         bench.left.is_broken = True
         with pytest.raises(DeviceError):
             bench.stage.stop()
-        with pytest.raises(DeviceError, match="left: no current"):
+        with pytest.raises(DeviceError):
             bench.stage.commit()
 
     def test_a_command_after_a_stop_counts(self) -> None:
@@ -138,9 +140,9 @@ class TestCommit:
         bench.stage.ask(Wheels(5.0, 5.0))
         bench.stage.commit()
         bench.stage._rules = (Failing(),)
-        with pytest.raises(DeviceError, match="no echo"):
+        with pytest.raises(DeviceError):
             bench.stage.ask(Wheels(1.0, 1.0))
-        with pytest.raises(DeviceError, match="no echo"):
+        with pytest.raises(DeviceError):
             bench.stage.commit()
         assert bench.sent == [(5.0, 5.0)]
 
@@ -155,7 +157,7 @@ class TestCommit:
         bench = Bench()
         bench.right.is_broken = True
         bench.stage.ask(Wheels(5.0, 5.0))
-        with pytest.raises(DeviceError, match="no current"):
+        with pytest.raises(DeviceError):
             bench.stage.commit()
         assert bench.left.sent == [5.0, 0.0]
         assert bench.stage.asked == (0.0, 0.0)
@@ -250,8 +252,9 @@ class TestStop:
         bench.stage.ask(Wheels(5.0, 5.0))
         bench.stage.commit()
         getattr(bench, broken).is_broken = True
-        with pytest.raises(DeviceError, match=f"{broken}: no current"):
+        with pytest.raises(DeviceError) as raised:
             bench.stage.stop()
+        assert raised.value.device == broken
         sound = bench.right if broken == "left" else bench.left
         assert sound.sent[-1] == 0.0
 
@@ -266,9 +269,10 @@ class TestNumbers:
             bench.stage.ask(wheels)
         assert bench.sent[-1] == (0.0, 0.0)
 
-    def test_the_wheel_that_was_meant_is_named(self) -> None:
-        with pytest.raises(InvalidCommandError, match="right: a velocity of nan"):
+    def test_error_names_the_motor(self, check_text: CheckText) -> None:
+        with pytest.raises(InvalidCommandError) as raised:
             Bench().stage.ask(Wheels(1.0, math.nan))
+        check_text(raised.value, hide=re.findall(r"\.py:\d+", str(raised.value)))
 
 
 class TestDeadman:

@@ -29,13 +29,13 @@ def bench() -> Bench:
     return Bench()
 
 
-def test_cuts_exactly_at_expiry_though_the_sleep_goes_on(bench: Bench) -> None:
+def test_cut_comes_exactly_at_expiry_during_a_longer_sleep(bench: Bench) -> None:
     bench.renew()
     bench.clock.sleep_until(1.0)
     assert bench.cuts == [(0.125, 0.125)]
 
 
-def test_counts_from_the_last_renewal(bench: Bench) -> None:
+def test_lease_counts_from_the_last_renewal(bench: Bench) -> None:
     for tick in range(1, 20):
         bench.renew()
         bench.clock.sleep_until(tick / 20)
@@ -43,7 +43,7 @@ def test_counts_from_the_last_renewal(bench: Bench) -> None:
     assert bench.cuts == [pytest.approx((1.025, 1.025))]
 
 
-def test_a_renewal_at_the_last_moment_holds(bench: Bench) -> None:
+def test_renewal_at_the_last_moment_prevents_the_cut(bench: Bench) -> None:
     bench.renew()
     bench.clock.sleep_until(0.125 - 1 / 240)
     bench.renew()
@@ -51,14 +51,14 @@ def test_a_renewal_at_the_last_moment_holds(bench: Bench) -> None:
     assert bench.cuts == []
 
 
-def test_once_it_rested_it_cuts_nothing(bench: Bench) -> None:
+def test_no_cut_comes_after_a_rest(bench: Bench) -> None:
     bench.renew()
     bench.deadman.rest()
     bench.clock.sleep_until(1.0)
     assert bench.cuts == []
 
 
-def test_after_a_cut_it_lets_go_and_works_again(bench: Bench) -> None:
+def test_lease_can_be_renewed_after_a_cut(bench: Bench) -> None:
     bench.renew()
     bench.clock.sleep_until(0.5)
     bench.renew()
@@ -66,7 +66,7 @@ def test_after_a_cut_it_lets_go_and_works_again(bench: Bench) -> None:
     assert [now for _, now in bench.cuts] == [0.125, 0.625]
 
 
-def test_after_a_rest_a_new_lease_is_not_cut_by_the_old_call(bench: Bench) -> None:
+def test_new_lease_after_a_rest_is_not_cut_by_the_old_call(bench: Bench) -> None:
     bench.renew()
     bench.deadman.rest()
     bench.clock.sleep_until(0.1)
@@ -77,7 +77,7 @@ def test_after_a_rest_a_new_lease_is_not_cut_by_the_old_call(bench: Bench) -> No
     assert bench.cuts == [pytest.approx((0.225, 0.225))]
 
 
-def test_a_lease_is_never_shorter_than_a_tenth_of_a_second() -> None:
+def test_lease_is_at_least_a_tenth_of_a_second() -> None:
     bench = Bench(lease=0.0025)
     assert bench.deadman.lease == 0.1
     bench.renew()
@@ -85,7 +85,7 @@ def test_a_lease_is_never_shorter_than_a_tenth_of_a_second() -> None:
     assert bench.cuts == []
 
 
-def test_one_call_stands_at_a_time(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_clock_has_one_call_at_a_time(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[float] = []
     monkeypatch.setattr(bench.clock, "call_at", lambda deadline, _: asked.append(deadline))
     for _ in range(100):

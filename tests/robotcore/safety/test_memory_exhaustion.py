@@ -1,4 +1,4 @@
-"""Stops for which one allocation is refused, each in turn; after it there is memory again."""
+"""Stops during which one allocation fails, each allocation in turn."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from robotcore.threads import is_out_of_memory
 from tests.robotcore.fakes import NullMotor
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-"""The one allocation may be that of an iterator or a context that Python itself tidies up."""
+"""The allocation may be one of an iterator or a context that Python cleans up."""
 
 testcapi = pytest.importorskip("_testcapi", reason="this Python comes without what can refuse an allocation")
 
 POINTS = 100
-"""More allocations than a stop makes."""
+"""The number of allocations that fail in turn. A stop makes fewer."""
 
 LEASE_S = 0.125
 
 
 class Robot:
-    """A drive and a gripper that turn, with every stop that a run has."""
+    """A drive and a gripper that turn, with all the stops of a run."""
 
     def __init__(self) -> None:
         self.clock = SteppedClock(20, lambda _: None)
@@ -61,7 +61,7 @@ class Robot:
 
 @pytest.fixture(autouse=True)
 def _untraced() -> Iterator[None]:
-    """Suspend tracing, as that of coverage: a tracer allocates at each line, and would be refused the allocation."""
+    """Suspend tracing, such as that of coverage. A tracer allocates at each line, and would be the one to fail."""
     trace, thread_trace = sys.gettrace(), threading.gettrace()
     sys.settrace(None)
     threading.settrace(None)
@@ -84,7 +84,7 @@ def robots() -> Iterator[Callable[[], Robot]]:
 
 
 def refuse(point: int, function: Callable[[], object]) -> None:
-    """Call a function in a thread of its own, and refuse it one allocation."""
+    """Call a function in another thread, and let its allocation number ``point`` fail."""
 
     gate = threading.Lock()
 
@@ -112,7 +112,7 @@ def refuse(point: int, function: Callable[[], object]) -> None:
     assert not is_alive, f"it hangs where allocation {point} is refused"
 
 
-def test_an_e_stop_stops_every_motor_at_the_second_press_at_the_latest(robots: Callable[[], Robot]) -> None:
+def test_second_press_of_the_e_stop_stops_every_motor(robots: Callable[[], Robot]) -> None:
     for point in range(POINTS):
         robot, error = robots(), EmergencyStopError("pressed")
         refuse(point, lambda latch=robot.latch, error=error: latch.set(error))  # type: ignore[misc]
@@ -123,7 +123,7 @@ def test_an_e_stop_stops_every_motor_at_the_second_press_at_the_latest(robots: C
         assert robot.latch.driven == Wheels(2.0, 2.0), point
 
 
-def test_a_deadman_cuts_every_motor_when_its_clock_calls_again_at_the_latest(robots: Callable[[], Robot]) -> None:
+def test_second_call_of_the_clock_cuts_every_motor(robots: Callable[[], Robot]) -> None:
     for point in range(POINTS):
         robot = robots()
         for _, _, call in robot.clock._calls:
@@ -133,7 +133,7 @@ def test_a_deadman_cuts_every_motor_when_its_clock_calls_again_at_the_latest(rob
         assert robot.turning == [], point
 
 
-def test_no_lease_is_lost_by_a_command_that_is_refused_memory() -> None:
+def test_renewal_without_memory_loses_no_lease() -> None:
     for point in range(POINTS):
         clock = SteppedClock(20, lambda _: None)
         cuts: list[float] = []
@@ -144,7 +144,7 @@ def test_no_lease_is_lost_by_a_command_that_is_refused_memory() -> None:
         assert cuts, point
 
 
-def test_a_reserve_loses_no_thread_to_a_call_that_is_refused_memory(robots: Callable[[], Robot]) -> None:
+def test_reserve_loses_no_thread_to_a_call_without_memory(robots: Callable[[], Robot]) -> None:
     robot = robots()
     for point in range(POINTS):
         refuse(point, lambda: robot.reserve.call(lambda: None))

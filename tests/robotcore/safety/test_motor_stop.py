@@ -11,10 +11,11 @@ from robotcore.safety import StopGroup
 from robotcore.safety.motor_stop import MotorStop
 from robotcore.safety.reserve import Reserve
 from tests.robotcore.fakes import NullMotor
+from tests.texts import CheckText, Raises
 
 
 class HungMotor(NullMotor):
-    """A motor that does not come back from being told anything, until it is let go."""
+    """A motor whose commands do not return until the test sets ``let_go``."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -24,7 +25,7 @@ class HungMotor(NullMotor):
 
 @pytest.fixture
 def reserve() -> Iterator[Reserve]:
-    """Threads enough for two motors, held from the start."""
+    """A reserve with a thread for each of two motors."""
     reserve = Reserve(MonotonicClock())
     reserve.hold(threads=2)
     yield reserve
@@ -44,39 +45,42 @@ def test_stops_every_motor() -> None:
     assert (left.sent, right.sent) == ([0.0], [0.0])
 
 
-def test_one_that_fails_keeps_the_other_from_nothing_and_is_reported() -> None:
+def test_failure_of_one_motor_is_raised_after_the_other_stopped() -> None:
     left, right = NullMotor("left_motor"), NullMotor("right_motor")
     left.is_broken = True
-    with pytest.raises(DeviceError, match="left_motor: no current"):
+    with pytest.raises(DeviceError) as raised:
         StopGroup.on(left, right).apply()
+    assert raised.value.device == "left_motor"
     assert right.sent == [0.0]
 
 
-def test_one_that_hangs_holds_up_nobody_who_stops_them_apart(hung: HungMotor, reserve: Reserve) -> None:
+def test_motor_that_hangs_does_not_delay_the_others(hung: HungMotor, reserve: Reserve, check_text: CheckText) -> None:
     right = NullMotor("right_motor")
-    brakes = StopGroup.on(hung, right, reserve=reserve)
-    (failure,) = brakes.apply_apart()
-    assert "left_motor: has not stopped within 0.2 s" in str(failure)
+    stops = StopGroup.on(hung, right, reserve=reserve)
+    (failure,) = stops.apply_apart()
+    assert isinstance(failure, DeviceError)
+    assert (failure.kind, failure.device, failure.fields["within_s"]) == ("stop-timeout", "left_motor", 0.2)
+    check_text(failure)
     assert right.sent == [0.0]
-    assert brakes.are_hung
+    assert stops.are_hung
 
 
-def test_a_stop_that_is_under_way_is_waited_for(hung: HungMotor, reserve: Reserve) -> None:
-    brake = MotorStop(hung, reserve)
-    tell = brake.begin()
+def test_stop_waits_for_one_that_is_under_way(hung: HungMotor, reserve: Reserve) -> None:
+    stop = MotorStop(hung, reserve)
+    wait = stop.begin()
     threading.Timer(0.02, hung.let_go.set).start()
-    brake.apply()
-    assert tell() is None
+    stop.apply()
+    assert wait() is None
     assert hung.sent == [0.0, 0.0]
 
 
-def test_from_another_thread_they_are_stopped_apart(hung: HungMotor, reserve: Reserve) -> None:
+def test_another_thread_stops_each_motor_in_its_own_thread(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    brakes, raised = StopGroup.on(hung, right, reserve=reserve), []
+    stops, raised = StopGroup.on(hung, right, reserve=reserve), []
 
     def stop() -> None:
         try:
-            brakes.apply()
+            stops.apply()
         except DeviceError as error:
             raised.append(error.device)
 
@@ -87,34 +91,36 @@ def test_from_another_thread_they_are_stopped_apart(hung: HungMotor, reserve: Re
     assert right.sent == [0.0]
 
 
-def test_a_stop_that_hangs_is_not_begun_again_and_is_reported_at_once(hung: HungMotor, reserve: Reserve) -> None:
-    brakes = StopGroup.on(hung, reserve=reserve)
-    brakes.apply_apart()
-    assert brakes.apply_apart()
-    with pytest.raises(DeviceError, match="has not stopped"):
-        brakes.apply()
+def test_stop_that_hangs_is_not_repeated_and_is_reported_at_once(
+    hung: HungMotor, reserve: Reserve, raises: Raises
+) -> None:
+    stops = StopGroup.on(hung, reserve=reserve)
+    stops.apply_apart()
+    assert stops.apply_apart()
+    with raises(DeviceError, "stop-timeout"):
+        stops.apply()
     assert hung.received == [0.0]
 
 
-def test_one_that_comes_back_can_be_stopped_again(hung: HungMotor, reserve: Reserve) -> None:
-    brakes = StopGroup.on(hung, reserve=reserve)
-    brakes.apply_apart()
+def test_motor_that_returned_can_be_stopped_again(hung: HungMotor, reserve: Reserve) -> None:
+    stops = StopGroup.on(hung, reserve=reserve)
+    stops.apply_apart()
     hung.let_go.set()
-    while brakes.are_hung:
+    while stops.are_hung:
         pass
-    assert not brakes.apply_apart()
+    assert not stops.apply_apart()
     assert hung.sent == [0.0, 0.0]
 
 
-def test_some_of_them_share_what_is_known_of_all(hung: HungMotor, reserve: Reserve) -> None:
+def test_part_of_a_group_shares_its_state(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    brakes = StopGroup.on(hung, right, reserve=reserve)
-    brakes.apply_apart()
-    assert brakes.of(hung).are_hung
-    assert not brakes.of(right).are_hung
+    stops = StopGroup.on(hung, right, reserve=reserve)
+    stops.apply_apart()
+    assert stops.of(hung).are_hung
+    assert not stops.of(right).are_hung
 
 
-def test_a_stop_that_raises_what_ends_programs_is_a_failure_of_its_motor(reserve: Reserve) -> None:
+def test_stop_that_raises_system_exit_is_a_failure_of_its_motor(reserve: Reserve) -> None:
     motor = NullMotor("left_motor")
 
     def leave(rad_s: float) -> None:
@@ -123,10 +129,10 @@ def test_a_stop_that_raises_what_ends_programs_is_a_failure_of_its_motor(reserve
     motor.on_command = leave
     (failure,) = StopGroup.on(motor, reserve=reserve).apply_apart()
     assert isinstance(failure, DeviceError)
-    assert failure.device == "left_motor"
+    assert (failure.kind, failure.device) == ("stop-raised", "left_motor")
 
 
-def test_a_stop_for_which_memory_is_refused_is_made_again(reserve: Reserve) -> None:
+def test_stop_that_runs_out_of_memory_is_repeated(reserve: Reserve) -> None:
     motor, refusals = NullMotor("left_motor"), iter([MemoryError(), MemoryError()])
 
     def refuse(rad_s: float) -> None:

@@ -10,6 +10,7 @@ from robotcore.geometry import Pose, Wheels
 from robotcore.hal.clock import SteppedClock
 from robotcore.safety import Latch, StuckRangeCheck, WheelTrackingCheck
 from tests.robotcore.fakes import NullRange
+from tests.texts import Raises
 
 TICK_S = 0.05
 STOPPED = Wheels(0.0, 0.0)
@@ -17,7 +18,7 @@ Turning = Callable[[float, float], float]
 
 
 class WheelBench:
-    """Two wheels that turn as a function has it of what they are told: the velocity, and the time."""
+    """Two wheels. The left one turns with the velocity that a function of command and time returns."""
 
     def __init__(self, left: Turning = lambda rad_s, _: rad_s, *, count: float = 0.0) -> None:
         self.clock = SteppedClock(20, lambda _: None)
@@ -28,7 +29,9 @@ class WheelBench:
         motors = ("left_motor", "right_motor")
         angles = lambda: Wheels(*self.commanded), lambda: Wheels(*map(self._counted, self.turned))
         encoders = ("left_encoder", "right_encoder")
-        self._rule = WheelTrackingCheck(self.clock, self.latch, *angles, motors, encoders, patience=1.5, count=count)
+        self._rule = WheelTrackingCheck(
+            self.clock, self.latch, *angles, motors, encoders, min_duration_s=1.5, count=count
+        )
 
     def drive(self, left: float, right: float, seconds: float = TICK_S) -> None:
         for _ in range(round(seconds / TICK_S)):
@@ -44,54 +47,45 @@ class WheelBench:
         return math.floor(angle / self._count) * self._count if self._count else angle
 
 
-@pytest.mark.parametrize(
-    "share, message",
-    [
-        (0.0, "left_motor was told to turn 6.0 rad in 1.5 s and turned 0.0 rad by left_encoder"),
-        (-1.0, "left_motor was told to turn 6.0 rad in 1.5 s and turned -6.0 rad by left_encoder"),
-        (0.2, "turned 1.2 rad"),
-    ],
-)
-def test_a_wheel_that_does_not_follow_latches_by_its_motors_name(share: float, message: str) -> None:
+@pytest.mark.parametrize("share", [0.0, -1.0, 0.2])
+def test_wheel_that_does_not_follow_trips_the_latch(raises: Raises, share: float) -> None:
     bench = WheelBench(lambda rad_s, _: share * rad_s)
-    with pytest.raises(WheelFaultError, match=message) as raised:
+    with raises(WheelFaultError) as raised:
         bench.drive(4.0, 4.0, seconds=2.0)
-    assert "right_motor" not in str(raised.value)
-    with pytest.raises(WheelFaultError, match=message):
-        bench.latch.check()
+    assert bench.latch.error is raised.value
 
 
-def test_backwards_too() -> None:
-    with pytest.raises(WheelFaultError, match=r"told to turn -6\.0 rad in 1\.5 s and turned 6\.0 rad"):
+def test_wheel_that_drives_backwards_is_checked(raises: Raises) -> None:
+    with raises(WheelFaultError):
         WheelBench(lambda rad_s, _: -rad_s).drive(-4.0, 4.0, seconds=2.0)
 
 
-def test_both_are_named_where_neither_follows() -> None:
+def test_error_names_both_wheels_if_neither_follows(raises: Raises) -> None:
     bench = WheelBench(lambda rad_s, _: 0.0)
     bench.turned = [0.0, -100.0]
     bench.drive(4.0, 4.0, seconds=0.1)
     bench.turned[1] = -200.0
-    with pytest.raises(WheelFaultError, match=r"left_motor was told.*, right_motor was told"):
+    with raises(WheelFaultError):
         bench.drive(4.0, 4.0, seconds=2.0)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7, 1.0, 1.5])
-def test_one_that_is_weak_follows(share: float) -> None:
+def test_weak_wheel_is_no_fault(share: float) -> None:
     WheelBench(lambda rad_s, _: share * rad_s).drive(4.0, 4.0, seconds=10.0)
 
 
-def test_one_that_fails_later_is_found_within_twice_the_patience() -> None:
+def test_later_fault_is_found_within_two_checks() -> None:
     bench = WheelBench(lambda rad_s, time: rad_s if time < 2.0 else 0.0)
     with pytest.raises(WheelFaultError):
         bench.drive(4.0, 4.0, seconds=10.0)
     assert bench.clock.now() <= 2.0 + 2 * 1.5 + TICK_S
 
 
-def test_one_that_is_blocked_for_a_moment_is_none() -> None:
+def test_wheel_blocked_for_a_moment_is_no_fault() -> None:
     WheelBench(lambda rad_s, time: 0.0 if time < 1.0 else rad_s).drive(4.0, 4.0, seconds=10.0)
 
 
-def test_one_that_lags_behind_commands_to_and_fro_is_none() -> None:
+def test_lag_behind_alternating_commands_is_no_fault() -> None:
     wheel = [0.0]
 
     def lagging(rad_s: float, _: float) -> float:
@@ -104,12 +98,12 @@ def test_one_that_lags_behind_commands_to_and_fro_is_none() -> None:
         bench.drive(-8.0, -8.0, seconds=ticks * TICK_S)
 
 
-def test_what_it_is_reported_is_judged_only_when_it_is_enough_for_its_encoder() -> None:
+def test_angle_too_small_for_the_encoder_is_not_checked() -> None:
     WheelBench(count=math.tau / 8).drive(0.15, 0.15, seconds=60.0)
     WheelBench(lambda _, __: 0.0).drive(0.05, 0.05, seconds=10.0)
 
 
-def test_standing_begins_anew() -> None:
+def test_standing_begins_a_new_check() -> None:
     bench = WheelBench(lambda _, __: 0.0)
     for _ in range(20):
         bench.drive(4.0, 4.0, seconds=1.0)
@@ -121,36 +115,33 @@ FORWARD, ON_THE_SPOT, BACKWARD = Wheels(4.0, 4.0), Wheels(-4.0, 4.0), Wheels(-4.
 
 
 class RangeBench:
-    """A robot that moves as it is put, and what its range sensor reads meanwhile."""
+    """A robot that a test moves, with a range sensor."""
 
     def __init__(self, distance: float = 1.5) -> None:
         self.nose = NullRange(SteppedClock(20, lambda _: None), distance=distance)
         self.pose = Pose(0.0, 0.0, 0.0)
         self.latch = Latch()
-        self._rule = StuckRangeCheck(self.latch, [self.nose], lambda: self.pose, patience=0.5)
+        self._rule = StuckRangeCheck(self.latch, [self.nose], lambda: self.pose, min_distance_m=0.5)
 
     def drive(self, metres: float, turning: float = 0.0, command: Wheels = FORWARD) -> None:
-        """Drive so far, turning so much on the way, in rad."""
+        """Drive ``metres`` while turning by ``turning`` rad in all."""
         ticks = round(metres / TICK_M)
         for _ in range(ticks):
             self.pose = self.pose.advanced(TICK_M, turning / ticks)
-            self.ask(command)
+            self.request(command)
 
-    def ask(self, command: Wheels = FORWARD) -> None:
+    def request(self, command: Wheels = FORWARD) -> None:
         assert self._rule(command, command) == command
 
 
-def test_a_sensor_that_tells_the_same_wherever_the_robot_goes_latches_by_its_name() -> None:
+def test_sensor_that_always_measures_the_same_distance_trips_the_latch(raises: Raises) -> None:
     bench = RangeBench()
-    with pytest.raises(
-        RangeFaultError, match=r"nose told the same 1\.50 m while the wheels drove 0\.\d\d m and turned"
-    ):
+    with raises(RangeFaultError) as raised:
         bench.drive(0.7, turning=2.0)
-    with pytest.raises(RangeFaultError, match="nose"):
-        bench.latch.check()
+    assert bench.latch.error is raised.value
 
 
-def test_it_is_found_as_soon_as_the_robot_has_driven_so_far_and_turned() -> None:
+def test_fault_is_found_once_the_robot_has_driven_and_turned_enough() -> None:
     bench = RangeBench()
     bench.drive(0.45, turning=1.5)
     bench.drive(0.04)
@@ -158,44 +149,44 @@ def test_it_is_found_as_soon_as_the_robot_has_driven_so_far_and_turned() -> None
         bench.drive(0.03)
 
 
-def test_a_corridor_and_a_wall_alongside_echo_the_same_all_the_way() -> None:
+def test_same_distance_along_a_straight_wall_is_no_fault() -> None:
     RangeBench().drive(10.0)
 
 
-def test_a_turn_on_the_spot_in_a_round_room_changes_nothing_rightly() -> None:
+def test_same_distance_during_a_turn_on_the_spot_is_no_fault() -> None:
     bench = RangeBench()
     for heading in range(100):
         bench.pose = Pose(0.0, 0.0, 0.1 * heading)
-        bench.ask()
+        bench.request()
 
 
 @pytest.mark.parametrize("distance", [math.inf, 2.0, 2.5, 0.02])
-def test_what_a_sensor_cannot_measure_may_stay_the_same(distance: float) -> None:
+def test_distance_outside_of_the_sensors_range_may_stay_the_same(distance: float) -> None:
     RangeBench(distance).drive(5.0, turning=6.0)
 
 
-def test_following_what_drives_away_is_no_fault_where_the_gap_breathes() -> None:
+def test_following_at_a_varying_distance_is_no_fault() -> None:
     bench = RangeBench()
     for tick in range(300):
         bench.nose.distance = 1.5 + 0.003 * math.sin(tick / 5)
         bench.drive(TICK_M, turning=0.02)
 
 
-def test_a_sensor_that_counts_whole_centimetres_is_none() -> None:
+def test_readings_in_whole_centimetres_are_no_fault() -> None:
     bench = RangeBench()
     for tick in range(120):
         bench.nose.distance = round(1.9 - 0.01 * tick * math.cos(0.01 * tick), 2)
         bench.drive(TICK_M, turning=0.01)
 
 
-def test_one_other_reading_begins_anew() -> None:
+def test_one_different_reading_begins_a_new_check() -> None:
     bench = RangeBench()
     for _ in range(5):
         bench.drive(0.4, turning=1.5)
         bench.nose.distance += 0.002
 
 
-def test_a_sample_that_does_not_come_is_not_the_same_reported_again() -> None:
+def test_missing_sample_does_not_count_as_the_same_distance() -> None:
     bench = RangeBench()
     bench.drive(0.1)
     same = bench.nose.read()
@@ -204,7 +195,7 @@ def test_a_sample_that_does_not_come_is_not_the_same_reported_again() -> None:
 
 
 @pytest.mark.parametrize("command", [ON_THE_SPOT, BACKWARD, Wheels(0.0, 0.0)])
-def test_nothing_is_read_where_the_robot_would_not_move_forward(command: Wheels) -> None:
+def test_sensor_is_not_read_unless_the_robot_moves_forward(command: Wheels) -> None:
     bench = RangeBench()
 
     def gone() -> None:
@@ -212,5 +203,5 @@ def test_nothing_is_read_where_the_robot_would_not_move_forward(command: Wheels)
 
     bench.nose._newest = gone  # type: ignore[assignment,method-assign]
     bench.drive(5.0, turning=6.0, command=command)
-    with pytest.raises(DeviceError, match="nose"):
-        bench.ask(FORWARD)
+    with pytest.raises(DeviceError):
+        bench.request(FORWARD)

@@ -1,4 +1,4 @@
-"""test_reserve."""
+"""The reserve of threads and memory."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def reserve() -> Iterator[Reserve]:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
-def test_a_thread_or_memory_that_the_system_refuses_is_a_named_error() -> None:
+def test_refused_thread_or_memory_is_a_resource_error() -> None:
     out = subprocess.run([sys.executable, "-c", NO_ROOM_FOR_A_STACK], check=True, capture_output=True, text=True).stdout
     assert out.splitlines() == [
         "3 the system refuses the thread 'one'",
@@ -50,14 +50,14 @@ def test_a_thread_or_memory_that_the_system_refuses_is_a_named_error() -> None:
     ]
 
 
-def test_a_call_is_made_in_a_thread_that_waits(reserve: Reserve) -> None:
+def test_call_runs_in_an_idle_thread(reserve: Reserve) -> None:
     reserve.hold(threads=1)
     made_in: list[int] = []
     assert reserve.call(lambda: made_in.append(threading.get_ident())).is_done_within(10)
     assert made_in != [threading.get_ident()]
 
 
-def test_a_call_is_made_in_place_while_every_thread_is_busy(reserve: Reserve) -> None:
+def test_call_runs_in_the_callers_thread_if_none_is_idle(reserve: Reserve) -> None:
     reserve.hold(threads=1)
     let_go = threading.Event()
     busy = reserve.call(let_go.wait)
@@ -69,7 +69,7 @@ def test_a_call_is_made_in_place_while_every_thread_is_busy(reserve: Reserve) ->
     assert busy.is_done_within(10)
 
 
-def test_a_thread_that_is_done_waits_for_the_next_call(reserve: Reserve) -> None:
+def test_thread_waits_for_the_next_call_after_one(reserve: Reserve) -> None:
     reserve.hold(threads=1)
     made_in: set[str] = set()
     for _ in range(20):
@@ -80,14 +80,14 @@ def test_a_thread_that_is_done_waits_for_the_next_call(reserve: Reserve) -> None
     assert made_in == {reserves.THREAD}
 
 
-def test_a_call_keeps_what_it_raises(reserve: Reserve) -> None:
+def test_call_keeps_its_exception(reserve: Reserve) -> None:
     reserve.hold(threads=1)
     call = reserve.call(dict[str, int]().popitem)
     assert call.is_done_within(10)
     assert isinstance(call.failure, KeyError)
 
 
-def test_a_call_that_runs_out_of_memory_is_made_again_with_what_was_held(reserve: Reserve) -> None:
+def test_call_that_runs_out_of_memory_is_repeated_with_the_reserved_memory(reserve: Reserve) -> None:
     reserve.hold(threads=0)
     tries: list[bool] = []
 
@@ -100,7 +100,7 @@ def test_a_call_that_runs_out_of_memory_is_made_again_with_what_was_held(reserve
     assert tries == [True, False]
 
 
-def test_closing_ends_every_thread_also_one_that_is_busy(reserve: Reserve) -> None:
+def test_close_ends_every_thread_even_a_busy_one(reserve: Reserve) -> None:
     before = set(threading.enumerate())
     reserve.hold(threads=2)
     let_go = threading.Event()
@@ -113,7 +113,7 @@ def test_closing_ends_every_thread_also_one_that_is_busy(reserve: Reserve) -> No
     assert not any(thread.is_alive() for thread in started)
 
 
-def test_a_thread_that_starts_has_its_name() -> None:
+def test_started_thread_has_its_name() -> None:
     end = threading.Event()
     thread = start_thread(end.wait, "waits")
     assert (thread.name, thread.daemon) == ("waits", True)
@@ -122,7 +122,7 @@ def test_a_thread_that_starts_has_its_name() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="it reads /proc")
-def test_memory_that_is_held_is_address_space_alone(reserve: Reserve) -> None:
+def test_reserved_memory_takes_address_space_only(reserve: Reserve) -> None:
     def resident() -> int:
         return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
 
@@ -131,7 +131,7 @@ def test_memory_that_is_held_is_address_space_alone(reserve: Reserve) -> None:
     assert resident() - before < reserves.MEMORY_BYTES / 8
 
 
-def test_a_call_that_raises_what_ends_programs_costs_no_thread(reserve: Reserve) -> None:
+def test_call_that_raises_system_exit_does_not_end_its_thread(reserve: Reserve) -> None:
     reserve.hold(threads=1)
 
     def leave() -> None:

@@ -17,14 +17,14 @@ wheels = st.builds(Wheels, st.floats(-100, 100), st.floats(-100, 100))
 
 
 class TestVelocityLimit:
-    def test_lets_pass_what_is_within(self) -> None:
+    def test_command_within_the_limit_passes(self) -> None:
         assert VelocityLimit(10.0)(Wheels(10.0, -10.0), STOPPED) == (10.0, -10.0)
 
-    def test_slows_the_other_wheel_in_proportion(self) -> None:
+    def test_both_wheels_are_slowed_in_proportion(self) -> None:
         assert VelocityLimit(10.0)(Wheels(20.0, -5.0), STOPPED) == (10.0, -2.5)
 
     @given(wheels)
-    def test_keeps_the_path_and_the_limit(self, asked: Wheels) -> None:
+    def test_result_keeps_the_path_and_the_limit(self, asked: Wheels) -> None:
         sent = VelocityLimit(10.0)(asked, STOPPED)
         assert max(map(abs, sent)) <= 10.0 + 1e-9
         assert sent.left * asked.right == pytest.approx(sent.right * asked.left, abs=1e-6)
@@ -32,19 +32,17 @@ class TestVelocityLimit:
 
 
 class TestAccelerationLimit:
-    def test_lets_pass_a_change_that_is_within(self) -> None:
+    def test_change_within_the_limit_passes(self) -> None:
         assert AccelerationLimit(2.0)(Wheels(5.0, 3.0), Wheels(3.0, 5.0)) == (5.0, 3.0)
 
-    def test_scales_both_changes_alike(self) -> None:
+    def test_both_changes_are_scaled_by_one_factor(self) -> None:
         assert AccelerationLimit(2.0)(Wheels(9.0, 4.0), Wheels(1.0, 2.0)) == (3.0, 2.5)
 
-    def test_holds_for_slowing_down_too(self) -> None:
+    def test_deceleration_is_limited(self) -> None:
         assert AccelerationLimit(2.0)(STOPPED, Wheels(10.0, 5.0)) == (8.0, 4.0)
 
     @given(wheels, wheels)
-    def test_no_wheel_changes_by_more_and_each_comes_nearer_to_what_was_asked(
-        self, asked: Wheels, last: Wheels
-    ) -> None:
+    def test_each_wheel_comes_nearer_to_the_command_within_the_limit(self, asked: Wheels, last: Wheels) -> None:
         sent = AccelerationLimit(2.0)(asked, last)
         for got, wanted, before in zip(sent, asked, last, strict=True):
             assert abs(got - before) <= 2.0 + 1e-9
@@ -57,18 +55,18 @@ class TestRangeGuard:
         assert stopping_distance(0.4, 0.1, 0.5) == pytest.approx(0.1 + 0.16)
 
     @pytest.mark.parametrize("speed", [0.05, 0.2, 0.4])
-    def test_acts_exactly_at_the_stopping_distance(self, speed: float) -> None:
+    def test_guard_acts_exactly_at_the_stopping_distance(self, speed: float) -> None:
         limit = 0.10 + speed**2 / (2 * 0.5)
         asked = GEOMETRY.to_wheels(speed, 0.0)
         assert _guard(limit + 1e-9)(asked, STOPPED) == asked
         assert _guard(limit - 1e-9)(asked, STOPPED) == (0.0, 0.0)
 
-    def test_takes_forward_motion_away_and_keeps_the_turn(self) -> None:
+    def test_guard_removes_forward_motion_and_keeps_the_turn(self) -> None:
         sent = _guard(0.05)(GEOMETRY.to_wheels(0.2, 1.5), STOPPED)
         assert GEOMETRY.to_twist(sent) == pytest.approx((0.0, 1.5))
 
     @given(st.floats(-0.4, 0.4), st.floats(-5, 5), st.floats(0, 2))
-    def test_never_drives_forward_too_near_nor_touches_the_turn(
+    def test_guard_keeps_the_distance_and_the_turn_for_any_command(
         self, linear: float, angular: float, distance: float
     ) -> None:
         sent = GEOMETRY.to_twist(_guard(distance)(GEOMETRY.to_wheels(linear, angular), STOPPED))
@@ -77,7 +75,7 @@ class TestRangeGuard:
         assert sent.linear == pytest.approx(linear, abs=1e-12) or linear > 0
 
     @pytest.mark.parametrize("linear", [0.0, -0.3])
-    def test_does_not_ask_for_a_distance_where_the_robot_does_not_go_forward(self, linear: float) -> None:
+    def test_guard_reads_no_distance_unless_the_robot_moves_forward(self, linear: float) -> None:
         guard = RangeGuard(GEOMETRY, lambda _: pytest.fail("asked"), 0.10, 0.5)
         asked = GEOMETRY.to_wheels(linear, 2.0)
         assert guard(asked, STOPPED) == asked
@@ -92,14 +90,14 @@ def _guard(distance: float) -> RangeGuard:
 
 
 class TestDistanceAhead:
-    def test_an_old_reading_counts_less_by_the_way_driven_since(self) -> None:
+    def test_distance_driven_since_a_reading_is_subtracted(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.5)
         nose.age = 0.4
         assert DistanceAhead(clock, [nose])(0.25) == pytest.approx(0.5 - 0.4 * 0.25)
         assert DistanceAhead(clock, [nose])(0.0) == 0.5
 
-    def test_an_old_reading_keeps_counting_the_fastest_that_the_robot_went(self) -> None:
+    def test_highest_speed_since_a_reading_counts(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.5)
         ahead = DistanceAhead(clock, [nose])
@@ -110,18 +108,18 @@ class TestDistanceAhead:
         assert ahead(0.1) == pytest.approx(0.5 - 0.6 * 0.4)
         assert ahead(0.1) == pytest.approx(0.5 - 0.6 * 0.1)
 
-    def test_a_reading_taken_since_the_tick_began_leaves_no_more_than_it_says(self) -> None:
+    def test_reading_newer_than_the_tick_adds_no_distance(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         nose = NullRange(clock, distance=0.17)
         nose.age = -0.08
         assert DistanceAhead(clock, [nose])(0.25) == 0.17
 
-    def test_the_nearest_of_several_counts(self) -> None:
+    def test_nearest_of_several_readings_counts(self) -> None:
         clock = SteppedClock(20, lambda _: None)
         sensors = [NullRange(clock, distance=distance) for distance in (math.inf, 0.3, 0.9)]
         assert DistanceAhead(clock, sensors)(0.1) == 0.3
 
-    def test_a_guard_reckons_with_the_faster_of_what_is_asked_and_what_was_sent(self) -> None:
+    def test_guard_uses_the_faster_of_the_new_and_the_last_command(self) -> None:
         speeds: list[float] = []
         guard = RangeGuard(GEOMETRY, lambda speed: speeds.append(speed) or math.inf, 0.10, 0.5)  # type: ignore[func-returns-value]
         guard(GEOMETRY.to_wheels(0.1, 0.0), GEOMETRY.to_wheels(0.3, 0.0))

@@ -38,5 +38,5 @@ def test_a_wheel_that_does_not_turn_stops_the_run_and_every_motor(chip: Chip) ->
     with answering(chip, 1.0):
         result = result_of(run_command(TOUR, "bench"))
     assert (result["outcome"], result["exit_status"]) == ("stopped", 4), result["reason"]
-    assert "left_motor was told to turn" in result["reason"]
+    assert "left_motor was commanded to turn" in result["reason"]
     assert outputs(chip) == [0, 0, 0, 0]

@@ -98,7 +98,7 @@ def test_a_wheel_that_does_not_follow_ends_the_run_by_its_motors_name(
         pytest.importorskip("pybullet")
     result = search(f"left_motor {effect} after=1", backend=backend, timeout_s=30.0)
     assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
-    assert result.reason.startswith("left_motor was told to turn ")
+    assert result.reason.startswith("left_motor was commanded to turn ")
     assert "right_motor" not in result.reason
     assert set(wheels.values()) <= {0.0}
 
@@ -164,7 +164,7 @@ def test_an_app_that_stops_lives_through_a_lost_connection(wheels: Wheels, tmp_p
 def test_a_range_sensor_that_always_tells_the_same_is_named_before_it_leads_into_something() -> None:
     result = search("range stuck=1.5 after=5", timeout_s=30.0)
     assert (result.outcome, result.exit_status, result.contacts) == (Outcome.STOPPED, 4, 0)
-    assert result.reason.startswith("nose told the same 1.50 m while the wheels drove 0.5")
+    assert result.reason.startswith("nose measured the same 1.50 m while the wheels drove 0.5")
 
 
 def test_an_encoder_that_fails_is_reported_to_an_app_that_asks_for_the_pose(tmp_path: Path) -> None:
