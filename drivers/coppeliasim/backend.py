@@ -165,7 +165,7 @@ def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> Coppelia
         lease = Lease(connection)
         scene = _scene(connection, lease)
         undo.callback(scene.close)
-        if lease.take() and may_stop and scene.state() is not State.STOPPED:
+        if lease.take() and may_stop and scene.read_state() is not State.STOPPED:
             scene.stop()
         undo.pop_all()
     return scene
@@ -196,7 +196,7 @@ def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
     yield Finding.ok(_NAME, f"version {_version(version)} answers at {connection.address}")
     engine = connection.call_as(int, "getInt32Param", connection.constant("intparam_dynamic_engine"))
     yield Finding.ok("physics", f"by {_ENGINES.get(engine, engine)}")
-    if scene.state() is not State.STOPPED:
+    if scene.read_state() is not State.STOPPED:
         yield Finding.warning("proximity sensors", "not tried: a simulation is under way", "Stop it, and look again")
     elif proximity_works(SceneBuilder(connection), scene.detect):
         yield Finding.ok("proximity sensors", "detect what is in front of them")

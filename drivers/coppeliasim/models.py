@@ -191,12 +191,12 @@ class BuiltEncoder(Encoder):
     def __init__(self, scene: CoppeliaSimScene, description: EncoderDescription, joint: int, clock: Clock) -> None:
         super().__init__(description.name)
         self._scene, self._description, self._joint = scene, description, joint
-        self._zero = scene.joint_position(joint)
+        self._zero = scene.read_joint_position(joint)
         self._newest_at = SampleCache(clock, self._count)
 
     def _newest(self) -> Angle:
         return self._newest_at()
 
     def _count(self, time: float, sequence: int) -> Angle:
-        angle = self._scene.joint_position(self._joint) - self._zero
+        angle = self._scene.read_joint_position(self._joint) - self._zero
         return Angle(self._description.quantised(angle), time, sequence)

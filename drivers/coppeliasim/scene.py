@@ -19,7 +19,7 @@ from robotcore.simulation.remote_scene import (
     Scene,
     SceneObject,
     State,
-    horizontal_fov,
+    compute_horizontal_fov,
 )
 
 _SAME_S = 1e-6
@@ -64,11 +64,11 @@ class CoppeliaSimScene(Scene):
             handle = self._find_flat(path)
         return self._object(handle) if handle >= 0 else None
 
-    def objects(self) -> Sequence[SceneObject]:
+    def list_objects(self) -> Sequence[SceneObject]:
         handles = self.connection.call_as(list, "getObjectsInTree", self.connection.constant("handle_scene"))
         return [self._object(handle) for handle in handles]
 
-    def state(self) -> State:
+    def read_state(self) -> State:
         """Return what the simulation does; a stop that is under way is waited for."""
         wall = MonotonicClock()
         while (state := self.connection.call_as(int, "getSimulationState")) in _STOPPING and wall.now() < _STOPPING_S:
@@ -78,34 +78,34 @@ class CoppeliaSimScene(Scene):
         return State.PAUSED if state & _PAUSED else State.STOPPED
 
     def start(self) -> None:
-        before = self.state()
+        before = self.read_state()
         self.connection.sim("setStepping", True)  # lost at every stop
         if before is not State.RUNNING:
             self.connection.sim("startSimulation", within_s=LOADING_S)
-        if self.state() is not State.RUNNING:
+        if self.read_state() is not State.RUNNING:
             raise BackendError(f"coppeliasim: the simulation at {self.connection.address} does not start. {_LOOK}")
-        self._step_s, self._time, self._limit_s = self.time_step(), self.time(), LOADING_S
+        self._step_s, self._time, self._limit_s = self.read_time_step(), self.read_time(), LOADING_S
 
     def stop(self) -> None:
         if self._lease:
             self._lease.require()
-        if self.state() is State.STOPPED:
+        if self.read_state() is State.STOPPED:
             return
         self.connection.sim("stopSimulation", True, within_s=LOADING_S)
-        if (state := self.state()) is not State.STOPPED:
+        if (state := self.read_state()) is not State.STOPPED:
             raise BackendError(f"coppeliasim: the simulation was told to stop and is {state.value}. Stop it by hand")
 
-    def time_step(self) -> float:
+    def read_time_step(self) -> float:
         return self.connection.call_as(float, "getSimulationTimeStep")
 
-    def time(self) -> float:
+    def read_time(self) -> float:
         return self.connection.call_as(float, "getSimulationTime")
 
     def advance(self, steps: int) -> None:
         for _ in range(steps):
             self.connection.sim("step", within_s=self._limit_s)
             self._limit_s = None  # the first step of all may take its time
-        now = self.time()
+        now = self.read_time()
         if not math.isclose(now - self._time, steps * self._step_s, rel_tol=_SAME_S, abs_tol=_SAME_S):
             raise self._out_of_step(now - self._time, steps)
         self._time = now
@@ -113,14 +113,14 @@ class CoppeliaSimScene(Scene):
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
         self.connection.sim("setJointTargetVelocity", joint, rad_s)
 
-    def joint_position(self, joint: int) -> float:
+    def read_joint_position(self, joint: int) -> float:
         return self.connection.call_as(float, "getJointPosition", joint)
 
     def detect(self, sensor: int) -> Point | None:
         name = "handleProximitySensor" if self._is_explicit(sensor) else "readProximitySensor"
         return self.connection.call_as(_detected_point, name, sensor)
 
-    def why_unreliable(self, sensor: int) -> str | None:
+    def diagnose_sensor(self, sensor: int) -> str | None:
         if self._probe is None or self._probe(self.detect):
             return None
         return (
@@ -128,7 +128,7 @@ class CoppeliaSimScene(Scene):
             "that every way seems free. Take one with the plug-in for them, as the maker's downloads are"
         )
 
-    def optics(self, sensor: int) -> CameraOptics:
+    def read_optics(self, sensor: int) -> CameraOptics:
         width, height = self.connection.call_as(_size, "getVisionSensorRes", sensor)
         is_perspective = self.connection.call_as(
             int, "getObjectInt32Param", sensor, self.connection.constant("visionintparam_perspective_operation")
@@ -138,19 +138,19 @@ class CoppeliaSimScene(Scene):
         wide = self.connection.call_as(
             float, "getObjectFloatParam", sensor, self.connection.constant("visionfloatparam_perspective_angle")
         )
-        return CameraOptics(width, height, horizontal_fov(wide, width, height))
+        return CameraOptics(width, height, compute_horizontal_fov(wide, width, height))
 
-    def picture(self, sensor: int) -> RawPicture:
+    def read_picture(self, sensor: int) -> RawPicture:
         """Return what it sees now, if it is handled explicitly; else what it saw at the end of the last step."""
         return self.connection.run_batch(partial(self._seen, sensor))
 
     def show(self, sensor: int, picture: RawPicture) -> None:
         self.connection.sim("setVisionSensorImg", sensor, picture.pixels)
 
-    def position(self, handle: int) -> Point:
+    def read_position(self, handle: int) -> Point:
         return self.connection.call_as(_point, "getObjectPosition", handle)
 
-    def velocity(self, handle: int) -> Point:
+    def read_velocity(self, handle: int) -> Point:
         return self.connection.call_as(_linear, "getObjectVelocity", handle)
 
     def close(self) -> None:
@@ -185,7 +185,7 @@ class CoppeliaSimScene(Scene):
         """Return what is to be said where steps took another time than theirs."""
         if self._lease:
             self._lease.require()
-        state = self.state()
+        state = self.read_state()
         if state is State.STOPPED:
             what = "was stopped by somebody else. Run again, and leave it to this program"
         elif state is State.PAUSED:

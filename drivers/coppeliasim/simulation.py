@@ -57,7 +57,7 @@ class Simulation:
         self._motors: list[BuiltMotor] = []
         body = built.robot.body
         self._touches = ContactCounter(scene.connection, body, built.world.things)
-        self.clock = SteppedClock(setup.rate_hz, self._advance, scene.time_step())
+        self.clock = SteppedClock(setup.rate_hz, self._advance, scene.read_time_step())
         self.truth = CoppeliaSimTruth(scene.connection, body, built.robot.frame, self._touches)
 
     def start(self) -> None:
@@ -129,7 +129,7 @@ class BuiltScene(NamedTuple):
 
 def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
     """Remove what a program that was killed has left; raise BackendError where somebody else uses the scene."""
-    if (state := scene.state()) is not State.STOPPED:
+    if (state := scene.read_state()) is not State.STOPPED:
         raise BackendError(
             f"coppeliasim: a simulation of somebody's is {state.value} in the CoppeliaSim at "
             f"{scene.connection.address}. Stop it, and run again"
@@ -221,14 +221,14 @@ def _set_engine(builder: SceneBuilder) -> None:
 
 def _undo_time_step(scene: CoppeliaSimScene, builder: SceneBuilder) -> Undo:
     """Return the call that lets the time step be as it is now."""
-    return "setFloatParam", builder.constant("floatparam_simulation_time_step"), scene.time_step()
+    return "setFloatParam", builder.constant("floatparam_simulation_time_step"), scene.read_time_step()
 
 
 def _set_time_step(scene: CoppeliaSimScene, builder: SceneBuilder, step_s: float) -> None:
     """Let the simulation step so; raises BackendError where it does not take it."""
     parameter = builder.constant("floatparam_simulation_time_step")
     scene.connection.sim("setFloatParam", parameter, step_s, within_s=LOADING_S)
-    if abs((got := scene.time_step()) - step_s) > _SAME * step_s:
+    if abs((got := scene.read_time_step()) - step_s) > _SAME * step_s:
         raise BackendError(
             f"coppeliasim: the simulation's time step was set to {step_s:g} s and is {got:g} s. "
             "Open a new scene in CoppeliaSim, or take another --rate"

@@ -30,7 +30,7 @@ from robotcore.simulation.remote_scene import (
     Scene,
     SceneObject,
     State,
-    horizontal_fov,
+    compute_horizontal_fov,
 )
 
 _RUNNING, _PAUSED = 1, 2
@@ -52,7 +52,7 @@ class OfficialScene(Scene):
             return None
         return SceneObject(handle, path, self._kinds.get(handle, ObjectKind.OTHER))
 
-    def objects(self) -> list[SceneObject]:
+    def list_objects(self) -> list[SceneObject]:
         """Return all objects under their names; none where the binding has no function for it."""
         if not hasattr(self._calls.api, "simxGetObjectGroupData"):
             return []
@@ -60,7 +60,7 @@ class OfficialScene(Scene):
         named = zip(handles, names, strict=False)
         return [SceneObject(handle, name, self._kinds.get(handle, ObjectKind.OTHER)) for handle, name in named]
 
-    def state(self) -> State:
+    def read_state(self) -> State:
         server_state = self._calls.server_state
         if not server_state & _RUNNING:
             return State.STOPPED
@@ -79,59 +79,61 @@ class OfficialScene(Scene):
 
     def stop(self) -> None:
         self._calls.once("simxStopSimulation")
-        if not self._comes(lambda: self.state() is State.STOPPED):
+        if not self._comes(lambda: self.read_state() is State.STOPPED):
             raise ServerHangsError(f"the simulation has not stopped within {self._answer_s:g} s. Restart the simulator")
 
-    def time_step(self) -> float:
+    def read_time_step(self) -> float:
         return float(self._calls.once(self._calls.named("simxGetFloatParam", "simxGetFloatingParameter"), TIME_STEP))
 
-    def time(self) -> float:
+    def read_time(self) -> float:
         return self._calls.time_s
 
     def advance(self, steps: int) -> None:
         for _ in range(steps):
-            self._before = {handle: self.position(handle) for handle in self._before}
+            self._before = {handle: self.read_position(handle) for handle in self._before}
             if not self._steps():
-                raise SimulationHaltedError(f"the simulation was {self.state().value}: no step can be taken. Run again")
+                raise SimulationHaltedError(
+                    f"the simulation was {self.read_state().value}: no step can be taken. Run again"
+                )
 
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
         self._calls.send("simxSetJointTargetVelocity", joint, rad_s)
 
-    def joint_position(self, joint: int) -> float:
+    def read_joint_position(self, joint: int) -> float:
         return float(self._calls.read("simxGetJointPosition", joint))
 
     def detect(self, sensor: int) -> Point | None:
         is_detected, (x, y, z), *_ = self._calls.read("simxReadProximitySensor", sensor)
         return (x, y, z) if is_detected else None
 
-    def optics(self, sensor: int) -> CameraOptics:
+    def read_optics(self, sensor: int) -> CameraOptics:
         whole = self._calls.named("simxGetObjectInt32Param", "simxGetObjectIntParameter")
         width, height = (int(self._calls.once(whole, sensor, number)) for number in (RESOLUTION_X, RESOLUTION_Y))
         fraction = self._calls.named("simxGetObjectFloatParam", "simxGetObjectFloatParameter")
         return CameraOptics(
-            width, height, horizontal_fov(self._calls.once(fraction, sensor, VIEW_ANGLE), width, height)
+            width, height, compute_horizontal_fov(self._calls.once(fraction, sensor, VIEW_ANGLE), width, height)
         )
 
-    def picture(self, sensor: int) -> RawPicture:
+    def read_picture(self, sensor: int) -> RawPicture:
         (width, height), pixels = self._calls.read("simxGetVisionSensorImage", sensor, 0)
         return RawPicture(np.array(pixels, np.int8).tobytes(), width, height)
 
     def show(self, sensor: int, picture: RawPicture) -> None:
         self._calls.send("simxSetVisionSensorImage", sensor, list(bytes(picture.pixels)), 0)
 
-    def position(self, handle: int) -> Point:
+    def read_position(self, handle: int) -> Point:
         x, y, z = self._calls.read("simxGetObjectPosition", handle, -1)
         self._before.setdefault(handle, (x, y, z))
         return x, y, z
 
-    def velocity(self, handle: int) -> Point:
+    def read_velocity(self, handle: int) -> Point:
         """Return how it moved in the last step; where time is followed, from now to the next step."""
         if self._is_stepped:
-            return velocity_between(self._before[handle], self.position(handle), self.time_step())
-        before, begun = self.position(handle), self.time()
-        if not self._comes(lambda: self.time() != begun):
+            return velocity_between(self._before[handle], self.read_position(handle), self.read_time_step())
+        before, begun = self.read_position(handle), self.read_time()
+        if not self._comes(lambda: self.read_time() != begun):
             raise ServerHangsError(f"the simulation's time has not moved within {self._answer_s:g} s")
-        return velocity_between(before, self.position(handle), self.time() - begun)
+        return velocity_between(before, self.read_position(handle), self.read_time() - begun)
 
     def close(self) -> None:
         """Let a simulation that goes on without us go on by itself, and leave."""
@@ -147,18 +149,18 @@ class OfficialScene(Scene):
     def _comes_to_move(self) -> bool:
         if self._is_stepped:
             return self._steps()
-        begun = self.time()
-        return self._comes(lambda: self.time() != begun)
+        begun = self.read_time()
+        return self._comes(lambda: self.read_time() != begun)
 
     def _steps(self) -> bool:
         """Trigger a step; return whether time has moved by it."""
-        begun = self.time()
+        begun = self.read_time()
         try:
             self._calls.run("simxSynchronousTrigger")
         except RefusedError:
             return False
         self._calls.run("simxGetPingTime")
-        return self._comes(lambda: self.time() != begun)
+        return self._comes(lambda: self.read_time() != begun)
 
     def _comes(self, is_so: Callable[[], bool]) -> bool:
         """Wait until it is so; return whether it came to be."""

@@ -19,7 +19,7 @@ from robotcore.simulation.remote_scene import (
     Scene,
     SceneObject,
     State,
-    horizontal_fov,
+    compute_horizontal_fov,
 )
 
 T = TypeVar("T")
@@ -60,7 +60,7 @@ class LegacyScene(Scene):
             return None
         return SceneObject(handle, path, self._kinds.get(handle, ObjectKind.OTHER))
 
-    def objects(self) -> list[SceneObject]:
+    def list_objects(self) -> list[SceneObject]:
         """Return all objects under their names: this API does not tell their paths."""
         named = self._once(NAMES)
         return [
@@ -68,37 +68,37 @@ class LegacyScene(Scene):
             for handle, name in zip(named.handles, named.texts, strict=False)
         ]
 
-    def state(self) -> State:
+    def read_state(self) -> State:
         self._once(requests.CLOCK)
         if not self._server.is_running:
             return State.STOPPED
         return State.PAUSED if self._server.is_paused else State.RUNNING
 
-    def time_step(self) -> float:
+    def read_time_step(self) -> float:
         return self._once(requests.float_parameter(TIME_STEP))
 
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
         self._tell(requests.joint_target_velocity(joint, rad_s))
 
-    def joint_position(self, joint: int) -> float:
+    def read_joint_position(self, joint: int) -> float:
         return self._newest(requests.joint_position(joint))
 
     def detect(self, sensor: int) -> Point | None:
         seen = self._newest(requests.proximity(sensor))
         return _point(seen.point) if seen.is_detected else None
 
-    def optics(self, sensor: int) -> CameraOptics:
+    def read_optics(self, sensor: int) -> CameraOptics:
         width, height = self._once(columns(sensor)), self._once(rows(sensor))
-        return CameraOptics(width, height, horizontal_fov(self._once(view_angle(sensor)), width, height))
+        return CameraOptics(width, height, compute_horizontal_fov(self._once(view_angle(sensor)), width, height))
 
-    def picture(self, sensor: int) -> RawPicture:
+    def read_picture(self, sensor: int) -> RawPicture:
         pixels = self._newest(requests.colour_image(sensor))
         return RawPicture(pixels.data, pixels.shape[1], pixels.shape[0])
 
     def show(self, sensor: int, picture: RawPicture) -> None:
         self._tell(requests.set_colour_image(sensor, bytes(picture.pixels)))
 
-    def position(self, handle: int) -> Point:
+    def read_position(self, handle: int) -> Point:
         return _point(self._newest(requests.object_position(handle)))
 
     @cached_property

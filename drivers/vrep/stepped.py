@@ -55,18 +55,18 @@ class SteppedScene(LegacyScene):
             if self._starts(is_last=left == 0):
                 break
             self.stop()
-        self._step_s = self.time_step()
+        self._step_s = self.read_time_step()
 
     def stop(self) -> None:
         self._said(self._connection.stop)
 
-    def time(self) -> float:
+    def read_time(self) -> float:
         return self._connection.time_s
 
     def advance(self, steps: int) -> None:
         for left in range(steps - 1, -1, -1):
             positions = {handle: requests.object_position(handle) for handle in self._followed}
-            self._followed.update({handle: self.position(handle) for handle in positions})
+            self._followed.update({handle: self.read_position(handle) for handle in positions})
             reads = {read.identity: read for read in positions.values()}
             if left == 0:
                 reads |= self._asked
@@ -74,13 +74,13 @@ class SteppedScene(LegacyScene):
             step = self._said(partial(self._step, *reads.values()))
             self._read = dict(zip(reads, step.values, strict=False))
 
-    def position(self, handle: int) -> Point:
-        there = super().position(handle)
+    def read_position(self, handle: int) -> Point:
+        there = super().read_position(handle)
         self._followed.setdefault(handle, there)
         return there
 
-    def velocity(self, handle: int) -> Point:
-        return velocity_between(self._followed[handle], self.position(handle), self._step_s)
+    def read_velocity(self, handle: int) -> Point:
+        return velocity_between(self._followed[handle], self.read_position(handle), self._step_s)
 
     def close(self) -> None:
         """Let a simulation that goes on without us go on by itself, and leave."""
@@ -126,7 +126,7 @@ class SteppedScene(LegacyScene):
     def _why_halted(self, failure: SimulationHaltedError) -> SimulationHaltedError:
         """Return the failure in plainer words, when the server knows them: a stop takes a few steps."""
         wall = MonotonicClock()
-        while (state := self.state()) is State.RUNNING:
+        while (state := self.read_state()) is State.RUNNING:
             if wall.now() > _HALTING_S:
                 return failure
             wall.sleep_until(wall.now() + _NAP_S)

@@ -199,14 +199,14 @@ class StreamedScene(LegacyScene):
         if not self._comes(lambda: not self._server.is_running):
             raise ServerHangsError(f"the simulation has not stopped within {self._answer_s:g} s. Restart the simulator")
 
-    def time(self) -> float:
+    def read_time(self) -> float:
         return self._following.time_s
 
     def advance(self, steps: int) -> None:
         """Refuse: time passes by itself here."""
         raise BackendError("a simulation that goes on by itself is followed, not stepped")
 
-    def velocity(self, handle: int) -> Point:
+    def read_velocity(self, handle: int) -> Point:
         """Return how fast it moves from the newest answer to the next one."""
         request = requests.object_position(handle)
         before = self._stream(request)

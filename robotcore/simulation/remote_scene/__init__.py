@@ -1,4 +1,4 @@
-"""An existing scene in a simulator that is a server: objects by path, and devices that use them."""
+"""Drive a robot in a scene of a simulator that is a server: bind its devices to objects by path."""
 
 from robotcore.simulation.remote_scene.bindings import SceneBinding, inspect_scene, read_bindings
 from robotcore.simulation.remote_scene.interface import (
@@ -9,7 +9,7 @@ from robotcore.simulation.remote_scene.interface import (
     Scene,
     SceneObject,
     State,
-    horizontal_fov,
+    compute_horizontal_fov,
 )
 from robotcore.simulation.remote_scene.session import Owner, keep_running, open_in_scene
 
@@ -23,7 +23,7 @@ __all__ = [
     "SceneBinding",
     "SceneObject",
     "State",
-    "horizontal_fov",
+    "compute_horizontal_fov",
     "inspect_scene",
     "keep_running",
     "open_in_scene",

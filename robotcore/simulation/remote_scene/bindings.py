@@ -1,4 +1,4 @@
-"""A backend's section of a robot's file: bind each device to an object of an existing scene."""
+"""Bind each device of a robot to an object of an existing scene, as a section of the robot's file says."""
 
 from __future__ import annotations
 
@@ -23,39 +23,46 @@ from robotcore.description import (
 from robotcore.description.sections import MistakesError, read_each, validate_table
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, nearest
 from robotcore.hal.finding import Finding
-from robotcore.simulation.remote_scene.devices import intrinsics_of
+from robotcore.simulation.remote_scene.devices import choose_intrinsics
 from robotcore.simulation.remote_scene.interface import ObjectKind, Scene, SceneObject
 
 Paths = Annotated[
     tuple[Annotated[str, Field(min_length=1)], ...],
-    BeforeValidator(lambda description: (description,) if isinstance(description, str) else description),
+    BeforeValidator(lambda paths: (paths,) if isinstance(paths, str) else paths),
     Field(min_length=1, description='a path in quotes, or a list of them: ["/robot/joint", "old_name"]'),
 ]
-"""Where an object may be: the first that is there counts. Names of old scenes stand beside paths so."""
+"""The possible paths of an object, or its names in old scenes. The first that exists counts."""
 
 
 class ObjectBinding(StrictModel):
-    """The object that a device is."""
+    """The scene object of a device.
+
+    >>> ObjectBinding(path="/rover/nose").path
+    ('/rover/nose',)
+    """
 
     path: Paths
 
 
 class JointBinding(ObjectBinding):
-    """A wheel's joint; ``reversed`` where it turns backwards when the robot drives forward."""
+    """The joint of a motor or an encoder."""
 
     reversed: bool = False
+    """The joint turns backwards when the robot drives forward."""
 
 
 class CameraBinding(ObjectBinding):
-    """A camera's vision sensor; ``as_found``: its picture's size and field of view count, not the description's."""
+    """The vision sensor of a camera."""
 
     as_found: bool = False
+    """The resolution and field of view of the vision sensor count; otherwise they must match the description."""
 
 
 class DisplayBinding(ObjectBinding):
-    """The vision sensor that shows what a display is shown; where ``optional``, a scene may do without it."""
+    """The vision sensor that shows the pictures of a display."""
 
     optional: bool = False
+    """If the scene has no such object, the display keeps its pictures in memory."""
 
 
 _BINDINGS: dict[type[StrictModel], tuple[type[ObjectBinding], ObjectKind]] = {
@@ -72,25 +79,27 @@ _NEEDED = (MotorDescription, EncoderDescription, RangeSensorDescription, CameraD
 
 @dataclass(frozen=True)
 class SceneBinding:
-    """A device, where it is in the scene, and what kind of object that has to be.
-
-    ``others`` are the paths of other devices.
-    """
+    """A device and its scene object."""
 
     description: AnyDevice
     place: ObjectBinding
+    """The device's table in the section: the path of the object, and options."""
     kind: ObjectKind
+    """The required kind of object."""
     others: frozenset[str] = frozenset()
+    """The paths of other devices' objects; error messages do not suggest them."""
 
 
 def read_bindings(
     robot: RobotDescription, section: str, names: Iterable[str] | None = None
 ) -> tuple[SceneBinding, ...]:
-    """Return where the devices of those names, by default all, are, by a backend's ``section`` of the file.
+    """Return the bindings of a robot's devices.
 
-    A display that the section does not tell of is left out: its pictures are kept in memory. So is a battery, of which
-    a scene has none. Raises DescriptionError,
-    with all that is wrong.
+    section: the name of the backend's section in the robot's file.
+    names: the devices to bind; None stands for all.
+
+    The result omits displays without an entry, whose pictures stay in memory, and batteries, which no scene has.
+    Raises DescriptionError with all mistakes in the section.
     """
     chosen = {description.name for description in robot.devices} if names is None else set(names)
     needed = [
@@ -101,7 +110,7 @@ def read_bindings(
     if section not in robot.backends and needed:
         name = needed[0]
         path = f"/{robot.name}/{name}"
-        remedy = f'Name the object of the scene that each device is: [{section}.{name}] with path = "{path}"'
+        remedy = f'Add the scene object of each device: [{section}.{name}] with path = "{path}"'
         raise DescriptionError(robot.source, section, "is missing", remedy)
     bound, faults = read_each(robot, section, needed, _read_binding, partial(_path_remedy, robot))
     if faults:
@@ -110,35 +119,40 @@ def read_bindings(
 
 
 def _others(one: SceneBinding, bound: Iterable[SceneBinding]) -> frozenset[str]:
-    """Return the paths of all devices that are another object: an encoder is the same as its motor."""
+    """Return the paths of all devices with another object; an encoder shares the object of its motor."""
     paths = set(one.place.path)
     return frozenset().union(*(each.place.path for each in bound if paths.isdisjoint(each.place.path)))
 
 
 def _path_remedy(robot: RobotDescription, description: AnyDevice) -> str:
-    return f'Name the {_BINDINGS[type(description)][1].value} that it is: path = "/{robot.name}/{description.name}"'
+    return f'Name its {_BINDINGS[type(description)][1].value} in the scene: path = "/{robot.name}/{description.name}"'
 
 
 def _read_binding(description: AnyDevice, key: str, table: Any) -> SceneBinding:
     if isinstance(description, BatteryDescription):
-        raise MistakesError((key, "should not be there: a scene has no battery", "Leave it out"))
+        raise MistakesError((key, "is not allowed: a scene has no battery", "Remove it"))
     model, kind = _BINDINGS[type(description)]
     if not isinstance(table, Mapping):
-        raise MistakesError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path below"))
+        raise MistakesError((key, f"should be a table, got {table!r}", f"Write [{key}], and its path in the next line"))
     return SceneBinding(description, validate_table(model, key, table), kind)
 
 
 Found = dict[str, SceneObject | None]
-"""By the device's name, the object that it is; None for a display that a scene may do without, and does."""
+"""The scene objects by device name; None for an optional display that the scene does not have."""
 
 
 def find_all(robot: str, bound: Sequence[SceneBinding], scene: Scene) -> Found:
-    """Return the object of each device; raises DeviceError or DeviceGroupError with all that is not as it should be."""
+    """Return the scene object of each device.
+
+    robot: the robot's name, for the error message.
+
+    Raises DeviceError, or DeviceGroupError if several devices fail.
+    """
     found, failures = {}, []
     for each in bound:
         try:
             found[each.description.name] = find(each, scene)
-        except DeviceError as failure:  # noqa: PERF203  every one that fails is to be named
+        except DeviceError as failure:  # noqa: PERF203  the error names each device that fails
             failures.append(failure)
     failures += _shared_motors(bound, found)
     if len(failures) == 1:
@@ -149,40 +163,49 @@ def find_all(robot: str, bound: Sequence[SceneBinding], scene: Scene) -> Found:
 
 
 def find(bound: SceneBinding, scene: Scene) -> SceneObject | None:
-    """Return the object that a device is, at the first of its paths where there is one.
+    """Return the scene object of a device: the first of its paths that exists.
 
-    None where there is none, and the scene may do without; else raises DeviceError, which says what was probably meant.
-    Also where the object is of another kind, sees otherwise than described, or is not to be believed.
+    Returns None if an optional display has no object. Raises DeviceError if another device has none, if the object is
+    of another kind, if its optics differ from the description, or if its sensor does not work.
     """
-    there = next((thing for path in bound.place.path if (thing := scene.find(path))), None)
-    if there is None:
+    found = next((candidate for path in bound.place.path if (candidate := scene.find(path))), None)
+    if found is None:
         if isinstance(bound.place, DisplayBinding) and bound.place.optional:
             return None
-        raise DeviceError(bound.description.name, _missing(bound, scene))
-    if there.kind is not bound.kind:
+        raise _missing_object(bound, scene)
+    if found.kind is not bound.kind:
         raise DeviceError(
             bound.description.name,
-            f"{there.path!r} is a {there.kind.value}, expected a {bound.kind.value}. {_offered(bound, scene)}",
+            f"{found.path!r} is a {found.kind.value}, expected a {bound.kind.value}. {_suggest(bound, scene)}",
+            kind="wrong-object",
+            path=found.path,
+            found=found.kind.value,
+            expected=bound.kind.value,
         )
-    _require_fit(bound, there.handle, scene)
-    return there
+    _require_fit(bound, found.handle, scene)
+    return found
 
 
 def _require_fit(bound: SceneBinding, handle: int, scene: Scene) -> None:
     if isinstance(bound.description, CameraDescription) and isinstance(bound.place, CameraBinding):
-        intrinsics_of(bound.description, scene.optics(handle), as_found=bound.place.as_found)
-    if isinstance(bound.description, RangeSensorDescription) and (why := scene.why_unreliable(handle)):
-        raise DeviceError(bound.description.name, why)
+        choose_intrinsics(bound.description, scene.read_optics(handle), as_found=bound.place.as_found)
+    if isinstance(bound.description, RangeSensorDescription) and (why := scene.diagnose_sensor(handle)):
+        raise DeviceError(bound.description.name, why, kind="sensor-not-simulated")
 
 
-def _missing(bound: SceneBinding, scene: Scene) -> str:
+def _missing_object(bound: SceneBinding, scene: Scene) -> DeviceError:
     paths = " or ".join(map(repr, bound.place.path))
-    return f"the scene has no object {paths}. {_offered(bound, scene)}"
+    return DeviceError(
+        bound.description.name,
+        f"the scene has no object {paths}. {_suggest(bound, scene)}",
+        kind="missing-object",
+        paths=bound.place.path,
+    )
 
 
-def _offered(bound: SceneBinding, scene: Scene) -> str:
-    """Say which object of the right kind, and no other device's, was probably meant, or name them all."""
-    paths = [thing.path for thing in scene.objects() if thing.kind is bound.kind]
+def _suggest(bound: SceneBinding, scene: Scene) -> str:
+    """Return the nearest path of the right kind that no other device uses, or else all paths of that kind."""
+    paths = [each.path for each in scene.list_objects() if each.kind is bound.kind]
     free = [path for path in paths if path not in bound.others]
     if close := next((close for path in bound.place.path if (close := nearest(path, free))), None):
         return f"Did you mean {close!r}?"
@@ -190,17 +213,23 @@ def _offered(bound: SceneBinding, scene: Scene) -> str:
 
 
 def _shared_motors(bound: Sequence[SceneBinding], found: Found) -> Iterator[DeviceError]:
-    """Yield an error for each motor whose joint is another motor's."""
-    taken: dict[int, str] = {}
+    """Yield an error for each motor that shares its joint with another motor."""
+    owners: dict[int, str] = {}
     for name in (each.description.name for each in bound if isinstance(each.description, MotorDescription)):
-        if (thing := found.get(name)) and (other := taken.setdefault(thing.handle, name)) != name:
-            yield DeviceError(name, f"its joint {thing.path!r} is {other}'s too; name its own one in the file")
+        if (joint := found.get(name)) and (other := owners.setdefault(joint.handle, name)) != name:
+            yield DeviceError(
+                name,
+                f"the joint {joint.path!r} belongs to {other} too. Name another joint in the robot's file",
+                kind="shared-joint",
+                path=joint.path,
+                other=other,
+            )
 
 
 def inspect_scene(robot: RobotDescription, section: str, scene: Scene) -> Iterator[Finding]:
-    """Yield for each device of the ``section`` the object that it is, or what is wrong; nothing is started or moved.
+    """Yield a finding for each device of the section: its scene object, or the mistake. Nothing starts or moves.
 
-    Raises DescriptionError where the section is wrong.
+    Raises DescriptionError if the section has a mistake.
     """
     for bound in read_bindings(robot, section):
         yield _find_device(bound, scene)
@@ -209,10 +238,11 @@ def inspect_scene(robot: RobotDescription, section: str, scene: Scene) -> Iterat
 def _find_device(bound: SceneBinding, scene: Scene) -> Finding:
     name = bound.description.name
     try:
-        thing = find(bound, scene)
+        found = find(bound, scene)
     except DeviceError as failure:
         fault, _, remedy = str(failure).removeprefix(f"{name}: ").partition(". ")
-        return Finding.error(name, fault, remedy)
-    if thing is None:
-        return Finding.ok(name, f"none of {', '.join(map(repr, bound.place.path))} is there: kept in memory")
-    return Finding.ok(name, f"{thing.path}, a {thing.kind.value}")
+        return Finding.error(name, fault, remedy, kind=failure.kind)
+    if found is None:
+        paths = " or ".join(map(repr, bound.place.path))
+        return Finding.ok(name, f"the scene has no object {paths}: pictures stay in memory", kind="kept-in-memory")
+    return Finding.ok(name, f"{found.path}, a {found.kind.value}", kind="object-found")

@@ -18,7 +18,10 @@ from robotcore.simulation.sampling import SampleCache
 
 
 class SceneMotor(Motor):
-    """Gives a joint its target velocity; ``is_reversed`` where the joint turns the other way round."""
+    """A motor that sets the target velocity of a joint.
+
+    is_reversed: the joint turns backwards when the robot drives forward.
+    """
 
     def __init__(self, description: MotorDescription, scene: Scene, joint: int, *, is_reversed: bool) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -26,14 +29,14 @@ class SceneMotor(Motor):
         self._sign = -1.0 if is_reversed else 1.0
 
     def _apply(self, rad_s: float) -> None:
-        self._scene.set_joint_velocity(self._joint, float(self._sign * rad_s))  # never a type of NumPy's
+        self._scene.set_joint_velocity(self._joint, float(self._sign * rad_s))  # a remote API encodes no NumPy types
 
 
 class SceneEncoder(Encoder):
-    """Whole counts of a joint's angle since the robot was opened.
+    """An encoder that counts the rotation of a joint since the robot was opened.
 
-    The server tells no turns: a joint that passes π is at -π. So the angle is looked at every ``period`` seconds, in
-    which no wheel may turn by half a turn.
+    The server reports no whole turns: a joint that passes π is at -π. So this encoder reads the angle every ``period``
+    seconds. In this time the joint must turn by less than half a turn.
     """
 
     def __init__(
@@ -47,32 +50,32 @@ class SceneEncoder(Encoder):
         is_reversed: bool,
     ) -> None:
         super().__init__(description.name)
-        self._position = scene.joint_position
+        self._position = scene.read_joint_position
         self._joint, self._sign = joint, -1.0 if is_reversed else 1.0
         self._quantised = description.quantised
-        self._turned, self._seen = 0.0, self._position(joint)
+        self._total_rad, self._last_rad = 0.0, self._position(joint)
         self._lock = Lock()
         self._newest_at = SampleCache(clock, self._count)
-        self._looking = clock.every(period, self._newest, self.name)
+        self._polling = clock.every(period, self._newest, self.name)
 
     def _newest(self) -> Angle:
         with self._lock:
             return self._newest_at()
 
     def _count(self, time: float, sequence: int) -> Angle:
-        seen = self._position(self._joint)
-        self._turned += math.remainder(seen - self._seen, math.tau)
-        self._seen = seen
-        return Angle(self._quantised(self._sign * self._turned), time, sequence)
+        angle_rad = self._position(self._joint)
+        self._total_rad += math.remainder(angle_rad - self._last_rad, math.tau)
+        self._last_rad = angle_rad
+        return Angle(self._quantised(self._sign * self._total_rad), time, sequence)
 
     def _release(self) -> None:
-        self._looking.stop()
+        self._polling.stop()
 
 
 class SceneRangeSensor(RangeSensor):
-    """The way to the point that a proximity sensor detects.
+    """A range sensor that returns the distance to the point that a proximity sensor detects.
 
-    The point itself is not told: how somebody's sensor is turned about its axis is not known.
+    Its samples hold no point: the rotation of the scene's sensor about its axis is unknown.
     """
 
     def __init__(self, description: RangeSensorDescription, scene: Scene, sensor: int, clock: Clock) -> None:
@@ -91,11 +94,11 @@ class SceneRangeSensor(RangeSensor):
 
 
 SAME_FOV_RAD = math.radians(0.5)
-"""By so much a field of view may differ from the one described: half a pixel or two, at the edge of a picture."""
+"""Tolerance of a field of view: up to two pixels at the edge of a picture."""
 
 
 class SceneCamera(Camera):
-    """What a vision sensor sees; its pixels are fetched when they are read."""
+    """A camera that reads a vision sensor. Each new read fetches the pixels."""
 
     def __init__(self, name: str, intrinsics: Intrinsics, scene: Scene, sensor: int, clock: Clock) -> None:
         super().__init__(name, intrinsics)
@@ -106,24 +109,28 @@ class SceneCamera(Camera):
         return self._newest_at()
 
     def _expose(self, time: float, sequence: int) -> Frame:
-        raw = self._scene.picture(self._sensor)
+        raw = self._scene.read_picture(self._sensor)
         if (raw.width, raw.height) != (self.intrinsics.width, self.intrinsics.height):
             raise DeviceError(
                 self.name,
-                f"a picture of {raw.width}x{raw.height} came, expected {self.intrinsics.width}x"
-                f"{self.intrinsics.height}; leave the vision sensor's resolution alone while the robot is open",
+                f"the vision sensor sent a picture of {raw.width}x{raw.height} pixels, expected "
+                f"{self.intrinsics.width}x{self.intrinsics.height}. Do not change its resolution while the robot is "
+                "open",
+                kind="picture-size",
+                width=raw.width,
+                height=raw.height,
             )
         return Frame(to_opencv(raw), time, sequence)
 
 
 class SceneDisplay(Display):
-    """Shows a picture of any size on a vision sensor, as large as that is; upright for the one who looks."""
+    """A display that shows pictures on a vision sensor: scaled to its resolution, and upright."""
 
     def __init__(self, name: str, scene: Scene, sensor: int) -> None:
         super().__init__(name)
         self._scene, self._sensor = scene, sensor
-        lens = scene.optics(sensor)
-        self._size = (lens.width, lens.height)
+        optics = scene.read_optics(sensor)
+        self._size = (optics.width, optics.height)
 
     def _show(self, image: Image) -> None:
         import cv2
@@ -134,7 +141,7 @@ class SceneDisplay(Display):
 
 
 def to_opencv(raw: RawPicture) -> Image:
-    """Return a picture as apps get it: BGR, top-left origin, read-only.
+    """Convert a simulator's picture to the layout of OpenCV: BGR, top-left origin, read-only.
 
     >>> to_opencv(RawPicture(bytes([1, 2, 3, 4, 5, 6]), width=1, height=2)).tolist()
     [[[6, 5, 4]], [[3, 2, 1]]]
@@ -148,42 +155,50 @@ def to_opencv(raw: RawPicture) -> Image:
 
 
 def from_opencv(image: Image) -> RawPicture:
-    """Return a picture, BGR or grey with a top-left origin, as simulators keep it."""
+    """Convert a picture of OpenCV, BGR or grey with a top-left origin, to the simulators' layout."""
     colour = image if image.ndim == 3 else np.repeat(image[..., np.newaxis], 3, axis=2)
     return RawPicture(colour[::-1, :, ::-1].tobytes(), image.shape[1], image.shape[0])
 
 
-def intrinsics_of(description: CameraDescription, lens: CameraOptics, *, as_found: bool) -> Intrinsics:
-    """Return a camera's intrinsics: those described, or those of its vision sensor ``as_found`` where they differ.
+def choose_intrinsics(description: CameraDescription, optics: CameraOptics, *, as_found: bool) -> Intrinsics:
+    """Return a camera's intrinsics: those of its description, or those of the scene's vision sensor.
 
-    Raises DeviceError where they are to be alike and are not. Where the server tells no field of view, the one
-    described is believed; servers tell it in single precision.
+    optics: those of the vision sensor. If the server reports no field of view, that of the description counts.
+    as_found: if the two differ, the vision sensor's count.
+
+    Raises DeviceError if the two differ and ``as_found`` is False. Servers send the field of view in single precision,
+    so `SAME_FOV_RAD` is allowed between them.
     """
     described = description.intrinsics
-    seen = Intrinsics(lens.width, lens.height, lens.horizontal_fov or described.horizontal_fov)
-    is_alike = (seen.width, seen.height) == (described.width, described.height)
-    if is_alike and abs(seen.horizontal_fov - described.horizontal_fov) <= SAME_FOV_RAD:
+    actual = Intrinsics(optics.width, optics.height, optics.horizontal_fov or described.horizontal_fov)
+    is_same_size = (actual.width, actual.height) == (described.width, described.height)
+    if is_same_size and abs(actual.horizontal_fov - described.horizontal_fov) <= SAME_FOV_RAD:
         return described
     if as_found:
-        return seen
+        return actual
     raise DeviceError(
         description.name,
-        f"its vision sensor sees {_format_optics(seen)}, the description says {_format_optics(described)}. "
-        "Make them alike, in the scene or in the robot's file, or let the scene's count: as_found = true "
-        "beside its path",
+        f"the vision sensor has {_format_optics(actual)}, the description has {_format_optics(described)}. "
+        "Correct the scene or the robot's file, or write as_found = true below its path, to use the scene's",
+        kind="different-optics",
+        actual=_format_optics(actual),
+        described=_format_optics(described),
     )
 
 
-def _format_optics(seen: Intrinsics) -> str:
-    return f"{seen.width}x{seen.height} pixels over {math.degrees(seen.horizontal_fov):.1f} degrees"
+def _format_optics(intrinsics: Intrinsics) -> str:
+    return f"{intrinsics.width}x{intrinsics.height} pixels over {math.degrees(intrinsics.horizontal_fov):.1f} degrees"
 
 
 class SceneTruth:
-    """The robot is where the middle of its axle is, and looks square to it. Touches are not told."""
+    """The true pose and velocity of a robot, computed from its two wheels.
+
+    The position is the middle of the axle. The heading is at right angles to the axle.
+    """
 
     def __init__(self, scene: Scene, left: int, right: int) -> None:
         self._scene, self._left, self._right = scene, left, right
-        self.pose()  # from now on velocities are known too
+        self.pose()  # a scene reports velocities only after positions
 
     def pose(self) -> Pose:
         left, right = self._wheels()
@@ -192,19 +207,19 @@ class SceneTruth:
     def twist(self) -> Twist:
         left, right = self._wheels()
         heading = _heading(left, right)
-        on_left = _along(self._scene.velocity(self._left), heading)
-        on_right = _along(self._scene.velocity(self._right), heading)
+        on_left = _along(self._scene.read_velocity(self._left), heading)
+        on_right = _along(self._scene.read_velocity(self._right), heading)
         return Twist((on_left + on_right) / 2, (on_right - on_left) / math.dist(left[:2], right[:2]))
 
     def contacts(self) -> None:
-        """Return None: a server that is asked from afar tells too few of them."""
+        """Return None: the remote APIs do not report all contacts."""
 
     def _wheels(self) -> tuple[Point, Point]:
-        return self._scene.position(self._left), self._scene.position(self._right)
+        return self._scene.read_position(self._left), self._scene.read_position(self._right)
 
 
 def _heading(left: Point, right: Point) -> float:
-    """Return where a robot looks between whose wheels the axle is."""
+    """Return the heading of a robot from the positions of its wheels."""
     return math.atan2(right[0] - left[0], left[1] - right[1])
 
 

@@ -1,4 +1,4 @@
-"""Open a robot in an existing scene, start its simulation, and leave both as they were found."""
+"""Open a robot in an existing scene, run the simulation, and restore its state afterwards."""
 
 from __future__ import annotations
 
@@ -40,18 +40,18 @@ from robotcore.simulation.remote_scene.devices import (
     SceneMotor,
     SceneRangeSensor,
     SceneTruth,
-    intrinsics_of,
+    choose_intrinsics,
 )
 from robotcore.simulation.remote_scene.interface import Scene, State
 
 FASTEST_RAD_S = 30.0
-"""No wheel turns faster, where the description does not say."""
+"""The assumed maximum velocity of a wheel if the robot's description has none."""
 
 
 class Owner(str, Enum):
-    """Whose business it is to start the simulation where it is stopped, and then to stop it again.
+    """The party that starts a stopped simulation, and stops it again: this program or the user.
 
-    One that is found running is left running either way.
+    A simulation that already runs keeps running in both cases.
     """
 
     OURS = "ours"
@@ -59,7 +59,7 @@ class Owner(str, Enum):
 
 
 def _no_cutoffs(_joints: Mapping[str, int]) -> tuple[CutoffSpec, ...]:
-    """Return no cutoffs: some simulations stand when nobody steps them."""
+    """Return no cutoffs: a simulation in lockstep stops with its program."""
     return ()
 
 
@@ -72,48 +72,53 @@ def open_in_scene(
     is_stepped: bool = True,
     cutoffs: Callable[[Mapping[str, int]], Iterable[CutoffSpec]] = _no_cutoffs,
 ) -> Robot:
-    """Open a robot whose devices are objects of a scene, as that ``section`` of its file says.
+    """Open a robot whose devices are objects of a scene.
 
-    Its clock is stepped, or follows the scene's time. Its motors stand from the first step on; ``cutoffs`` makes of the
-    motors' joints, by name, how the guardian stops them. Raises DescriptionError
-    before it connects, UsageError where the rate does not fit the time step, and what `find_all` and `running` raise;
-    what was opened by then is closed again.
+    setup: the robot, its devices to open and the rate.
+    section: the name of the section of the robot's file that binds devices to objects.
+    connect: connects to the simulator; it is called after the section was checked.
+    owner: if the simulation is stopped, `Owner.OURS` starts it and stops it at the end.
+    is_stepped: the clock steps the scene; otherwise the clock follows the scene's time.
+    cutoffs: returns how the guardian stops the motors, given their joints by motor name.
+
+    The motors stand still from the first step on. Raises DescriptionError before it connects. Raises UsageError if the
+    rate does not fit the time step, and the errors of `find_all` and `keep_running`. If it fails, it closes everything
+    that it has opened.
     """
     bound = read_bindings(setup.robot, section, setup.devices)
     with ExitStack() as undo:
-        beneath = undo.enter_context(ExitStack())
+        session = undo.enter_context(ExitStack())
         scene = connect()
-        beneath.callback(scene.close)
+        session.callback(scene.close)
         found = find_all(setup.robot.name, bound, scene)
-        stepped = SteppedClock(setup.rate_hz, scene.advance, scene.time_step()) if is_stepped else None
-        beneath.enter_context(keep_running(scene, owner))
-        for joint in _joints(bound, found).values():
-            scene.set_joint_velocity(joint, 0.0)  # the scene, or whoever was here before, may have left it turning
+        stepped = SteppedClock(setup.rate_hz, scene.advance, scene.read_time_step()) if is_stepped else None
+        session.enter_context(keep_running(scene, owner))
+        for joint in _select_motor_joints(bound, found).values():
+            scene.set_joint_velocity(joint, 0.0)  # the scene or an earlier program may have set a velocity
         if stepped:
-            scene.advance(1)  # before its first step a scene shows nothing
-        clock = stepped or ServerClock(scene.time)
+            scene.advance(1)  # before the first step vision sensors have no picture
+        clock = stepped or ServerClock(scene.read_time)
         undo.callback(clock.close)
-        joined = _DeviceOpener(setup.robot, scene, clock, {each.description.name: each.place for each in bound}, found)
+        opener = _DeviceOpener(setup.robot, scene, clock, {each.description.name: each.place for each in bound}, found)
         devices = []
         for description in setup.chosen:
-            devices.append(device := joined.open(description))
+            devices.append(device := opener.open(description))
             undo.callback(device.close)
-        truth = _ground_truth(setup.robot, scene, found)
-        specs = cutoffs(_joints(bound, found))
-        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=specs)
+        truth = _create_truth(setup.robot, scene, found)
+        specs = cutoffs(_select_motor_joints(bound, found))
+        robot = Robot(setup.robot.name, clock, devices, truth=truth, release=session.close, cutoffs=specs)
         undo.pop_all()
     return robot
 
 
-def _joints(bound: Iterable[SceneBinding], found: Found) -> dict[str, int]:
-    """Return the joints of the motors."""
+def _select_motor_joints(bound: Iterable[SceneBinding], found: Found) -> dict[str, int]:
     motors = (each.description.name for each in bound if isinstance(each.description, MotorDescription))
     return {name: joint.handle for name in motors if (joint := found[name])}
 
 
 @dataclass(frozen=True)
 class _DeviceOpener:
-    """A scene with the objects that a robot's devices are, and the clock that they are read by."""
+    """Opens the devices of a robot as objects of a scene."""
 
     robot: RobotDescription
     scene: Scene
@@ -122,20 +127,20 @@ class _DeviceOpener:
     found: Found
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open a device; a display that has no object is kept in memory."""
-        thing = self.found.get(description.name)
-        if thing is None:
+        """Open a device. A display without an object keeps its pictures in memory."""
+        bound_object = self.found.get(description.name)
+        if bound_object is None:
             return MemoryDisplay(description.name)
         if isinstance(description, MotorDescription):
-            return SceneMotor(description, self.scene, thing.handle, is_reversed=self._is_reversed(description))
+            return SceneMotor(description, self.scene, bound_object.handle, is_reversed=self._is_reversed(description))
         if isinstance(description, EncoderDescription):
-            return self._encoder(description, thing.handle)
+            return self._encoder(description, bound_object.handle)
         if isinstance(description, RangeSensorDescription):
-            return SceneRangeSensor(description, self.scene, thing.handle, self.clock)
+            return SceneRangeSensor(description, self.scene, bound_object.handle, self.clock)
         if isinstance(description, CameraDescription):
-            return self._camera(description, thing.handle)
-        display: DisplayDescription = description  # of a new kind of device, the type checker tells
-        return SceneDisplay(display.name, self.scene, thing.handle)
+            return self._camera(description, bound_object.handle)
+        display: DisplayDescription = description  # the type checker reports a new kind of device here
+        return SceneDisplay(display.name, self.scene, bound_object.handle)
 
     def _encoder(self, description: EncoderDescription, joint: int) -> SceneEncoder:
         limits = [motor.max_velocity_rad_s for motor in self.robot.all_of(MotorDescription)]
@@ -144,18 +149,18 @@ class _DeviceOpener:
         return SceneEncoder(description, self.scene, joint, self.clock, quarter_turn_s, is_reversed=is_reversed)
 
     def _camera(self, description: CameraDescription, sensor: int) -> SceneCamera:
-        place = self.bindings[description.name]
-        as_found = isinstance(place, CameraBinding) and place.as_found
-        intrinsics = intrinsics_of(description, self.scene.optics(sensor), as_found=as_found)
+        binding = self.bindings[description.name]
+        as_found = isinstance(binding, CameraBinding) and binding.as_found
+        intrinsics = choose_intrinsics(description, self.scene.read_optics(sensor), as_found=as_found)
         return SceneCamera(description.name, intrinsics, self.scene, sensor, self.clock)
 
     def _is_reversed(self, description: SimulatedDevice) -> bool:
-        place = self.bindings[description.name]
-        return isinstance(place, JointBinding) and place.reversed
+        binding = self.bindings[description.name]
+        return isinstance(binding, JointBinding) and binding.reversed
 
 
-def _ground_truth(robot: RobotDescription, scene: Scene, found: Found) -> SceneTruth | None:
-    """Return the truth by the drive's joints, where they are open."""
+def _create_truth(robot: RobotDescription, scene: Scene, found: Found) -> SceneTruth | None:
+    """Return the ground truth from the drive's joints; None if they are not open."""
     if robot.drive is None:
         return None
     left, right = found.get(robot.drive.left), found.get(robot.drive.right)
@@ -164,17 +169,18 @@ def _ground_truth(robot: RobotDescription, scene: Scene, found: Found) -> SceneT
 
 @contextmanager
 def keep_running(scene: Scene, owner: Owner) -> Iterator[None]:
-    """Let the simulation run meanwhile, and leave it as it was found.
+    """Run the simulation in a context, and stop it afterwards if it was stopped before.
 
-    Raises BackendError where it is paused, or stopped and somebody else's to start.
+    Raises BackendError if the simulation is paused, or stopped while ``owner`` is `Owner.THEIRS`.
     """
-    state = scene.state()
+    state = scene.read_state()
     if state is State.PAUSED:
-        raise BackendError("the simulation is paused. Let it go on there, or stop it, and run this again")
+        raise BackendError("the simulation is paused. Resume or stop it there, and run again", kind="simulation-paused")
     if state is State.STOPPED and owner is Owner.THEIRS:
         raise BackendError(
-            "the simulation is stopped, and with option simulation=theirs it is started by others. "
-            "Start it there, or leave the option out"
+            "the simulation is stopped, and option simulation=theirs does not start it. "
+            "Start it there, or omit the option",
+            kind="simulation-stopped",
         )
     try:
         scene.start()

@@ -146,7 +146,7 @@ def test_simulation_that_takes_its_last_steps_counts_as_stopped() -> None:
             assert simulator.changed.wait_for(lambda: simulator.time > 0, BOUND_S)
             simulator.stop()
             assert simulator.changed.wait_for(lambda: simulator.state is State.ABOUT_TO_STOP, BOUND_S)
-        assert CoppeliaSimScene(connection).state().value == "stopped"
+        assert CoppeliaSimScene(connection).read_state().value == "stopped"
 
 
 def test_killed_program_leaves_a_scene_that_the_next_one_clears(simulator: Simulator, double: Double) -> None:

@@ -1,4 +1,4 @@
-"""A scene without a server: the kinematic simulator's rover as joints, a proximity sensor and vision sensors."""
+"""A scene without a server: the rover of the kinematic simulator, as scene objects."""
 
 from __future__ import annotations
 
@@ -50,38 +50,41 @@ ENCODERS = {16: "left_encoder", 17: "right_encoder"}
 
 
 def rover(section: str = "memory", **changes: Any) -> RobotDescription:
-    """The shipped rover, and where it is in the scene."""
+    """Return the shipped rover with a section that binds its devices to the objects of `MemoryScene`."""
     return load_robot("rover").model_copy(update={"backends": {section: {**SECTION, **changes}}})
 
 
 class MemoryScene(Scene):
-    """The rover, in a kinematic simulation that steps at 20 Hz, as a server would tell of it.
+    """The rover in a kinematic simulation that steps at 20 Hz.
 
-    ``diary`` has what is done to it; ``state_found`` is what its simulation does when it is joined.
+    setup: the robot and the world.
+    initial_state: the state of the simulation before the robot is opened.
     """
 
-    def __init__(self, setup: Setup, state_found: State = State.STOPPED) -> None:
+    def __init__(self, setup: Setup, initial_state: State = State.STOPPED) -> None:
         everything = frozenset(device.name for device in setup.robot.devices)
         world = setup.world or worlds.empty()
         self.robot = KinematicBackend().open(
             replace(setup, devices=everything, world=world, rate_hz=1 / STEP_S, options={})
         )
         self.diary: list[str] = []
-        self.objects_there = list(OBJECTS)
+        """The commands received, in order."""
+        self.present_objects = list(OBJECTS)
         self.screen = CameraOptics(64, 48, None)
         self.eye: CameraOptics | None = None
         self.shown: RawPicture | None = None
-        self.blind: str | None = None
-        self._state = state_found
+        self.defect: str | None = None
+        """The result of `diagnose_sensor`."""
+        self._state = initial_state
         self._before: dict[int, Point] = {}
 
     def find(self, path: str) -> SceneObject | None:
-        return next((thing for thing in self.objects_there if thing.path == path), None)
+        return next((each for each in self.present_objects if each.path == path), None)
 
-    def objects(self) -> list[SceneObject]:
-        return self.objects_there
+    def list_objects(self) -> list[SceneObject]:
+        return self.present_objects
 
-    def state(self) -> State:
+    def read_state(self) -> State:
         return self._state
 
     def start(self) -> None:
@@ -92,17 +95,17 @@ class MemoryScene(Scene):
         self.diary.append("stop")
         self._state = State.STOPPED
 
-    def time_step(self) -> float:
+    def read_time_step(self) -> float:
         return STEP_S
 
-    def time(self) -> float:
+    def read_time(self) -> float:
         return self.robot.clock.now()
 
     def advance(self, steps: int) -> None:
         if self._state is not State.RUNNING:
             raise BackendError("time does not pass")
         for _ in range(steps):
-            self._before = {joint: self.position(joint) for joint in ENCODERS}
+            self._before = {joint: self.read_position(joint) for joint in ENCODERS}
             self.robot.clock.sleep_until(self.robot.clock.now() + STEP_S)
 
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
@@ -112,7 +115,7 @@ class MemoryScene(Scene):
         assert isinstance(motor, Motor)
         motor.set_velocity(rad_s)
 
-    def joint_position(self, joint: int) -> float:
+    def read_joint_position(self, joint: int) -> float:
         encoder = self.robot[ENCODERS[joint]]
         assert isinstance(encoder, Encoder)
         return math.remainder(encoder.read().angle + 3.0, math.tau)
@@ -123,16 +126,16 @@ class MemoryScene(Scene):
         distance = nose.read().distance
         return None if math.isinf(distance) else (0.0, 0.0, distance)
 
-    def why_unreliable(self, sensor: int) -> str | None:
-        return self.blind
+    def diagnose_sensor(self, sensor: int) -> str | None:
+        return self.defect
 
-    def optics(self, sensor: int) -> CameraOptics:
+    def read_optics(self, sensor: int) -> CameraOptics:
         if sensor == 20:
             return self.screen
-        seen = self.robot.camera.intrinsics
-        return self.eye or CameraOptics(seen.width, seen.height, seen.horizontal_fov)
+        intrinsics = self.robot.camera.intrinsics
+        return self.eye or CameraOptics(intrinsics.width, intrinsics.height, intrinsics.horizontal_fov)
 
-    def picture(self, sensor: int) -> RawPicture:
+    def read_picture(self, sensor: int) -> RawPicture:
         camera = self.robot[DEVICES[sensor]]
         assert isinstance(camera, Camera)
         image = camera.read().image
@@ -141,13 +144,13 @@ class MemoryScene(Scene):
     def show(self, sensor: int, picture: RawPicture) -> None:
         self.shown = picture
 
-    def position(self, handle: int) -> Point:
+    def read_position(self, handle: int) -> Point:
         assert self.robot.truth
         side = 1 if handle == 16 else -1
         return (*self.robot.truth.pose().to_world(0.0, side * 0.155 / 2), 0.0325)
 
-    def velocity(self, handle: int) -> Point:
-        there, before = self.position(handle), self._before[handle]
+    def read_velocity(self, handle: int) -> Point:
+        there, before = self.read_position(handle), self._before[handle]
         moved = np.subtract(there, before) / STEP_S
         return (float(moved[0]), float(moved[1]), 0.0)
 
@@ -156,7 +159,7 @@ class MemoryScene(Scene):
 
 
 class MemoryBackend(Backend):
-    """Joins a scene that is made for it."""
+    """Opens robots in a `MemoryScene`."""
 
     name = "memory"
     summary = "for tests"
@@ -176,4 +179,4 @@ class MemoryBackend(Backend):
 
 
 class _NoOptions(StrictModel):
-    """There are none."""
+    """This backend has no options."""

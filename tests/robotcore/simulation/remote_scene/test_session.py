@@ -23,32 +23,33 @@ from robotcore.simulation.remote_scene import (
 )
 from robotcore.testing import worlds
 from tests.robotcore.simulation.remote_scene.memory import MemoryScene, rover
+from tests.texts import CheckText, Raises
 
 Change = Callable[[MemoryScene], object]
 
 
-def setup_of(robot: RobotDescription, *devices: str, rate_hz: float = 20.0) -> Setup:
+def create_setup(robot: RobotDescription, *devices: str, rate_hz: float = 20.0) -> Setup:
     names = devices or tuple(device.name for device in robot.devices)
     return Setup(robot, worlds.empty(), frozenset(names), rate_hz)
 
 
-def joined(scene: MemoryScene, setup: Setup, whose: Owner = Owner.OURS) -> Robot:
-    return open_in_scene(setup, "memory", lambda: scene, whose)
+def open_robot(scene: MemoryScene, setup: Setup, owner: Owner = Owner.OURS) -> Robot:
+    return open_in_scene(setup, "memory", lambda: scene, owner)
 
 
-def changed(setup: Setup, change: Change, state: State = State.STOPPED) -> MemoryScene:
+def create_scene(setup: Setup, change: Change, state: State = State.STOPPED) -> MemoryScene:
     scene = MemoryScene(setup, state)
     change(scene)
     return scene
 
 
-def without(path: str, scene: MemoryScene) -> None:
-    scene.objects_there = [thing for thing in scene.objects_there if thing.path != path]
+def remove(path: str, scene: MemoryScene) -> None:
+    scene.present_objects = [each for each in scene.present_objects if each.path != path]
 
 
-def test_stopped_simulation_is_started_and_stopped_again_motors_first() -> None:
-    setup = setup_of(rover())
-    with joined(scene := MemoryScene(setup), setup) as robot:
+def test_stopped_simulation_is_started_and_stopped_after_the_motors() -> None:
+    setup = create_setup(rover())
+    with open_robot(scene := MemoryScene(setup), setup) as robot:
         assert scene.diary == ["start", "left_motor 0", "right_motor 0"]
         robot.motors["left_motor"].set_velocity(2.0)
         scene.diary.clear()
@@ -57,105 +58,112 @@ def test_stopped_simulation_is_started_and_stopped_again_motors_first() -> None:
 
 
 def test_running_simulation_is_left_running() -> None:
-    setup = setup_of(rover())
-    with joined(scene := MemoryScene(setup, State.RUNNING), setup):
+    setup = create_setup(rover())
+    with open_robot(scene := MemoryScene(setup, State.RUNNING), setup):
         pass
     assert "stop" not in scene.diary
     assert scene.diary[-1] == "leave"
 
 
 @pytest.mark.parametrize(
-    "state, whose, words",
+    "state, owner, kind",
     [
-        (State.PAUSED, Owner.OURS, "the simulation is paused"),
-        (State.STOPPED, Owner.THEIRS, "simulation=theirs"),
+        (State.PAUSED, Owner.OURS, "simulation-paused"),
+        (State.STOPPED, Owner.THEIRS, "simulation-stopped"),
     ],
 )
-def test_simulation_that_is_not_ours_to_start_is_refused_and_left_alone(state: State, whose: Owner, words: str) -> None:
-    setup = setup_of(rover())
+def test_simulation_that_must_not_be_started_is_refused_and_unchanged(
+    state: State, owner: Owner, kind: str, raises: Raises
+) -> None:
+    setup = create_setup(rover())
     scene = MemoryScene(setup, state)
-    with pytest.raises(BackendError, match=words):
-        joined(scene, setup, whose)
+    with raises(BackendError, kind):
+        open_robot(scene, setup, owner)
     assert scene.diary == ["leave"]
 
 
-def test_section_that_is_wrong_is_reported_before_anybody_connects() -> None:
-    setup = setup_of(load_robot("rover").model_copy(update={"backends": {}}))
-    with pytest.raises(DescriptionError):
+def test_missing_section_is_an_error_before_connecting(raises: Raises) -> None:
+    setup = create_setup(load_robot("rover").model_copy(update={"backends": {}}))
+    with raises(DescriptionError):
         open_in_scene(setup, "memory", lambda: pytest.fail("connected"))
 
 
-def test_all_that_is_missing_is_reported_at_once_with_what_was_probably_meant() -> None:
-    setup = setup_of(rover(nose={"path": "/rover/nos"}, eye={"path": "/rover/leftMotor"}))
+def test_one_error_names_all_unusable_objects_with_suggestions(raises: Raises) -> None:
+    setup = create_setup(rover(nose={"path": "/rover/nos"}, eye={"path": "/rover/leftMotor"}))
     scene = MemoryScene(setup)
-    with pytest.raises(DeviceGroupError) as refused:
-        joined(scene, setup)
-    words = str(refused.value)
-    assert "nose: the scene has no object '/rover/nos'. Did you mean '/rover/nose'?" in words
-    assert "eye: '/rover/leftMotor' is a joint, expected a vision sensor" in words
+    with raises(DeviceGroupError) as caught:
+        open_robot(scene, setup)
+    kinds = {failure.device: failure.kind for failure in caught.value.failures if isinstance(failure, DeviceError)}
+    assert kinds == {"nose": "missing-object", "eye": "wrong-object"}
     assert scene.diary == ["leave"]
 
 
 @pytest.mark.parametrize(
-    "change, words",
+    "change, device, kind",
     [
-        (partial(without, "/v1"), "screen: the scene has no object '/v1'"),
-        (
-            lambda scene: setattr(scene, "eye", CameraOptics(256, 256, 1.0821)),
-            "256x256 pixels.*320x240 pixels.*as_found",
+        pytest.param(partial(remove, "/v1"), "screen", "missing-object", id="missing"),
+        pytest.param(
+            lambda scene: setattr(scene, "eye", CameraOptics(256, 256, 1.0821)), "eye", "different-optics", id="size"
         ),
-        (lambda scene: setattr(scene, "eye", CameraOptics(320, 240, 0.5)), r"28.6 degrees.*62.0 degrees"),
-        (lambda scene: setattr(scene, "blind", "it sees nothing. Install it"), "nose: it sees nothing. Install it"),
+        pytest.param(
+            lambda scene: setattr(scene, "eye", CameraOptics(320, 240, 0.5)), "eye", "different-optics", id="fov"
+        ),
+        pytest.param(
+            lambda scene: setattr(scene, "defect", "no plug-in. Install it"),
+            "nose",
+            "sensor-not-simulated",
+            id="sensor",
+        ),
     ],
 )
-def test_object_that_does_not_fit_is_refused_before_anything_runs(change: Change, words: str) -> None:
-    setup = setup_of(rover())
-    scene = changed(setup, change)
-    with pytest.raises(DeviceError, match=words):
-        joined(scene, setup)
+def test_unusable_object_is_refused_before_the_start(change: Change, device: str, kind: str, raises: Raises) -> None:
+    setup = create_setup(rover())
+    scene = create_scene(setup, change)
+    with raises(DeviceError, kind, device=device):
+        open_robot(scene, setup)
     assert "start" not in scene.diary
 
 
-def test_two_motors_on_one_joint_are_refused() -> None:
-    setup = setup_of(rover(right_motor={"path": "/rover/leftMotor"}), "left_motor", "right_motor")
-    with pytest.raises(DeviceError, match=r"right_motor: its joint '/rover/leftMotor' is left_motor's too"):
-        joined(MemoryScene(setup), setup)
+def test_two_motors_on_one_joint_are_refused(raises: Raises) -> None:
+    setup = create_setup(rover(right_motor={"path": "/rover/leftMotor"}), "left_motor", "right_motor")
+    with raises(DeviceError, "shared-joint", device="right_motor", path="/rover/leftMotor", other="left_motor"):
+        open_robot(MemoryScene(setup), setup)
 
 
-def test_rate_that_does_not_fit_the_time_step_is_refused_before_anything_runs() -> None:
-    setup = setup_of(rover(), rate_hz=30.0)
+def test_rate_that_does_not_fit_the_time_step_is_refused_before_the_start(raises: Raises) -> None:
+    setup = create_setup(rover(), rate_hz=30.0)
     scene = MemoryScene(setup)
-    with pytest.raises(UsageError, match="Take --rate 20"):
-        joined(scene, setup)
+    with raises(UsageError):
+        open_robot(scene, setup)
     assert scene.diary == ["leave"]
 
 
-def test_screen_that_a_scene_may_do_without_is_kept_in_memory() -> None:
-    setup = setup_of(rover(screen={"path": "/v1", "optional": True}))
-    with joined(changed(setup, partial(without, "/v1")), setup) as robot:
+def test_optional_display_without_an_object_keeps_pictures_in_memory() -> None:
+    setup = create_setup(rover(screen={"path": "/v1", "optional": True}))
+    with open_robot(create_scene(setup, partial(remove, "/v1")), setup) as robot:
         assert isinstance(robot.display, MemoryDisplay)
 
 
 def test_camera_as_found_has_the_scenes_intrinsics() -> None:
-    setup = setup_of(rover(eye={"path": "/rover/eye", "as_found": True}), "eye")
-    scene = changed(setup, lambda scene: setattr(scene, "eye", CameraOptics(256, 128, 1.0)))
-    with joined(scene, setup) as robot:
-        seen = robot.camera.intrinsics
-    assert (seen.width, seen.height, seen.horizontal_fov) == (256, 128, 1.0)
+    setup = create_setup(rover(eye={"path": "/rover/eye", "as_found": True}), "eye")
+    scene = create_scene(setup, lambda scene: setattr(scene, "eye", CameraOptics(256, 128, 1.0)))
+    with open_robot(scene, setup) as robot:
+        intrinsics = robot.camera.intrinsics
+    assert (intrinsics.width, intrinsics.height, intrinsics.horizontal_fov) == (256, 128, 1.0)
 
 
-def test_picture_of_another_size_in_mid_run_is_an_error() -> None:
-    setup = setup_of(rover(eye={"path": "/rover/eye", "as_found": True}), "eye")
-    scene = changed(setup, lambda scene: setattr(scene, "eye", CameraOptics(256, 128, 1.0)))
-    with joined(scene, setup) as robot, pytest.raises(DeviceError, match="320x240 came, expected 256x128"):
+def test_picture_of_another_size_during_a_run_is_an_error(raises: Raises) -> None:
+    setup = create_setup(rover(eye={"path": "/rover/eye", "as_found": True}), "eye")
+    scene = create_scene(setup, lambda scene: setattr(scene, "eye", CameraOptics(256, 128, 1.0)))
+    with open_robot(scene, setup) as robot, raises(DeviceError, "picture-size", width=320, height=240):
         robot.camera.read()
 
 
-def test_shown_picture_is_scaled_and_upright_for_the_one_who_looks() -> None:
-    setup = setup_of(rover(), "screen")
+def test_shown_picture_is_scaled_and_upright() -> None:
+    setup = create_setup(rover(), "screen")
     picture = np.zeros((240, 320, 3), np.uint8)
     picture[:120, :160] = (0, 0, 255)
-    with joined(scene := MemoryScene(setup), setup) as robot:
+    with open_robot(scene := MemoryScene(setup), setup) as robot:
         robot.display.show(picture)
         robot.display.show(picture[..., 2])
     assert scene.shown
@@ -164,25 +172,25 @@ def test_shown_picture_is_scaled_and_upright_for_the_one_who_looks() -> None:
     assert shown[10, 10].tolist() == shown[40, 50].tolist() == [0, 0, 0]
 
 
-def test_joint_that_turns_backwards_is_reported_and_read_the_other_way_round() -> None:
-    turned = {"path": "/rover/leftMotor", "reversed": True}
-    setup = setup_of(rover(left_motor=turned, left_encoder=turned), "left_motor", "left_encoder")
-    with joined(scene := MemoryScene(setup), setup) as robot:
+def test_reversed_joint_is_commanded_and_read_with_the_opposite_sign() -> None:
+    reversed_joint = {"path": "/rover/leftMotor", "reversed": True}
+    setup = create_setup(rover(left_motor=reversed_joint, left_encoder=reversed_joint), "left_motor", "left_encoder")
+    with open_robot(scene := MemoryScene(setup), setup) as robot:
         robot.motors["left_motor"].set_velocity(3)
         assert scene.diary[-1] == "left_motor -3"
         robot.clock.sleep_until(0.5)
         assert robot["left_encoder"].read().angle > 1  # type: ignore[attr-defined]
 
 
-def test_encoder_counts_whole_turns_though_nobody_reads_it_meanwhile() -> None:
-    setup = setup_of(rover())
-    with joined(MemoryScene(setup), setup) as robot:
+def test_encoder_counts_whole_turns_between_two_reads() -> None:
+    setup = create_setup(rover())
+    with open_robot(MemoryScene(setup), setup) as robot:
         robot.motors["right_motor"].set_velocity(10.0)
         robot.clock.sleep_until(3.0)
         assert robot["right_encoder"].read().angle == pytest.approx(30.0, abs=1.0)  # type: ignore[attr-defined]
 
 
-def test_camera_on_a_pole_needs_no_wheels() -> None:
+def test_robot_without_wheels_has_no_truth() -> None:
     pole = load_robot("lookout").model_copy(update={"backends": {"memory": {"eye": {"path": "/rover/eye"}}}})
     setup = Setup(pole, worlds.empty(), frozenset({"eye", "screen"}))
     scene = MemoryScene(Setup(rover(), worlds.empty(), frozenset()))
@@ -192,8 +200,8 @@ def test_camera_on_a_pole_needs_no_wheels() -> None:
 
 
 def test_truth_is_the_middle_of_the_axle() -> None:
-    setup = setup_of(rover())
-    with joined(MemoryScene(setup), setup) as robot:
+    setup = create_setup(rover())
+    with open_robot(MemoryScene(setup), setup) as robot:
         assert robot.truth
         for motor in robot.motors.values():
             motor.set_velocity(4.0)
@@ -204,32 +212,38 @@ def test_truth_is_the_middle_of_the_axle() -> None:
 
 
 @pytest.mark.parametrize(
-    "point, read", [((0.0, 0.006, 0.008), 0.02), ((0.3, 0.0, 0.4), 0.5), ((3.0, 0.0, 4.0), math.inf)]
+    "point, distance", [((0.0, 0.006, 0.008), 0.02), ((0.3, 0.0, 0.4), 0.5), ((3.0, 0.0, 4.0), math.inf)]
 )
-def test_distance_is_the_way_to_the_point_within_the_limits(
-    point: tuple[float, float, float], read: float, monkeypatch: pytest.MonkeyPatch
+def test_distance_is_the_norm_of_the_point_within_the_limits(
+    point: tuple[float, float, float], distance: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    setup = setup_of(rover(), "nose")
+    setup = create_setup(rover(), "nose")
     monkeypatch.setattr(MemoryScene, "detect", lambda *_: point)
-    with joined(MemoryScene(setup), setup) as robot:
-        assert robot.range.read().distance == pytest.approx(read)
+    with open_robot(MemoryScene(setup), setup) as robot:
+        assert robot.range.read().distance == pytest.approx(distance)
 
 
-def test_object_that_is_another_devices_was_not_meant() -> None:
+def test_suggestions_omit_objects_of_other_devices(raises: Raises) -> None:
     robot = rover(eye={"path": ("/v0", "v0")})
-    scene = MemoryScene(setup_of(robot))
-    found = {finding.what: finding.remedy for finding in inspect_scene(robot, "memory", scene)}
-    assert found["eye"] == "The scene's vision sensors: /rover/eye, /v1"
-    with pytest.raises(DeviceError, match=r"sensors: /rover/eye, /v1"):
-        joined(scene, setup_of(robot, "eye"))
+    scene = MemoryScene(create_setup(robot))
+    with raises(DeviceError, "missing-object"):
+        open_robot(scene, create_setup(robot, "eye"))
 
 
-def test_looking_tells_what_is_there_and_moves_nothing() -> None:
+def test_inspection_finds_objects_and_moves_nothing(check_text: CheckText) -> None:
     robot = rover(nose={"path": "/rover/nos"}, screen={"path": "/v2", "optional": True})
-    scene = MemoryScene(setup_of(robot))
-    scene.objects_there.append(SceneObject(30, "/lamp", ObjectKind.OTHER))
+    scene = MemoryScene(create_setup(robot))
+    scene.present_objects.append(SceneObject(30, "/lamp", ObjectKind.OTHER))
     found = {finding.what: finding for finding in inspect_scene(robot, "memory", scene)}
-    assert found["left_motor"].said == "/rover/leftMotor, a joint"
-    assert (found["nose"].level.value, found["nose"].remedy) == ("error", "Did you mean '/rover/nose'?")
-    assert "kept in memory" in found["screen"].said
+    assert {name: finding.kind for name, finding in found.items()} == {
+        "left_motor": "object-found",
+        "right_motor": "object-found",
+        "left_encoder": "object-found",
+        "right_encoder": "object-found",
+        "nose": "missing-object",
+        "eye": "object-found",
+        "screen": "kept-in-memory",
+    }
+    assert found["nose"].level.value == "error"
+    check_text("\n".join(f"{name}: {finding.said}. {finding.remedy}" for name, finding in found.items()))
     assert scene.diary == []
