@@ -17,39 +17,45 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian.protocol import BYE, DRIVING, RESTING, Assignment, LineBuffer, Report, read_line, receive
 
 MIN_RENEWAL_S = 0.005
-"""A lease that is younger is not begun again: a drive has more than one motor, an app may command one in a loop."""
+"""A younger lease is not renewed: a drive has several motors, and an app may command a motor in a loop."""
 
 START_TIMEOUT_S = 20.0
-"""Longer than a guardian gives its cutoffs to open, which it can tell better."""
+"""Longer than the guardian's own limit for opening cutoffs, whose report names the cutoff."""
 
 ANSWER_TIMEOUT_S = 2.0
-"""Longer than a guardian takes for a stop that hangs."""
+"""Longer than the guardian waits for a stop that hangs."""
 
 EXIT_TIMEOUT_S = 3.0
-"""Longer than a guardian takes for a stop and a closing that hang."""
+"""Longer than the guardian waits for a stop and a close that both hang."""
 
-_RUN_STOPPED = "Every motor was stopped: nobody would stop them if this process could not. Start the run again"
-_NOT_STARTED = "Nothing has moved: nobody would stop the motors if this process could not"
+_RUN_STOPPED = "Every motor was stopped: without a guardian, a hang would leave them turning. Start the run again"
+_NOT_STARTED = "Nothing has moved: without a guardian, a hang would leave the motors turning"
 
 _DEATH_TIMEOUT_S = 0.1
-"""The motors are stopped after it is known how it died."""
+"""Wait this long for the guardian's exit status. The motors are stopped after that."""
 
 _STDERR = 2
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from robotcore.safety.guardian.process import main; main()"
-"""Not ``-m``: a signal.py in the folder in which somebody works must not stand in for Python's."""
+"""``-m`` would put the working directory first: a signal.py there would replace Python's own."""
 
 
 class Guardian:
-    """A process that stops motors when this one falls silent.
+    """A process that stops the motors if this process dies or stops renewing its lease.
 
-    A context: left in good order, it is dismissed; left by an exception, it stops the motors.
+    A context manager. On a normal exit the guardian ends. If the block raises, the guardian stops the motors and ends.
 
-    It is a fresh interpreter in a session of its own, so that neither the state of a vendor's library nor a signal to
-    the terminal's processes goes over to it.
+    The guardian is a new interpreter in a session of its own. It inherits no state of a vendor's library, and signals
+    to the terminal's processes do not reach it.
     """
 
     def __init__(self, cutoffs: Sequence[CutoffSpec], lease: float) -> None:
-        """Start it, and wait until it is ready. Raises GuardianError where it does not come up."""
+        """Start the process, and wait until all cutoffs are open.
+
+        cutoffs: how to stop each motor.
+        lease: the guardian stops the motors if the lease is not renewed for this many seconds.
+
+        Raises GuardianError if the process does not start or a cutoff does not open.
+        """
         self._clock = MonotonicClock()
         self._lines = LineBuffer()
         self._unanswered_since: float | None = None
@@ -59,11 +65,16 @@ class Guardian:
         with theirs:
             self._process = _start_process(self._link, theirs)
         try:
-            os.register_at_fork(after_in_child=self._link.close)  # a copy of this process would hide its end
+            os.register_at_fork(after_in_child=self._link.close)  # a fork that holds the socket would hide our death
             self._assign(Assignment(os.getpid(), lease, shared(cutoffs)))
         except BaseException:
             self._end(0.0)
             raise
+
+    def __repr__(self) -> str:
+        """Return the process number, and whether a motor turns."""
+        state = "failed" if self._failure else "at rest" if self._driving_since is None else "driving"
+        return f"<Guardian process {self._process.pid}: {state}>"
 
     def renew_lease(self) -> bool:
         """Begin a lease before a motor turns; return False if the last lease is too young to be renewed.
@@ -78,48 +89,47 @@ class Guardian:
         try:
             self._link.send(DRIVING, MSG_DONTWAIT)
         except BlockingIOError:
-            raise self._failed("does not listen") from None
+            raise self._fail("reads no commands", "guardian-overflow") from None
         except OSError:
-            raise self._died() from None
+            raise self._fail_dead() from None
         self._driving_since = now
         if self._unanswered_since is None:
             self._unanswered_since = now
         return True
 
     def end_lease(self) -> None:
-        """End the lease, for every motor stands."""
+        """End the lease when every motor stands."""
         self._driving_since = None
         with suppress(OSError):  # the next `renew_lease` raises
             self._link.send(RESTING, MSG_DONTWAIT)
 
     def stops(self) -> list[Report]:
-        """Return the stops that it has made since it was asked last. Never waits.
+        """Return the stops that the guardian made since the last call. Never waits.
 
-        Raises GuardianError where it has died, does not answer, or could not do its work.
+        Raises GuardianError if the guardian died, does not answer, or failed to arm or stop a motor.
         """
         if self._failure:
             raise self._failure
         reports = [Report.from_line(line) for line in self._lines.of(self._receive()) if line]
-        if faults := [f"could not {report.deed} {fault}" for report in reports for fault in report.failed]:
-            raise self._failed("; ".join(faults))
+        if faults := [f"could not {report.action} {fault}" for report in reports for fault in report.failed]:
+            raise self._fail("; ".join(faults), "guardian-action-failed")
         return reports
 
     def _receive(self) -> bytes:
-        """Return what has come by now."""
         try:
-            said = receive(self._link, MSG_DONTWAIT)
+            data = receive(self._link, MSG_DONTWAIT)
         except BlockingIOError:
-            self._require_patience()
+            self._require_answer()
             return b""
-        if not said:
-            raise self._died()
+        if not data:
+            raise self._fail_dead()
         self._unanswered_since = None
-        return said
+        return data
 
-    def _require_patience(self) -> None:
+    def _require_answer(self) -> None:
         since, now = self._unanswered_since, self._clock.now()
         if since is not None and now - since > ANSWER_TIMEOUT_S:
-            raise self._failed(f"has not answered for {now - since:.1f} s")
+            raise self._fail(f"has not answered for {now - since:.1f} s", "guardian-silent")
 
     def __enter__(self) -> Guardian:
         return self
@@ -130,7 +140,7 @@ class Guardian:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """Let it go, or where something was raised let it stop the motors and go; leave no process behind."""
+        """End the guardian; after an exception it stops the motors first. Leaves no process behind."""
         with suppress(OSError):
             if error is None:
                 self._link.send(BYE, MSG_DONTWAIT)
@@ -138,37 +148,44 @@ class Guardian:
         self._end(EXIT_TIMEOUT_S)
 
     def _assign(self, assignment: Assignment) -> None:
-        """Tell it what to guard, and wait until it can."""
+        """Send the assignment, and wait until the cutoffs are open."""
         try:
             line = assignment.to_line()
         except TypeError as error:
-            raise GuardianError(f"the guardian takes plain data alone: {error}. Mend the driver's cutoffs") from error
+            raise GuardianError(
+                f"the parameters of a cutoff must be JSON data: {error}. Correct the driver's cutoffs",
+                kind="cutoff-not-json",
+            ) from error
         self._link.settimeout(START_TIMEOUT_S)
         try:
             self._link.sendall(line)
             opened = Report.from_line(read_line(self._link))
         except TimeoutError:
-            raise self._failed(f"is not ready within {START_TIMEOUT_S:g} s", _NOT_STARTED) from None
+            raise self._fail(f"is not ready within {START_TIMEOUT_S:g} s", "guardian-late", _NOT_STARTED) from None
         except (EOFError, OSError):
-            raise self._died(_NOT_STARTED) from None
+            raise self._fail_dead(_NOT_STARTED) from None
         if opened.failed:
-            raise self._failed(f"cannot open {'; '.join(opened.failed)}", _NOT_STARTED)
+            raise self._fail(f"cannot open {'; '.join(opened.failed)}", "cutoff-not-opened", _NOT_STARTED)
         self._link.settimeout(None)
 
-    def _died(self, so: str = _RUN_STOPPED) -> GuardianError:
+    def _fail_dead(self, consequence: str = _RUN_STOPPED) -> GuardianError:
         with suppress(TimeoutExpired):
             self._process.wait(_DEATH_TIMEOUT_S)
         status = self._process.returncode
-        killed = status is not None and status < 0
-        how = signal.strsignal(-status) if killed else f"exit status {status}"
-        return self._failed(f"died ({how})", so)
+        is_killed = status is not None and status < 0
+        how = signal.strsignal(-status) if is_killed else f"exit status {status}"
+        return self._fail(f"died ({how})", "guardian-died", consequence)
 
-    def _failed(self, fault: str, so: str = _RUN_STOPPED) -> GuardianError:
-        self._failure = GuardianError(f"the guardian process {self._process.pid} {fault}. {so}")
+    def _fail(self, fault: str, kind: str, consequence: str = _RUN_STOPPED) -> GuardianError:
+        """Return the error, and keep it: every later call raises it again."""
+        process = self._process.pid
+        self._failure = GuardianError(
+            f"the guardian process {process} {fault}. {consequence}", kind=kind, process=process
+        )
         return self._failure
 
     def _end(self, timeout_s: float) -> None:
-        """See it go within this time, or end it."""
+        """Wait for the process to end; kill it after this time."""
         try:
             self._process.wait(timeout_s)
         except TimeoutExpired:
@@ -178,7 +195,7 @@ class Guardian:
 
 
 def _start_process(ours: socket, theirs: socket) -> Popen[bytes]:
-    """Start the process with its end of the link; it has nothing to read, and what it prints is no result of a run."""
+    """Start the guardian with its end of the link. Its output goes to stderr, because stdout holds the run's result."""
     try:
         return Popen(  # noqa: S603  this very Python
             [sys.executable, "-c", _CODE, str(theirs.fileno()), *sys.path],
@@ -189,4 +206,6 @@ def _start_process(ours: socket, theirs: socket) -> Popen[bytes]:
         )
     except OSError as error:
         ours.close()
-        raise GuardianError(f"no guardian process can be started: {error.strerror}. {_NOT_STARTED}") from error
+        raise GuardianError(
+            f"no guardian process can be started: {error.strerror}. {_NOT_STARTED}", kind="guardian-not-started"
+        ) from error

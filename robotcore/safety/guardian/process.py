@@ -1,4 +1,4 @@
-"""The guardian's process: waits until the app is silent for a lease, then stops its motors."""
+"""The guardian's process: stops the motors if the app sends nothing for a lease, or dies."""
 
 from __future__ import annotations
 
@@ -19,36 +19,36 @@ from robotcore.safety.guardian.protocol import BYE, DRIVING, Assignment, Report,
 from robotcore.threads import start_thread
 
 Action = Literal["open", "arm", "rest", "stop", "close"]
-"""What a cutoff can be asked for."""
+"""A method of `Cutoff`."""
 
 RETRYING_S = 0.5
-"""So long a stop that fails is tried again."""
+"""A stop that fails is repeated for this long."""
 
 _PAUSE_S = 0.02
 
 
 class CutoffWorker:
-    """Works one cutoff, so that one that fails or hangs holds up no other. Its thread waits ready for a stop.
+    """Runs one cutoff in a thread of its own, so that a cutoff that fails or hangs does not delay the others.
 
-    If ``in_place`` is set, it has no thread, and `ask` does each deed in the caller's thread. No deed follows a close.
-    Raises ResourceError if the system refuses the thread.
+    If ``in_place`` is set, there is no thread, and `submit` runs each action in the caller's thread. `close` is the
+    last action. Raises ResourceError if the system refuses the thread.
     """
 
     def __init__(self, spec: CutoffSpec, clock: Clock, *, in_place: bool = False) -> None:
         self.device = spec.device
         self._spec, self._clock = spec, clock
         self._cutoff: Cutoff | None = None
-        self._is_at_work = True
+        self._is_running = True
         self._tasks = SimpleQueue[_Task]()
         self._in_place = in_place
         if not in_place:
             start_thread(self._work, spec.device)
 
-    def ask(self, deed: Action) -> _Task:
-        """Have a deed done after those that were asked for before."""
-        task = _Task(getattr(self, f"_{deed}"))
+    def submit(self, action: Action) -> _Task:
+        """Queue an action, and return its task."""
+        task = _Task(getattr(self, f"_{action}"))
         if self._in_place:
-            task.do()
+            task.run()
         else:
             self._tasks.put(task)
         return task
@@ -64,7 +64,7 @@ class CutoffWorker:
         self._opened.rest()
 
     def _stop(self) -> str | None:
-        """Stop; again where it fails, for a while."""
+        """Stop the motors; repeat a stop that fails until `RETRYING_S` is over."""
         end = self._clock.now() + RETRYING_S
         while True:
             try:
@@ -75,137 +75,139 @@ class CutoffWorker:
             self._clock.sleep_until(self._clock.now() + _PAUSE_S)
 
     def _close(self) -> None:
-        self._is_at_work = False
+        self._is_running = False
         if self._cutoff:
             self._cutoff.close()
 
     @property
     def _opened(self) -> Cutoff:
-        assert self._cutoff, "open comes first"
+        assert self._cutoff, "the cutoff is not open"
         return self._cutoff
 
     def _work(self) -> None:
-        while self._is_at_work:
-            self._tasks.get().do()
+        while self._is_running:
+            self._tasks.get().run()
 
 
 class _Task:
-    """A deed that was asked for, and what became of it."""
+    """A queued action and its result."""
 
-    def __init__(self, deed: Callable[[], str | None]) -> None:
-        self._deed = deed
+    def __init__(self, action: Callable[[], str | None]) -> None:
+        self._action = action
         self._is_over = Event()
         self._fault: str | None = None
         self.message: str | None = None
 
-    def do(self) -> None:
+    def run(self) -> None:
         try:
-            self.message = self._deed()
+            self.message = self._action()
         except RobotcoreError as error:
             self._fault = str(error)
         except Exception as error:  # noqa: BLE001  whatever a driver or its vendor's library raises
             self._fault = f"{type(error).__name__}: {error}"
         self._is_over.set()
 
-    def fault_within(self, seconds: float) -> str | None:
-        """Return what went wrong, None where nothing did; a deed that is not done in this time hangs."""
+    def wait(self, seconds: float) -> str | None:
+        """Wait up to this long for the action; return its fault, None if it succeeded."""
         return self._fault if self._is_over.wait(max(0.0, seconds)) else "does not answer"
 
 
-def run_all(hands: Sequence[CutoffWorker], deed: Action, limit: float, clock: Clock) -> Report:
-    """Have all hands do a deed at once, and tell within ``limit`` seconds what became of it."""
-    tasks = [hand.ask(deed) for hand in hands]
+def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float, clock: Clock) -> Report:
+    """Run an action on all cutoffs at once; return the report after at most ``limit`` seconds."""
+    tasks = [(worker.device, worker.submit(action)) for worker in workers]
     end = clock.now() + limit
-    faults = [task.fault_within(end - clock.now()) for task in tasks]
-    failed = tuple(f"{hand.device}: {fault}" for hand, fault in zip(hands, faults, strict=True) if fault)
-    over = [(hand.device, task.message) for hand, task, fault in zip(hands, tasks, faults, strict=True) if not fault]
-    done = tuple(device for device, message in over if not isinstance(message, Unconfirmed))
-    words = (
-        f"{device}: {message}" if isinstance(message, Unconfirmed) else message for device, message in over if message
+    results = [(device, task.wait(end - clock.now()), task.message) for device, task in tasks]
+    failed = tuple(f"{device}: {fault}" for device, fault, _ in results if fault)
+    succeeded = [(device, message) for device, fault, message in results if not fault]
+    done = tuple(device for device, message in succeeded if not isinstance(message, Unconfirmed))
+    messages = (
+        f"{device}: {message}" if isinstance(message, Unconfirmed) else message
+        for device, message in succeeded
+        if message
     )
-    return Report(deed, done, failed, tuple(dict.fromkeys(words)))
+    return Report(action, done, failed, tuple(dict.fromkeys(messages)))
 
 
 OPENING_S = 10.0
 STOPPING_S = 1.0
-"""A cutoff that does not return within this time is reported as hanging."""
+"""A cutoff that takes longer is reported as ``does not answer``."""
 
 ARMING_S = 0.1
-"""Shorter: who arms one cutoff does not watch over the others meanwhile. Who is patient with the app is so here too."""
+"""Shorter, because the guardian does not watch the app while it arms. The cutoffs' ``patience_s`` is added."""
 
 
 IGNORED_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT)
-"""What ends all processes of a terminal or of systemd's unit, SIGABRT where its watchdog does: the app goes first."""
+"""Signals to all processes of a terminal or a systemd unit; systemd's watchdog sends SIGABRT. The app ends first."""
 
 
 def main() -> None:
-    """Guard whatever comes through the socket that the command line names by its number."""
+    """Read the assignment from the socket whose number is on the command line, and guard its motors."""
     for number in IGNORED_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     link = socket(fileno=int(sys.argv[1]))
-    link.set_inheritable(False)  # what a vendor's library starts must not hold it open
+    link.set_inheritable(False)  # a process that a vendor's library starts must not hold it open
     with suppress(EOFError):
         assignment = Assignment.from_line(read_line(link))
         try:
-            watch = GuardianProcess(link, assignment)
+            guardian = GuardianProcess(link, assignment)
         except ResourceError as error:
-            link.sendall(Report("open", (), (str(error),)).to_line())
+            link.sendall(Report("open", (), (f"the cutoffs: {error}",)).to_line())
         else:
-            watch.keep()
+            guardian.run()
 
 
 class GuardianProcess:
-    """Guards the motors of one run; ``link`` leads to its process."""
+    """Guards the motors of one run; ``link`` is the socket to the app's process."""
 
     def __init__(self, link: socket, assignment: Assignment) -> None:
         self._link, self._lease, self._app = link, assignment.lease, assignment.app
         self._clock = MonotonicClock()
-        self._hands = [CutoffWorker(spec, self._clock) for spec in assignment.cutoffs]
+        self._workers = [CutoffWorker(spec, self._clock) for spec in assignment.cutoffs]
         self._arming_s = ARMING_S + max(spec.patience_s for spec in assignment.cutoffs)
         self._is_armed = False
 
-    def keep(self) -> None:
-        """Open the cutoffs and say so; return when there is nothing left to guard."""
-        opened = self._all("open", OPENING_S)
-        self._say(opened.to_line())
+    def run(self) -> None:
+        """Open the cutoffs, report that, and guard the motors until the app ends."""
+        opened = self._run_all("open", OPENING_S)
+        self._send(opened.to_line())
         if not opened.failed and not self._is_dismissed():
-            _log_crash(self._app, self._all("stop", STOPPING_S))
-        self._all("close", STOPPING_S)
+            _log_crash(self._app, self._run_all("stop", STOPPING_S))
+        self._run_all("close", STOPPING_S)
 
     def _is_dismissed(self) -> bool:
-        """Hear the app until its end, and stop what it leaves turning; return whether it took its leave."""
+        """Serve the app until it ends; stop the motors after each missed lease. Return whether the app sent `BYE`."""
         while True:
             self._link.settimeout(self._lease if self._is_armed else None)
             try:
-                said = receive(self._link)
+                received = receive(self._link)
             except TimeoutError:
                 self._is_armed = False
-                self._say((stops := self._all("stop", STOPPING_S)).to_line())
-                _log(_warnings(stops))  # the app, which fell silent, may never hear of it
+                self._send((stops := self._run_all("stop", STOPPING_S)).to_line())
+                _log(_warnings(stops))  # a suspended app may never read the report
                 continue
-            if not said or said.endswith(BYE):
-                return bool(said)
-            self._say(b"\n")
-            self._attend(is_driving=said.endswith(DRIVING))
+            if not received or received.endswith(BYE):
+                return bool(received)
+            self._send(b"\n")
+            self._update_lease(is_driving=received.endswith(DRIVING))
 
-    def _attend(self, *, is_driving: bool) -> None:
-        """Begin a lease, or end it."""
+    def _update_lease(self, *, is_driving: bool) -> None:
+        """Begin or end a lease; arm or rest the cutoffs if that changed."""
         if is_driving != self._is_armed:
-            turned = self._all("arm" if is_driving else "rest", self._arming_s)
-            if turned.failed:
-                self._say(turned.to_line())
+            changed = self._run_all("arm" if is_driving else "rest", self._arming_s)
+            if changed.failed:
+                self._send(changed.to_line())
         self._is_armed = is_driving
 
-    def _all(self, deed: Action, limit: float) -> Report:
-        return run_all(self._hands, deed, limit, self._clock)
+    def _run_all(self, action: Action, limit: float) -> Report:
+        return run_all(self._workers, action, limit, self._clock)
 
-    def _say(self, line: bytes) -> None:
-        with suppress(OSError):  # the app is gone: the next read returns its end
+    def _send(self, line: bytes) -> None:
+        with suppress(OSError):  # the app is gone: the next read ends the run
             self._link.sendall(line)
 
 
 def _log_crash(app: int, stops: Report) -> None:
-    """Say what nobody else is left to say."""
+    """Write the stops after the app's death to stderr."""
     stopped = f"the run of process {app} broke off; stopped {', '.join(stops.done) or 'nothing'}"
     _log([*([stopped] if stops.done or stops.failed else []), *stops.messages, *_warnings(stops)])
 
@@ -215,34 +217,33 @@ def _warnings(stops: Report) -> list[str]:
 
 
 def _log(lines: Iterable[str]) -> None:
-    """Say lines on standard error."""
+    """Write lines to stderr."""
     with suppress(OSError):
         sys.stderr.write("".join(f"guardian: {line}\n" for line in lines))
         sys.stderr.flush()
 
 
 LIMIT_S = 10.0
-"""For each deed of a cutoff, longer than the guardian gives: nobody waits for the next one, and a system that starts or
-ends is slow."""
+"""For each action of `stop_once`. Longer than the guardian's limits: a system that starts or shuts down is slow."""
 
 
 def stop_once(specs: Iterable[CutoffSpec]) -> Report:
-    """Open the cutoffs, stop, and close them; return what was stopped, and what could not be, each with its fault.
+    """Open the cutoffs, stop the motors, and close the cutoffs; return the stopped devices and the faults.
 
-    One that fails or hangs holds up no other, and nothing is raised. Without threads, which the system may refuse, one
-    that hangs holds up those after it.
+    A cutoff that fails or hangs does not delay the others, and nothing is raised. If the system refuses threads, a
+    cutoff that hangs delays those after it.
     """
     clock = MonotonicClock()
-    hands = [_make_worker(spec, clock) for spec in shared(specs)]
-    opened = run_all(hands, "open", LIMIT_S, clock)
-    ready = [hand for hand in hands if hand.device in opened.done]
+    workers = [_make_worker(spec, clock) for spec in shared(specs)]
+    opened = run_all(workers, "open", LIMIT_S, clock)
+    ready = [worker for worker in workers if worker.device in opened.done]
     stopped = run_all(ready, "stop", LIMIT_S, clock)
-    run_all(hands, "close", LIMIT_S, clock)
+    run_all(workers, "close", LIMIT_S, clock)
     return Report("stop", stopped.done, (*opened.failed, *stopped.failed), stopped.messages)
 
 
 def _make_worker(spec: CutoffSpec, clock: Clock) -> CutoffWorker:
-    """Return a hand with a thread of its own, or without one if the system refuses it: a stop needs none."""
+    """Return a worker with a thread, or without one if the system refuses it."""
     try:
         return CutoffWorker(spec, clock)
     except ResourceError:

@@ -1,7 +1,7 @@
-"""What the app's process and its guardian say to each other, over a pair of sockets.
+"""The messages between the app's process and its guardian, over a pair of sockets.
 
-From the app: one line, the `Assignment`, then single bytes. From the guardian: a line for whatever it has done, and an
-empty one for what it has receive. The end of the app's bytes without `BYE` is the end of the app.
+The app sends one line, the `Assignment`, and then single bytes. The guardian answers each piece of bytes by an empty
+line, and sends a `Report` as a line for each action. If the app's bytes end without `BYE`, the app has died.
 """
 
 from __future__ import annotations
@@ -21,17 +21,21 @@ RESTING = b"r"
 """Every motor stands; the lease ends until the next command."""
 
 BYE = b"q"
-"""The robot is closed: the guardian may go."""
+"""The robot is closed; the guardian ends."""
 
 _CHUNK = 4096
 
 
 @dataclass(frozen=True)
 class Assignment:
-    """What the guardian is to guard: the motors of which process, and for how many seconds a command may live."""
+    """The motors that the guardian guards."""
 
     app: int
+    """The number of the app's process."""
+
     lease: float
+    """The guardian stops the motors if no command comes for this many seconds."""
+
     cutoffs: tuple[CutoffSpec, ...]
 
     def to_line(self) -> bytes:
@@ -45,15 +49,23 @@ class Assignment:
 
 @dataclass(frozen=True)
 class Report:
-    """What the guardian did, a method of `Cutoff`: on which devices, and where it failed, each with its fault.
+    r"""The result of one action on all cutoffs.
 
-    messages: what it had to do besides, as sentences, and devices of which it is `Unconfirmed`.
+    >>> Report("stop", done=("left_motor",), failed=("right_motor: does not answer",)).to_line()
+    b'{"action": "stop", "done": ["left_motor"], "failed": ["right_motor: does not answer"], "messages": []}\n'
     """
 
-    deed: str
+    action: str
+    """A method of `Cutoff`."""
+
     done: tuple[str, ...]
+    """The devices on which the action succeeded."""
+
     failed: tuple[str, ...]
+    """The devices on which the action failed, each with its fault."""
+
     messages: tuple[str, ...] = ()
+    """Sentences that cutoffs returned, such as a program that was ended, and devices with an `Unconfirmed` stop."""
 
     def to_line(self) -> bytes:
         return _line(asdict(self))
@@ -61,18 +73,18 @@ class Report:
     @classmethod
     def from_line(cls, line: bytes) -> Report:
         payload = json.loads(line)
-        return cls(payload["deed"], tuple(payload["done"]), tuple(payload["failed"]), tuple(payload["messages"]))
+        return cls(payload["action"], tuple(payload["done"]), tuple(payload["failed"]), tuple(payload["messages"]))
 
 
 def receive(link: socket, flags: int = 0) -> bytes:
-    """Return what has come; nothing once the other end is gone."""
-    with suppress(ConnectionError):  # what it was sent, it may have left unread
+    """Return the bytes that have arrived; no bytes if the other end is closed."""
+    with suppress(ConnectionError):  # the other end closed with unread bytes
         return link.recv(_CHUNK, flags)
     return b""
 
 
 def read_line(link: socket) -> bytes:
-    """Return the first line, without its end; EOFError where the other end goes before it is whole."""
+    """Return the first line, without its end; raises EOFError if the link closes before the line is complete."""
     line = b""
     while not line.endswith(b"\n"):
         if not (more := receive(link)):
@@ -88,7 +100,7 @@ class LineBuffer:
         self._begun = b""
 
     def of(self, piece: bytes) -> Iterator[bytes]:
-        """Yield the lines that ``piece`` makes whole, without their ends."""
+        """Yield the lines that ``piece`` completes, without their ends."""
         *whole, self._begun = (self._begun + piece).split(b"\n")
         yield from whole
 

@@ -23,7 +23,7 @@ MOTORS = ("left_motor", "right_motor", "gripper")
 
 
 class RecordingMotor(Motor):
-    """Notes whether it turns; no motor can be stopped any more where they ``are_stuck``."""
+    """Records whether it turns. If ``are_stuck`` is set, every call that stops a motor hangs."""
 
     are_stuck = False
 
@@ -38,10 +38,10 @@ class RecordingMotor(Motor):
 
 
 class RecordingBackend(Backend):
-    """Opens the motors of any robot, and one more; its clock is the machine's own. It may have no guardian."""
+    """Opens two wheel motors and a gripper, in real time. With the manner `UNGUARDED` it has no cutoffs."""
 
     name = "recording"
-    summary = "motors that note what they are told"
+    summary = "motors that record their commands"
 
     def __init__(self, diary: Path, manner: str = "good") -> None:
         self._file, self._manner = diary, manner
@@ -67,7 +67,7 @@ END_S = 60.0
 
 
 class Running:
-    """A run that drives; what is told of motors is in its diary."""
+    """A run that drives, in a process; its diary holds the commands to the motors and to the cutoffs."""
 
     def __init__(self, app: str, diary: Path, *manner: str) -> None:
         self.diary = diary
@@ -84,23 +84,23 @@ class Running:
         assert self.process.stdout.readline() == "moving\n"
 
     def end(self) -> tuple[str, str]:
-        """Return what it has printed, once neither it nor its guardian is there any more, for both hold its stderr."""
+        """Wait until the run and its guardian have ended, for both hold stderr; return stdout and stderr."""
         return self.process.communicate(timeout=END_S)
 
     def read_result(self) -> dict[str, Any]:
-        """Return how it ended."""
+        """Return the run's result as JSON gives it."""
         out, err = self.end()
         assert not err
         result: dict[str, Any] = json.loads(out)
         return result
 
     @property
-    def deeds(self) -> list[str]:
+    def actions(self) -> list[str]:
         return [note.what for note in notes(self.diary)]
 
     @property
     def guardian(self) -> int:
-        """The number of the guardian's process."""
+        """Return the number of the guardian's process."""
         return next(note.process for note in notes(self.diary) if note.what.startswith("open"))
 
 

@@ -1,4 +1,4 @@
-"""A run for something to happen to it: ``python -m tests.robotcore.safety.guardian.guarded_run APP DIARY [MANNER]``."""
+"""A run for tests that disturb it: ``python -m tests.robotcore.safety.guardian.guarded_run APP DIARY [MANNER]``."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ HOLD_US = 800_000
 
 
 class App(Deed):
-    """Drives; from its third tick on it does the deed."""
+    """Drives; from its third tick on it also runs the given step."""
 
     ticks = 0
 
@@ -41,12 +41,12 @@ class App(Deed):
         self.ticks += 1
         robot.drive.set_wheels(2.0, 2.0)
         if self.ticks == 3:
-            tell("moving")
+            print_line("moving")
         return super().step(robot) if self.ticks >= 3 else Status.RUNNING
 
 
 class Causes:
-    """Keeps why commands were changed."""
+    """Collects the causes of the interventions."""
 
     def __init__(self) -> None:
         self.causes: list[str] = []
@@ -59,13 +59,13 @@ class Causes:
     def end(self, result: RunResult) -> None: ...
 
 
-def tell(line: str) -> None:
+def print_line(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 
 
-class Deeds:
-    """What apps do once they drive."""
+class Steps:
+    """The steps of the apps, each named by its method."""
 
     def __init__(self, diary: Diary) -> None:
         self._diary = diary
@@ -83,7 +83,7 @@ class Deeds:
         return Status.RUNNING
 
     def grips(self, robot: Robot) -> Status:
-        """Leave the drive alone, and turn a motor that is not of it."""
+        """Stop the drive, and turn a motor outside of it."""
         robot.drive.stop()
         gripper = robot["gripper"]
         assert isinstance(gripper, Motor)
@@ -102,14 +102,14 @@ class Deeds:
         os._exit(0)
 
     def forks(self, robot: Robot) -> Status:
-        """Leave a copy of this process behind, which lives on until it is told to end."""
+        """Fork a process that lives until stdin is closed."""
         if self._ticks == 0:
             self._copy()
         self._ticks += 1
         return Status.RUNNING
 
     def forks_and_returns(self, robot: Robot) -> Status:
-        """Let a copy of this process come back from step, as the run itself does."""
+        """Fork a process that returns from step, as the run itself does."""
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
         if self._ticks == 0:
             self._diary.note("copied" if os.fork() == 0 else "original")
@@ -117,7 +117,7 @@ class Deeds:
         return Status.SUCCESS if self._ticks == 5 else Status.RUNNING
 
     def is_traced_and_hangs(self, robot: Robot) -> Status:
-        """Hang past the watchdog's limit under a tracer, then go on."""
+        """Hang for longer than the watchdog's limit under a tracer, and return."""
 
         def trace(*_: object) -> object:
             return trace
@@ -128,12 +128,12 @@ class Deeds:
         return Status.SUCCESS
 
     def holds(self, robot: Robot) -> Status:
-        """Hold the interpreter lock twice, as a vendor's call may; drive on in between and after it, and end."""
+        """Hold the interpreter lock twice, as a vendor's call may. Drive between the two holds and after them."""
         self._ticks += 1
         if self._ticks in (1, 10):
             self._diary.note("hold")
             ctypes.PyDLL(None).usleep(HOLD_US)
-            self._diary.note("let go")
+            self._diary.note("release")
         return Status.SUCCESS if self._ticks == 20 else Status.RUNNING
 
     def leaks_threads_and_hangs(self, robot: Robot) -> Status:
@@ -172,18 +172,18 @@ class Deeds:
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
         if os.fork() == 0:
             self._diary.note("copied")
-            sys.stdin.read()  # until whoever started us closes it
+            sys.stdin.read()  # until the test closes it
             os._exit(0)
 
 
 def limit_address_space(bytes_left: int) -> None:
-    """Let the process map this many bytes more."""
+    """Limit the process to this many bytes more than it uses now."""
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (used + bytes_left, resource.RLIM_INFINITY))
 
 
 def use_up_threads() -> None:
-    """Start threads until the system refuses one, for want of room for its stack."""
+    """Start threads until the system has no room for another stack."""
     limit_address_space(64 << 20)
     with suppress(RuntimeError):
         while True:
@@ -191,7 +191,7 @@ def use_up_threads() -> None:
 
 
 def use_up_memory() -> None:
-    """Keep ever smaller blocks until not even a small one is left."""
+    """Allocate smaller and smaller blocks until none is left."""
     limit_address_space(64 << 20)
     for size in (1 << 20, 1 << 14, 1 << 8, 1):
         with suppress(MemoryError):
@@ -200,7 +200,7 @@ def use_up_memory() -> None:
 
 
 def run_on(backend: Backend, app: Behaviour, observer: Observer, timeout_s: float = 60.0) -> RunResult:
-    """Run an app on a backend that no entry point names."""
+    """Run an app on a backend that has no entry point."""
     with (
         patch("robotcore.runtime.plan.load_backend", lambda _: backend),
         patch("robotcore.runtime.plan.load_app", lambda _: object),
@@ -210,13 +210,13 @@ def run_on(backend: Backend, app: Behaviour, observer: Observer, timeout_s: floa
 
 
 def main() -> int:
-    """Run the app that the command line names; print what became of it, and why commands were changed."""
+    """Run the app that the command line names; print its result and the causes of interventions as JSON."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whatever those who run the tests have ignored
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # also if the parent process ignores it
     app, file, *manner = sys.argv[1:]
     causes = Causes()
-    result = run_on(RecordingBackend(Path(file), *manner), App(getattr(Deeds(Diary(file)), app)), causes)
-    tell(json.dumps({**json.loads(result.to_json()), "causes": causes.causes}))
+    result = run_on(RecordingBackend(Path(file), *manner), App(getattr(Steps(Diary(file)), app)), causes)
+    print_line(json.dumps({**json.loads(result.to_json()), "causes": causes.causes}))
     return result.exit_status
 
 

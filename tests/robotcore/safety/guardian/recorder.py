@@ -14,15 +14,20 @@ from robotcore.hal.wall_clock import MonotonicClock
 
 
 class Note(NamedTuple):
-    """At which time of the machine's, by which process, and what: ``"turn left_motor"``."""
+    """An entry of a diary."""
 
     time: float
+    """Of the machine's monotonic clock, in seconds."""
+
     process: int
+    """The number of the process."""
+
     what: str
+    """An action and a device, such as ``turn left_motor``."""
 
 
 class Diary:
-    """Adds notes, whole lines each."""
+    """Appends notes to a file, a line each."""
 
     def __init__(self, file: str | Path) -> None:
         self._handle = os.open(file, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o600)
@@ -42,7 +47,7 @@ SLOW_S = 0.3
 
 
 class Recorder(Cutoff):
-    """Notes what it is asked for, and fails where its ``manner`` has it so."""
+    """Records its actions. ``manner`` names the action that fails, hangs or is slow, such as ``fails to stop``."""
 
     def __init__(self, diary: str, device: str, manner: str = "good") -> None:
         self._diary, self._device, self._manner = Diary(diary), device, manner
@@ -59,17 +64,17 @@ class Recorder(Cutoff):
         if self._manner == "late" and self._stops < 3:
             raise OSError("the line is busy")
         self._do("stop")
-        return Unconfirmed("nobody can tell") if self._manner == "is unsure" else None
+        return Unconfirmed("the port is gone") if self._manner == "is unsure" else None
 
     def close(self) -> None:
         self._do("close")
         self._diary.close()
 
-    def _do(self, deed: str) -> None:
-        if self._manner == f"fails to {deed}":
-            raise OSError(f"no {deed}")
-        if self._manner == f"hangs in {deed}":
+    def _do(self, action: str) -> None:
+        if self._manner == f"fails to {action}":
+            raise OSError(f"no {action}")
+        if self._manner == f"hangs in {action}":
             threading.Event().wait()
-        if self._manner == f"is slow to {deed}":
+        if self._manner == f"is slow to {action}":
             MonotonicClock().sleep_until(SLOW_S)
-        self._diary.note(f"{deed} {self._device}")
+        self._diary.note(f"{action} {self._device}")

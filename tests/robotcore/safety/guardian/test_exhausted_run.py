@@ -13,9 +13,10 @@ from tests.robotcore.safety.guardian.recorder import notes
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="the limit is one of Linux's address space")
 
 LATE_S = 0.5
-"""A stop is due after a lease of 0.125 s; a busy machine may take longer, but not until the watchdog's 3 s."""
+"""A stop is due after a lease of 0.125 s. A busy machine may be later, but must stop before the watchdog's 3 s."""
 
 HANGS, RAISES, DRIVES_ON, ASKS_FOR_NAN = (4, "stopped"), (5, "error"), (0, "success"), (4, "stopped")
+"""The exit status and the outcome of each app."""
 
 
 @pytest.mark.parametrize("manner", ["good", UNGUARDED])
@@ -30,7 +31,7 @@ HANGS, RAISES, DRIVES_ON, ASKS_FOR_NAN = (4, "stopped"), (5, "error"), (0, "succ
         ("leaks_memory_and_raises", RAISES),
     ],
 )
-def test_stops_every_motor_and_ends_as_it_would_with_threads_and_memory_left(
+def test_a_run_without_threads_or_memory_stops_every_motor_and_ends_as_usual(
     start: Start, app: str, ending: tuple[int, str], manner: str
 ) -> None:
     running = start(app, manner)
@@ -38,23 +39,23 @@ def test_stops_every_motor_and_ends_as_it_would_with_threads_and_memory_left(
     result = json.loads(out or f'"{err}"')
     assert (result["exit_status"], result["outcome"]) == ending
     assert running.process.returncode == ending[0]
-    assert _last_of_each_motor(running) == {"stand"}
+    assert _last_commands(running) == {"stand"}
     assert _seconds_to_stop(running) < LATE_S
 
 
-def test_memory_that_runs_out_in_the_framework_ends_the_run_by_name(start: Start) -> None:
+def test_memory_that_runs_out_in_the_framework_ends_the_run_with_an_error(start: Start) -> None:
     running = start("leaks_memory_and_drives_on", UNGUARDED)
     out, err = running.end()
     assert running.process.returncode in {3, 5}, err
     assert '"outcome": "error"' in out
-    assert _last_of_each_motor(running) == {"stand"}
+    assert _last_commands(running) == {"stand"}
 
 
-def _last_of_each_motor(running: Running) -> set[str]:
-    """Return what the wheels did last."""
+def _last_commands(running: Running) -> set[str]:
+    """Return the last command of each wheel's motor."""
     last: dict[str, str] = {}
-    for deed in running.deeds:
-        command, _, motor = deed.partition(" ")
+    for action in running.actions:
+        command, _, motor = action.partition(" ")
         if command in {"turn", "stand"}:
             last[motor] = command
     return {last[motor] for motor in MOTORS[:2]}
@@ -62,7 +63,7 @@ def _last_of_each_motor(running: Running) -> set[str]:
 
 def _seconds_to_stop(running: Running) -> float:
     """Return how long after the last command that turned a wheel the last wheel was stopped."""
-    noted = notes(running.diary)
-    last_turn = max(index for index, note in enumerate(noted) if note.what.startswith("turn"))
-    stops = [next(n.time for n in noted[last_turn:] if n.what == f"stand {motor}") for motor in MOTORS[:2]]
-    return max(stops) - noted[last_turn].time
+    recorded = notes(running.diary)
+    last_turn = max(index for index, note in enumerate(recorded) if note.what.startswith("turn"))
+    stops = [next(n.time for n in recorded[last_turn:] if n.what == f"stand {motor}") for motor in MOTORS[:2]]
+    return max(stops) - recorded[last_turn].time

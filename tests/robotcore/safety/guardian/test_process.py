@@ -20,26 +20,24 @@ def diary(tmp_path: Path) -> Path:
 def test_every_cutoff_stops_and_is_closed(diary: Path) -> None:
     report = stop_once([cutoff(diary, "left_motor"), cutoff(diary, "right_motor")])
     assert report == Report("stop", ("left_motor", "right_motor"), ())
-    deeds = [note.what for note in notes(diary)]
-    assert sorted(deeds) == sorted(f"{deed} {name}" for deed in ("open", "stop", "close") for name in report.done)
+    actions = [note.what for note in notes(diary)]
+    assert sorted(actions) == sorted(f"{action} {name}" for action in ("open", "stop", "close") for name in report.done)
 
 
-def test_one_that_fails_is_reported_and_holds_up_no_other(diary: Path) -> None:
-    manners = {"gone": "fails to open", "deaf": "fails to stop", "left_motor": "late"}
+def test_a_cutoff_that_fails_is_reported_and_does_not_delay_the_others(diary: Path) -> None:
+    manners = {"gone": "fails to open", "broken": "fails to stop", "left_motor": "late"}
     report = stop_once(cutoff(diary, name, manner) for name, manner in manners.items())
     assert report.done == ("left_motor",)
-    assert report.failed == ("gone: OSError: no open", "deaf: OSError: no stop")
+    assert report.failed == ("gone: OSError: no open", "broken: OSError: no stop")
     assert "stop gone" not in {note.what for note in notes(diary)}
 
 
-def test_one_that_cannot_tell_is_not_said_to_have_stopped(diary: Path) -> None:
+def test_an_unconfirmed_stop_is_a_message_and_not_in_done(diary: Path) -> None:
     report = stop_once([cutoff(diary, "left_motor"), cutoff(diary, "right_motor", "is unsure")])
-    assert report == Report("stop", ("left_motor",), (), ("right_motor: nobody can tell",))
+    assert report == Report("stop", ("left_motor",), (), ("right_motor: the port is gone",))
 
 
-def test_a_system_that_refuses_threads_keeps_no_motor_from_its_stop(
-    diary: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_motors_stop_also_if_the_system_refuses_threads(diary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(target: object, name: str) -> None:
         raise ResourceError(name)
 
