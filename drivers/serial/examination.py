@@ -1,4 +1,4 @@
-"""What the doctor looks at: the ports of this computer, those of the robot, and whether its boards answer."""
+"""The doctor of the backend `serial`: the ports of the computer and of the robot, and the answers of its boards."""
 
 from __future__ import annotations
 
@@ -10,29 +10,30 @@ from drivers.serial.boards.board import SharedBoardError
 from drivers.serial.driver import PortSettings, summarize_devices
 from drivers.serial.port import Port, PortError, describe_ports, find_other_users
 from robotcore.description import RobotDescription
-from robotcore.errors import DeviceError, DeviceGroupError
+from robotcore.errors import DeviceError, DeviceGroupError, RobotcoreError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.devices import Angle, Device, Frame, Range, Sensor, Voltage
 from robotcore.hal.finding import Check, Finding, Level, findings_of
 from robotcore.hardware import DeviceBinding, bind_devices
 from robotcore.hardware.diagnosis import check_batteries, check_description
 
-MUTE = "Let them turn for a moment, with the wheels in the air"
+MUTE = "Turn the wheels for a moment, in the air"
 
 
 def examine(backend: Backend, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
-    """Yield what is right and what is wrong. Boards are asked, which resets an Arduino; no motor is told to turn."""
+    """Yield the findings. Opening a port resets an Arduino; no motor is turned."""
     if not backend.is_installed:
-        yield Finding.warning(backend.name, "is not installed", backend.remedy)
+        yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
         return
-    yield Finding.ok("ports", describe_ports())
+    yield Finding.ok("ports", describe_ports(), kind="ports")
     if robot is None:
-        yield Finding.warning("robot", "its ports are not looked at", "Name it: robotcore doctor --robot FILE.toml")
+        remedy = "Name it: robotcore doctor --robot FILE.toml"
+        yield Finding.warning("robot", "the ports of a robot are not examined", remedy, kind="no-robot")
     elif section in robot.backends:
         yield from _examine_robot(backend, robot, section)
     else:
         said = f"{robot.source} has no [{section}]: its devices are on no serial line of this computer"
-        yield Finding.warning("robot", said, "Name another: robotcore robots")
+        yield Finding.warning("robot", said, "Name another: robotcore robots", kind="no-section")
 
 
 def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
@@ -52,35 +53,35 @@ def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> I
 
 
 def _list_lines(fittings: Iterable[DeviceBinding]) -> list[tuple[str, int]]:
-    """Return each port and its speed, once."""
-    on = (fitting.settings for fitting in fittings)
-    return list(dict.fromkeys((each.port, each.speed) for each in on if isinstance(each, PortSettings)))
+    """Return each port and its speed in baud, once."""
+    all_settings = (fitting.settings for fitting in fittings)
+    return list(dict.fromkeys((each.port, each.speed) for each in all_settings if isinstance(each, PortSettings)))
 
 
 def _check_port(place: str, baud: int) -> Finding:
-    """Open a port and let it go."""
     port = Port(place, baud)
     try:
         port.open()
     except PortError as error:
         said, _, remedy = str(error).partition(". ")
-        return Finding.error("port", said, remedy)
+        return Finding.error("port", said, remedy, kind="port-not-opened")
     port.close()
     if shared := find_other_users(place):
-        return Finding.warning("port", *shared)
-    return Finding.ok("port", f"{place} opens at {baud} baud")
+        return Finding.warning("port", *shared, kind="port-shared")
+    return Finding.ok("port", f"{place} opens at {baud} baud", kind="port-ok")
 
 
 def _check_boards(backend: Backend, robot: RobotDescription, fittings: Iterable[DeviceBinding]) -> Iterator[Finding]:
-    """Open what is on the ports, and have it read."""
-    on = {each.name: each.settings for each in fittings if isinstance(each.settings, PortSettings)}
-    mute = [name for name, settings in on.items() if settings.is_mute]
+    """Open the devices on serial ports, and read them."""
+    serial = {each.name: each.settings for each in fittings if isinstance(each.settings, PortSettings)}
+    mute = [name for name, settings in serial.items() if settings.is_mute]
     try:
-        with backend.open(Setup(robot, None, frozenset(on))) as opened:
+        with backend.open(Setup(robot, None, frozenset(serial))) as opened:
             if readings := [_format_device(device) for name, device in opened.devices.items() if name not in mute]:
-                yield Finding.ok("boards", "; ".join(readings))
+                yield Finding.ok("boards", "; ".join(readings), kind="boards-ok")
             if mute:
-                yield Finding.unchecked("boards", f"{' and '.join(mute)}: what they are on never answers", MUTE)
+                said = f"{' and '.join(mute)}: their board never answers"
+                yield Finding.unchecked("boards", said, MUTE, kind="board-mute")
             yield from check_batteries(robot, opened)
     except DeviceGroupError as error:
         yield from (_error_finding("boards", each) for each in error.failures if not isinstance(each, SharedBoardError))
@@ -89,10 +90,10 @@ def _check_boards(backend: Backend, robot: RobotDescription, fittings: Iterable[
 
 
 def _check_other_device(backend: Backend, robot: RobotDescription, name: str, what: str) -> Iterator[Finding]:
-    """Open what is on no port, such as a camera on USB, and have it read."""
+    """Open a device that is on no serial port, such as a camera on USB, and read it."""
     try:
         with backend.open(Setup(robot, None, frozenset([name]))) as opened:
-            yield Finding.ok(what, _format_device(opened.devices[name]))
+            yield Finding.ok(what, _format_device(opened.devices[name]), kind="device-ok")
     except DeviceGroupError as error:
         yield from (_error_finding(what, each) for each in error.failures)
     except DeviceError as error:
@@ -101,17 +102,17 @@ def _check_other_device(backend: Backend, robot: RobotDescription, name: str, wh
 
 def _error_finding(what: str, error: Exception) -> Finding:
     said, _, remedy = str(error).partition(". ")
-    return Finding.error(what, said, remedy or "Look at its wires and its power")
+    kind = error.kind if isinstance(error, RobotcoreError) else "device"
+    return Finding.error(what, said, remedy or "Check its wires and its power", kind=kind)
 
 
 def _format_device(device: Device) -> str:
-    """Say that a device is there, and what it reads."""
     if not isinstance(device, Sensor):
-        return f"{device.name} is there"
+        return f"{device.name} is open"
     try:
         return f"{device.name} reads {_format_sample(device.read())}"
     except DeviceError:
-        return f"{device.name} has not told anything yet"
+        return f"{device.name} has no sample yet"
 
 
 def _format_sample(sample: Any) -> str:

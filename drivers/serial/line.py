@@ -122,8 +122,9 @@ class Line:
         if loss := self._loss:
             raise DeviceLostError(device, self._with_its_stop(loss), kind="port-lost", place=self.place)
         if not self._protocol.is_ready:
+            kind = "program-suspended" if self._was_suspended else "board-silent"
             raise DeviceLostError(
-                device, self._with_its_stop(self._unanswered(self.place)), kind="board-silent", place=self.place
+                device, self._with_its_stop(self._unanswered(self.place)), kind=kind, place=self.place
             )
 
     def require_since_lost(self, device: str, heard_at: float) -> None:
@@ -138,12 +139,16 @@ class Line:
             )
 
     def _unanswered(self, place: str) -> str:
-        if self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + HEARING_S:
+        if self._was_suspended:
             return (
-                f"this program stood still for {self._suspended_s:.1f} s, suspended or without a processor, and has to "
-                f"ask the board on {place} anew whether it is there. Look what held it up"
+                f"this program was suspended, or had no processor, for {self._suspended_s:.1f} s; it has to wait for "
+                f"the board on {place} again. Find out what stopped the program"
             )
         return self._protocol.unanswered(place, has_heard=self._has_heard)
+
+    @property
+    def _was_suspended(self) -> bool:
+        return self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + HEARING_S
 
     def wait_until(
         self, is_so: Callable[[], bool], device: str, within_s: float, fault: str, kind: str = "no-sample-yet"

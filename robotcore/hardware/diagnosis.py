@@ -39,16 +39,18 @@ def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]
 
 def _unchecked_finding(what: str, fault: str) -> Finding:
     """Return that a battery's voltage is not known; a fault that says what to do needs no other advice."""
-    return Finding.unchecked(what, fault, "" if ". " in fault or "; " in fault else UNREAD_REMEDY)
+    remedy = "" if ". " in fault or "; " in fault else UNREAD_REMEDY
+    return Finding.unchecked(what, fault, remedy, kind="battery-unread")
 
 
 def _judge_voltage(description: BatteryDescription, voltage: float) -> Finding:
     limit = description.warn_below_v
     if limit is None:
-        return Finding.ok(description.name, f"{voltage:.2f} V")
+        return Finding.ok(description.name, f"{voltage:.2f} V", kind="battery-ok")
     if voltage < limit:
-        return Finding.warning(description.name, f"{voltage:.2f} V, and it is to be charged below {limit:g} V", CHARGE)
-    return Finding.ok(description.name, f"{voltage:.2f} V, to be charged below {limit:g} V")
+        said = f"{voltage:.2f} V, and it is to be charged below {limit:g} V"
+        return Finding.warning(description.name, said, CHARGE, kind="battery-low")
+    return Finding.ok(description.name, f"{voltage:.2f} V, to be charged below {limit:g} V", kind="battery-ok")
 
 
 def check_description(
@@ -64,11 +66,11 @@ def check_description(
         fittings = bind()
     except DescriptionError as error:
         for each in (error, *error.others):
-            yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy)
+            yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy, kind=each.kind)
         return None
-    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {count_parts(fittings)}")
+    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {count_parts(fittings)}", kind="description-ok")
     for fitting in fittings:
         for warning in fitting.warnings:
             said, _, remedy = warning.partition(". ")
-            yield Finding.warning("robot", f"{fitting.name}: {said}", remedy)
+            yield Finding.warning("robot", f"{fitting.name}: {said}", remedy, kind="connection-risk")
     return fittings

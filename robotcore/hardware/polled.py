@@ -35,7 +35,9 @@ class LatestSample(Generic[SampleT]):
         """Let `get` raise, until there is a sample again."""
         if not isinstance(error, DeviceError):
             cause = error
-            error = DeviceError(self._device, f"{type(cause).__name__}: {cause}".removesuffix(": "))
+            error = DeviceError(
+                self._device, f"{type(cause).__name__}: {cause}".removesuffix(": "), kind="driver-failed"
+            )
             error.__cause__ = cause
         self._last = error
 
@@ -62,7 +64,9 @@ class RangeSampler:
     """
 
     def __init__(self, description: RangeSensorDescription, echo_free_cycles: int) -> None:
-        self.newest: LatestSample[Range] = LatestSample(description.name, DeviceError(description.name, NOTHING_YET))
+        self.newest: LatestSample[Range] = LatestSample(
+            description.name, DeviceError(description.name, NOTHING_YET, kind="no-sample-yet")
+        )
         self.has_result = False
         """Whether there has been a sample, or a failure."""
         self._description, self._echo_free_cycles = description, echo_free_cycles

@@ -1,19 +1,20 @@
-"""In simulated time what goes over a line comes at the same times, though the kernel hands it over."""
+"""The backend `serial`: its options, its checks, its doctor, and two runs that are equal in simulated time."""
 
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
 from drivers.serial.backend import SECTION, SerialBackend
+from drivers.serial.port import describe_ports
 from robotcore.description import RobotDescription, load_robot
-from robotcore.errors import DescriptionError, DeviceError, UsageError
+from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Capability, Setup
-from robotcore.hal.finding import Level
+from robotcore.hal.finding import Finding, Level
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing.simulation_rules import RepeatRules
 from tests.doubles.serial.bench import SerialBench, wired
@@ -21,11 +22,9 @@ from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.rosarduino import OurDouble
 from tests.drivers.serial.boards.rosarduino.rig import WHEELS
+from tests.texts import CheckText, Raises
 
 MODEL = {"forward_rad_s": 16.0, "backward_rad_s": 16.0}
-WHEELS_THAT_STAND = (
-    "left_motor is there; right_motor is there; left_encoder reads 0.00 rad; right_encoder reads 0.00 rad. "
-)
 
 
 def motor(side: str, **settings: Any) -> dict[str, Any]:
@@ -51,10 +50,18 @@ def setup_of(robot: RobotDescription, **options: str) -> Setup:
     return Setup(robot, None, frozenset(device.name for device in robot.devices), options=options)
 
 
-def faults_of(robot: RobotDescription) -> str:
-    with pytest.raises(DescriptionError) as caught:
-        SerialBackend().check(robot)
-    return str(caught.value)
+Check = Callable[[RobotDescription], None]
+
+
+@pytest.fixture
+def check_mistake(raises: Raises) -> Check:
+    """Expect a DescriptionError for a robot, with the text of the snapshot."""
+
+    def check(robot: RobotDescription) -> None:
+        with raises(DescriptionError, "description"):
+            SerialBackend().check(robot)
+
+    return check
 
 
 def test_a_robot_is_reported_by_its_devices_and_ports(robot: RobotDescription, pty: Pty) -> None:
@@ -63,132 +70,128 @@ def test_a_robot_is_reported_by_its_devices_and_ports(robot: RobotDescription, p
 
 def test_the_option_port_takes_the_place_of_the_robots_one_port(pty: Pty) -> None:
     robot = robot_on("/dev/nowhere", motor("left"), motor("right"))
-    with pytest.raises(DeviceError, match="there is no /dev/nowhere"):
+    with pytest.raises(DeviceError):
         SerialBackend().open(setup_of(robot))
     with SerialBackend().open(setup_of(robot, port=str(pty.path))) as opened:
         assert set(opened.devices) == {"left_motor", "right_motor"}
 
 
-def test_a_port_that_cannot_be_opened_is_reported_once_and_not_tried_for_each_device() -> None:
+def test_a_port_that_cannot_be_opened_is_reported_once_and_not_tried_for_each_device(raises: Raises) -> None:
     robot = robot_on("/dev/nowhere", motor("left"), motor("right"))
-    with pytest.raises(DeviceError) as caught:
+    with raises(DeviceGroupError, hide=[describe_ports()]) as caught:
         SerialBackend().open(setup_of(robot))
-    assert str(caught.value).count("there is no /dev/nowhere") == 1
-    assert "right_motor: is on /dev/nowhere too, which could not be opened for left_motor" in str(caught.value)
+    kinds = [failure.kind for failure in caught.value.failures if isinstance(failure, DeviceError)]
+    assert kinds == ["port-not-opened", "shared-board"]
 
 
-def test_the_option_port_is_refused_where_the_robot_has_two_ports() -> None:
+def test_the_option_port_is_refused_if_the_robot_has_two_ports(raises: Raises) -> None:
     robot = robot_on("/dev/a", motor("left"), motor("right", port="/dev/b"))
-    with pytest.raises(UsageError, match=r"has 2 ports, /dev/a, /dev/b. Leave it out, and name them in \[serial\]"):
+    with raises(UsageError, "port-ambiguous", ports=["/dev/a", "/dev/b"]):
         SerialBackend().open(setup_of(robot, port="/dev/c"))
 
 
-def test_an_option_port_that_is_no_place_is_refused(robot: RobotDescription) -> None:
-    with pytest.raises(UsageError, match=r"option port: .*usb:1a86.* is no USB id"):
+def test_an_option_port_with_an_incomplete_usb_id_is_refused(robot: RobotDescription, raises: Raises) -> None:
+    with raises(UsageError):
         SerialBackend().open(setup_of(robot, port="usb:1a86"))
 
 
-def test_two_devices_on_one_side_are_refused() -> None:
-    faults = faults_of(robot_on("/dev/a", motor("left"), motor("left")))
-    assert "is already serial.left_motor." in faults
+def test_two_devices_on_one_side_are_refused(check_mistake: Check) -> None:
+    check_mistake(robot_on("/dev/a", motor("left"), motor("left")))
 
 
-def test_two_speeds_on_one_port_are_refused() -> None:
-    faults = faults_of(robot_on("/dev/a", motor("left"), motor("right", baud=38400)))
-    assert "serial.right_motor.port: serial /dev/a is already serial.left_motor.port, where " in faults
-    assert "at 9600 baud is spoken. Connect one of them elsewhere, or write the same baud at all that is on" in faults
+def test_two_speeds_on_one_port_are_refused(check_mistake: Check) -> None:
+    check_mistake(robot_on("/dev/a", motor("left"), motor("right", baud=38400)))
 
 
-def test_two_languages_on_one_port_are_refused() -> None:
-    faults = faults_of(robot_on("/dev/a", motor("left"), {"driver": "waveshare-motor", "side": "right", "baud": 9600}))
-    assert "serial.right_motor.port: serial /dev/a is already serial.left_motor.port, where Sabertooth" in faults
+def test_two_protocols_on_one_port_are_refused(check_mistake: Check) -> None:
+    waveshare = {"driver": "waveshare-motor", "side": "right", "baud": 9600}
+    check_mistake(robot_on("/dev/a", motor("left"), waveshare))
 
 
-def test_a_port_that_is_no_usb_id_is_refused() -> None:
-    faults = faults_of(robot_on("usb:xyz", motor("left"), motor("right")))
-    assert "serial.left_motor.port: 'usb:xyz' is no USB id. Write usb:VENDOR:PRODUCT" in faults
+def test_a_port_with_a_malformed_usb_id_is_refused(check_mistake: Check) -> None:
+    check_mistake(robot_on("usb:xyz", motor("left"), motor("right")))
 
 
-def test_wires_are_sent_without_a_connector(robot: RobotDescription, pty: Pty) -> None:
+def test_wires_have_no_connector(robot: RobotDescription, pty: Pty) -> None:
     wiring = SerialBackend().wiring(robot)
     assert not wiring.pads
     assert [wire.where for wire in wiring.wires if wire.signal == "port"] == [f"serial {pty.path}"] * 2
 
 
 class TestDoctor:
-    def found(self, robot: RobotDescription | None) -> list[tuple[str, Level, str]]:
-        return [(each.what, each.level, f"{each.said}. {each.remedy}") for each in SerialBackend().examine(robot)]
+    def examine(self, robot: RobotDescription | None) -> list[Finding]:
+        return list(SerialBackend().examine(robot))
 
-    def test_boards_that_never_answer_are_not_said_to_be_there(self, robot: RobotDescription, pty: Pty) -> None:
-        *_, port, boards = self.found(robot)
-        assert port == ("port", Level.OK, f"{pty.path} opens at 9600 baud. ")
-        assert boards[:2] == ("boards", Level.WARNING)
-        assert boards[2].startswith("could not be checked: left_motor and right_motor: what they are on never answers")
+    def test_boards_that_never_answer_are_unchecked(self, robot: RobotDescription, check_text: CheckText) -> None:
+        *_, port, boards = self.examine(robot)
+        assert (port.what, port.level, port.kind) == ("port", Level.OK, "port-ok")
+        assert (boards.what, boards.level, boards.kind) == ("boards", Level.WARNING, "board-mute")
+        check_text(port)
+        check_text(boards)
 
-    def test_boards_that_answer_are_opened_and_read(self, pty: Pty) -> None:
+    def test_boards_that_answer_are_opened_and_read(self, pty: Pty, check_text: CheckText) -> None:
         clock = MonotonicClock()
         powered = Powered(OurDouble(), pty, clock)
-        *_, boards = self.found(wired(load_robot("rover"), WHEELS, pty.path))
+        *_, boards = self.examine(wired(load_robot("rover"), WHEELS, pty.path))
         powered.off()
         clock.close()
-        assert boards == ("boards", Level.OK, WHEELS_THAT_STAND)
+        assert (boards.what, boards.level, boards.kind) == ("boards", Level.OK, "boards-ok")
+        check_text(boards)
 
-    def test_a_port_that_is_not_there_is_an_error_and_nothing_is_opened(self) -> None:
-        *_, last = self.found(robot_on("/dev/nowhere", motor("left"), motor("right")))
-        assert last[:2] == ("port", Level.ERROR)
-        assert "there is no /dev/nowhere" in last[2]
-        assert ". Plug the board in" in last[2]
+    def test_a_missing_port_is_an_error_and_nothing_is_opened(self, check_text: CheckText) -> None:
+        *_, last = self.examine(robot_on("/dev/nowhere", motor("left"), motor("right")))
+        assert (last.what, last.level, last.kind) == ("port", Level.ERROR, "port-not-opened")
+        check_text(last, hide=[describe_ports()])
 
-    @pytest.mark.parametrize(
-        "said, fault",
-        [(b"", "nothing on {} answers"), (b"Hello!", "something speaks on {}, but not what this driver's board does")],
-    )
-    def test_a_board_that_does_not_answer_is_one_error_however_many_devices_are_on_it(
-        self, pty: Pty, monkeypatch: pytest.MonkeyPatch, said: bytes, fault: str
+    @pytest.mark.parametrize("said", [b"", b"Hello!"], ids=["silence", "another-protocol"])
+    def test_a_silent_board_is_one_error_for_all_of_its_devices(
+        self, pty: Pty, monkeypatch: pytest.MonkeyPatch, said: bytes, check_text: CheckText
     ) -> None:
         monkeypatch.setattr("drivers.serial.boards.rosarduino.drivers.ANSWER_S", 0.3)
         clock = MonotonicClock()
         talking = clock.every(0.02, lambda: pty.say(said), "talking")
-        *_, port, board = self.found(wired(load_robot("rover"), WHEELS, pty.path))
+        *_, port, board = self.examine(wired(load_robot("rover"), WHEELS, pty.path))
         talking.stop()
         clock.close()
-        assert port[:2] == ("port", Level.OK)
-        assert board[:2] == ("boards", Level.ERROR)
-        assert board[2].startswith(f"left_encoder: {fault.format(pty.path)} at 57600 baud. Look whether")
+        assert (port.what, port.level) == ("port", Level.OK)
+        assert (board.what, board.level, board.kind) == ("boards", Level.ERROR, "board-silent")
+        check_text(board)
 
-    def test_a_camera_is_looked_at_too(self) -> None:
+    def test_a_camera_is_examined_too(self) -> None:
         robot = wired(load_robot("rover"), {"eye": {"driver": "v4l2", "device": "/dev/video99"}}, Path("/dev/nowhere"))
         del robot.backends[SECTION]["eye"]["port"]
-        *_, camera = self.found(robot)
-        assert camera[:2] == ("camera", Level.ERROR)
-        assert camera[2].startswith("eye: there is no /dev/video99")
+        *_, camera = self.examine(robot)
+        assert (camera.what, camera.level) == ("camera", Level.ERROR)
+        assert "/dev/video99" in camera.said
 
-    def test_a_port_that_another_program_reads_is_reported_and_its_board_is_looked_at(self, pty: Pty) -> None:
+    def test_a_port_that_another_program_reads_is_reported_and_its_board_is_read(
+        self, pty: Pty, check_text: CheckText
+    ) -> None:
         clock = MonotonicClock()
         powered = Powered(OurDouble(), pty, clock)
-        with pty.path.open() as port, subprocess.Popen(["/bin/sleep", "60"], stdin=port) as reader:
+        with pty.path.open() as file, subprocess.Popen(["/bin/sleep", "60"], stdin=file) as reader:
             robot = wired(load_robot("rover"), WHEELS, pty.path)
-            *_, found, boards = self.found(robot)
+            *_, port, boards = self.examine(robot)
             (note,) = SerialBackend().notes(setup_of(robot))
             reader.kill()
         powered.off()
         clock.close()
-        said = f"{pty.path} is open in process {reader.pid} (sleep) too, and each gets a part of what the board says"
-        assert found == ("port", Level.WARNING, f"{said}. End that program")
-        assert note == f"{said}. End that program"
-        assert boards == ("boards", Level.OK, WHEELS_THAT_STAND)
+        assert (port.what, port.level, port.kind) == ("port", Level.WARNING, "port-shared")
+        assert (boards.what, boards.level) == ("boards", Level.OK)
+        check_text(port, hide=[reader.pid])
+        check_text(note, hide=[reader.pid])
 
-    def test_a_section_that_is_wrong_is_an_error(self) -> None:
-        *_, last = self.found(robot_on("/dev/a", motor("left"), motor("left")))
-        assert last[:2] == ("robot", Level.ERROR)
+    def test_a_mistake_in_the_section_is_an_error(self) -> None:
+        *_, last = self.examine(robot_on("/dev/a", motor("left"), motor("left")))
+        assert (last.what, last.level, last.kind) == ("robot", Level.ERROR, "description")
 
-    def test_a_robot_on_no_serial_line_is_reported_so(self) -> None:
-        *_, last = self.found(load_robot("lookout"))
-        assert last[:2] == ("robot", Level.WARNING)
-        assert f"has no [{SECTION}]" in last[2]
+    def test_a_robot_without_a_section_is_a_warning(self, check_text: CheckText) -> None:
+        *_, last = self.examine(load_robot("lookout"))
+        assert (last.what, last.level, last.kind) == ("robot", Level.WARNING, "no-section")
+        check_text(last)
 
-    def test_without_a_robot_the_ports_are_sent(self) -> None:
-        assert [what for what, _, _ in self.found(None)] == ["ports", "robot"]
+    def test_the_ports_are_listed_without_a_robot(self) -> None:
+        assert [finding.kind for finding in self.examine(None)] == ["ports", "no-robot"]
 
 
 WHEEL_SIDES = ("left", "right")

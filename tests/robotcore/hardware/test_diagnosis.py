@@ -1,4 +1,4 @@
-"""test_battery_diagnosis."""
+"""Findings about the batteries of a robot."""
 
 from __future__ import annotations
 
@@ -8,61 +8,60 @@ import pytest
 
 from robotcore.errors import DescriptionError
 from robotcore.hal.backend import Setup
-from robotcore.hal.finding import Finding
+from robotcore.hal.finding import Finding, Level
 from robotcore.hal.robot import Robot
-from robotcore.hardware.diagnosis import CHARGE, UNREAD_REMEDY, diagnose_batteries
+from robotcore.hardware.diagnosis import UNREAD_REMEDY, diagnose_batteries
 from robotcore.testing.mock.backend import MockBackend
 from tests.doubles.powered import powered_rover
+from tests.texts import CheckText
 
 
-class Asked(MockBackend):
-    """Keeps what it was asked to open, and what it notes of it."""
+class BatteryBackend(MockBackend):
+    """Keeps the names of the devices that it opens; it raises ``error``, or has these notes in place of devices."""
 
-    notes_of_it: tuple[str, ...] = ()
+    battery_notes: tuple[str, ...] = ()
     error: Exception | None = None
 
     def open(self, setup: Setup) -> Robot:
-        self.asked = setup.devices
+        self.opened = setup.devices
         if self.error:
             raise self.error
-        devices = [] if self.notes_of_it else super().open(setup).devices.values()
-        return Robot("rover", super().open(setup).clock, devices, notes=self.notes_of_it)
+        devices = [] if self.battery_notes else super().open(setup).devices.values()
+        return Robot("rover", super().open(setup).clock, devices, notes=self.battery_notes)
 
 
 @pytest.mark.parametrize(
-    "volts, finding",
-    [
-        (7.412, Finding.ok("cells", "7.41 V, to be charged below 6.6 V")),
-        (6.6, Finding.ok("cells", "6.60 V, to be charged below 6.6 V")),
-        (6.2, Finding.warning("cells", "6.20 V, and it is to be charged below 6.6 V", CHARGE)),
-    ],
+    "volts, level, kind",
+    [(7.412, Level.OK, "battery-ok"), (6.6, Level.OK, "battery-ok"), (6.2, Level.WARNING, "battery-low")],
 )
-def test_a_battery_is_read_and_judged_and_nothing_else_is_opened(
-    tmp_path: Path, volts: float, finding: Finding
+def test_only_the_battery_is_opened_and_its_voltage_is_reported(
+    tmp_path: Path, volts: float, level: Level, kind: str, check_text: CheckText
 ) -> None:
-    backend = Asked({"cells": volts})
-    assert list(diagnose_batteries(backend, powered_rover(tmp_path))) == [finding]
-    assert backend.asked == {"cells"}
+    backend = BatteryBackend({"cells": volts})
+    (finding,) = diagnose_batteries(backend, powered_rover(tmp_path))
+    assert (finding.what, finding.level, finding.kind) == ("cells", level, kind)
+    assert backend.opened == {"cells"}
+    check_text(finding)
 
 
 @pytest.mark.parametrize(
     "note, remedy",
     [("cells: no answer", UNREAD_REMEDY), ("cells: no divider; name its pin", ""), ("No divider. Add it", "")],
 )
-def test_one_that_cannot_be_opened_is_not_taken_for_ok(tmp_path: Path, note: str, remedy: str) -> None:
-    backend = Asked({"cells": 7.4})
-    backend.notes_of_it = (note,)
+def test_a_battery_that_cannot_be_opened_is_unchecked(tmp_path: Path, note: str, remedy: str) -> None:
+    backend = BatteryBackend({"cells": 7.4})
+    backend.battery_notes = (note,)
     (finding,) = diagnose_batteries(backend, powered_rover(tmp_path))
-    assert finding == Finding.unchecked("battery", note, remedy)
+    assert finding == Finding.unchecked("battery", note, remedy, kind="battery-unread")
 
 
-def test_where_the_backend_tells_of_none_nothing_is_opened(tmp_path: Path) -> None:
-    backend = Asked()
+def test_nothing_is_opened_if_the_backend_has_no_battery(tmp_path: Path) -> None:
+    backend = BatteryBackend()
     assert list(diagnose_batteries(backend, powered_rover(tmp_path))) == []
-    assert not hasattr(backend, "asked")
+    assert not hasattr(backend, "opened")
 
 
-def test_what_is_wrong_with_the_file_is_reported_by_others(tmp_path: Path) -> None:
-    backend = Asked({"cells": 7.4})
+def test_a_mistake_in_the_file_is_no_finding_about_batteries(tmp_path: Path) -> None:
+    backend = BatteryBackend({"cells": 7.4})
     backend.error = DescriptionError("a.toml", "serial", "is missing", "Add it")
     assert list(diagnose_batteries(backend, powered_rover(tmp_path))) == []

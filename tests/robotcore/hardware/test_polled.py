@@ -1,4 +1,4 @@
-"""What is polled beside the app, handed out."""
+"""Samples of devices that another thread polls."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
 from robotcore.hardware import LatestSample
 from robotcore.hardware.polled import RangeSampler
+from tests.texts import Raises
 
 FIRST, SECOND = Range(1.0, time=0.0, sequence=0), Range(0.9, time=0.1, sequence=1)
 
@@ -26,10 +27,12 @@ def test_the_last_sample_is_handed_out_until_there_is_a_newer_one(newest: Latest
     assert newest.get() is SECOND
 
 
-def test_a_failure_is_reported_by_the_device_s_name_for_as_long_as_it_lasts(newest: LatestSample[Range]) -> None:
+def test_a_failure_is_raised_with_the_device_name_until_the_next_sample(
+    newest: LatestSample[Range], raises: Raises
+) -> None:
     newest.fail(OSError("no answer"))
     for _ in range(2):
-        with pytest.raises(DeviceError, match="nose: OSError: no answer") as caught:
+        with raises(DeviceError, "driver-failed", device="nose") as caught:
             newest.get()
         assert isinstance(caught.value.__cause__, OSError)
 
@@ -51,12 +54,12 @@ def test_a_device_that_works_again_is_read_again(newest: LatestSample[Range]) ->
 [NOSE] = load_robot("rover").all_of(RangeSensorDescription)
 
 
-def test_before_anything_was_found_it_says_so() -> None:
+def test_reading_before_the_first_result_raises(raises: Raises) -> None:
     findings = RangeSampler(NOSE, 3)
     findings.add_no_echo(0.0)
     findings.clear_failure()
     assert not findings.has_result
-    with pytest.raises(DeviceError, match="nose: has found nothing that could be judged"):
+    with raises(DeviceError, "no-sample-yet", device="nose"):
         findings.newest.get()
 
 

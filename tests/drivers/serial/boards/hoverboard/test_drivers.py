@@ -11,12 +11,13 @@ import pytest
 
 from drivers.serial.boards.hoverboard.protocol import STOP
 from robotcore.description import BatteryDescription, load_robot
-from robotcore.errors import DescriptionError, DeviceError, DeviceLostError
+from robotcore.errors import DescriptionError, DeviceGroupError, DeviceLostError
 from robotcore.hardware import Host, bind_devices
 from robotcore.testing import ConformanceSuite
 from tests.doubles.serial.bench import Rig, TickingBench, wired
 from tests.doubles.serial.board import BoardDouble, Wheels
 from tests.doubles.serial.hoverboard import Firmware, Hoverboard
+from tests.texts import Raises
 
 SIDES = ("left", "right")
 FULL_RAD_S = 40.0
@@ -123,16 +124,16 @@ def test_an_app_that_is_silent_is_stopped_by_the_board(robots: Robots) -> None:
     assert abs(board.wheels.left.velocity) < 0.01
 
 
-def test_a_lost_port_is_reported_and_comes_back_standing_with_its_angles(robots: Robots) -> None:
+def test_a_lost_port_is_reported_and_comes_back_standing_with_its_angles(robots: Robots, raises: Raises) -> None:
     board = Hoverboard(Wheels())
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, 4.0, 0.5)
     before = rig.angle("left")
     rig.pty.unplug()
     rig.pass_by(0.05)
-    with pytest.raises(DeviceLostError, match=r"left_motor: .* stops its motors by itself 0\.8 s after"):
+    with raises(DeviceLostError, "port-lost", device="left_motor"):
         rig.motor("left").set_velocity(4.0)
-    with pytest.raises(DeviceLostError, match="left_encoder"):
+    with raises(DeviceLostError, "port-lost", device="left_encoder"):
         rig.angle("left")
     rig.pass_by(2.0)
     assert abs(board.wheels.left.velocity) < 0.01
@@ -145,12 +146,12 @@ def test_a_lost_port_is_reported_and_comes_back_standing_with_its_angles(robots:
     assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
 
 
-def test_a_board_that_stops_telling_is_lost_though_its_port_is_there(robots: Robots) -> None:
+def test_a_silent_board_is_lost_although_its_port_is_open(robots: Robots, raises: Raises) -> None:
     board = Hoverboard(Wheels())
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, 4.0, 0.5)
     board.is_mute = True
-    with pytest.raises(DeviceLostError, match="left_motor"):
+    with raises(DeviceLostError, "board-silent", device="left_motor"):
         rig.drive(4.0, 4.0, 1.0)
     board.is_mute = False
     rig.pass_by(0.2)
@@ -158,10 +159,10 @@ def test_a_board_that_stops_telling_is_lost_though_its_port_is_there(robots: Rob
     rig.drive(4.0, 4.0, 0.5)
 
 
-def test_a_board_that_tells_nothing_is_refused(robots: Robots) -> None:
+def test_a_silent_board_is_refused(robots: Robots, raises: Raises) -> None:
     board = Hoverboard(Wheels())
     board.is_mute = True
-    with pytest.raises(DeviceError, match=r"nothing on .* answers at 115200 baud"):
+    with raises(DeviceGroupError):
         _ = robots.on(board, mode="speed").robot
 
 
@@ -181,28 +182,28 @@ def test_another_process_stops_both_wheels_by_one_frame() -> None:
 
 
 REFUSED: dict[str, dict[str, Any]] = {
-    'mode: is missing. Add it: "speed" or "duty"': {},
-    "max_velocity_rad_s of left_motor": {"mode": "speed", "max_rpm": 100},
-    "Leave model and control out": {"mode": "speed", "model": MODEL},
-    "Add one, or build the board with SPD_MODE": {"mode": "duty"},
-    "mixer makes a duty of 0.8 at most": {"mode": "duty", "model": MODEL, "speed_coefficient": 0.8},
-    "the wheel turns forward at 3 rad/s at most": {
+    "no-mode": {},
+    "too-slow-a-board": {"mode": "speed", "max_rpm": 100},
+    "model-without-duty": {"mode": "speed", "model": MODEL},
+    "duty-without-model": {"mode": "duty"},
+    "weak-mixer": {"mode": "duty", "model": MODEL, "speed_coefficient": 0.8},
+    "too-slow-a-model": {
         "mode": "duty",
         "model": {"forward_rad_s": 3.0, "backward_rad_s": 18.0},
     },
 }
 
 
-@pytest.mark.parametrize("fault", REFUSED)
-def test_what_the_board_cannot_do_is_refused_in_the_robots_file(fault: str) -> None:
-    robot = wired(load_robot("rover"), devices(**REFUSED[fault]), Path("/dev/ttyUSB0"), (BATTERY,))
-    with pytest.raises(DescriptionError, match=fault):
+@pytest.mark.parametrize("case", REFUSED)
+def test_settings_beyond_the_board_are_refused_in_the_robots_file(case: str, raises: Raises) -> None:
+    robot = wired(load_robot("rover"), devices(**REFUSED[case]), Path("/dev/ttyUSB0"), (BATTERY,))
+    with raises(DescriptionError):
         bind_devices(robot, "serial")
 
 
-def test_two_motors_that_say_otherwise_of_one_firmware_are_refused() -> None:
+def test_two_motors_with_different_settings_of_one_firmware_are_refused(raises: Raises) -> None:
     sections = devices(mode="speed")
     sections["right_motor"]["steer_coefficient"] = 1.0
     robot = wired(load_robot("rover"), sections, Path("/dev/ttyUSB0"), (BATTERY,))
-    with pytest.raises(DescriptionError, match=r"coefficients 1 and 0\.5.* say the same of it for both motors"):
+    with raises(DescriptionError):
         bind_devices(robot, "serial")
