@@ -1,1 +1,1 @@
-"""The CoppeliaSim backend: a running simulator, driven step by step over its ZeroMQ remote API."""
+"""The CoppeliaSim backend: a running simulator, stepped over its ZeroMQ remote API."""

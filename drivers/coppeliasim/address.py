@@ -1,4 +1,4 @@
-"""The address of a CoppeliaSim, the greeting of the server there, and the errors that name the address."""
+"""The address of a CoppeliaSim: its greeting, and the errors that name it."""
 
 from __future__ import annotations
 
@@ -9,30 +9,24 @@ from pydantic import Field
 from robotcore.description import StrictModel
 from robotcore.errors import BackendError
 
-
-def _require_greeting(address: Address) -> None:
-    """Raise BackendError where nobody listens, or who listens does not begin as ZeroMQ does."""
-    try:
-        said = read_greeting(address)
-    except OSError as error:
-        raise connection_refused(address, error) from error
-    if said != ZEROMQ:
-        raise wrong_protocol(address, said)
-
-
-_PROBE_S = 0.3
-
 GREETING_S = 3.0
-"""How long who has taken a connection may take to greet."""
+"""Time limit of the greeting after a connection was accepted."""
 
 ZEROMQ = b"\xff"
-"""With which a server of ZeroMQ begins, at once and unasked, however busy its program is
-(https://rfc.zeromq.org/spec/23, the signature). The legacy remote API's servers wait to be asked.
+"""The first byte that a ZeroMQ server sends, at once and unasked: https://rfc.zeromq.org/spec/23, signature.
+
+A server of the legacy remote API sends nothing before it has received a message.
 """
+
+_CONNECT_S = 0.3
 
 
 class Address(StrictModel):
-    """Where a CoppeliaSim listens."""
+    """The address of a CoppeliaSim.
+
+    >>> str(Address(port=23010))
+    '127.0.0.1:23010'
+    """
 
     host: str = "127.0.0.1"
     port: int = Field(default=23000, ge=1, le=65535)
@@ -42,55 +36,74 @@ class Address(StrictModel):
 
 
 def is_listening(address: Address) -> bool:
-    """Return whether anybody takes connections there."""
+    """Return whether a server accepts connections at the address."""
     try:
-        socket.create_connection((address.host, address.port), _PROBE_S).close()
+        socket.create_connection((address.host, address.port), _CONNECT_S).close()
     except OSError:
         return False
     return True
 
 
+def require_greeting(address: Address) -> None:
+    """Raise BackendError if no server listens at the address, or if it does not greet as ZeroMQ does."""
+    try:
+        greeting = read_greeting(address)
+    except OSError as error:
+        raise connection_refused(address, error) from error
+    if greeting != ZEROMQ:
+        raise wrong_protocol(address, greeting)
+
+
 def read_greeting(address: Address) -> bytes | None:
-    """Return the first byte of a server's; none where it hangs up, None where nothing comes. Raises OSError."""
-    with socket.create_connection((address.host, address.port), _PROBE_S) as line:
-        line.settimeout(GREETING_S)
+    """Return the first byte that the server sends; b"" if it hangs up, None if it sends nothing.
+
+    Raises OSError if it cannot connect.
+    """
+    with socket.create_connection((address.host, address.port), _CONNECT_S) as connection:
+        connection.settimeout(GREETING_S)
         try:
-            return line.recv(1)
+            return connection.recv(1)
         except TimeoutError:
             return None
         except ConnectionError:
             return b""
 
 
-def connection_refused(address: Address, why: OSError) -> BackendError:
-    """Return the error for an address where there is no server."""
-    reason = "" if isinstance(why, ConnectionRefusedError) else f" ({why.strerror or why})"
+def connection_refused(address: Address, cause: OSError) -> BackendError:
+    """Return the error for an address without a server."""
+    reason = "" if isinstance(cause, ConnectionRefusedError) else f" ({cause.strerror or cause})"
     return BackendError(
-        f"coppeliasim: nobody listens at {address}{reason}. Start CoppeliaSim, or name where it runs with --host and "
+        f"coppeliasim: no server listens at {address}{reason}. Start CoppeliaSim, or name its address with --host and "
         "--port",
         kind="connection-refused",
         address=str(address),
     )
 
 
-def wrong_protocol(address: Address, said: bytes | None) -> BackendError:
-    """Return the error for a server that greets otherwise than ZeroMQ, None being not at all."""
-    spoken = f"begins with the byte {said.hex()}" if said else "hangs up"
-    does = "says nothing" if said is None else spoken
+def wrong_protocol(address: Address, greeting: bytes | None) -> BackendError:
+    """Return the error for a server that does not greet as ZeroMQ does.
+
+    greeting: the result of `read_greeting`.
+    """
+    if greeting is None:
+        answer = "sends no ZeroMQ greeting"
+    elif greeting:
+        answer = f"begins with the byte {greeting.hex()} instead of a ZeroMQ greeting"
+    else:
+        answer = "hangs up instead of a ZeroMQ greeting"
     return BackendError(
-        f"coppeliasim: who listens at {address} {does}; that is not CoppeliaSim's ZeroMQ remote API, or it is frozen. "
-        "The legacy remote API is --backend vrep; else look which program listens there, and name the right port with "
-        "--port: 23000 as CoppeliaSim is shipped",
+        f"coppeliasim: the server at {address} {answer}: another program uses this port, or CoppeliaSim is frozen. "
+        "Name CoppeliaSim's port with --port (its default is 23000). If this is the legacy remote API, use "
+        "--backend vrep",
         kind="wrong-protocol",
         address=str(address),
     )
 
 
 def server_gone(address: Address, function: str) -> BackendError:
-    """Return the error for a server that has ended during a call."""
+    """Return the error for a server that ended during a call of a function."""
     return BackendError(
-        f"coppeliasim: the CoppeliaSim at {address} is gone; it died or was closed in {function}. "
-        "Start it again, and run again",
+        f"coppeliasim: the CoppeliaSim at {address} ended during {function}. Start it again, and run again",
         kind="server-gone",
         address=str(address),
         function=function,
@@ -98,12 +111,15 @@ def server_gone(address: Address, function: str) -> BackendError:
 
 
 def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool) -> BackendError:
-    """Return the error for a server that lets wait; one that ``is_known`` has answered before."""
+    """Return the error for a call without an answer.
+
+    limit_s: the time limit of the call, in seconds.
+    is_known: the server has answered earlier calls.
+    """
     advice = (
-        "Look whether it shows a dialogue or hangs; where it is only slow, raise safety.answer_s in the robot's "
-        "description"
+        "Check whether it shows a dialogue or hangs. If it is only slow, raise safety.answer_s in the robot's file"
         if is_known
-        else "Look whether a dialogue of CoppeliaSim's waits for somebody, or it is busy"
+        else "Check whether CoppeliaSim shows a dialogue or is busy"
     )
     return BackendError(
         f"coppeliasim: {address} has not answered {function} for {limit_s:.1f} s. {advice}",
@@ -114,11 +130,14 @@ def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool
     )
 
 
-def unexpected_answer(address: Address, function: str, what: object) -> BackendError:
-    """Return the error for an answer that is none of this protocol."""
+def unexpected_answer(address: Address, function: str, answer: object) -> BackendError:
+    """Return the error for an answer that CoppeliaSim does not give.
+
+    answer: a description of the answer.
+    """
     return BackendError(
-        f"coppeliasim: {address} answered {function} with {what}; that is not CoppeliaSim's ZeroMQ remote API. "
-        "Look which program listens there, and name the right one with --port",
+        f"coppeliasim: {address} answered {function} with {answer}; CoppeliaSim's ZeroMQ remote API does not. "
+        "Check which program listens there, and name CoppeliaSim's port with --port",
         kind="unexpected-answer",
         address=str(address),
         function=function,
@@ -126,9 +145,9 @@ def unexpected_answer(address: Address, function: str, what: object) -> BackendE
 
 
 def server_too_old(address: Address) -> BackendError:
-    """Return the error for a server of the first protocol."""
+    """Return the error for a server that uses the first protocol of the remote API."""
     return BackendError(
-        f"coppeliasim: {address} speaks the first protocol of the ZeroMQ remote API, as CoppeliaSim up to 4.5 does. "
+        f"coppeliasim: {address} uses the first protocol of the ZeroMQ remote API, as CoppeliaSim up to 4.5 does. "
         "Install CoppeliaSim 4.6 or newer, or use --backend vrep",
         kind="server-too-old",
         address=str(address),
@@ -136,10 +155,10 @@ def server_too_old(address: Address) -> BackendError:
 
 
 def function_missing(address: Address, function: str) -> BackendError:
-    """Return the error for a function that a server does not offer, nor an older one that does the same."""
+    """Return the error for a function that the server offers under no name."""
     return BackendError(
-        f"coppeliasim: the CoppeliaSim at {address} has no {function}. Install a newer one; 4.10 is what this was "
-        "made with",
+        f"coppeliasim: the CoppeliaSim at {address} has no {function}. Install a newer one; this driver was tested "
+        "with 4.10",
         kind="function-missing",
         address=str(address),
         function=function,

@@ -1,4 +1,4 @@
-"""CoppeliaSim over its ZeroMQ remote API: a simulator that runs by itself, here or elsewhere."""
+"""The CoppeliaSim backend, its options, and its part of `robotcore doctor`."""
 
 from __future__ import annotations
 
@@ -25,28 +25,30 @@ from robotcore.simulation.remote_scene import Owner, State, inspect_scene, open_
 from robotcore.text import pluralize
 
 SECTION = "coppeliasim"
-"""Where a robot's file says which object each device is."""
+"""The section of a robot's file that binds devices to scene objects."""
 
-ANSWERING = 0.9
-"""So much of the robot's ``safety.answer_s`` a call may take: who knows why nothing comes is to speak first."""
+ANSWER_SHARE = 0.9
+"""A call's share of ``safety.answer_s``: the driver's error, which has a reason, comes before the watchdog's."""
 
-
-STEPPED_S = 60.0
-"""While a program lives the simulation waits for it, however long: only one that is gone leaves wheels turning."""
+GUARDIAN_PATIENCE_S = 60.0
+"""The guardian's time limit. It is long, because the simulation waits for a running program: no wheel turns."""
 
 
 class CoppeliaSimOptions(StrictModel):
-    """Where CoppeliaSim listens, and how long it may take to answer, ``answer_s``.
+    """The options of the backend.
 
-    Of a scene that is built: whether to ``keep`` it at the end, to be looked at. Of one that is joined: whose business
-    it is to start the ``simulation``, ours or theirs.
+    >>> CoppeliaSimOptions(port=23010).simulation.value
+    'ours'
     """
 
     host: str = "127.0.0.1"
     port: int = Field(default=23000, ge=1, le=65535)
     answer_s: PositiveFloat | None = None
+    """Time limit of a call, in seconds; None stands for a share of the robot's ``safety.answer_s``."""
     keep: bool = False
+    """Keep a scene that was built, instead of removing it at the end."""
     simulation: Owner = Owner.OURS
+    """The party that starts and stops the simulation of a joined scene."""
 
     @property
     def address(self) -> Address:
@@ -54,9 +56,10 @@ class CoppeliaSimOptions(StrictModel):
 
 
 class CoppeliaSimBackend(Backend):
-    """Opens robots in a CoppeliaSim that is running: in its scene, or in one that is built there.
+    """Opens robots in a running CoppeliaSim.
 
-    A robot whose file has a section ``[coppeliasim]`` is there already. Options: see `CoppeliaSimOptions`.
+    If the robot's file has a section ``[coppeliasim]``, the backend joins the open scene, which has the robot.
+    Otherwise it builds the robot and the world. Options: `CoppeliaSimOptions`.
     """
 
     name = "coppeliasim"
@@ -83,18 +86,19 @@ class CoppeliaSimBackend(Backend):
         options = setup.options_as(CoppeliaSimOptions)
         if self.builds_world(setup.robot):
             raise UsageError(
-                f"the robot {setup.robot.name!r} has no section [{SECTION}], so it is built when it is run, and "
-                f"nothing is looked for in the scene. Leave --backend out, or add [{SECTION}.DEVICE] with path for "
-                "each device that is in the scene"
+                f"the robot {setup.robot.name!r} has no section [{SECTION}]. So each run builds it, and the scene has "
+                f"nothing to check. Omit --backend, or add [{SECTION}.DEVICE] with path for each device in the scene",
+                kind="nothing-to-inspect",
+                robot=setup.robot.name,
             )
-        read_bindings(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
+        read_bindings(setup.robot, SECTION)  # reports mistakes of the file before it connects
         self.require_installed()
         with closing(_scene(Connection.open(options.address, _answer_s(options, setup)))) as scene:
             yield from inspect_scene(setup.robot, SECTION, scene)
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
         if not self.is_installed:
-            yield Finding.warning(self.name, "is not installed", self.remedy)
+            yield Finding.warning(self.name, "is not installed", self.remedy, kind="not-installed")
         else:
             yield from diagnose(Address())
 
@@ -106,25 +110,28 @@ class CoppeliaSimBackend(Backend):
         cutoffs = partial(_cutoffs, options)
         if not self.builds_world(setup.robot):
             if options.keep:
-                raise UsageError("option keep: the scene is somebody's and stays as it is; leave the option out")
+                raise UsageError(
+                    "option keep is for scenes that are built; this robot joins the open scene. Omit the option",
+                    kind="nothing-to-keep",
+                )
             return open_in_scene(setup, SECTION, connect, options.simulation, cutoffs=cutoffs)
         if setup.world is None:
-            raise UsageError("the coppeliasim backend needs a world; name one with --world")
-        return _built(setup, setup.world, connect, cutoffs, keep=options.keep)
+            raise UsageError("the coppeliasim backend needs a world. Name one with --world", kind="missing-world")
+        return _open_built(setup, setup.world, connect, cutoffs, keep=options.keep)
 
 
 def _answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
-    return options.answer_s or ANSWERING * setup.robot.safety.answer_s
+    return options.answer_s or ANSWER_SHARE * setup.robot.safety.answer_s
 
 
 def _cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
-    """Yield how the wheels in a scene come to stand if this process is killed: time goes on then."""
+    """Yield how the guardian stops the wheels if this process is killed; the simulation runs on then."""
     if joints:
-        where = {"host": options.host, "port": options.port, "joints": list(joints.values())}
-        yield CutoffSpec(" and ".join(joints), "drivers.coppeliasim.cutoff:StopJoints", where, STEPPED_S)
+        arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}
+        yield CutoffSpec(" and ".join(joints), "drivers.coppeliasim.cutoff:StopJoints", arguments, GUARDIAN_PATIENCE_S)
 
 
-def _built(
+def _open_built(
     setup: Setup,
     world: WorldDescription,
     connect: Callable[[], CoppeliaSimScene],
@@ -132,7 +139,7 @@ def _built(
     *,
     keep: bool,
 ) -> Robot:
-    """Open a robot in a scene that is built for it; what was made by then is removed where that fails."""
+    """Build the world and the robot, and open the robot. If this fails, remove what was built."""
     with ExitStack() as undo:
         scene = connect()
         undo.callback(scene.close)
@@ -150,14 +157,18 @@ def _built(
         truth=simulation.truth,
         release=release,
         notes=simulation.notes,
-        cutoffs=cutoffs(simulation.driven),
+        cutoffs=cutoffs(simulation.motor_joints),
     )
 
 
 def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> CoppeliaSimScene:
-    """Connect, keep others out, and recover the simulation from a program that was killed, where we ``may_stop`` it.
+    """Connect, and take the lease of the simulator.
 
-    Raises BackendError where nobody answers, or another program drives this CoppeliaSim.
+    address: the server's address.
+    answer_s: time limit of a call, in seconds.
+    may_stop: stop the simulation that a killed program left running.
+
+    Raises BackendError if no server answers, or if another program holds the lease.
     """
     with ExitStack() as undo:
         connection = Connection.open(address, answer_s)
@@ -180,34 +191,37 @@ _ENGINES = {0: "Bullet", 1: "ODE", 2: "Vortex", 3: "Newton", 4: "MuJoCo", 5: "Dr
 
 
 def diagnose(address: Address) -> Iterator[Finding]:
-    """Yield which CoppeliaSim answers, what computes its physics, and whether it has proximity sensors."""
+    """Yield findings about the CoppeliaSim at an address: its version, its physics engine, its proximity sensors."""
     try:
         with closing(CoppeliaSimScene(Connection.open(address, LOADING_S))) as scene:
             yield from _diagnose_scene(scene)
     except BackendError as error:
-        said, _, remedy = str(error).removeprefix(f"{_NAME}: ").partition(". ")
-        only = f". These are options of robotcore run and check: the doctor looks at {address} alone"
-        yield Finding.warning(_NAME, said, remedy + only * ("--port" in remedy))
+        fault, _, remedy = str(error).removeprefix(f"{_NAME}: ").partition(". ")
+        only = f". These are options of robotcore run and check: the doctor checks {address} only"
+        yield Finding.warning(_NAME, fault, remedy + only * ("--port" in remedy), kind=error.kind)
 
 
 def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
     connection = scene.connection
     version = connection.call_as(int, "getInt32Param", connection.constant("intparam_program_full_version"))
-    yield Finding.ok(_NAME, f"version {_version(version)} answers at {connection.address}")
+    yield Finding.ok(_NAME, f"version {_format_version(version)} answers at {connection.address}", kind="version")
     engine = connection.call_as(int, "getInt32Param", connection.constant("intparam_dynamic_engine"))
-    yield Finding.ok("physics", f"by {_ENGINES.get(engine, engine)}")
+    yield Finding.ok("physics", f"by {_ENGINES.get(engine, engine)}", kind="engine")
     if scene.read_state() is not State.STOPPED:
-        yield Finding.warning("proximity sensors", "not tried: a simulation is under way", "Stop it, and look again")
+        yield Finding.warning(
+            "proximity sensors", "not tested: a simulation runs", "Stop it, and repeat", kind="simulation-running"
+        )
     elif proximity_works(SceneBuilder(connection), scene.detect):
-        yield Finding.ok("proximity sensors", "detect what is in front of them")
+        yield Finding.ok("proximity sensors", "detect a box in front of them", kind="sensors-work")
     else:
         yield Finding.warning(
             "proximity sensors",
-            "detect nothing: robots that are built measure by pictures of depth, others cannot be opened",
-            "Install a CoppeliaSim with its plug-in for them, as the maker's downloads are",
+            "detect nothing: robots that are built measure by depth pictures, others cannot be opened",
+            "Install a CoppeliaSim with the plug-in for them; the maker's downloads have it",
+            kind="no-sensors",
         )
 
 
-def _version(number: int) -> str:
-    """Return 4.10.0 for 4100000: two digits each for the second, third and the revision."""
+def _format_version(number: int) -> str:
+    """Format a version number: 4.10.0 for 4100000. The last two digits are the revision."""
     return f"{number // 1000000}.{number // 10000 % 100}.{number // 100 % 100}"

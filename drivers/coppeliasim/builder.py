@@ -1,4 +1,4 @@
-"""Make objects in a scene: their poses, shapes, parameters, marks and removal."""
+"""Create, place, mark and remove objects of a scene."""
 
 from __future__ import annotations
 
@@ -13,19 +13,18 @@ from robotcore.description.types import Colour
 from robotcore.geometry import Pose
 
 TAG = "robotcore"
-"""Objects that carry custom data of this name are ours to remove."""
+"""The name of the custom data on objects that this driver made."""
 
 NO_UNDO = "[]"
-"""The note on one of ours that there is nothing to be undone."""
+"""The note of a root without changes to undo."""
 
-
-_TAKEN_OUT = 1
+_EXCLUDED = 1
 
 
 class CollisionMask(IntEnum):
-    """Who collides with whom: the high byte across models, the low byte within one.
+    """Collision masks of shapes: the high byte counts between models, the low byte within one.
 
-    Wheels and caster meet the floor only; the body meets both.
+    Wheels and casters collide with the floor only. The body collides with the floor and with things.
     """
 
     FLOOR = 0x01FF
@@ -36,27 +35,27 @@ class CollisionMask(IntEnum):
 
 
 class SceneBuilder:
-    """Makes objects in a scene that is stopped."""
+    """Creates objects in a scene whose simulation is stopped."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self.constant = connection.constant
 
     def call(self, name: str, *arguments: object) -> object:
-        """Call a function of the API, and wait as long as loading may take."""
+        """Call a function of the API with the time limit `LOADING_S`."""
         return self._connection.sim(name, *arguments, within_s=LOADING_S)
 
     def make(self, name: str, *arguments: object) -> int:
-        """Call a function that makes an object; return its handle."""
+        """Call a function that returns a handle."""
         return self._connection.call_as(int, name, *arguments)
 
-    def dummy(self, alias: str) -> int:
-        """Make a point that others can be put under."""
+    def create_dummy(self, alias: str) -> int:
+        """Create a point that can be the parent of other objects."""
         handle = self.make("createDummy", 0.01)
         self.call("setObjectAlias", handle, alias)
         return handle
 
-    def shape(
+    def create_shape(
         self,
         kind: str,
         size: Sequence[float],
@@ -66,7 +65,14 @@ class SceneBuilder:
         alias: str,
         parent: int = -1,
     ) -> int:
-        """Make a pure shape that others bump into and that stands still; ``size`` is its bounding box in metres."""
+        """Create a static shape that collides with others.
+
+        kind: the last word of the API's constant: ``cuboid``, ``spheroid`` or ``cylinder``.
+        size: the bounding box in metres.
+        place: the frame of the shape in the world.
+        alias: its name.
+        parent: the handle of its parent; -1 is none.
+        """
         handle = self.make("createPrimitiveShape", self.constant(f"primitiveshape_{kind}"), list(size), 0)
         self.call("setShapeColor", handle, None, self.constant("colorcomponent_ambient_diffuse"), _rgb(colour))
         self.set_int(handle, "shapeintparam_static", 1)
@@ -76,18 +82,22 @@ class SceneBuilder:
         return handle
 
     def put(self, handle: int, place: Placement, alias: str, parent: int) -> None:
-        """Place an object in the world, name it, and put it under its parent; -1 is none."""
+        """Place an object in the world, name it, and attach it to its parent; -1 is none."""
         self.call("setObjectPose", handle, list(place))
         self.call("setObjectAlias", handle, alias)
         if parent >= 0:
             self.call("setObjectParent", handle, parent, True)
 
     def set_int(self, handle: int, parameter: str, value: int) -> None:
-        """Set an object's whole number by the parameter's name."""
+        """Set an integer parameter of an object by its name."""
         self.call("setObjectInt32Param", handle, self.constant(parameter), int(value))
 
-    def let_move(self, shape: int, mass_kg: float, inertia: Sequence[float], centre_x: float = 0.0) -> None:
-        """Let physics move a shape: its mass, its moments of inertia in kg·m², where on its x axis its mass is."""
+    def make_dynamic(self, shape: int, mass_kg: float, inertia: Sequence[float], centre_x: float = 0.0) -> None:
+        """Let physics move a shape.
+
+        inertia: the moments of inertia about x, y and z, in kg·m².
+        centre_x: the position of the centre of mass on the x axis, in metres.
+        """
         self.set_int(shape, "shapeintparam_static", 0)
         self.call("setShapeMass", shape, mass_kg)
         xx, yy, zz = inertia
@@ -95,47 +105,51 @@ class SceneBuilder:
         self.call("setShapeInertia", shape, [xx, 0, 0, 0, yy, 0, 0, 0, zz], at)
 
     def set_friction(self, shape: int, friction: float) -> None:
-        """Set what Bullet 2.78 goes by, and what newer ones do."""
+        """Set the friction of a shape for Bullet 2.78 and for newer versions."""
         for parameter in ("bullet_body_oldfriction", "bullet_body_friction"):
             self.call("setEngineFloatParam", self.constant(parameter), shape, friction)
 
-    def tree(self, root: str | int, kind: str = "handle_all", options: int = 0) -> list[int]:
-        """Return what is in a tree, by the constant's name or a root's handle, of a kind."""
+    def list_tree(self, root: str | int, kind: str = "handle_all", options: int = 0) -> list[int]:
+        """Return the handles of the objects in a tree.
+
+        root: the handle of a root, or the name of a constant.
+        kind: the name of the constant for a kind of objects.
+        """
         base = self.constant(root) if isinstance(root, str) else root
         return self._connection.call_as(list, "getObjectsInTree", base, self.constant(kind), options)
 
-    def path(self, handle: int) -> str:
+    def read_path(self, handle: int) -> str:
         """Return an object's path."""
         return self._connection.call_as(str, "getObjectAlias", handle, 1)
 
-    def place(self, handle: int) -> Placement:
-        """Return where an object is in the world."""
+    def read_placement(self, handle: int) -> Placement:
+        """Return the frame of an object in the world."""
         return self._connection.call_as(Placement.of, "getObjectPose", handle)
 
-    def lamp(self, handle: int) -> tuple[object, ...]:
-        """Return a lamp's state, a relic, and its diffuse and specular colours."""
+    def read_lamp(self, handle: int) -> tuple[object, ...]:
+        """Return a lamp's state, an unused value, and its diffuse and specular colours."""
         return self._connection.call_as(tuple, "getLightParameters", handle)
 
-    def collection(self, root: int, *, without: int = -1) -> int:
-        """Make a collection of a tree, but for one object."""
+    def create_collection(self, root: int, *, without: int = -1) -> int:
+        """Create a collection of the objects of a tree, without one object."""
         handle = self.make("createCollection", 0)
         self.call("addItemToCollection", handle, self.constant("handle_tree"), root, 0)
         if without >= 0:
-            self.call("addItemToCollection", handle, self.constant("handle_single"), without, _TAKEN_OUT)
+            self.call("addItemToCollection", handle, self.constant("handle_single"), without, _EXCLUDED)
         return handle
 
     def mark(self, handle: int, note: str, tag: str = TAG) -> None:
-        """Mark an object, and all under it, as ours."""
+        """Mark an object and all below it as made by this driver."""
         self.call("writeCustomStringData", handle, tag, note)
 
-    def note_on(self, handle: int, tag: str = TAG) -> str:
-        """Return the note on an object that is ours; empty where it is not."""
+    def read_note(self, handle: int, tag: str = TAG) -> str:
+        """Return the note of an object that this driver made; "" for other objects."""
         note = self._connection.sim("readCustomStringData", handle, tag)
         return note.decode(errors="replace") if isinstance(note, bytes) else str(note or "")
 
     def remove_tree(self, root: int) -> None:
-        """Remove an object and all under it."""
-        self.call("removeObjects", self.tree(root))
+        """Remove an object and all below it."""
+        self.call("removeObjects", self.list_tree(root))
 
 
 def _rgb(colour: Colour) -> list[float]:
@@ -143,7 +157,7 @@ def _rgb(colour: Colour) -> list[float]:
 
 
 class Placement(NamedTuple):
-    """A frame in the world, or in another frame."""
+    """A frame in the world, or in another frame: position in metres, and a quaternion."""
 
     x: float
     y: float
@@ -155,45 +169,52 @@ class Placement(NamedTuple):
 
     @classmethod
     def of(cls, answer: Any) -> Placement:
-        """Return the pose that the API tells; raises TypeError or ValueError where it is none."""
+        """Return a pose from an answer of the API; raises TypeError or ValueError if the answer is none."""
         x, y, z, qx, qy, qz, qw = map(float, answer)
         return cls(x, y, z, qx, qy, qz, qw)
 
-    def at(self, local: Placement) -> Placement:
-        """Return in the world what is ``local`` in this frame."""
-        x, y, z = self._turned(local.x, local.y, local.z)
+    def compose(self, local: Placement) -> Placement:
+        """Return in the world a frame that is ``local`` in this frame.
+
+        >>> Placement(1.0, 2.0, 0.0).compose(Placement(0.5, 0.0, 0.0))[:3]
+        (1.5, 2.0, 0.0)
+        """
+        x, y, z = self._rotate(local.x, local.y, local.z)
         return Placement(self.x + x, self.y + y, self.z + z, *_product(self[3:], local[3:]))
 
-    def _turned(self, x: float, y: float, z: float) -> tuple[float, float, float]:
+    def _rotate(self, x: float, y: float, z: float) -> tuple[float, float, float]:
         inverse = (-self.qx, -self.qy, -self.qz, self.qw)
-        turned = _product(_product(self[3:], (x, y, z, 0.0)), inverse)
-        return turned[0], turned[1], turned[2]
+        rotated = _product(_product(self[3:], (x, y, z, 0.0)), inverse)
+        return rotated[0], rotated[1], rotated[2]
 
 
 Quaternion = tuple[float, ...]
 
 AXLE = Placement(0.0, 0.0, 0.0, -math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""Its z axis points to the robot's left: a joint that turns forward."""
+"""The frame of a wheel's joint: its z axis points to the robot's left."""
 
 FORWARD = Placement(0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
-"""Its z axis points forward, x to the left, y up: a sensor that looks ahead, upright."""
+"""The frame of a sensor that points forward, upright: z forward, x left, y up."""
 
 
 def place_on_floor(pose: Pose) -> Placement:
-    """Return the frame of a pose in plan."""
+    """Return the frame of a pose on the floor."""
     return Placement(pose.x, pose.y, 0.0, *_about_z(pose.heading))
 
 
 def place_mount(mount: Mount, behind_m: float = 0.0) -> Placement:
-    """Return the frame of a sensor that looks as its mount says, begun so far behind it, in the robot's frame."""
+    """Return the frame of a sensor in the robot's frame.
+
+    behind_m: the origin's distance behind the mount, in metres.
+    """
     half = mount.pitch_rad / 2
     turn = _product(_about_z(mount.yaw_rad), (0.0, math.sin(half), 0.0, math.cos(half)))
     frame = Placement(mount.x_m, mount.y_m, mount.z_m, *turn)
-    return frame.at(FORWARD._replace(x=-behind_m))
+    return frame.compose(FORWARD._replace(x=-behind_m))
 
 
 def place_lamp(light: Light) -> Placement:
-    """Return the frame of a lamp, high above, whose z axis points where its light goes."""
+    """Return the frame of a lamp high above the floor; its z axis is the direction of the light."""
     tilt = -math.pi / 2 - light.elevation_rad
     turn = _product(_about_z(light.azimuth_rad), (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2)))
     return Placement(0.0, 0.0, 3.0, *turn)

@@ -1,8 +1,10 @@
-"""The maker's client, which would wait for ever, with a deadline for each call and nothing taken on trust.
+"""The maker's client, with a deadline for each call and with checks of each reply.
 
-A call that waits in the simulator is a conversation (``_*wait*_``, ``_*executed*_``), so no time-out of a socket ends
-it: the deadline is the whole call's. The client also puts ``require`` into ``__main__``, runs any function of
-``__main__`` that a reply names, and sends whatever it is given: none of it happens here.
+While a call waits in the simulator, client and server exchange messages (``_*wait*_``, ``_*executed*_``). So a
+time-out of the socket does not end such a call; the deadline covers the whole call.
+
+The maker's client also waits without limit, puts ``require`` into ``__main__``, and runs any function of ``__main__``
+that a reply names. This client does none of these.
 """
 
 from __future__ import annotations
@@ -20,108 +22,120 @@ from coppeliasim_zmqremoteapi_client import RemoteAPIClient, cbor
 from robotcore.hal.wall_clock import MonotonicClock
 
 _MISSING = object()
-_LOOK_S = 0.2
+_POLL_S = 0.2
 _CONVERSATION = ("_*wait*_", "_*repeat*_")
-"""What a server may ask of a client that registers no callbacks."""
+"""Requests that a server may send to a client without callbacks."""
 
 
-class CallTimeout(Exception):  # noqa: N818  one of four ends of a call, told apart by the connection
+class CallTimeout(Exception):  # noqa: N818  an outcome that Connection converts to an error
     """The deadline of a call has passed."""
 
 
 class Disconnected(Exception):  # noqa: N818
-    """The server has hung up."""
+    """The server closed the connection."""
 
 
 class CallRefused(Exception):  # noqa: N818
-    """The server's own error, in its words."""
+    """The server answered with an error; the message is the server's."""
 
 
 class ProtocolViolation(Exception):  # noqa: N818
-    """What came back is no reply of this protocol; says what it is instead."""
+    """The reply does not follow the protocol; the message describes it."""
 
 
 class FirstProtocolReply(ProtocolViolation):
-    """What came back is a reply of the remote API's first protocol."""
+    """The reply follows the first protocol of the remote API."""
 
 
 class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
-    """One conversation with one server. ``idle_s`` of silence, and the server forgets it."""
+    """A connection to one server.
+
+    idle_s: the server drops the client after this much silence, in seconds.
+    """
 
     def __init__(self, host: str, port: int, idle_s: float) -> None:
         main = sys.modules["__main__"].__dict__
-        kept = main.get("require", _MISSING)
+        original = main.get("require", _MISSING)
         try:
             super().__init__(host, port, verbose=0)
         finally:
-            if kept is _MISSING:
+            if original is _MISSING:
                 main.pop("require", None)
             else:
-                main["require"] = kept
+                main["require"] = original
         self.timeout = idle_s
         for option in (zmq.LINGER, zmq.SNDTIMEO):
             self.socket.setsockopt(option, 0)
-        self._awaited = zmq.Poller()
-        self._awaited.register(self.socket, zmq.POLLIN)
-        self._hang_ups: zmq.Socket[bytes] | None = None
+        self._poller = zmq.Poller()
+        self._poller.register(self.socket, zmq.POLLIN)
+        self._disconnects: zmq.Socket[bytes] | None = None
         self._clock = MonotonicClock()
         self._deadline = 0.0
 
     def watch_disconnects(self) -> None:
-        """Wait for nobody who hangs up from now on: the library would connect again, in silence, to whoever comes."""
-        self._hang_ups = self.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
-        self._awaited.register(self._hang_ups, zmq.POLLIN)
+        """Let calls fail if the server disconnects; the library would reconnect silently, to any server."""
+        self._disconnects = self.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
+        self._poller.register(self._disconnects, zmq.POLLIN)
 
     def ask(self, function: str, arguments: Sequence[Any], within_s: float) -> Any:
         """Call a function of the server.
 
-        Raises CallTimeout, Disconnected, CallRefused or ProtocolViolation. The first two end the client.
+        within_s: time limit of the call, in seconds.
+
+        Raises CallTimeout, Disconnected, CallRefused or ProtocolViolation. After the first two the client is unusable.
         """
         self._deadline = self._clock.now() + within_s
-        return self.call(function, [wire(argument) for argument in arguments])
+        return self.call(function, [to_wire(argument) for argument in arguments])
 
     def shorten_deadline(self, within_s: float) -> None:
-        """Let the call that is under way take no longer than this from now on; any thread may say so."""
+        """Limit the rest of the current call to this many seconds. Any thread may call this."""
         self._deadline = min(self._deadline, self._clock.now() + within_s)
 
     def close(self) -> None:
-        """Let the socket go, with whatever is still to be sent. May be called again."""
-        for each in (self._hang_ups, self.socket):
+        """Close the socket, and drop messages that are not sent yet. May be called again."""
+        for each in (self._disconnects, self.socket):
             if each:
                 each.close(linger=0)
         self.context.term()
 
     def __del__(self) -> None:
-        """Let go, where nobody has: the library would wait for ever for what is still to be sent."""
-        with suppress(AttributeError):  # it was never connected
+        """Close the socket if `close` was not called; the library would wait for unsent messages without limit."""
+        with suppress(AttributeError):  # the constructor failed
             self.close()
 
     def _send(self, request: dict[str, Any]) -> None:
         try:
             super()._send(request)
-        except zmq.ZMQError as full:
-            raise CallTimeout from full
+        except zmq.ZMQError as error:  # the queue is full
+            raise CallTimeout from error
 
     def _recv(self) -> dict[str, Any]:
-        left, ready = self._awaited_within()
+        left, ready = self._poll_until_deadline()
         if self.socket not in ready:
             raise Disconnected if ready else CallTimeout
-        reply = _reply_in(self.socket.recv(zmq.NOBLOCK))
-        if not left and "func" in reply:  # a server that lets wait answers, and answers, and answers
+        reply = _decode_reply(self.socket.recv(zmq.NOBLOCK))
+        if not left and "func" in reply:  # a server may send wait messages without end
             raise CallTimeout
         return reply
 
-    def _awaited_within(self) -> tuple[float, dict[Any, int]]:
-        """Wait until the deadline, which may be drawn nearer meanwhile; return what was left of it, and what came."""
+    def _poll_until_deadline(self) -> tuple[float, dict[Any, int]]:
+        """Wait for messages until the deadline, which another thread may shorten.
+
+        Returns the seconds left and the sockets with messages.
+        """
         while True:
             left = max(self._deadline - self._clock.now(), 0.0)
-            ready = dict(self._awaited.poll(math.ceil(min(left, _LOOK_S) * 1000)))  # once at least: we may be late
+            ready = dict(self._poller.poll(math.ceil(min(left, _POLL_S) * 1000)))  # at least one poll
             if ready or not left:
                 return left, ready
 
 
-def wire(value: Any) -> Any:
-    """Return a value as the wire takes it: Python's own numbers, lists and bytes, whatever NumPy made of them."""
+def to_wire(value: Any) -> Any:
+    """Convert NumPy's numbers and arrays, mappings and buffers to the types that the wire format has.
+
+    >>> to_wire({"size": np.array([1.5, 2.0]), "count": np.int64(3)})
+    {'size': [1.5, 2.0], 'count': 3}
+    """
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):
@@ -129,27 +143,27 @@ def wire(value: Any) -> Any:
     if isinstance(value, (bytearray, memoryview)):
         return bytes(value)
     if isinstance(value, Mapping):
-        return {str(key): wire(part) for key, part in value.items()}
+        return {str(key): to_wire(part) for key, part in value.items()}
     if isinstance(value, (list, tuple)):
-        return [wire(part) for part in value]
+        return [to_wire(part) for part in value]
     return value
 
 
-def _reply_in(raw: bytes) -> dict[str, Any]:
-    """Return the reply in a message; raises ProtocolViolation if there is none, CallRefused if it tells an error."""
+def _decode_reply(raw: bytes) -> dict[str, Any]:
+    """Return the reply in a message. Raises ProtocolViolation, or CallRefused if the reply is an error."""
     try:
         reply = cbor.loads(raw)
     except Exception as error:
-        raise ProtocolViolation(f"{len(raw)} bytes that are no CBOR") from error
+        raise ProtocolViolation(f"{len(raw)} bytes that are not CBOR") from error
     if not isinstance(reply, dict):
-        raise ProtocolViolation(f"no map but {type(reply).__name__}")
+        raise ProtocolViolation(f"a value of type {type(reply).__name__} instead of a map")
     if "success" in reply:
         raise FirstProtocolReply
     if "err" in reply:
         raise CallRefused(str(reply["err"]))
     if reply.get("func") in _CONVERSATION:
         return reply
-    if not reply or reply.get("ret") == {}:  # an empty table of Lua's is a map; who leaves is told nothing
+    if not reply or reply.get("ret") == {}:  # Lua encodes an empty table as a map; _*end*_ has an empty reply
         return {"ret": []}
     if "func" not in reply and isinstance(reply.get("ret"), list):
         return reply

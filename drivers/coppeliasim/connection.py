@@ -1,4 +1,4 @@
-"""The connection to a CoppeliaSim: its functions by name, a time limit for each call, and its errors as ours."""
+"""The connection to a CoppeliaSim: calls of its functions by name, with a time limit, and errors of robotcore."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from drivers.coppeliasim.address import (
     Address,
-    _require_greeting,
     function_missing,
     is_listening,
+    require_greeting,
     server_gone,
     server_too_old,
     timed_out,
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 LOADING_S = 30.0
-"""What starts, stops, loads or renders for the first time may take so long."""
+"""Time limit of calls that start, stop or load, or that render for the first time."""
 
-HURRIED_S = 2.0
-"""What is under way when somebody wants to end it takes no longer, if it hangs."""
+INTERRUPTED_S = 2.0
+"""Time limit of the call in progress after a signal."""
 
 IDLE_S = 5.0
-"""A server forgets a client that says nothing for so long, so that a killed one does not freeze the simulation."""
+"""The server drops a client after this much silence, so that a killed program does not freeze the simulation."""
 
-OLDER = {
+OLDER_NAMES = {
     "sim.getObject": "sim.getObjectHandle",
     "sim.createPrimitiveShape": "sim.createPureShape",
     "sim.setJointTargetForce": "sim.setJointMaxForce",
@@ -46,41 +46,54 @@ OLDER = {
     "sim.getNamedStringParam": "sim.getStringNamedParam",
     "sim.setNamedStringParam": "sim.setStringNamedParam",
 }
-"""What functions were called before 4.4, or 4.7; results are the same, and arguments but for `_REARRANGED`."""
+"""The names of functions before 4.4 or 4.7. Results are equal; arguments are equal except in `_OLDER_ARGUMENTS`."""
 
-_REARRANGED: dict[str, Callable[..., tuple[Any, ...]]] = {
+_OLDER_ARGUMENTS: dict[str, Callable[..., tuple[Any, ...]]] = {
     "sim.createPureShape": lambda kind, sizes, options: (kind, options, sizes, 1.0),
 }
 
 
 class RefusedError(BackendError):
-    """The server's own error about a call; the next one may do better."""
+    """The server answered a call with an error of its own; further calls are possible."""
+
+    kind = "refused"
 
 
 class Connection:
-    """Calls to one CoppeliaSim; ``answer_s`` is how long it may let wait.
+    """Calls functions of one CoppeliaSim.
 
-    Once it has not answered it is not asked again: every further call raises the same BackendError at once. A signal
-    interrupts who waits for an answer, never the call: it is over when the next one begins.
+    After a call has timed out, each further call raises the same BackendError at once. A signal interrupts the wait for
+    an answer, never the call itself: the call has ended before the next one begins.
     """
 
     def __init__(self, address: Address, client: Client, answer_s: float) -> None:
-        self.address, self.answer_s = address, answer_s
+        self.address = address
+        self.answer_s = answer_s
+        """Time limit of a call, in seconds."""
         self._client = client
         self._failure: BackendError | None = None
         self._executor = SerialExecutor("zmq remote api")
-        self._known: Mapping[str, Any] = {}
+        self._functions: Mapping[str, Any] = {}
+
+    def __repr__(self) -> str:
+        return f"<Connection to {self.address}, {'lost' if self.is_lost else 'open'}>"
 
     @classmethod
     def open(cls, address: Address, answer_s: float) -> Connection:
-        """Connect, and learn what the server offers; raises BackendError, with what to do, where nobody answers."""
-        _require_greeting(address)
+        """Connect, and read the list of functions.
+
+        address: the server's address.
+        answer_s: time limit of a call, in seconds.
+
+        Raises BackendError if no CoppeliaSim answers.
+        """
+        require_greeting(address)
         from drivers.coppeliasim.client import Client
 
-        connection = cls(address, _connected(Client, address), answer_s)
+        connection = cls(address, _create_client(Client, address), answer_s)
         try:
             connection.call("zmqRemoteApi.require", "sim", within_s=LOADING_S)
-            connection._learn(connection.call("zmqRemoteApi.info", "sim", within_s=LOADING_S))
+            connection._set_functions(connection.call("zmqRemoteApi.info", "sim", within_s=LOADING_S))
             connection._client.watch_disconnects()
         except BaseException:  # a signal too
             connection.close()
@@ -89,47 +102,81 @@ class Connection:
 
     @property
     def is_lost(self) -> bool:
-        """Whether nothing more can be asked."""
+        """Whether each further call fails: an earlier one has failed, or the connection is closed."""
         return self._failure is not None
 
-    def give_up(self, failure: BackendError) -> None:
-        """Ask nothing more: from now on every call raises this."""
+    def fail(self, failure: BackendError) -> None:
+        """Let each further call raise this error, unless an earlier failure is set."""
         self._failure = self._failure or failure
 
     def sim(self, name: str, *arguments: Any, within_s: float | None = None) -> Any:
-        """Call ``sim.NAME``, or what it was called before; return its result, a tuple where it has several."""
-        function = self._offered(name)
-        if function in _REARRANGED:
-            arguments = _REARRANGED[function](*arguments)
+        """Call ``sim.NAME``, or its older name.
+
+        within_s: time limit in seconds, if it is longer than `answer_s`.
+
+        Returns the result; a tuple if the function has several.
+        """
+        function = self._find_function(name)
+        if function in _OLDER_ARGUMENTS:
+            arguments = _OLDER_ARGUMENTS[function](*arguments)
         return self.call(function, *arguments, within_s=within_s)
 
     def has(self, name: str) -> bool:
-        """Return whether the server offers ``sim.NAME``, under that name."""
-        return name in self._known
+        """Return whether the server offers ``sim.NAME`` under this name."""
+        return name in self._functions
 
     def constant(self, name: str) -> int:
-        """Return the value of ``sim.NAME``; raises BackendError where the server has none."""
-        entry = self._known.get(name)
+        """Return the value of ``sim.NAME``; raises BackendError if the server has no such constant."""
+        entry = self._functions.get(name)
         if isinstance(entry, Mapping) and isinstance(entry.get("const"), (int, float)):
             return int(entry["const"])
         raise function_missing(self.address, f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
-        """Call any function of the server; raises BackendError. Threads may call it: one call at a time."""
-        limit = self.answer_s if within_s is None else max(within_s, self.answer_s)
+        """Call a function of the server by its full name. Several threads may call; the calls take turns.
+
+        within_s: time limit in seconds, if it is longer than `answer_s`.
+
+        Raises BackendError.
+        """
+        limit_s = self.answer_s if within_s is None else max(within_s, self.answer_s)
         try:
-            return self._executor.run(partial(self._ask, function, arguments, limit))
+            return self._executor.run(partial(self._call, function, arguments, limit_s))
         except Exception:
             raise
-        except BaseException:  # Ctrl-C: nobody waits for as long as loading may take
-            self._client.shorten_deadline(max(HURRIED_S, self.answer_s))
+        except BaseException:  # Ctrl-C must not wait for LOADING_S
+            self._client.shorten_deadline(max(INTERRUPTED_S, self.answer_s))
             raise
 
     def run_batch(self, work: Callable[[], T]) -> T:
-        """Return what work comes to that makes several calls; whoever waits for it is woken once for all of them."""
+        """Return the result of work that makes several calls; this thread wakes only once, after the last call."""
         return self._executor.run(work)
 
-    def _ask(self, function: str, arguments: Sequence[Any], limit: float) -> Any:
+    def call_as(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
+        """Return the converted result of ``sim.NAME``.
+
+        convert: raises TypeError, ValueError or LookupError if the result is invalid; this becomes a BackendError.
+        """
+        answer = self.sim(name, *arguments)
+        try:
+            return convert(answer)
+        except (TypeError, ValueError, LookupError) as error:
+            raise unexpected_answer(self.address, f"sim.{name}", f"{answer!r:.80}") from error
+
+    def close(self) -> None:
+        """End the session on the server, and disconnect. May be called again; never raises."""
+        if not self._failure:
+            with suppress(BackendError):  # the server has ended
+                self.call("_*end*_")
+            self._failure = BackendError(
+                f"coppeliasim: the connection to {self.address} is closed",
+                kind="connection-closed",
+                address=str(self.address),
+            )
+        self._executor.run(self._client.close)
+        self._executor.close()
+
+    def _call(self, function: str, arguments: Sequence[Any], limit_s: float) -> Any:
         from drivers.coppeliasim.client import (
             CallRefused,
             CallTimeout,
@@ -141,13 +188,16 @@ class Connection:
         if self._failure:
             raise self._failure
         try:
-            return self._client.ask(function, arguments, limit)
+            return self._client.ask(function, arguments, limit_s)
         except CallRefused as error:
-            raise RefusedError(f"coppeliasim: {self.address} refused {function}: {error}") from error
+            raise RefusedError(
+                f"coppeliasim: {self.address} refused {function}: {error}",
+                address=str(self.address),
+                function=function,
+            ) from error
         except CallTimeout as error:
-            is_there = is_listening(self.address)
-            silent = timed_out(self.address, function, limit, is_known=bool(self._known))
-            self._failure = silent if is_there else server_gone(self.address, function)
+            timeout = timed_out(self.address, function, limit_s, is_known=bool(self._functions))
+            self._failure = timeout if is_listening(self.address) else server_gone(self.address, function)
             raise self._failure from error
         except Disconnected as error:
             self._failure = server_gone(self.address, function)
@@ -159,43 +209,30 @@ class Connection:
             self._failure = unexpected_answer(self.address, function, error)
             raise self._failure from error
 
-    def call_as(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
-        """Return what ``sim.NAME`` tells, converted; raises BackendError where that is not possible."""
-        answer = self.sim(name, *arguments)
-        try:
-            return convert(answer)
-        except (TypeError, ValueError, LookupError) as error:
-            raise unexpected_answer(self.address, f"sim.{name}", f"{answer!r:.80}") from error
-
-    def close(self) -> None:
-        """Say goodbye where somebody listens, and let go. May be called again; never raises."""
-        if not self._failure:
-            with suppress(BackendError):  # it has gone before us
-                self.call("_*end*_")
-            self._failure = BackendError(f"coppeliasim: the connection to {self.address} is closed")
-        self._executor.run(self._client.close)
-        self._executor.close()
-
-    def _learn(self, info: Any) -> None:
+    def _set_functions(self, info: Any) -> None:
         if not isinstance(info, Mapping) or "getObjectPosition" not in info:
             self._failure = unexpected_answer(self.address, "zmqRemoteApi.info", "no list of functions")
             raise self._failure
-        self._known = info
+        self._functions = info
 
-    def _offered(self, name: str) -> str:
+    def _find_function(self, name: str) -> str:
         function = f"sim.{name}"
-        if name in self._known:
+        if name in self._functions:
             return function
-        older = OLDER.get(function)
-        if older and older.removeprefix("sim.") in self._known:
+        older = OLDER_NAMES.get(function)
+        if older and older.removeprefix("sim.") in self._functions:
             return older
         raise function_missing(self.address, function)
 
 
-def _connected(client: type[Client], address: Address) -> Client:
+def _create_client(client: type[Client], address: Address) -> Client:
     import zmq
 
     try:
         return client(address.host, address.port, IDLE_S)
     except zmq.ZMQError as error:
-        raise BackendError(f"coppeliasim: {address} is no address to connect to: {error}. Correct --host") from error
+        raise BackendError(
+            f"coppeliasim: {address} is not a valid address: {error}. Correct --host",
+            kind="invalid-address",
+            address=str(address),
+        ) from error

@@ -1,4 +1,4 @@
-"""How the guardian makes wheels stand in a scene whose time goes on when our program has been killed."""
+"""The cutoff by which the guardian stops wheels in a scene after the program was killed."""
 
 from __future__ import annotations
 
@@ -8,22 +8,24 @@ from contextlib import suppress
 from robotcore.hal.cutoff import Cutoff, Unconfirmed
 
 SHORT_S = 0.3
-"""A guardian does not wait long; a server that is free answers in milliseconds."""
+"""Time limit of each call; an idle server answers in milliseconds."""
 
 IDLE_S = 5.0
 
 
 class StopJoints(Cutoff):
-    """Gives joints the target velocity zero, over a connection of its own, which a server has for many at a time.
+    """Sets the target velocity of joints to zero, over its own connection; a server accepts many clients.
 
-    A server that is gone, or hangs, is told of, and no failure: the wheels of a simulation hurt nobody.
+    joints: the handles of the joints.
+
+    If the server is gone or hangs, `stop` returns a report instead of an error: simulated wheels do no harm.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
         self._host, self._port, self._joints = host, port, joints
 
     def open(self) -> None:
-        """Load what `stop` needs, and take nothing: a client that says nothing is forgotten."""
+        """Import the client, and connect not yet: the server drops silent clients."""
         import drivers.coppeliasim.client  # noqa: F401
 
     def stop(self) -> str | None:
@@ -33,14 +35,14 @@ class StopJoints(Cutoff):
         try:
             client.ask("zmqRemoteApi.require", ["sim"], SHORT_S)
             for joint in self._joints:
-                with suppress(CallRefused):  # of a joint that is there no more
+                with suppress(CallRefused):  # the joint was removed
                     client.ask("sim.setJointTargetVelocity", [joint, 0.0], SHORT_S)
             client.ask("_*end*_", [], SHORT_S)
         except (CallTimeout, Disconnected, CallRefused, ProtocolViolation):
-            return Unconfirmed(f"{self._host}:{self._port} does not answer; where the simulator is gone, nothing turns")
+            return Unconfirmed(f"{self._host}:{self._port} does not answer; if the simulator has ended, no wheel turns")
         finally:
             client.close()
         return None
 
     def close(self) -> None:
-        """Give back nothing."""
+        """Do nothing: `stop` keeps no connection."""

@@ -1,7 +1,7 @@
-"""Who drives a simulator: a lease that its holder renews, so that two programs do not step one simulation.
+"""The lease of a simulator. Its holder renews it, so that two programs do not step one simulation.
 
-It is kept in a parameter of the running CoppeliaSim, which no scene is saved with. Each renewal is a call too, so that
-a holder whose app thinks for long is not forgotten by CoppeliaSim.
+A parameter of the running CoppeliaSim holds the lease; scene files do not contain it. Each renewal is a call. So
+CoppeliaSim does not drop the holder while its app computes for long.
 """
 
 from __future__ import annotations
@@ -18,77 +18,83 @@ from robotcore.hal.wall_clock import MonotonicClock
 PARAMETER = "robotcore.lease"
 RENEWAL_S = 1.0
 DEAD_S = 3.0
-"""A holder that has not renewed for so long is gone."""
+"""A holder that has not renewed its lease for this time has ended."""
 
-_LOOK_S = 0.2
+_POLL_S = 0.2
 
 
 class Lease:
-    """The right to drive the simulator of a connection, from `take` to `release`."""
+    """The exclusive right to drive the simulator of a connection, from `take` to `release`."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._holder = uuid4().hex
         self._renewals = 0
         self._clock = MonotonicClock()
-        self._renewing: PeriodicTask | None = None
+        self._renewal: PeriodicTask | None = None
 
     def take(self) -> bool:
-        """Take it, from then on renewing it; return whether it was left behind by somebody who died.
+        """Take the lease, and renew it periodically.
 
-        Raises BackendError where somebody holds it who is alive.
+        Returns whether a program that has ended left a lease behind. Raises BackendError if a running program holds
+        the lease.
         """
-        if note := self._noted():
-            self._await_death(note)
-        self._note(f"{self._holder} 0")
-        self._renewing = self._clock.every(RENEWAL_S, self._renew, "coppeliasim lease")
+        if note := self._read_note():
+            self._await_expiry(note)
+        self._write_note(f"{self._holder} 0")
+        self._renewal = self._clock.every(RENEWAL_S, self._renew, "coppeliasim lease")
         return bool(note)
 
     def require(self) -> None:
-        """Raise BackendError where another program has taken it, believing that we are dead: so long were we silent.
+        """Raise BackendError if another program has taken the lease because this one did not renew it.
 
-        From then on the connection serves us no more, who would stop and remove what is another's.
+        Each further call on the connection fails too. Otherwise this program would stop the other's simulation, and
+        remove its objects.
         """
-        note = self._noted()
+        note = self._read_note()
         if note and not note.startswith(self._holder):
             lost = BackendError(
-                f"coppeliasim: this program was suspended or busy for so long that another one has taken over the "
-                f"CoppeliaSim at {self._connection.address}. Run again when that has ended"
+                f"coppeliasim: another program has taken over the CoppeliaSim at {self._connection.address}, because "
+                f"this one was suspended or busy for more than {DEAD_S:g} s. Run again when the other one has ended",
+                kind="lease-lost",
+                address=str(self._connection.address),
             )
-            self._connection.give_up(lost)
+            self._connection.fail(lost)
             raise lost
 
     def release(self) -> None:
-        """Give it back, if it is ours. May be called again; raises nothing where the simulator is gone."""
-        if self._renewing is None:
+        """Release the lease if this program holds it. May be called again; raises nothing if the simulator is gone."""
+        if self._renewal is None:
             return
-        self._renewing.stop()
-        self._renewing = None
+        self._renewal.stop()
+        self._renewal = None
         with suppress(BackendError):
             self.require()
-            self._note("")
+            self._write_note("")
 
-    def _await_death(self, note: str) -> None:
-        """Wait until it is sure that nobody renews a lease."""
-        for _ in range(math.ceil(DEAD_S / _LOOK_S)):  # looks count: a simulator that is busy lets nobody renew
-            self._clock.sleep_until(self._clock.now() + _LOOK_S)
-            now = self._noted()
-            if not now:
+    def _await_expiry(self, note: str) -> None:
+        """Wait until a lease was released or has expired; raises BackendError if its holder renews it."""
+        for _ in range(math.ceil(DEAD_S / _POLL_S)):  # counts reads, not seconds: a busy simulator delays renewals too
+            self._clock.sleep_until(self._clock.now() + _POLL_S)
+            current = self._read_note()
+            if not current:
                 return
-            if now != note:
+            if current != note:
                 raise BackendError(
                     f"coppeliasim: another program drives the CoppeliaSim at {self._connection.address}. Wait for it "
-                    "or stop it, or start a second CoppeliaSim with another port"
+                    "or stop it, or start a second CoppeliaSim with another port",
+                    kind="lease-held",
+                    address=str(self._connection.address),
                 )
 
     def _renew(self) -> None:
         self.require()
         self._renewals += 1
-        self._note(f"{self._holder} {self._renewals}")
+        self._write_note(f"{self._holder} {self._renewals}")
 
-    def _noted(self) -> str:
+    def _read_note(self) -> str:
         note = self._connection.sim("getNamedStringParam", PARAMETER)
         return note.decode(errors="replace") if isinstance(note, bytes) else str(note or "")
 
-    def _note(self, note: str) -> None:
+    def _write_note(self, note: str) -> None:
         self._connection.sim("setNamedStringParam", PARAMETER, note)

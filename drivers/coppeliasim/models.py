@@ -1,4 +1,14 @@
-"""Build a world as objects of a scene: a floor, prisms and balls. None of them moves."""
+"""Build a world and a robot as objects of a scene, and the robot's motors and encoders.
+
+The world is a floor, prisms and balls; none of them moves. The robot is a body, wheels on joints, and casters.
+
+The robot follows its commands in Bullet because of three choices:
+
+- A wheel collides as a ball, which touches the floor at one point, at the exact track width.
+- The centre of mass is over the axle, with a caster in front and one behind. With the mass on one caster, a robot
+  creeps while its wheels stand still.
+- A caster has no friction. A force sensor holds it, which is the stiffest connection in the physics.
+"""
 
 from __future__ import annotations
 
@@ -26,37 +36,41 @@ from robotcore.hal.devices import Angle, Encoder, Motor
 from robotcore.simulation.sampling import SampleCache
 
 GROUND_M, GROUND_DEPTH_M = 60.0, 0.1
-"""The ground goes on beyond the world's floor; a vision sensor of ours sees no farther."""
+"""Size of the ground, which continues beyond the world's floor, up to the range of the vision sensors."""
 
 
 class BuiltWorld(NamedTuple):
-    """The handles of a world's objects: their root, and what can be touched."""
+    """The handles of a world's objects."""
 
     root: int
     things: frozenset[int]
-    seen: int
-    """The collection of all, for cameras."""
-    met: int
-    """The collection of all but the floor, for range sensors."""
+    """The prisms and balls; the robot's contacts with them count."""
+    visible: int
+    """The collection of all objects, for cameras."""
+    detectable: int
+    """The collection of all objects except the floor, for range sensors."""
 
 
 def build_world(builder: SceneBuilder, world: WorldDescription) -> BuiltWorld:
-    """Make a world's objects, each under its own name; `finish` is to be called when all is built."""
-    root = builder.dummy(world.name)
+    """Create the objects of a world, each with its own name.
+
+    `finish_building` must be called after the robot was built too.
+    """
+    root = builder.create_dummy(world.name)
     builder.mark(root, NO_UNDO)
     begin_building(builder, root)
     floor = _add_floor(builder, world, root)
     builder.set_friction(floor, 1.0)
     prisms = [_add_prism(builder, prism, root) for prism in world.prisms]
     balls = [_add_ball(builder, ball, root) for ball in world.targets]
-    seen, met = builder.collection(root), builder.collection(root, without=floor)
-    return BuiltWorld(root, frozenset((*prisms, *balls)), seen, met)
+    visible, detectable = builder.create_collection(root), builder.create_collection(root, without=floor)
+    return BuiltWorld(root, frozenset((*prisms, *balls)), visible, detectable)
 
 
 def _add_floor(builder: SceneBuilder, world: WorldDescription, root: int) -> int:
     size = (GROUND_M, GROUND_M, GROUND_DEPTH_M)
     place = Placement(0.0, 0.0, -GROUND_DEPTH_M / 2)
-    return builder.shape("cuboid", size, place, world.floor.colour, CollisionMask.FLOOR, "floor", root)
+    return builder.create_shape("cuboid", size, place, world.floor.colour, CollisionMask.FLOOR, "floor", root)
 
 
 def _add_prism(builder: SceneBuilder, prism: Box | Cylinder, root: int) -> int:
@@ -65,13 +79,15 @@ def _add_prism(builder: SceneBuilder, prism: Box | Cylinder, root: int) -> int:
         kind, across = "cuboid", (prism.length_m, prism.width_m)
     else:
         kind, across = "cylinder", (2 * prism.radius_m, 2 * prism.radius_m)
-    return builder.shape(kind, (*across, prism.height_m), place, prism.colour, CollisionMask.THING, prism.name, root)
+    return builder.create_shape(
+        kind, (*across, prism.height_m), place, prism.colour, CollisionMask.THING, prism.name, root
+    )
 
 
 def _add_ball(builder: SceneBuilder, ball: Ball, root: int) -> int:
     size = (2 * ball.radius_m,) * 3
     place = Placement(ball.x_m, ball.y_m, ball.radius_m)
-    return builder.shape("spheroid", size, place, ball.colour, CollisionMask.THING, ball.name, root)
+    return builder.create_shape("spheroid", size, place, ball.colour, CollisionMask.THING, ball.name, root)
 
 
 WHEEL_FORCE_NM = 2.0
@@ -81,24 +97,26 @@ DARK = (30, 30, 30)
 
 
 class BuiltRobot(NamedTuple):
-    """The handles of a robot: its body, which is the root, and the joint that each motor and encoder sits on."""
+    """The handles of a robot's objects."""
 
     body: int
+    """The root of the robot."""
     joints: Mapping[str, int]
+    """The joints by the names of their motors and encoders."""
     frame: Placement
-    """The robot's own frame in the body's."""
+    """The robot's frame in the frame of its body."""
 
 
 def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> BuiltRobot:
-    """Make a robot that stands at its start; one without a drive stands still."""
+    """Create a robot at its start pose. A robot without a drive is static."""
     body, frame = robot.body, place_on_floor(start)
     centre = Placement(*body.middle_m)
     size = (body.length_m, body.width_m, body.height_m)
-    root = builder.shape("cuboid", size, frame.at(centre), body.colour, CollisionMask.BODY, robot.name)
+    root = builder.create_shape("cuboid", size, frame.compose(centre), body.colour, CollisionMask.BODY, robot.name)
     builder.mark(root, NO_UNDO)
     joints: dict[str, int] = {}
     if drive := robot.drive:
-        builder.let_move(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
+        builder.make_dynamic(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
         joints = _add_wheels(builder, drive, root, frame)
         if drive.caster:
             _add_casters(builder, drive.caster, root, frame, _room_for_casters(body))
@@ -109,7 +127,7 @@ def _add_wheels(builder: SceneBuilder, drive: Drive, root: int, frame: Placement
     sides = ((drive.left, drive.left_encoder, 0.5), (drive.right, drive.right_encoder, -0.5))
     joints: dict[str, int] = {}
     for motor, encoder, side in sides:
-        hub = frame.at(AXLE._replace(y=side * drive.track_m, z=drive.wheel_radius_m))
+        hub = frame.compose(AXLE._replace(y=side * drive.track_m, z=drive.wheel_radius_m))
         joint = _add_joint(builder, motor, root, hub)
         _add_wheel(builder, drive, joint, hub)
         joints |= {name: joint for name in (motor, encoder) if name}
@@ -119,34 +137,34 @@ def _add_wheels(builder: SceneBuilder, drive: Drive, root: int, frame: Placement
 def _add_joint(builder: SceneBuilder, motor: str, root: int, hub: Placement) -> int:
     constant = builder.constant
     joint = builder.make("createJoint", constant("joint_revolute"), constant("jointmode_dynamic"), 0, [0.04, 0.01])
-    builder.call("setJointInterval", joint, False, [-TURNS_RAD, 2 * TURNS_RAD])  # else its angle begins anew at π
+    builder.call("setJointInterval", joint, False, [-TURNS_RAD, 2 * TURNS_RAD])  # otherwise its angle wraps at π
     builder.set_int(joint, "jointintparam_dynctrlmode", constant("jointdynctrl_velocity"))
     builder.call("setJointTargetForce", joint, WHEEL_FORCE_NM)
-    builder.call("setJointTargetVelocity", joint, 0.0)  # the API makes joints that turn
+    builder.call("setJointTargetVelocity", joint, 0.0)  # the API creates joints that turn
     builder.put(joint, hub, motor, root)
     return joint
 
 
 def _add_wheel(builder: SceneBuilder, drive: Drive, joint: int, hub: Placement) -> None:
     size = (2 * drive.wheel_radius_m,) * 3
-    wheel = builder.shape("spheroid", size, hub, DARK, CollisionMask.WHEEL, "wheel", joint)
-    builder.let_move(wheel, drive.wheel_mass_kg, _ball_moments(drive.wheel_mass_kg, drive.wheel_radius_m))
+    wheel = builder.create_shape("spheroid", size, hub, DARK, CollisionMask.WHEEL, "wheel", joint)
+    builder.make_dynamic(wheel, drive.wheel_mass_kg, _ball_moments(drive.wheel_mass_kg, drive.wheel_radius_m))
     builder.set_friction(wheel, 1.0)
 
 
 def _add_casters(builder: SceneBuilder, caster: Caster, root: int, frame: Placement, room: float) -> None:
     away = min(abs(caster.x_m), room)
     for name, x in (("front_caster", away), ("rear_caster", -away)):
-        place = frame.at(Placement(x, 0.0, caster.radius_m))
+        place, size = frame.compose(Placement(x, 0.0, caster.radius_m)), (2 * caster.radius_m,) * 3
         sensor = builder.make("createForceSensor", 0, [0, 1, 1, 0, 0], [0.01, 100.0, 100.0, 0, 0])
         builder.put(sensor, place, name, root)
-        ball = builder.shape("spheroid", (2 * caster.radius_m,) * 3, place, DARK, CollisionMask.CASTER, "ball", sensor)
-        builder.let_move(ball, CASTER_MASS_KG, _ball_moments(CASTER_MASS_KG, caster.radius_m))
+        ball = builder.create_shape("spheroid", size, place, DARK, CollisionMask.CASTER, "ball", sensor)
+        builder.make_dynamic(ball, CASTER_MASS_KG, _ball_moments(CASTER_MASS_KG, caster.radius_m))
         builder.set_friction(ball, 0.0)
 
 
 def _room_for_casters(body: Body) -> float:
-    """Return how far ahead of the axle, and behind it, the body reaches."""
+    """Return the distance from the axle to the nearer end of the body, in metres."""
     return min(body.front_x_m, body.length_m - body.front_x_m)
 
 
@@ -156,28 +174,28 @@ def _ball_moments(mass: float, radius: float) -> tuple[float, float, float]:
 
 
 class BuiltMotor(Motor):
-    """A joint, told a velocity that lags behind the one asked for.
+    """A motor whose joint follows the commanded velocity with the described lag.
 
-    A step h of the simulator's may be as long as the lag τ, so it is told the mean of what the lag lets through in it:
-    what is missing, times 1 - τ/h·(1 - exp(-h/τ)).
+    A time step h of the simulator can be as long as the lag τ. So the joint gets the mean velocity of a first-order lag
+    over the step: the present velocity, plus the difference to the command times 1 - τ/h·(1 - exp(-h/τ)).
     """
 
     def __init__(self, scene: CoppeliaSimScene, description: MotorDescription, joint: int, step: float) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
         self._scene, self._joint = scene, joint
         lag = description.lag_s
-        self._through = -math.expm1(-step / lag) if lag else 1.0
-        self._mean = 1 - lag / step * self._through
-        self._asked = self._velocity = self._sent = 0.0
+        self._gain = -math.expm1(-step / lag) if lag else 1.0
+        self._mean_gain = 1 - lag / step * self._gain
+        self._command = self._velocity = self._sent = 0.0
 
     def drive(self) -> None:
-        """Tell the joint how it turns in the step that comes."""
-        missing = self._asked - self._velocity
-        self._send(self._velocity + missing * self._mean)
-        self._velocity += missing * self._through
+        """Set the joint's velocity for the next time step."""
+        missing = self._command - self._velocity
+        self._send(self._velocity + missing * self._mean_gain)
+        self._velocity += missing * self._gain
 
     def _apply(self, rad_s: float) -> None:
-        self._asked = rad_s
+        self._command = rad_s
 
     def _send(self, rad_s: float) -> None:
         if rad_s != self._sent:
@@ -186,7 +204,7 @@ class BuiltMotor(Motor):
 
 
 class BuiltEncoder(Encoder):
-    """Whole counts of a wheel's joint."""
+    """An encoder that counts the rotation of a wheel's joint since the robot was opened."""
 
     def __init__(self, scene: CoppeliaSimScene, description: EncoderDescription, joint: int, clock: Clock) -> None:
         super().__init__(description.name)

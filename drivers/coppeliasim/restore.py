@@ -1,7 +1,7 @@
-"""A scene that is somebody's: what is ours in it, what of it is changed meanwhile, and how it becomes as it was.
+"""Restore the user's scene: remove the objects that this driver made, and undo its changes.
 
-Our roots carry the calls that give back what was changed, so that whoever comes after a program that was killed can do
-it too.
+The roots of these objects carry the calls that undo the changes. So the next program restores the scene after one that
+was killed.
 """
 
 from __future__ import annotations
@@ -17,75 +17,79 @@ from robotcore.description import Light
 from robotcore.errors import BackendError
 
 Undo = Sequence[object]
-"""A function's name and its arguments; an object by its path, for a scene that is saved and loaded has new handles."""
+"""The name of a function and its arguments. An object is given by its path: a loaded scene has new handles."""
 
-BEGUN = "robotcore.begun"
-"""While something is built, its first root notes under this which roots there were before."""
+BUILDING_TAG = "robotcore.begun"
+"""Tag of the first root's note while objects are built; the note lists the roots of the scene before."""
 
 _DOWN_M = 0.5
 _FIRST_CHILDREN = 2
-_SHOWN = 3
+_MAX_SHOWN = 3
 
 
 def find_our_roots(builder: SceneBuilder) -> dict[int, str]:
-    """Return the roots that are ours, with their notes."""
-    notes = {root: builder.note_on(root) for root in _roots(builder)}
+    """Return the roots that this driver made, with their notes."""
+    notes = {root: builder.read_note(root) for root in _roots(builder)}
     return {root: note for root, note in notes.items() if note}
 
 
 def begin_building(builder: SceneBuilder, keeper: int) -> None:
-    """Note that something is being built; ``keeper`` is its first root."""
-    builder.mark(keeper, json.dumps(_roots(builder)), BEGUN)
+    """Note the scene's roots on ``keeper``, the first root of what is being built."""
+    builder.mark(keeper, json.dumps(_roots(builder)), BUILDING_TAG)
 
 
 def finish_building(builder: SceneBuilder, keeper: int) -> None:
-    """Note that all has been built, and is under a root that is ours."""
-    builder.mark(keeper, "", BEGUN)
+    """Clear the note of `begin_building`: all new objects have a marked root."""
+    builder.mark(keeper, "", BUILDING_TAG)
 
 
 def restore(builder: SceneBuilder) -> None:
-    """Remove what is ours, and give back what was changed."""
+    """Remove the objects that this driver made, and undo its changes."""
     found = find_our_roots(builder)
     for root in found:
         _remove_stray(builder, root, found)
     for root, note in found.items():
         for name, *arguments in json.loads(note):
-            with suppress(RefusedError):  # what somebody has removed meanwhile
+            with suppress(RefusedError):  # the user removed the object
                 _undo(builder, root, name, arguments)
         builder.remove_tree(root)
 
 
 def release(builder: SceneBuilder) -> None:
-    """Let the sensors that are ours look at every step, as everybody else's do, now that nobody asks them to."""
+    """Let CoppeliaSim handle the built sensors in every step, for programs that join the kept scene."""
     for root in find_our_roots(builder):
         for kind in ("object_visionsensor_type", "object_proximitysensor_type"):
-            for sensor in builder.tree(root, kind):
+            for sensor in builder.list_tree(root, kind):
                 builder.call("setExplicitHandling", sensor, 0)
 
 
 def require_empty(builder: SceneBuilder) -> None:
-    """Raise BackendError where more than a floor stands in the scene."""
-    shapes = builder.tree("handle_scene", "object_shape_type")
-    paths = [builder.path(shape) for shape in shapes]
+    """Raise BackendError if the scene has shapes other than a floor."""
+    shapes = builder.list_tree("handle_scene", "object_shape_type")
+    paths = [builder.read_path(shape) for shape in shapes]
     if others := [path for path in paths if not _is_floor(path)]:
-        shown = ", ".join(others[:_SHOWN]) + (", …" if len(others) > _SHOWN else "")
+        shown = ", ".join(others[:_MAX_SHOWN]) + (", …" if len(others) > _MAX_SHOWN else "")
         raise BackendError(
-            f"coppeliasim: there are things in the scene ({shown}), and the world would be built among them. Open a "
-            "new scene in CoppeliaSim, or drive the robot that is there: --robot, with a file that names its objects "
-            "under [coppeliasim], as bubblerob and lookout do"
+            f"coppeliasim: the scene is not empty ({shown}), and the world would be built among its objects. Open a "
+            "new scene in CoppeliaSim, or drive the robot in this one: --robot with a file that names its objects "
+            "under [coppeliasim], as bubblerob and lookout do",
+            kind="scene-not-empty",
+            paths=others,
         )
 
 
 def save_scene_state(builder: SceneBuilder, keeper: int, light: Light, more: Sequence[Undo]) -> None:
-    """Light the scene as described, and lower its floor under ours.
+    """Save how to undo changes, then set the light of the world and lower the scene's floor.
 
-    ``keeper`` is the root that keeps how it was, and what ``more`` there is to be undone.
+    keeper: the root that holds the calls that undo the changes.
+    light: the light of the world.
+    more: further calls to save.
     """
-    lamps = builder.tree("handle_scene", "object_light_type")
-    places = {root: builder.place(root) for root in _roots(builder) if _is_floor(builder.path(root))}
+    lamps = builder.list_tree("handle_scene", "object_light_type")
+    places = {root: builder.read_placement(root) for root in _roots(builder) if _is_floor(builder.read_path(root))}
     ambient = builder.constant("arrayparam_ambient_light")
     undo: list[Undo] = [*more, ("setArrayParam", ambient, builder.call("getArrayParam", ambient))]
-    undo += [("setObjectPose", builder.path(floor), list(place)) for floor, place in places.items()]
+    undo += [("setObjectPose", builder.read_path(floor), list(place)) for floor, place in places.items()]
     undo += [call for lamp in lamps for call in _undo_lamp(builder, lamp)]
     builder.mark(keeper, json.dumps(undo))
     builder.call("setArrayParam", ambient, [light.ambient * light.brightness] * 3)
@@ -96,7 +100,10 @@ def save_scene_state(builder: SceneBuilder, keeper: int, light: Light, more: Seq
 
 
 def undo_collections(keeper: int, collections: Collection[int]) -> list[Undo]:
-    """Return how collections are undone, which have no names: only where their ``keeper`` still has its handle."""
+    """Return the calls that remove collections, which have only handles.
+
+    The calls are skipped if ``keeper`` has another handle: the scene was saved and loaded.
+    """
     return [("destroyCollection", collection, keeper) for collection in collections]
 
 
@@ -110,30 +117,30 @@ def _undo(builder: SceneBuilder, root: int, name: str, arguments: list[Any]) -> 
 
 
 def _remove_stray(builder: SceneBuilder, keeper: int, found: Collection[int]) -> None:
-    """Remove the one object that was made when building was cut short, and had no parent yet.
+    """Remove the object that an interrupted program had made without a parent yet.
 
-    Two or more that are new are not ours alone: they stay.
+    Two or more new roots stay: at least one of them is the user's.
     """
-    if not (begun := builder.note_on(keeper, BEGUN)):
+    if not (roots_before := builder.read_note(keeper, BUILDING_TAG)):
         return
-    strays = set(_roots(builder)) - set(json.loads(begun)) - set(found)
+    strays = set(_roots(builder)) - set(json.loads(roots_before)) - set(found)
     if len(strays) == 1:
         builder.remove_tree(strays.pop())
 
 
 def _roots(builder: SceneBuilder) -> list[int]:
-    return builder.tree("handle_scene", options=_FIRST_CHILDREN)
+    return builder.list_tree("handle_scene", options=_FIRST_CHILDREN)
 
 
 def _undo_lamp(builder: SceneBuilder, lamp: int) -> list[Undo]:
-    state, _, diffuse, specular = builder.lamp(lamp)
-    path = builder.path(lamp)
-    pose = ("setObjectPose", path, list(builder.place(lamp)))
+    state, _, diffuse, specular = builder.read_lamp(lamp)
+    path = builder.read_path(lamp)
+    pose = ("setObjectPose", path, list(builder.read_placement(lamp)))
     return [("setLightParameters", path, state, None, diffuse, specular), pose]
 
 
 def _set_lamp(builder: SceneBuilder, lamp: int, light: Light, *, is_on: bool) -> None:
-    """Let a lamp that shines along its z axis, from everywhere alike, be the world's, or none."""
+    """Turn a directional lamp into the world's, or switch it off."""
     diffuse = [light.diffuse * light.brightness] * 3
     builder.call("setLightParameters", lamp, int(is_on), None, diffuse, [0.0, 0.0, 0.0])
     builder.call("setObjectPose", lamp, list(place_lamp(light)))

@@ -1,4 +1,4 @@
-"""A scene behind the ZeroMQ remote API, in lockstep."""
+"""A scene of CoppeliaSim over the ZeroMQ remote API, in lockstep."""
 
 from __future__ import annotations
 
@@ -22,26 +22,28 @@ from robotcore.simulation.remote_scene import (
     compute_horizontal_fov,
 )
 
-_SAME_S = 1e-6
+_TOLERANCE_S = 1e-6
 _PAUSED, _ADVANCING = 8, 16
-"""Bits of a simulation's state."""
+"""Bits of the simulation's state."""
 
 _STOPPING = (21, 22)
-"""The states of its last steps: ``simulation_advancing_abouttostop`` and ``simulation_advancing_lastbeforestop``."""
+"""States before a stop: ``simulation_advancing_abouttostop`` and ``simulation_advancing_lastbeforestop``."""
 
 _STOPPING_S, _NAP_S = 0.5, 0.01
-"""Such a stop is waited for so long, and looked at so often."""
+"""Time limit of such a stop, and the time between two reads of the state."""
 
 Probe = Callable[[Callable[[int], Point | None]], bool]
-"""Return whether proximity sensors work. The argument returns the point that the sensor with this handle detects."""
+"""Returns whether proximity sensors work. Its argument returns the point that a sensor detects."""
 
-_LOOK = "Look into its window or its log for what it says"
+_READ_LOG = "Read its message in its window or its log"
 
 
 class CoppeliaSimScene(Scene):
-    """A scene that is asked call by call.
+    """A scene of CoppeliaSim; each method is one call or a few.
 
-    ``close`` gives the ``lease`` back. Without a ``probe`` every proximity sensor counts as reliable.
+    connection: the connection to the simulator.
+    lease: the lease of the simulator; `close` releases it.
+    probe: tests proximity sensors; None stands for sensors that work.
     """
 
     def __init__(self, connection: Connection, lease: Lease | None = None, probe: Probe | None = None) -> None:
@@ -60,16 +62,16 @@ class CoppeliaSimScene(Scene):
     def find(self, path: str) -> SceneObject | None:
         try:
             handle = self.connection.call_as(int, "getObject", path, {"noError": True})
-        except RefusedError:  # of an old name that is no path
-            handle = self._find_flat(path)
-        return self._object(handle) if handle >= 0 else None
+        except RefusedError:  # a name of an old scene is no path
+            handle = self._find_by_old_name(path)
+        return self._read_object(handle) if handle >= 0 else None
 
     def list_objects(self) -> Sequence[SceneObject]:
         handles = self.connection.call_as(list, "getObjectsInTree", self.connection.constant("handle_scene"))
-        return [self._object(handle) for handle in handles]
+        return [self._read_object(handle) for handle in handles]
 
     def read_state(self) -> State:
-        """Return what the simulation does; a stop that is under way is waited for."""
+        """Return the state of the simulation; wait for the end of a stop in progress."""
         wall = MonotonicClock()
         while (state := self.connection.call_as(int, "getSimulationState")) in _STOPPING and wall.now() < _STOPPING_S:
             wall.sleep_until(wall.now() + _NAP_S)
@@ -79,11 +81,15 @@ class CoppeliaSimScene(Scene):
 
     def start(self) -> None:
         before = self.read_state()
-        self.connection.sim("setStepping", True)  # lost at every stop
+        self.connection.sim("setStepping", True)  # each stop resets it
         if before is not State.RUNNING:
             self.connection.sim("startSimulation", within_s=LOADING_S)
         if self.read_state() is not State.RUNNING:
-            raise BackendError(f"coppeliasim: the simulation at {self.connection.address} does not start. {_LOOK}")
+            raise BackendError(
+                f"coppeliasim: the simulation at {self.connection.address} does not start. {_READ_LOG}",
+                kind="simulation-not-started",
+                address=str(self.connection.address),
+            )
         self._step_s, self._time, self._limit_s = self.read_time_step(), self.read_time(), LOADING_S
 
     def stop(self) -> None:
@@ -93,7 +99,11 @@ class CoppeliaSimScene(Scene):
             return
         self.connection.sim("stopSimulation", True, within_s=LOADING_S)
         if (state := self.read_state()) is not State.STOPPED:
-            raise BackendError(f"coppeliasim: the simulation was told to stop and is {state.value}. Stop it by hand")
+            raise BackendError(
+                f"coppeliasim: the simulation does not stop; it is {state.value}. Stop it in CoppeliaSim",
+                kind="simulation-not-stopped",
+                state=state.value,
+            )
 
     def read_time_step(self) -> float:
         return self.connection.call_as(float, "getSimulationTimeStep")
@@ -104,10 +114,10 @@ class CoppeliaSimScene(Scene):
     def advance(self, steps: int) -> None:
         for _ in range(steps):
             self.connection.sim("step", within_s=self._limit_s)
-            self._limit_s = None  # the first step of all may take its time
+            self._limit_s = None  # only the first step loads
         now = self.read_time()
-        if not math.isclose(now - self._time, steps * self._step_s, rel_tol=_SAME_S, abs_tol=_SAME_S):
-            raise self._out_of_step(now - self._time, steps)
+        if not math.isclose(now - self._time, steps * self._step_s, rel_tol=_TOLERANCE_S, abs_tol=_TOLERANCE_S):
+            raise self._lockstep_error(now - self._time, steps)
         self._time = now
 
     def set_joint_velocity(self, joint: int, rad_s: float) -> None:
@@ -125,7 +135,8 @@ class CoppeliaSimScene(Scene):
             return None
         return (
             f"the CoppeliaSim at {self.connection.address} does not detect a box in front of a proximity sensor, so "
-            "that every way seems free. Take one with the plug-in for them, as the maker's downloads are"
+            "each way would seem free. Install a CoppeliaSim with the plug-in for proximity sensors; the maker's "
+            "downloads have it"
         )
 
     def read_optics(self, sensor: int) -> CameraOptics:
@@ -141,8 +152,8 @@ class CoppeliaSimScene(Scene):
         return CameraOptics(width, height, compute_horizontal_fov(wide, width, height))
 
     def read_picture(self, sensor: int) -> RawPicture:
-        """Return what it sees now, if it is handled explicitly; else what it saw at the end of the last step."""
-        return self.connection.run_batch(partial(self._seen, sensor))
+        """Return the present picture of a sensor with explicit handling, or else the one of the last time step."""
+        return self.connection.run_batch(partial(self._render_picture, sensor))
 
     def show(self, sensor: int, picture: RawPicture) -> None:
         self.connection.sim("setVisionSensorImg", sensor, picture.pixels)
@@ -160,18 +171,18 @@ class CoppeliaSimScene(Scene):
         finally:
             self.connection.close()
 
-    def _seen(self, sensor: int) -> RawPicture:
+    def _render_picture(self, sensor: int) -> RawPicture:
         if self._is_explicit(sensor):
             self.connection.sim("handleVisionSensor", sensor)
         return self.connection.call_as(_raw_picture, "getVisionSensorImg", sensor)
 
-    def _find_flat(self, name: str) -> int:
+    def _find_by_old_name(self, name: str) -> int:
         try:
             return self.connection.call_as(int, "getObjectHandle", name)
         except RefusedError:
             return -1
 
-    def _object(self, handle: int) -> SceneObject:
+    def _read_object(self, handle: int) -> SceneObject:
         number = self.connection.call_as(int, "getObjectType", handle)
         path = self.connection.call_as(str, "getObjectAlias", handle, 1)
         return SceneObject(handle, path, self._kinds.get(number, ObjectKind.OTHER))
@@ -181,21 +192,23 @@ class CoppeliaSimScene(Scene):
             self._explicit[sensor] = bool(self.connection.call_as(int, "getExplicitHandling", sensor))
         return self._explicit[sensor]
 
-    def _out_of_step(self, passed: float, steps: int) -> BackendError:
-        """Return what is to be said where steps took another time than theirs."""
+    def _lockstep_error(self, passed: float, steps: int) -> BackendError:
+        """Return the error for time steps that took another time than expected."""
         if self._lease:
             self._lease.require()
         state = self.read_state()
         if state is State.STOPPED:
-            what = "was stopped by somebody else. Run again, and leave it to this program"
+            kind, fault = "simulation-stopped", "was stopped during the run. Run again"
         elif state is State.PAUSED:
-            what = "was paused by somebody else. Let it go on, and run again"
+            kind, fault = "simulation-paused", "was paused during the run. Resume it there, and run again"
         else:
-            what = (
-                f"went on by {passed:g} s in {steps} step(s) of {self._step_s:g} s: it is no longer in lockstep. "
-                "Another program may step it too, or this one was silent for so long that CoppeliaSim forgot it"
+            kind = "lockstep-lost"
+            fault = (
+                f"advanced by {passed:g} s in {steps} step(s) of {self._step_s:g} s, so it is no longer in lockstep. "
+                "Check whether another program steps it, or this one was suspended for more than 5 s"
             )
-        return BackendError(f"coppeliasim: the simulation at {self.connection.address} {what}")
+        address = str(self.connection.address)
+        return BackendError(f"coppeliasim: the simulation at {address} {fault}", kind=kind, address=address)
 
 
 def _point(answer: Any) -> Point:
@@ -214,14 +227,14 @@ def _size(answer: Any) -> tuple[int, int]:
 
 
 def _detected_point(answer: Any) -> Point | None:
-    """Return the point of a proximity sensor's result; where it detects nothing, all but the first is rubbish."""
+    """Return the point in a proximity sensor's result; it is valid only if the first value is 1."""
     if isinstance(answer, int):
         return None
     return _point(answer[2]) if answer[0] == 1 else None
 
 
 def _raw_picture(answer: Any) -> RawPicture:
-    pixels, *size = answer  # the size is one list, and was two numbers before 4.4
+    pixels, *size = answer  # a list since 4.4, two numbers before
     width, height = _size(size[0] if len(size) == 1 else size)
     if not isinstance(pixels, bytes) or len(pixels) != 3 * width * height:
         raise ValueError(f"{width} x {height} pixels")

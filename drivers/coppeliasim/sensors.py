@@ -27,101 +27,117 @@ _EXPLICIT_VISION, _PERSPECTIVE, _OWN_BACKGROUND = 1, 2, 128
 
 @dataclass(frozen=True)
 class VisionSensorSpec:
-    """A vision sensor that is to be: ``size`` in pixels, a horizontal field of view, what is near and far in metres.
-
-    ``empty`` is the grey, from 0 to 1, where nothing is, and ``seen`` the collection that it sees; -1 is all there is.
-    What is ``ignored``, ``"depth"`` or ``"rgb"``, is not rendered.
-    """
+    """The parameters of a vision sensor."""
 
     size: tuple[int, int]
+    """Width and height in pixels."""
     fov: float
+    """The horizontal field of view in radians."""
     near_m: float = NEAR_M
+    """Distance of the near clipping plane."""
     far_m: float = FAR_M
-    empty: float = 0.0
-    seen: int = -1
+    """Distance of the far clipping plane."""
+    background: float = 0.0
+    """The grey of the background, from 0 to 1."""
+    visible: int = -1
+    """The collection of visible objects; -1 stands for all objects."""
     ignored: str = ""
+    """The part of the picture that is not rendered: ``"depth"``, ``"rgb"``, or none."""
 
 
-def add_vision_sensor(builder: SceneBuilder, eye: VisionSensorSpec, alias: str, place: Placement, parent: int) -> int:
-    """Make a vision sensor that renders when it is told to."""
-    floats = [eye.near_m, eye.far_m, perspective_angle(eye.fov, *eye.size), 0.02, 0, 0, *[eye.empty] * 3, 0, 0]
+def add_vision_sensor(builder: SceneBuilder, spec: VisionSensorSpec, alias: str, place: Placement, parent: int) -> int:
+    """Create a vision sensor with explicit handling, which renders only on request."""
+    floats = [spec.near_m, spec.far_m, compute_perspective_angle(spec.fov, *spec.size), 0.02, 0, 0]
+    floats += [*[spec.background] * 3, 0, 0]
     options = _EXPLICIT_VISION | _PERSPECTIVE | _OWN_BACKGROUND
-    sensor = builder.make("createVisionSensor", options, [*eye.size, 0, 0], floats)
-    builder.set_int(sensor, "visionintparam_entity_to_render", eye.seen)
-    if eye.ignored:
-        builder.set_int(sensor, f"visionintparam_{eye.ignored}ignored", 1)
+    sensor = builder.make("createVisionSensor", options, [*spec.size, 0, 0], floats)
+    builder.set_int(sensor, "visionintparam_entity_to_render", spec.visible)
+    if spec.ignored:
+        builder.set_int(sensor, f"visionintparam_{spec.ignored}ignored", 1)
     builder.put(sensor, place, alias, parent)
     return sensor
 
 
-def perspective_angle(fov: float, width: int, height: int) -> float:
-    """Return the perspective angle, which is that of a picture's longer side, for a horizontal field of view."""
+def compute_perspective_angle(fov: float, width: int, height: int) -> float:
+    """Return the angle across the longer side of a picture, in radians, for a horizontal field of view.
+
+    >>> compute_perspective_angle(1.0, 320, 240)
+    1.0
+    """
     return fov if width >= height else 2 * math.atan(math.tan(fov / 2) * height / width)
 
 
 BOX_M = 0.45
-"""How far the box's near side is from the sensor."""
+"""Distance from the sensor to the near side of the box."""
 
 _SIDE_M = 0.1
 _AWAY = Placement(0.0, 0.0, 900.0)
-"""Where nothing else is."""
+"""The place of the test, far above the scene."""
 
 
 @contextmanager
 def probe_with_box(builder: SceneBuilder, make: Callable[[], int]) -> Iterator[int]:
-    """Make a sensor with a box right in front of it, far from all else, and remove both; yields the sensor."""
-    made: list[int] = []
+    """Yield a sensor with a box in front of it, far from other objects; remove both afterwards.
+
+    make: creates the sensor, and returns its handle.
+    """
+    created: list[int] = []
     try:
         cuboid = builder.constant("primitiveshape_cuboid")
-        made.append(box := builder.make("createPrimitiveShape", cuboid, [_SIDE_M] * 3, 0))
+        created.append(box := builder.make("createPrimitiveShape", cuboid, [_SIDE_M] * 3, 0))
         builder.mark(box, NO_UNDO)
-        made.append(sensor := make())
+        created.append(sensor := make())
         builder.mark(sensor, NO_UNDO)
         builder.put(box, _AWAY._replace(x=BOX_M + _SIDE_M / 2), "robotcore_probe", -1)
-        builder.put(sensor, _AWAY.at(FORWARD), "robotcore_probe_sensor", -1)
+        builder.put(sensor, _AWAY.compose(FORWARD), "robotcore_probe_sensor", -1)
         yield sensor
     finally:
-        builder.call("removeObjects", made)
+        builder.call("removeObjects", created)
 
 
 _PYRAMID, _EXPLICIT_PROXIMITY = 30, 1
 _ULTRASONIC = 16
 _THIN_M = 1e-3
-"""How high the volume is that is looked into: it is a fan, and does not see the floor."""
+"""Height of the detection volume; it is flat, so that it does not reach the floor."""
 
 
 def proximity_works(builder: SceneBuilder, detect: Callable[[int], Point | None]) -> bool:
-    """Return whether ``detect`` returns a point for a proximity sensor with a box right in front of it.
+    """Return whether a proximity sensor detects a box in front of it.
 
-    Without its plug-in a CoppeliaSim answers "nothing", and the way would seem free.
+    detect: returns the point that a sensor detects.
+
+    A CoppeliaSim without the plug-in always answers "nothing": each way would seem free.
     """
-    with probe_with_box(builder, partial(_make_pyramid, builder, reach=1.0, cone=0.5)) as sensor:
+    with probe_with_box(builder, partial(_create_pyramid, builder, reach=1.0, cone=0.5)) as sensor:
         return detect(sensor) is not None
 
 
 def add_proximity_sensor(
-    builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, met: int
+    builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, detectable: int
 ) -> int:
-    """Make a flat fan that begins inside the body, and detects what is in a collection."""
-    sensor = _make_pyramid(builder, description.max_range_m + FAN_SETBACK_M, description.cone_rad)
-    builder.set_int(sensor, "proxintparam_entity_to_detect", met)
-    builder.put(sensor, frame.at(place_mount(description.mount, behind_m=FAN_SETBACK_M)), description.name, body)
+    """Create a flat proximity sensor that begins inside the body.
+
+    detectable: the collection of objects that it detects.
+    """
+    sensor = _create_pyramid(builder, description.max_range_m + FAN_SETBACK_M, description.cone_rad)
+    builder.set_int(sensor, "proxintparam_entity_to_detect", detectable)
+    builder.put(sensor, frame.compose(place_mount(description.mount, behind_m=FAN_SETBACK_M)), description.name, body)
     return sensor
 
 
 class ProximityRangeSensor(RangeSensor):
-    """The way to the nearest point that a proximity sensor detects."""
+    """A range sensor that returns the distance to the nearest point that a proximity sensor detects."""
 
     def __init__(self, scene: Scene, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
         super().__init__(description.name, cone=description.cone_rad, **limits)
         self._scene, self._sensor, self._fan = scene, sensor, Fan(cone=description.cone_rad, **limits)
-        self._newest_at = SampleCache(clock, self._listen)
+        self._newest_at = SampleCache(clock, self._measure)
 
     def _newest(self) -> Range:
         return self._newest_at()
 
-    def _listen(self, time: float, sequence: int) -> Range:
+    def _measure(self, time: float, sequence: int) -> Range:
         if (point := self._scene.detect(self._sensor)) is None:
             return Range(math.inf, time, sequence)
         left, up, ahead = point
@@ -129,8 +145,12 @@ class ProximityRangeSensor(RangeSensor):
         return Range(distance, time, sequence, None if math.isinf(distance) else (ahead - FAN_SETBACK_M, left, up))
 
 
-def _make_pyramid(builder: SceneBuilder, reach: float, cone: float) -> int:
-    """Make a pyramid that opens sideways by ``cone``, and hardly upwards."""
+def _create_pyramid(builder: SceneBuilder, reach: float, cone: float) -> int:
+    """Create a flat pyramid.
+
+    reach: its length in metres.
+    cone: its horizontal opening angle in radians.
+    """
     side = 2 * reach * math.tan(cone / 2)
     return builder.make(
         "createProximitySensor",
@@ -142,48 +162,59 @@ def _make_pyramid(builder: SceneBuilder, reach: float, cone: float) -> int:
     )
 
 
-_PROBED_M = 0.01
+_DEPTH_TOLERANCE_M = 0.01
 
 Array = NDArray[np.float64]
 
 BEAM_RAD = 0.01
-_JUST_UNDER = 1e-3
-"""Where nothing is in view, depth reads a little less than the farthest."""
+_FAR_TOLERANCE = 1e-3
+"""Without an object in view, depth reads slightly less than the far clipping plane."""
 
 
-def add_fan(builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, met: int) -> int:
-    """Make the vision sensor of a fan; its outermost pixels look along the edges of the cone, at a collection."""
+def add_fan(
+    builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, detectable: int
+) -> int:
+    """Create the vision sensor of a `FanRangeSensor`; its outermost pixels are at the edges of the cone.
+
+    detectable: the collection of objects that it sees.
+    """
     cone = max(description.cone_rad, BEAM_RAD)
     fov = 2 * math.atan(math.tan(cone / 2) * FAN_RAYS / (FAN_RAYS - 1))
-    eye = VisionSensorSpec((FAN_RAYS, 1), fov, far_m=fan_reach(description), seen=met, ignored="rgb")
+    spec = VisionSensorSpec((FAN_RAYS, 1), fov, far_m=compute_fan_reach(description), visible=detectable, ignored="rgb")
     return add_vision_sensor(
-        builder, eye, description.name, frame.at(place_mount(description.mount, behind_m=FAN_SETBACK_M)), body
+        builder, spec, description.name, frame.compose(place_mount(description.mount, behind_m=FAN_SETBACK_M)), body
     )
 
 
-def fan_reach(description: RangeSensorDescription) -> float:
-    """Return how far the fan looks, from where its rays begin, in metres."""
+def compute_fan_reach(description: RangeSensorDescription) -> float:
+    """Return the distance of the fan's far clipping plane, in metres."""
     return description.max_range_m + 2 * FAN_SETBACK_M
 
 
 def require_depth(builder: SceneBuilder, connection: Connection) -> None:
-    """Raise BackendError where a box right in front of a vision sensor is not seen.
+    """Raise BackendError if a vision sensor does not measure the distance of a box in front of it.
 
-    One that is not rendered, for want of graphics, tells the farthest depth: the way would seem free.
+    Without graphics a sensor is not rendered, and returns the maximum depth: each way would seem free.
     """
-    eye = VisionSensorSpec((FAN_RAYS, 1), BEAM_RAD, far_m=2 * BOX_M, ignored="rgb")
-    with probe_with_box(builder, partial(add_vision_sensor, builder, eye, "", Placement(0.0, 0.0, 0.0), -1)) as sensor:
-        seen = _read_depths(connection, sensor).min()
-    if abs(seen - BOX_M) > _PROBED_M:
+    spec = VisionSensorSpec((FAN_RAYS, 1), BEAM_RAD, far_m=2 * BOX_M, ignored="rgb")
+    with probe_with_box(builder, partial(add_vision_sensor, builder, spec, "", Placement(0.0, 0.0, 0.0), -1)) as sensor:
+        distance_m = float(_read_depths(connection, sensor).min())
+    if abs(distance_m - BOX_M) > _DEPTH_TOLERANCE_M:
         raise BackendError(
-            f"coppeliasim: the CoppeliaSim at {connection.address} measures no distances: it does not detect a box in "
-            f"front of a proximity sensor, and a vision sensor sees it {seen:.2f} m away, which is {BOX_M} m. Start it "
-            "where it can draw (OpenGL), or take one with the plug-in for proximity sensors"
+            f"coppeliasim: the CoppeliaSim at {connection.address} measures no distances: a proximity sensor does not "
+            f"detect a box in front of it, and a vision sensor measures {distance_m:.2f} m to a box at {BOX_M} m. "
+            "Start CoppeliaSim with graphics (OpenGL), or install one with the plug-in for proximity sensors",
+            kind="no-distances",
+            address=str(connection.address),
+            distance_m=distance_m,
         )
 
 
 class FanRangeSensor(RangeSensor):
-    """Reads depth along the optical axis, and divides it by each ray's cosine."""
+    """A range sensor that reads the depth picture of a vision sensor.
+
+    Depth is measured along the optical axis. So each pixel's depth is divided by the cosine of its ray.
+    """
 
     def __init__(self, connection: Connection, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
@@ -193,13 +224,13 @@ class FanRangeSensor(RangeSensor):
         side = np.tan(max(description.cone_rad, BEAM_RAD) / 2)
         self._slopes = np.linspace(side, -side, FAN_RAYS)  # the first pixel is the leftmost
         self._stretch = np.hypot(1.0, self._slopes)
-        self._far = fan_reach(description) * (1 - _JUST_UNDER)
-        self._newest_at = SampleCache(clock, self._listen)
+        self._far = compute_fan_reach(description) * (1 - _FAR_TOLERANCE)
+        self._newest_at = SampleCache(clock, self._measure)
 
     def _newest(self) -> Range:
         return self._newest_at()
 
-    def _listen(self, time: float, sequence: int) -> Range:
+    def _measure(self, time: float, sequence: int) -> Range:
         depth = _read_depths(self._connection, self._sensor)
         lengths = np.where(depth < self._far, depth * self._stretch, math.inf)
         distance = self._fan.reading(lengths)
@@ -213,13 +244,13 @@ class FanRangeSensor(RangeSensor):
 
 
 def _read_depths(connection: Connection, sensor: int) -> Array:
-    """Return how far a vision sensor sees now, in metres."""
-    connection.sim("handleVisionSensor", sensor)  # unasked, it tells the depth of before
+    """Return the present depths of a vision sensor, in metres."""
+    connection.sim("handleVisionSensor", sensor)  # without this, the sensor returns the previous depths
     return connection.call_as(_to_depths, "getVisionSensorDepth", sensor, 1)
 
 
 def _to_depths(answer: object) -> Array:
-    """Return a row of depths in metres; raises ValueError where it is none."""
+    """Convert an answer to a row of depths in metres; raises ValueError if it is none."""
     if not (isinstance(answer, tuple) and isinstance(answer[0], bytes) and len(answer[0]) == 4 * FAN_RAYS):
-        raise ValueError("no row of depths")
+        raise ValueError("not a row of depths")
     return np.frombuffer(answer[0], dtype="<f4").astype(np.float64)

@@ -1,4 +1,4 @@
-"""One robot in one world: both are built in a scene, simulated and removed again."""
+"""Build a robot and a world in a scene, simulate them, and remove them."""
 
 from __future__ import annotations
 
@@ -49,31 +49,31 @@ from robotcore.simulation.remote_scene.devices import SceneCamera, SceneDisplay
 
 
 class Simulation:
-    """What was built, and the clock that moves it."""
+    """The simulation of a built scene: its clock, its devices and its ground truth."""
 
     def __init__(self, scene: CoppeliaSimScene, setup: Setup, built: BuiltScene) -> None:
         self._scene, self._built = scene, built
         self._chosen = setup.chosen
         self._motors: list[BuiltMotor] = []
         body = built.robot.body
-        self._touches = ContactCounter(scene.connection, body, built.world.things)
+        self._contacts = ContactCounter(scene.connection, body, built.world.things)
         self.clock = SteppedClock(setup.rate_hz, self._advance, scene.read_time_step())
-        self.truth = CoppeliaSimTruth(scene.connection, body, built.robot.frame, self._touches)
+        self.truth = CoppeliaSimTruth(scene.connection, body, built.robot.frame, self._contacts)
 
     def start(self) -> None:
-        """Let it run, in lockstep; before its first step nothing has come to rest."""
+        """Start the simulation in lockstep, and simulate one step, in which all objects settle."""
         self._scene.start()
         self._scene.advance(1)
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open one device; raises DeviceError where it sits on a wheel that is not there."""
+        """Open one device; raises DeviceError if its wheel does not exist."""
         scene, clock = self._scene, self.clock
         if isinstance(description, MotorDescription):
-            motor = BuiltMotor(scene, description, self._joint_of(description.name), clock.step)
+            motor = BuiltMotor(scene, description, self._find_joint(description.name), clock.step)
             self._motors.append(motor)
             return motor
         if isinstance(description, EncoderDescription):
-            return BuiltEncoder(scene, description, self._joint_of(description.name), clock)
+            return BuiltEncoder(scene, description, self._find_joint(description.name), clock)
         sensor = self._built.sensors[description.name]
         if isinstance(description, RangeSensorDescription):
             if self._built.has_proximity:
@@ -81,20 +81,20 @@ class Simulation:
             return FanRangeSensor(scene.connection, description, sensor, clock)
         if isinstance(description, CameraDescription):
             return SceneCamera(description.name, description.intrinsics, scene, sensor, clock)
-        display: DisplayDescription = description  # of a new kind of device, the type checker tells
+        display: DisplayDescription = description  # the type checker reports a new kind of device here
         return SceneDisplay(display.name, scene, sensor)
 
     @property
-    def driven(self) -> Mapping[str, int]:
-        """The joints of the motors that are open, by their names."""
-        return {motor.name: self._joint_of(motor.name) for motor in self._motors}
+    def motor_joints(self) -> Mapping[str, int]:
+        """The joints of the open motors by name."""
+        return {motor.name: self._find_joint(motor.name) for motor in self._motors}
 
     @property
     def notes(self) -> Sequence[str]:
-        """Say what measures distances, where anything does."""
-        by = "a proximity sensor" if self._built.has_proximity else "pictures of depth; there are no proximity sensors"
+        """One note for each range sensor: how it measures."""
+        means = "a proximity sensor" if self._built.has_proximity else "depth pictures; there are no proximity sensors"
         names = [description.name for description in self._chosen if isinstance(description, RangeSensorDescription)]
-        return [f"{name} measures by {by}" for name in names]
+        return [f"{name} measures by {means}" for name in names]
 
     def _advance(self, steps: int) -> None:
         self._scene.connection.run_batch(partial(self._step, steps))
@@ -104,44 +104,53 @@ class Simulation:
             for motor in self._motors:
                 motor.drive()
             self._scene.advance(1)
-            self._touches.look()
+            self._contacts.update()
 
-    def _joint_of(self, name: str) -> int:
+    def _find_joint(self, name: str) -> int:
         if name not in self._built.robot.joints:
-            raise DeviceError(name, "sits on no wheel; name it in the robot's drive")
+            raise DeviceError(name, "is not part of a wheel. Name it in the robot's [drive]", kind="no-wheel")
         return self._built.robot.joints[name]
 
 
 SCREEN = (320, 240)
 _SCREEN_FOV_RAD, _SCREEN_HEIGHT_M = 1.0, 3.0
-_SAME = 1e-6
+_TOLERANCE = 1e-6
 
 
 class BuiltScene(NamedTuple):
-    """What was built: the handles of world and robot, and of the sensors by their devices' names."""
+    """The handles of a built scene."""
 
     world: BuiltWorld
     robot: BuiltRobot
     sensors: Mapping[str, int]
+    """The sensors by device name."""
     has_proximity: bool
-    """Whether distances come from proximity sensors; else from pictures of depth."""
+    """Range sensors use proximity sensors; otherwise depth pictures."""
 
 
 def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
-    """Remove what a program that was killed has left; raise BackendError where somebody else uses the scene."""
+    """Remove the objects that a killed program left.
+
+    Raises BackendError if a simulation runs, or if the scene has the user's objects.
+    """
     if (state := scene.read_state()) is not State.STOPPED:
         raise BackendError(
-            f"coppeliasim: a simulation of somebody's is {state.value} in the CoppeliaSim at "
-            f"{scene.connection.address}. Stop it, and run again"
+            f"coppeliasim: a simulation that this program did not start is {state.value} in the CoppeliaSim at "
+            f"{scene.connection.address}. Stop it, and run again",
+            kind="simulation-in-use",
+            address=str(scene.connection.address),
+            state=state.value,
         )
     restore(builder)
     require_empty(builder)
 
 
 def leave_scene(scene: CoppeliaSimScene, builder: SceneBuilder, *, keep: bool) -> None:
-    """Stop, and remove what was made and give back what was changed, or hand it over where it is to be kept.
+    """Stop the simulation, and restore the scene, or release it for other programs.
 
-    Where the simulator is gone or hangs, that is left to whoever comes next.
+    keep: keep the built objects in the scene.
+
+    If the simulator is gone or hangs, this does nothing; the next program restores the scene.
     """
     if scene.connection.is_lost:
         return
@@ -153,19 +162,19 @@ def leave_scene(scene: CoppeliaSimScene, builder: SceneBuilder, *, keep: bool) -
 
 
 def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, world: WorldDescription) -> BuiltScene:
-    """Build the world and the robot in it, in a scene that has room, and let a tick be a step of its time."""
+    """Build the world and the robot in an empty scene, and set the time step to one tick."""
     built_world = build_world(builder, world)
     has_proximity = proximity_works(builder, scene.detect)
     if not has_proximity and any(isinstance(description, RangeSensorDescription) for description in setup.chosen):
         require_depth(builder, scene.connection)
     undo: list[Undo] = [_undo_engine(builder), _undo_time_step(scene, builder)]
-    undo += undo_collections(built_world.root, (built_world.seen, built_world.met))
+    undo += undo_collections(built_world.root, (built_world.visible, built_world.detectable))
     save_scene_state(builder, built_world.root, world.light, undo)
     _set_engine(builder)
     _set_time_step(scene, builder, 1 / setup.rate_hz)
     robot = build_robot(builder, setup.robot, world.start.pose)
     sensors = _Sensors(
-        builder, robot.body, place_on_floor(world.start.pose), built_world, sky_grey(world), has_proximity
+        builder, robot.body, place_on_floor(world.start.pose), built_world, compute_sky_grey(world), has_proximity
     )
     handles = {
         description.name: handle for description in setup.chosen if (handle := sensors.add(description)) is not None
@@ -174,34 +183,34 @@ def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, wo
     return BuiltScene(built_world, robot, handles, has_proximity)
 
 
-def sky_grey(world: WorldDescription) -> float:
-    """Return the grey, from 0 to 1, that is next to the sky's colour."""
+def compute_sky_grey(world: WorldDescription) -> float:
+    """Return the grey nearest to the colour of the sky, from 0 to 1."""
     return sum(world.light.sky_colour) / 3 / 255
 
 
 class _Sensors(NamedTuple):
-    """Where and how sensors are added to a robot's body."""
+    """Adds sensors to the body of a robot."""
 
     builder: SceneBuilder
     body: int
     frame: Placement
     world: BuiltWorld
-    sky: float
+    sky_grey: float
     has_proximity: bool
 
     def add(self, description: AnyDevice) -> int | None:
-        """Make what a device is, and return its handle; None where it is no sensor."""
+        """Create the sensor of a device, and return its handle; None for a device without a sensor."""
         if isinstance(description, RangeSensorDescription):
             add = add_proximity_sensor if self.has_proximity else add_fan
-            return add(self.builder, description, self.body, self.frame, self.world.met)
+            return add(self.builder, description, self.body, self.frame, self.world.detectable)
         if isinstance(description, CameraDescription):
             size, fov = (description.width_px, description.height_px), description.horizontal_fov_rad
-            eye = VisionSensorSpec(size, fov, empty=self.sky, seen=self.world.seen, ignored="depth")
+            spec = VisionSensorSpec(size, fov, background=self.sky_grey, visible=self.world.visible, ignored="depth")
             return add_vision_sensor(
-                self.builder, eye, description.name, self.frame.at(place_mount(description.mount)), self.body
+                self.builder, spec, description.name, self.frame.compose(place_mount(description.mount)), self.body
             )
         if isinstance(description, DisplayDescription):
-            place = self.frame.at(FORWARD._replace(z=_SCREEN_HEIGHT_M))
+            place = self.frame.compose(FORWARD._replace(z=_SCREEN_HEIGHT_M))
             return add_vision_sensor(
                 self.builder, VisionSensorSpec(SCREEN, _SCREEN_FOV_RAD), description.name, place, self.body
             )
@@ -209,27 +218,30 @@ class _Sensors(NamedTuple):
 
 
 def _undo_engine(builder: SceneBuilder) -> Undo:
-    """Return the call that lets what computes the physics be as it is now."""
+    """Return the call that restores the present physics engine."""
     parameter = builder.constant("intparam_dynamic_engine")
     return "setInt32Param", parameter, builder.call("getInt32Param", parameter)
 
 
 def _set_engine(builder: SceneBuilder) -> None:
-    """Let Bullet compute the physics, for which the wheels are made: with others they slip, or do not turn."""
+    """Select Bullet, which the wheels are made for; with other engines they slip or do not turn."""
     builder.call("setInt32Param", builder.constant("intparam_dynamic_engine"), builder.constant("physics_bullet"))
 
 
 def _undo_time_step(scene: CoppeliaSimScene, builder: SceneBuilder) -> Undo:
-    """Return the call that lets the time step be as it is now."""
+    """Return the call that restores the present time step."""
     return "setFloatParam", builder.constant("floatparam_simulation_time_step"), scene.read_time_step()
 
 
 def _set_time_step(scene: CoppeliaSimScene, builder: SceneBuilder, step_s: float) -> None:
-    """Let the simulation step so; raises BackendError where it does not take it."""
+    """Set the time step; raises BackendError if the simulator does not accept it."""
     parameter = builder.constant("floatparam_simulation_time_step")
     scene.connection.sim("setFloatParam", parameter, step_s, within_s=LOADING_S)
-    if abs((got := scene.read_time_step()) - step_s) > _SAME * step_s:
+    if abs((got := scene.read_time_step()) - step_s) > _TOLERANCE * step_s:
         raise BackendError(
             f"coppeliasim: the simulation's time step was set to {step_s:g} s and is {got:g} s. "
-            "Open a new scene in CoppeliaSim, or take another --rate"
+            "Open a new scene in CoppeliaSim, or choose another --rate",
+            kind="time-step-refused",
+            requested_s=step_s,
+            actual_s=got,
         )

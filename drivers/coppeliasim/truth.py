@@ -1,4 +1,4 @@
-"""What CoppeliaSim knows of the robot, and whom its body touched."""
+"""The true pose and velocity of a built robot, and its contacts."""
 
 from __future__ import annotations
 
@@ -11,30 +11,34 @@ from robotcore.geometry import Pose, Twist
 
 
 class ContactCounter:
-    """Counts the touches of the robot's body with things; one touch is one, however long it lasts.
+    """Counts the contacts of the robot's body with things. A contact counts once, however long it lasts.
 
-    Asked after each step, it is told of all physics steps in it. ``patience`` steps without a touch end it: a body that
-    leans against a thing is not in contact in each.
+    connection: the connection to the simulator.
+    body: the handle of the robot's body.
+    things: the handles of the things that count.
+
+    `update` must be called after each time step; it covers all physics steps in it.
     """
 
-    patience = 2
+    min_gap_steps = 2
+    """A contact ends after this many time steps without one; a body that leans against a thing has short gaps."""
 
     def __init__(self, connection: Connection, body: int, things: Collection[int]) -> None:
         self.count = 0
         self._connection, self._body, self._things = connection, body, frozenset(things)
         self._all = connection.constant("handle_all")
-        self._touched: dict[int, int] = {}
+        self._remaining: dict[int, int] = {}
 
-    def look(self) -> None:
-        """Note what was touched in the step before."""
-        now = self._touching()
-        self.count += len(now - self._touched.keys())
-        kept = {thing: left - 1 for thing, left in self._touched.items() if left > 1}
-        self._touched = kept | dict.fromkeys(now, self.patience)
+    def update(self) -> None:
+        """Count the contacts that began in the last time step."""
+        now = self._read_contacts()
+        self.count += len(now - self._remaining.keys())
+        ongoing = {thing: left - 1 for thing, left in self._remaining.items() if left > 1}
+        self._remaining = ongoing | dict.fromkeys(now, self.min_gap_steps)
 
-    def _touching(self) -> set[int]:
+    def _read_contacts(self) -> set[int]:
         things: set[int] = set()
-        for index in range(1000):  # each contact is a call; there is hardly ever one
+        for index in range(1000):  # one call for each contact; contacts are rare
             pair = self._connection.call_as(_pair, "getContactInfo", self._all, self._body, index)
             if not pair:
                 break
@@ -43,31 +47,34 @@ class ContactCounter:
 
 
 class CoppeliaSimTruth:
-    """The true state of a robot, whose own frame lies at ``frame`` in its body's."""
+    """The true pose, velocity and contacts of a robot.
 
-    def __init__(self, connection: Connection, body: int, frame: Placement, touches: ContactCounter) -> None:
-        self._connection, self._body, self._frame, self._touches = connection, body, frame, touches
+    frame: the robot's frame in the frame of its body.
+    """
+
+    def __init__(self, connection: Connection, body: int, frame: Placement, contacts: ContactCounter) -> None:
+        self._connection, self._body, self._frame, self._contacts = connection, body, frame, contacts
 
     def pose(self) -> Pose:
         origin = self._origin()
-        x, y, _ = _ahead(origin)
+        x, y, _ = _forward(origin)
         return Pose(origin.x, origin.y, math.atan2(y, x))
 
     def twist(self) -> Twist:
-        """Return how the body moves: all of it goes ahead as fast as the axle's middle."""
+        """Return the velocity of the body; its forward part equals that of the axle's middle."""
         linear, angular = self._connection.call_as(_vectors, "getObjectVelocity", self._body)
-        forward = _ahead(self._origin())
+        forward = _forward(self._origin())
         return Twist(sum(a * b for a, b in zip(forward, linear, strict=True)), angular[2])
 
     def contacts(self) -> int:
-        return self._touches.count
+        return self._contacts.count
 
     def _origin(self) -> Placement:
-        return self._connection.call_as(Placement.of, "getObjectPose", self._body).at(self._frame)
+        return self._connection.call_as(Placement.of, "getObjectPose", self._body).compose(self._frame)
 
 
-def _ahead(frame: Placement) -> tuple[float, float, float]:
-    tip = frame._replace(x=0.0, y=0.0, z=0.0).at(Placement(1.0, 0.0, 0.0))
+def _forward(frame: Placement) -> tuple[float, float, float]:
+    tip = frame._replace(x=0.0, y=0.0, z=0.0).compose(Placement(1.0, 0.0, 0.0))
     return tip.x, tip.y, tip.z
 
 
@@ -75,7 +82,7 @@ def _pair(answer: object) -> set[int]:
     assert isinstance(answer, (list, tuple))
     pair = set(map(int, answer[0]))
     if len(pair) not in (0, 2):
-        raise ValueError("no pair of objects")
+        raise ValueError("not a pair of objects")
     return pair
 
 

@@ -1,4 +1,4 @@
-"""A server that answers whatever a test says, on a true socket."""
+"""A server with scripted answers, and robots that join scenes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from robotcore.description import DisplayDescription, RobotDescription, load_rob
 
 
 class ScriptedServer:
-    """Answers each message with what ``reply`` makes of it; a context manager."""
+    """A ZeroMQ server that answers each message with the result of ``reply``; a context manager."""
 
     def __init__(self, reply: Callable[[bytes], bytes]) -> None:
         self.reply = reply
         self._is_closing = threading.Event()
-        self._thread = threading.Thread(target=self._serve, name="babbling server", daemon=True)
+        self._thread = threading.Thread(target=self._serve, name="scripted server", daemon=True)
 
     def __enter__(self) -> ScriptedServer:
         self._context = zmq.Context()
@@ -39,9 +39,9 @@ class ScriptedServer:
                 self._socket.send_multipart([*route, self.reply(message)])
 
 
-def joined(name: str) -> RobotDescription:
-    """Return a robot that is in the scene as the double's described scenes have it: devices by their own names."""
+def load_joined_robot(name: str) -> RobotDescription:
+    """Load a shipped robot that joins a scene of the double, in which devices have their own names."""
     robot = load_robot(name)
-    devices = [words.name for words in robot.devices if not isinstance(words, DisplayDescription)]
+    devices = [device.name for device in robot.devices if not isinstance(device, DisplayDescription)]
     section = {device: {"path": f"/{name}/{device.replace('encoder', 'motor')}"} for device in devices}
     return robot.model_copy(update={"backends": {"coppeliasim": section}})

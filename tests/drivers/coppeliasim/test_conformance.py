@@ -1,4 +1,4 @@
-"""The kit's rules: in a scene that is built, and in one that is joined."""
+"""The conformance kit, in a scene that is built and in one that is joined."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite, TestSupport, worlds
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene, described_scene
-from tests.drivers.coppeliasim.servers import joined
+from tests.drivers.coppeliasim.servers import load_joined_robot
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"
@@ -25,7 +25,7 @@ LACKS = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWA
 
 @pytest.fixture(scope="module")
 def port() -> Iterator[int]:
-    """One simulator for all: each robot has to leave it as it was."""
+    """One simulator for all tests; each robot must restore its scene."""
     with Double(default_scene()) as double:
         yield double.zmq_port
 
@@ -35,30 +35,30 @@ class TestBuilt(ConformanceSuite):
     lacks: ClassVar = LACKS
 
     @pytest.fixture(autouse=True)
-    def _served(self, port: int) -> None:
+    def _set_port(self, port: int) -> None:
         self.port = port
 
     def open(self, setup: Setup) -> Robot:
         return super().open(replace(setup, options={"port": self.port, **setup.options}))
 
 
-class Joining(CoppeliaSimBackend):
+class JoiningBackend(CoppeliaSimBackend):
     capabilities = frozenset({Capability.POSE, Capability.LOCKSTEP})
 
 
 class TestJoined(ConformanceSuite):
-    backend = Joining
+    backend = JoiningBackend
     lacks: ClassVar = LACKS
     servers: ExitStack
 
     @pytest.fixture(autouse=True)
-    def _serving(self) -> Iterator[None]:
+    def _close_servers(self) -> Iterator[None]:
         with ExitStack() as self.servers:
             yield
 
     @property
     def description(self) -> RobotDescription:
-        return joined("rover")
+        return load_joined_robot("rover")
 
     def open(self, setup: Setup) -> Robot:
         simulator = described_scene(self.description, setup.world or worlds.empty())

@@ -1,4 +1,4 @@
-"""Where the CoppeliaSim listens that is tried, and how robots are opened in it."""
+"""The CoppeliaSim under test: its address, and robots in it."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from tests.system.speed import scaled
 
 VARIABLE = "ROBOTCORE_COPPELIASIM"
 ANSWER_S = 3.0
-"""On the reference machine: a simulator that draws without a graphics card may take long."""
+"""Time limit of a call on the reference machine; rendering without a graphics card is slow."""
 
 
 def address() -> Address | None:
-    """Return where it listens, as the environment says; None where it says nothing."""
+    """Return the address in the environment variable; None if it is not set."""
     return address_in(VARIABLE)
 
 
 def options(**more: Any) -> dict[str, Any]:
-    """Return the options that lead there."""
+    """Return the options of the backend for this simulator."""
     found = address()
     assert found, f"set {VARIABLE}"
     return {"host": found.host, "port": found.port, "answer_s": scaled(ANSWER_S), **more}
 
 
-def opened(
+def open_robot(
     world: WorldDescription, *devices: str, robot: RobotDescription | None = None, rate_hz: float = 20.0, **more: Any
 ) -> Robot:
-    """Open a robot, by default the rover, with all its devices where none is named."""
+    """Open devices of a robot, by default all devices of the rover."""
     described = robot or load_robot("rover")
-    names = frozenset(devices or (words.name for words in described.devices))
+    names = frozenset(devices or (device.name for device in described.devices))
     return CoppeliaSimBackend().open(Setup(described, world, names, rate_hz, options=options(**more)))
 
 
 @contextmanager
-def looking() -> Iterator[Connection]:
-    """Look at the simulator from aside."""
+def connect() -> Iterator[Connection]:
+    """Yield a second connection to the simulator."""
     found = address()
     assert found
     connection = Connection.open(found, scaled(ANSWER_S))

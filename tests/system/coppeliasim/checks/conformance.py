@@ -1,4 +1,4 @@
-"""The kit's rules."""
+"""The conformance kit."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.system.coppeliasim.server import options
 class TestBuilt(ConformanceSuite):
     backend = CoppeliaSimBackend
     lacks: ClassVar = {
-        TestSupport.LOST_ECHO: "every picture of depth is answered",
+        TestSupport.LOST_ECHO: "every depth picture has all distances",
         TestSupport.SLOW_HARDWARE: "there is no hardware to wait for",
         TestSupport.REPRODUCIBLE: "its physics do not repeat to the bit",
     }

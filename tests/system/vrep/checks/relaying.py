@@ -22,7 +22,7 @@ def _built() -> Iterator[None]:
 
 def require_marked() -> None:
     """The rectangle is on the lower left, where the ball is before v0."""
-    pixels = np.frombuffer(scenes.screen(), np.uint8).reshape(scenes.SIGHT_PX, scenes.SIGHT_PX, 3)
+    pixels = np.frombuffer(scenes.read_screen(), np.uint8).reshape(scenes.SIGHT_PX, scenes.SIGHT_PX, 3)
     rows, columns = np.nonzero((abs(pixels[::-1].astype(int) - YELLOW) < 60).all(axis=2))
     assert len(rows), "no rectangle"
     middle = scenes.SIGHT_PX / 2
