@@ -147,7 +147,7 @@ def _run(
             from robotcore.view.progress import Progress
 
             in_terminal.append(stack.enter_context(closing(Progress(hint=bar.hint if bar else str))))
-        interrupts.suspend_with(
+        interrupts.set_suspension_hooks(
             lambda: [each.pause() for each in in_terminal], lambda: [each.go_on() for each in in_terminal]
         )
         observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal) if each]

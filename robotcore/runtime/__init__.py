@@ -1,1 +1,1 @@
-"""A run: what is asked for, from opening to closing, the loop that ticks, every way out, and what is told of it."""
+"""A run of an app: behaviour, request and plan, session, loop, and result."""

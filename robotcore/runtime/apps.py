@@ -1,4 +1,4 @@
-"""Apps by name or from a file, with the modules beside that file."""
+"""Load apps, by name or from a file. An app's file imports the modules beside it."""
 
 from __future__ import annotations
 
@@ -15,75 +15,86 @@ from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.plugins import APPS, app_names, load_registered
 from robotcore.runtime.behaviour import Behaviour
 
-INSTEAD = "Put what it does there below if __name__ == '__main__', or into step()"
-"""What to do with a file that does more than to define an app."""
+INSTEAD = "Put that code below if __name__ == '__main__', or into step()"
+"""The remedy for a file that does more at import than define an app."""
 
 
 def is_app_file(name: str) -> bool:
-    """Return whether an app is named by its file."""
+    """Return whether an app's name is that of a file, such as ``my_app.py`` or ``my_app.py:MyApp``."""
     return name.partition(":")[0].endswith(".py")
 
 
 def refuse_other_file(name: str) -> None:
-    """Raise UsageError where a name that is no app's is that of a folder or of a file, which can be none."""
+    """Raise UsageError if a name is that of a folder, or of a file that is not a ``.py`` file."""
     path = Path(name)
     if name and path.exists():
         what = "a folder" if path.is_dir() else "no .py file"
-        raise UsageError(f"{name} is {what}, and no app. Name an app (robotcore apps), or the .py file of one")
+        raise UsageError(
+            f"{name} is {what}, and no app. Name an app (robotcore apps), or the .py file of one", kind="not-an-app"
+        )
 
 
 def app_path(name: str) -> Path:
-    """Return the file that an app is named by."""
+    """Return the file in an app's name, without the class."""
     return Path(name.partition(":")[0])
 
 
 def load_app_file(name: str) -> type[Behaviour]:
     """Return the behaviour that a file defines.
 
-    Raises UsageError where there is no such file or behaviour, or where the file would end the process; BehaviourError
-    where it raises.
+    Raises UsageError if the file or the behaviour does not exist, or if the file would end the process. Raises
+    BehaviourError if the file raises another exception.
+
+    name: the file, and if it defines several behaviours a colon and the class.
     """
     file, _, wanted = name.partition(":")
     path = app_path(name)
     if not path.is_file():
-        raise UsageError(f"{file}: there is no such file. Name an app (robotcore apps), or the file of one")
-    apps = _behaviours_of(_imported(path))
+        raise UsageError(
+            f"{file}: there is no such file. Name an app (robotcore apps), or the file of one", kind="no-such-file"
+        )
+    apps = _find_behaviours(_import_file(path))
     if wanted and wanted not in apps:
         raise UnknownNameError(f"behaviour in {file}", wanted, list(apps))
     if len(apps) == 1 or wanted:
         return apps[wanted or next(iter(apps))]
     if apps:
-        raise UsageError(f"{file} holds several behaviours. Name one of them: {file}:{next(iter(apps))}")
-    raise UsageError(f"{file} holds no behaviour. Let a class in it inherit robotcore.Behaviour")
+        raise UsageError(
+            f"{file} holds several behaviours. Name one of them: {file}:{next(iter(apps))}", kind="several-behaviours"
+        )
+    raise UsageError(f"{file} holds no behaviour. Let a class in it inherit robotcore.Behaviour", kind="no-behaviour")
 
 
 class _Source(SourceFileLoader):
-    """Takes a file as it is: compiled code is told from newer source by whole seconds and size only."""
+    """Always compiles the source. A ``.pyc`` file has a resolution of one second, and would miss a quick edit."""
 
     def path_stats(self, path: str) -> NoReturn:
         raise OSError
 
 
-def _imported(path: Path) -> ModuleType:
-    """Run the file as a module."""
+def _import_file(path: Path) -> ModuleType:
     use_script_folder(path)
     name = f"app_{path.stem}"
     spec = spec_from_file_location(name, path, loader=_Source(name, str(path)))
-    assert spec, "a .py file has a spec"
-    assert spec.loader, "and a loader"
+    assert spec
+    assert spec.loader
     module = module_from_spec(spec)
     sys.modules[module.__name__] = module
     try:
         spec.loader.exec_module(module)
     except SystemExit as error:
         status = "" if error.code is None else repr(error.code)
-        raise UsageError(f"{path} ends its process when it is imported, by exit({status}). {INSTEAD}") from error
+        raise UsageError(
+            f"{path} ends its process when it is imported, by exit({status}). {INSTEAD}", kind="app-exits"
+        ) from error
     except Exception as error:
-        raise BehaviourError(f"{path} cannot be imported: {type(error).__name__}: {error}") from error
+        raise BehaviourError(
+            f"{path} cannot be imported: {type(error).__name__}: {error}", kind="app-not-importable"
+        ) from error
     return module
 
 
-def _behaviours_of(module: ModuleType) -> dict[str, type[Behaviour]]:
+def _find_behaviours(module: ModuleType) -> dict[str, type[Behaviour]]:
     return {
         name: thing
         for name, thing in vars(module).items()
@@ -93,60 +104,64 @@ def _behaviours_of(module: ModuleType) -> dict[str, type[Behaviour]]:
 
 @dataclass
 class _Folder:
-    """A folder to import from; ``others`` are the modules that came before it, ``kept`` those that are put away."""
+    """A folder of apps, and the modules that were imported from it."""
 
     others: frozenset[str]
-    kept: dict[str, ModuleType] = field(default_factory=dict)
-    is_first: bool = False
+    """The names of the modules that were imported before the folder was used."""
+    modules: dict[str, ModuleType] = field(default_factory=dict)
+    """The folder's modules, while another folder is in use."""
+    is_in_use: bool = False
+    """Whether imports search this folder first."""
 
 
 _folders: dict[Path, _Folder] = {}
 
 
 def use_script_folder(file: Path) -> None:
-    """Let imports look beside this file first, as a script's do, and no longer beside the file that was given before.
+    """Search the folder of this file first in imports, as Python does for a script.
 
-    What was imported from beside it is there again, as it was.
+    The folder of the last file is no longer searched, and its modules leave ``sys.modules``. They return when that
+    folder is used again.
     """
-    here = file.parent.absolute()
-    for place, folder in _folders.items():
-        if folder.is_first and place != here:
-            _put_away(place, folder)
-    folder = _folders.setdefault(here, _Folder(frozenset(map(_outermost, sys.modules))))
-    if not folder.is_first:
-        _take_out(here, folder)
+    path = file.parent.absolute()
+    for other, folder in _folders.items():
+        if folder.is_in_use and other != path:
+            _remove_folder(other, folder)
+    folder = _folders.setdefault(path, _Folder(frozenset(map(_top_level, sys.modules))))
+    if not folder.is_in_use:
+        _restore_folder(path, folder)
 
 
-def _put_away(place: Path, folder: _Folder) -> None:
-    folder.is_first = False
-    for name in [name for name in sys.modules if _is_of(name, place, folder.others)]:
-        folder.kept[name] = sys.modules.pop(name)
+def _remove_folder(path: Path, folder: _Folder) -> None:
+    folder.is_in_use = False
+    for name in [name for name in sys.modules if _is_module_of(path, name, folder.others)]:
+        folder.modules[name] = sys.modules.pop(name)
     with suppress(ValueError):  # an app may have changed the path
-        sys.path.remove(str(place))
+        sys.path.remove(str(path))
 
 
-def _take_out(place: Path, folder: _Folder) -> None:
-    folder.is_first = True
-    sys.path.insert(0, str(place))
-    sys.modules.update(folder.kept)
-    folder.kept.clear()
+def _restore_folder(path: Path, folder: _Folder) -> None:
+    folder.is_in_use = True
+    sys.path.insert(0, str(path))
+    sys.modules.update(folder.modules)
+    folder.modules.clear()
 
 
-def _is_of(name: str, folder: Path, others: frozenset[str]) -> bool:
-    """Return whether a module, or the package it is in, lies in the folder itself; a library below it does not."""
-    if (outermost := _outermost(name)) in others:
+def _is_module_of(path: Path, name: str, others: frozenset[str]) -> bool:
+    """Return whether a module's top-level package lies directly in a folder, and not in a library below it."""
+    if (top_level := _top_level(name)) in others:
         return False
-    module = sys.modules.get(outermost)
-    places = getattr(module, "__path__", None) or filter(None, [getattr(module, "__file__", None)])
-    return folder in (Path(place).absolute().parent for place in places)
+    module = sys.modules.get(top_level)
+    files = getattr(module, "__path__", None) or filter(None, [getattr(module, "__file__", None)])
+    return path in (Path(file).absolute().parent for file in files)
 
 
-def _outermost(name: str) -> str:
+def _top_level(name: str) -> str:
     return name.partition(".")[0]
 
 
 def load_app(name: str) -> type[Behaviour]:
-    """Return the app of that name, an underscore counting as a hyphen; or the one in that ``.py`` file."""
+    """Return the app with this name, or the app in this ``.py`` file. An underscore in a name counts as a hyphen."""
     if is_app_file(name):
         return load_app_file(name)
     if app_name(name) not in app_names():
@@ -156,5 +171,5 @@ def load_app(name: str) -> type[Behaviour]:
 
 
 def app_name(name: str) -> str:
-    """Return what an app is called in results: a file's own name, or the registered one with hyphens."""
+    """Return the name of an app in results: the file as given, or the registered name with hyphens."""
     return name if is_app_file(name) else name.replace("_", "-")

@@ -1,4 +1,4 @@
-"""What an app is: a behaviour that decides once a tick."""
+"""The base class of apps: a behaviour that decides once in each tick."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robotcore.hal.truth import Truth
 
 
 class Status(Enum):
-    """What a behaviour says at the end of a tick."""
+    """The result of a behaviour's step."""
 
     RUNNING = "running"
     SUCCESS = "success"
@@ -19,35 +19,40 @@ class Status(Enum):
 
 
 class Stopping(NamedTuple):
-    """Where an app means to stop in front of things, and how fast it comes; metres and m/s."""
+    """Where and from which speed an app stops in front of obstacles."""
 
     distance: float
+    """The distance at which it stops, in metres."""
     speed: float
+    """Its speed of approach, in m/s."""
 
 
 class Behaviour(ABC):
-    """Decides, once a tick, what a robot does. Never sleeps, never looks at wall time, does no I/O.
+    """Decides once in each tick what a robot does. It never sleeps, never reads the wall clock, and does no I/O.
 
-    Make it a dataclass: its fields are the app's settings (``--set speed_m_s=0.2``), checked by their types. Only the
-    roles in ``needs`` are opened, and those in ``wants`` where the robot has them. The first time that ``state`` takes
-    the name of a milestone, the milestone is reached.
+    Make it a dataclass: its fields are the app's settings (``--set speed_m_s=0.2``), and their types are checked.
     """
 
     needs: ClassVar[frozenset[Role]] = frozenset()
+    """The roles that the app cannot do without. No other devices are opened."""
     wants: ClassVar[frozenset[Role]] = frozenset()
+    """The roles that are opened too, if the robot has them."""
     milestones: ClassVar[tuple[str, ...]] = ()
+    """Names of states. A milestone is reached when ``state`` has its name for the first time."""
     state: str = "start"
+    """The app's present state, for people and for the trace."""
     reason: str = ""
+    """Why the app ended, for the result."""
 
     @abstractmethod
     def step(self, robot: Robot) -> Status:
-        """Read what is needed, command the drive, say how it stands."""
+        """Read sensors, command the drive, and return whether the app goes on. Called once in each tick."""
 
     @property
     def stopping(self) -> Stopping | None:
-        """Where the app stops in front of things, if it does: the range guard must act nearer than that."""
+        """Where the app stops in front of obstacles; None if it does not. The range guard must act at less distance."""
         return None
 
     def verify(self, truth: Truth) -> bool | None:
-        """Judge the end of a run by the simulator's truth; None where there is nothing to judge."""
+        """Return whether the simulator's truth at the end of a run shows a success; None if this app cannot say."""
         return None

@@ -1,4 +1,4 @@
-"""The tick: read (lazily, once), decide, guard, commit once, let time pass."""
+"""The loop of a run. A tick reads (lazily, once), decides, filters, sends once, and lets time pass."""
 
 from __future__ import annotations
 
@@ -19,21 +19,24 @@ from robotcore.safety import LOST, Commit, Intervention, TimeLimit
 
 TickObserver = Callable[[TickRecord], None]
 
-COPY_STATUS = 1
-"""The exit status of a copy of the process."""
+FORK_EXIT_STATUS = 1
+"""The exit status of a process that an app forked in its step."""
 
-_COPY_ENDED = (
+_FORK_MESSAGE = (
     "error: {}.step returned in process {}, which os.fork made as a copy of the run's process. The copy ends, the run "
-    "goes on. Start other programs with subprocess, and Python functions with multiprocessing\n"
+    "continues. Start other programs with subprocess, and Python functions with multiprocessing\n"
 )
 _IDLE = Commit(None, None, ())
 
 
 class Loop:
-    """Runs a behaviour on a robot until it ends, or until ``timeout`` seconds of the robot's time.
+    """Runs a behaviour on a robot until it ends, or for ``timeout`` seconds of the robot's time.
 
-    ``stepping`` and ``watching`` are what a watchdog is told of the app's step and of the observers. A device that is
-    lost may be away for ``outage`` seconds: the robot stands meanwhile, and the app is not asked.
+    assembled: the robot with its layers.
+    rate_hz: the number of ticks in a second.
+    observers: called with the record of each tick.
+    step_limit, observer_limit: the time limits of the app's step and of the observers, for the watchdog.
+    outage: how long a device may be lost, in seconds. Meanwhile the robot stands, and the app is not called.
     """
 
     def __init__(
@@ -43,16 +46,16 @@ class Loop:
         rate_hz: float,
         timeout: float,
         observers: Sequence[TickObserver] = (),
-        stepping: TimeLimit | None = None,
-        watching: TimeLimit | None = None,
+        step_limit: TimeLimit | None = None,
+        observer_limit: TimeLimit | None = None,
         outage: float = 0.0,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
-        self._latch, self._stage, self._where = assembled.latch, assembled.stage, assembled.where
+        self._latch, self._filter, self._activity = assembled.latch, assembled.stage, assembled.where
         self._reserve = assembled.brakes.reserve
-        self._stepping, self._watching = stepping, watching
+        self._step_limit, self._observer_limit = step_limit, observer_limit
         self._stop_and_wait = partial(assembled.halt, LOST)
-        self.outages = DeviceLossTracker(outage)
+        self.losses = DeviceLossTracker(outage)
         self._drive = assembled.robot.drive if assembled.stage else None
         self.behaviour = behaviour
         self.trace = Trace(behaviour.milestones)
@@ -60,12 +63,12 @@ class Loop:
         self._period = 1 / rate_hz
         self._timeout = timeout
         self._observers = tuple(observers)
-        self._next = self._clock.now()
+        self._deadline = self._clock.now()
         self._process = os.getpid()
-        self._gauges = BatteryMonitor(assembled.robot)
+        self._batteries = BatteryMonitor(assembled.robot)
         self._warnings: tuple[str, ...] = ()
-        self._is_latch_noted = False
-        self._noted = -1
+        self._is_latch_recorded = False
+        self._last_tick = -1
 
     @property
     def time(self) -> float:
@@ -74,26 +77,26 @@ class Loop:
 
     @property
     def unreported_interventions(self) -> Sequence[Intervention]:
-        """What stopped the robot for good in a tick that has not come back to tell it."""
-        is_reported = self._latch.error is None or self._is_latch_noted
+        """The interventions of a tripped latch that no tick has recorded."""
+        is_reported = self._latch.error is None or self._is_latch_recorded
         return () if is_reported else self._latch.interventions(self._clock.now())
 
     def run(self) -> Outcome:
-        """Tick until the end; return how it ended. The wheels then stand.
+        """Tick until the end, stop the wheels, and return the outcome.
 
-        Raises what the latch has, whatever else is raised: the one is why the other came.
+        If the latch tripped, its error is raised. Other exceptions are consequences of it.
         """
         try:
             return self._run()
         except BaseException:
-            if self._latch.error and not self._is_latch_noted:
-                self._note(_IDLE)
+            if self._latch.error and not self._is_latch_recorded:
+                self._record(_IDLE)
             self._latch.check()
             raise
 
     def _run(self) -> Outcome:
         while True:
-            status = self._tick_or_stand()
+            status = self._tick_or_wait()
             if status is not Status.RUNNING:
                 self.halt()
                 return Outcome(status.value)
@@ -102,54 +105,54 @@ class Loop:
                 return Outcome.TIMEOUT
             self._let_time_pass()
 
-    def _tick_or_stand(self) -> Status:
-        """Tick; stand where a device is lost that may come back."""
+    def _tick_or_wait(self) -> Status:
+        """Tick. If a device is lost that may come back, stop the robot instead."""
         try:
             status = self.tick()
         except DeviceLostError as lost:
             self._tolerate(lost)
             return Status.RUNNING
-        self.outages.end(self._clock.now())
+        self.losses.end(self._clock.now())
         return status
 
     def _tolerate(self, lost: DeviceLostError) -> None:
-        """Stand without a device that is lost; raise that it is, where it has been away for too long."""
-        if not self.outages.tolerates(lost, self._clock.now()):
+        """Stop the robot while a device is lost. Raise the error if the device has been lost for too long."""
+        if not self.losses.tolerate(lost, self._clock.now()):
             raise lost
         self._stop_and_wait()
 
     def tick(self) -> Status:
-        """Decide once, guard and commit what was decided, and note it; a tick that fails is noted too."""
+        """Decide once, send the command, and record the tick. A tick that fails is recorded too."""
         self._latch.check()
-        self._where.ticks += 1
+        self._activity.ticks += 1
         if self._drive:
-            self._track(self._drive)
-        self._warnings += self._gauges.read(self._clock.now())
+            self._update_odometry(self._drive)
+        self._warnings += self._batteries.read(self._clock.now())
         commit, lost = _IDLE, None
         try:
             self._probe_lost_devices()
             status = self._decide()
             self._latch.check()
-            if self._stage:
-                commit = self._stage.commit()
+            if self._filter:
+                commit = self._filter.commit()
         except DeviceLostError as error:
             lost = error.device
             raise
         finally:
-            self._note(commit, lost)
+            self._record(commit, lost)
         return status
 
     def halt(self) -> None:
         """Stop the wheels."""
-        if self._stage:
-            self._stage.stop()
+        if self._filter:
+            self._filter.stop()
 
     def _probe_lost_devices(self) -> None:
-        """Ask all that was lost whether it is back; raises DeviceLostError where it is not.
+        """Use each lost device once. Raises DeviceLostError if one is still lost.
 
-        A display is not asked: whoever shows something on it hears.
+        Displays are left out: a lost display raises when the app shows a picture.
         """
-        for name in self.outages.lost:
+        for name in self.losses.lost:
             match self.robot.devices.get(name):
                 case Sensor() as sensor:
                     sensor.read()
@@ -157,22 +160,22 @@ class Loop:
                     motor.stop()
 
     @staticmethod
-    def _track(drive: DifferentialDrive) -> None:
-        """Let the drive take in what the wheels turned; of what fails, whoever drives or asks for the pose is told."""
-        try:  # noqa: SIM105  `suppress` takes ten times as long, at each tick
+    def _update_odometry(drive: DifferentialDrive) -> None:
+        """Update odometry. Errors are ignored here; they are raised again when the app drives or reads the pose."""
+        try:  # noqa: SIM105  `suppress` takes ten times as long, in each tick
             drive.track()
         except DeviceError:
             pass
 
-    def _note(self, commit: Commit, lost: str | None = None) -> None:
-        """Tell what a tick came to. A latch that trips between two ticks is told as the one that did not come."""
-        self._where.begin(self._watching)
-        if self._latch.error and not self._is_latch_noted:
-            commit = self._with_latch(commit)
-        tick = self._clock.tick + (self._clock.tick == self._noted)
-        self._noted = tick
+    def _record(self, commit: Commit, lost: str | None = None) -> None:
+        """Record the tick. If the latch trips between two ticks, record it as an extra tick."""
+        self._activity.begin(self._observer_limit)
+        if self._latch.error and not self._is_latch_recorded:
+            commit = self._add_latch(commit)
+        tick = self._clock.tick + (self._clock.tick == self._last_tick)
+        self._last_tick = tick
         warnings, self._warnings = self._warnings, ()
-        battery_data = self._gauges.voltages, warnings
+        battery_data = self._batteries.voltages, warnings
         record = TickRecord(tick, self._clock.now(), self._state(), *commit, lost, *battery_data)
         self.trace.add(record)
         for observe in self._observers:
@@ -181,16 +184,16 @@ class Loop:
     def _state(self) -> str:
         try:
             return self.behaviour.state
-        except Exception as error:  # a property of the app's own
+        except Exception as error:  # an app may define state as a property
             raise BehaviourError.raised_by(type(self.behaviour), error) from error
 
-    def _with_latch(self, commit: Commit) -> Commit:
-        self._is_latch_noted = True
+    def _add_latch(self, commit: Commit) -> Commit:
+        self._is_latch_recorded = True
         return commit._replace(interventions=(*commit.interventions, *self._latch.interventions(self._clock.now())))
 
     def _decide(self) -> Status:
         app = type(self.behaviour)
-        self._where.begin(self._stepping)
+        self._activity.begin(self._step_limit)
         try:
             status = self._step()
         except UsageError as error:
@@ -203,36 +206,37 @@ class Loop:
             raise BehaviourError.raised_by(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(
-                f"{app.__name__}.step returned {status!r}; it must return a Status, such as Status.RUNNING"
+                f"{app.__name__}.step returned {status!r}; it must return a Status, such as Status.RUNNING",
+                kind="not-a-status",
             )
         return status
 
     def _step(self) -> object:
-        """Call the app's step. End this process if the app forked and this is the copy: only the original drives."""
+        """Call the app's step. If the app forked and this is the new process, end it: only the original drives."""
         try:
             return self.behaviour.step(self.robot)
         finally:
             if (process := os.getpid()) != self._process:
                 try:
-                    os.write(2, _COPY_ENDED.format(type(self.behaviour).__name__, process).encode())
+                    os.write(2, _FORK_MESSAGE.format(type(self.behaviour).__name__, process).encode())
                 finally:
-                    os._exit(COPY_STATUS)
+                    os._exit(FORK_EXIT_STATUS)
 
     def _let_time_pass(self) -> None:
-        self._next += self._period
+        self._deadline += self._period
         if not self._sleep():
             self.overruns += 1
-            self._next = self._clock.now()
+            self._deadline = self._clock.now()
 
     def _sleep(self) -> bool:
-        """Let time pass until the next tick; return whether that was still ahead.
+        """Let time pass until the next tick. Return False if its time was over already.
 
-        Where the deadman could not reach a motor that may be lost for a while, whoever commands it next is told.
+        If the deadman failed to stop a lost motor, the next command to this motor raises the error.
         """
         while True:
             try:
-                return self._clock.sleep_until(self._next)
-            except DeviceLostError:  # noqa: PERF203  the next one may be another motor's
-                if not self.outages.is_enabled:
+                return self._clock.sleep_until(self._deadline)
+            except DeviceLostError:  # noqa: PERF203  the next error may be of another motor
+                if not self.losses.is_enabled:
                     raise
                 self._stop_and_wait()

@@ -1,4 +1,4 @@
-"""Monitors that run beside the app: battery voltages, and devices that are lost for a while."""
+"""Monitors that run beside the app: the voltages of batteries, and the loss of devices."""
 
 from __future__ import annotations
 
@@ -10,25 +10,23 @@ from robotcore.hal.devices import Battery, Voltage
 from robotcore.hal.robot import Robot
 
 PERIOD_S = 1.0
-"""How often a battery is read, on the robot's clock: it changes in minutes."""
+"""The period in which a battery is read, in seconds of the robot's clock. Its voltage changes in minutes."""
 
-PATIENCE_S = 3.0
-"""A motor that starts pulls the voltage down for a moment, which says nothing of how full a battery is."""
+LOW_VOLTAGE_S = 3.0
+"""A low voltage causes a warning after this time, in seconds. A motor that starts lowers it for a shorter time."""
 
 
 class BatteryMonitor:
-    """Reads every battery of a robot once a second, whatever its app reads. Nobody drives by what they tell.
-
-    ``voltages`` are what they told last, by name, in volts; it is another mapping where there is something new.
-    """
+    """Reads every battery of a robot once a second, even if the app reads none. No decision depends on the voltages."""
 
     def __init__(self, robot: Robot) -> None:
         self._gauges = [BatteryGauge(device) for device in robot.devices.values() if isinstance(device, Battery)]
         self._due = -inf if self._gauges else inf
         self.voltages: Mapping[str, float] = {}
+        """The last voltage of each battery, in volts, by name. New voltages are in a new mapping."""
 
     def read(self, now: float) -> tuple[str, ...]:
-        """Read what is due at a time; return what is new and to be known, in whole sentences."""
+        """Read the batteries if a reading is due at ``now``, in seconds. Return new warnings, each a sentence."""
         if now < self._due:
             return ()
         self._due = now + PERIOD_S
@@ -38,62 +36,67 @@ class BatteryMonitor:
 
 
 class BatteryGauge:
-    """Reads one battery, and warns once where it is low, and once where it does not tell."""
+    """Reads one battery. It warns once if the voltage is low, and once in each series of failed reads."""
 
     def __init__(self, battery: Battery) -> None:
         self.name = battery.name
         self.voltage: float | None = None
         self._battery = battery
-        self._fine_at = -inf
-        self._has_failed = self._was_low = False
+        self._sufficient_at = -inf
+        self._has_failed = self._has_warned = False
 
     def read(self) -> str:
-        """Take the newest voltage; return a warning, or nothing."""
+        """Read the voltage. Return a warning, empty if there is none."""
         try:
             sample = self._battery.read()
         except DeviceError as failure:
             return self._read_failure_warning(str(failure))
         if not isfinite(sample.voltage):
             return self._read_failure_warning(
-                f"{self.name}: {sample.voltage} V is no voltage. Report it to whoever wrote its driver"
+                f"{self.name}: {sample.voltage} V is not a voltage. Report it to the author of its driver"
             )
         self.voltage = sample.voltage
         return self._low_voltage_warning(sample)
 
     def _read_failure_warning(self, why: str) -> str:
         has_failed, self._has_failed = self._has_failed, True
-        return "" if has_failed else f"{why.rstrip('.')}. The run goes on: nobody drives by it"
+        return "" if has_failed else f"{why.rstrip('.')}. The run continues without this voltage"
 
     def _low_voltage_warning(self, sample: Voltage) -> str:
-        """Return a warning where the voltage stays too low. Before the first command no motor can be the reason."""
+        """Return a warning if the voltage stays low. At the start it comes at once, because no motor turns yet."""
         limit = self._battery.warn_below
         if limit is None or sample.voltage >= limit:
-            self._fine_at = sample.time
-        elif not self._was_low and sample.time - self._fine_at >= PATIENCE_S:
-            self._was_low = True
-            return f"{self.name}: {sample.voltage:.2f} V, and it is to be charged below {limit:g} V. Charge it"
+            self._sufficient_at = sample.time
+        elif not self._has_warned and sample.time - self._sufficient_at >= LOW_VOLTAGE_S:
+            self._has_warned = True
+            return f"{self.name}: {sample.voltage:.2f} V is below the limit of {limit:g} V. Charge the battery"
         return ""
 
 
 class DeviceLossTracker:
-    """Tells whether a run may go on without a device that is lost, for up to ``limit`` seconds at a time.
+    """Decides whether a run may wait for lost devices, and summarises the losses.
 
-    ``lost`` are the names of those that are, in the order in which they were missed: it ends when all are back.
+    limit: how long one loss may last, in seconds. 0 means that no loss is tolerated.
     """
 
     def __init__(self, limit: float) -> None:
         self.lost: list[str] = []
+        """The names of the lost devices, in the order of their loss. A loss ends when all of them are back."""
         self._limit = limit
         self._since = 0.0
         self._past_losses: list[tuple[str, float]] = []
 
     @property
     def is_enabled(self) -> bool:
-        """Whether a loss is waited for at all."""
+        """Whether a run waits for lost devices."""
         return self._limit > 0
 
-    def tolerates(self, lost: DeviceLostError, now: float) -> bool:
-        """Take in a tick in which a device was lost; return whether there may be another one."""
+    def tolerate(self, lost: DeviceLostError, now: float) -> bool:
+        """Record a tick in which a device was lost. Return whether the run may go on.
+
+        lost: the error of the device.
+        now: the time of the tick, in seconds.
+        """
         if not self.is_enabled:
             return False
         if not self.lost:
@@ -103,18 +106,18 @@ class DeviceLossTracker:
         return now - self._since < self._limit
 
     def end(self, now: float) -> None:
-        """Take in a tick in which nothing was lost."""
+        """Record a tick in which no device was lost."""
         if self.lost:
             self._past_losses.append((self.lost[0], now - self._since))
             self.lost.clear()
 
-    def notes(self, now: float) -> tuple[str, ...]:
-        """Return what the end of a run tells: which devices, how often, how long in all; and what was not back."""
+    def summarise(self, now: float) -> tuple[str, ...]:
+        """Return a sentence for each device that was lost: how often, how long in all, and whether it came back."""
         names = sorted({name for name, _ in self._past_losses})
         away = f"{', '.join(self.lost)} was lost for the last {now - self._since:.1f} s; the robot stood"
-        return (*map(self._note, names), *([away] if self.lost else ()))
+        return (*map(self._summarise_device, names), *([away] if self.lost else ()))
 
-    def _note(self, device: str) -> str:
+    def _summarise_device(self, device: str) -> str:
         lengths = [length for name, length in self._past_losses if name == device]
         often = "once" if len(lengths) == 1 else f"{len(lengths)} times"
         return f"{device} was lost {often}, {sum(lengths):.1f} s in all, and came back; the robot stood meanwhile"

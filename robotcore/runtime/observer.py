@@ -1,4 +1,4 @@
-"""Who looks at a run, and what there is to see."""
+"""Observers of a run, and the view of the run that they get."""
 
 from __future__ import annotations
 
@@ -19,10 +19,9 @@ from robotcore.safety import EmergencyStop
 
 @dataclass(frozen=True)
 class Run:
-    """A run as an observer sees it. Reading a device here would steer the run: look at ``latest`` instead.
+    """A run as an observer gets it. An observer must not read devices, because that would change the run.
 
-    ``emergency`` stops it, from any thread. ``faults`` are those on purpose; each says by `is_on` whether
-    it is there at a time.
+    A device's ``latest`` has its last sample.
     """
 
     request: RunRequest
@@ -30,17 +29,34 @@ class Run:
     description: RobotDescription
     world: WorldDescription | None
     robot: Robot
+    """The robot as the app gets it."""
     truth: Truth | None
+    """The simulator's truth; None if the backend has none, or no world was named."""
     emergency: EmergencyStop
+    """It stops the run, from any thread."""
     faults: Sequence[PlannedFault] = ()
+    """The injected faults. Each method `is_on` says whether the fault is active at a time."""
 
 
 class Observer(Protocol):
-    """Looks at a run: from its first tick, at each, and at its result.
+    """Gets the beginning of a run, each tick, and the result."""
 
-    Where the process ends itself, because an app or a driver does not come back, `end` is called from another thread.
-    """
+    def begin(self, run: Run) -> None:
+        """Take the run, before its first tick."""
 
-    def begin(self, run: Run) -> None: ...
-    def tick(self, record: TickRecord) -> None: ...
-    def end(self, result: RunResult) -> None: ...
+    def tick(self, record: TickRecord) -> None:
+        """Take the record of a tick."""
+
+    def end(self, result: RunResult) -> None:
+        """Take the result. If an app or a driver hangs and the process exits, another thread calls this."""
+
+
+def notify_end(observers: Sequence[Observer], result: RunResult) -> list[Exception]:
+    """Call `Observer.end` of every observer, even if one raises. Return what they raised."""
+    failures = []
+    for observer in observers:
+        try:
+            observer.end(result)
+        except Exception as failure:  # noqa: BLE001, PERF203  the others get the result too
+            failures.append(failure)
+    return failures

@@ -1,4 +1,4 @@
-"""What is to be run: every name found, every part checked, and all of it fitting together."""
+"""The request of a run, and its plan, in which every name is found and every part is checked."""
 
 from __future__ import annotations
 
@@ -36,62 +36,91 @@ MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 
 @dataclass(frozen=True)
 class RunRequest:
-    """What to run, on what. Without a seed, a world stands as its file has it.
+    """The request of a run: the app, and the backend, robot and world that it runs on.
 
-    ``randomise`` draws by the seed not only where things stand, but also how everything looks and works. ``judge`` is
-    the app whose ``verify`` judges the end of the run; without one, the app's own does. ``faults`` are specs of what is
-    to fail on purpose.
+    >>> from robotcore import run
+    >>> request = RunRequest("avoid-obstacles", seed=7, timeout_s=0.5, settings={"speed_m_s": 0.2})
+    >>> run(request).ticks
+    11
     """
 
     app: str
+    """The app's name, or its ``.py`` file."""
     backend: str = "kinematic"
     robot: str = "rover"
+    """The name of a robot description, or its file."""
     world: str | None = None
+    """The name of a world, or its file. If it is None, a simulator uses `DEFAULT_WORLD`."""
     seed: int | None = None
+    """It draws the layout of the world. If it is None, the layout is that of the world's file."""
     rate_hz: float = 20.0
+    """The number of ticks in a second, from `MIN_RATE_HZ` to `MAX_RATE_HZ`."""
     timeout_s: float = 120.0
+    """The longest duration, in seconds of the robot's time."""
     settings: Mapping[str, Any] = field(default_factory=dict)
+    """The app's settings, by name."""
     options: Mapping[str, Any] = field(default_factory=dict)
+    """The backend's options, by name."""
     gui: bool = False
+    """Whether the simulator opens a window. Simulated time then passes at the pace of real time."""
     realtime: bool = False
+    """Whether simulated time passes at the pace of real time."""
     randomise: bool = False
+    """Whether the seed also draws the looks, the sensors' noise and the wheels' errors."""
     judge: str | None = None
+    """The app whose ``verify`` judges the end of the run. If it is None, the app judges itself."""
     faults: tuple[str, ...] = ()
+    """The specifications of the faults to inject."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A request with everything it names found, checked, and fitting together.
+    """A request whose names are found and whose parts are checked.
 
-    ``drawn`` is what the seed made of the world's looks and conditions, by name, and which conditions the world's
-    file fixes; ``notes`` are the backend's, and what is to be known of the world.
+    >>> plan = Plan.of(RunRequest("green-search", seed=7))
+    >>> plan
+    Plan(app='green-search', backend='kinematic', robot='rover', world='arena', seed=7)
     """
 
     request: RunRequest
     behaviour: Behaviour
+    """The app, with its settings."""
     judge: Behaviour
+    """The app that verifies the end of the run."""
     backend: Backend
     description: RobotDescription
     world: WorldDescription | None
+    """The world as the seed drew it; None if there is none."""
     setup: Setup
+    """The arguments with which the backend opens the robot."""
     drawn: DrawnValues = field(default_factory=dict)
+    """The looks and conditions that the seed drew, and the conditions that the world's file fixes, by name."""
     faults: tuple[PlannedFault, ...] = ()
     notes: tuple[str, ...] = ()
+    """Notes of the backend, and a note about the world if the simulator has its own scene."""
+
+    def __repr__(self) -> str:
+        world = self.world.name if self.world else None
+        names = f"app={self.request.app!r}, backend={self.backend.name!r}, robot={self.description.name!r}"
+        return f"Plan({names}, world={world!r}, seed={self.request.seed})"
 
     @property
     def conditions(self) -> Conditions:
-        """What the simulated devices are under; a real robot's are its own."""
+        """The conditions of the simulated devices. A real robot has none: its devices are as they are."""
         builds = self.backend.builds_world(self.description)
         return self.world.conditions if self.world and builds else Conditions()
 
     @classmethod
     def of(cls, request: RunRequest) -> Plan:
-        """Find and check all that the request names; nothing is opened yet."""
+        """Find and check everything that the request names, without opening anything.
+
+        Raises UsageError if a part is unknown or does not fit, and BackendMissingError if a library is missing.
+        """
         require_rate(request.rate_hz)
         _require_positive("--timeout", request.timeout_s)
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
-        behaviour = configure(load_app(request.app), request.settings)  # last: what it imports later is beside it
+        behaviour = configure(load_app(request.app), request.settings)  # last: later imports search its folder
         description = backend.load_robot(request.robot, request.options)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
         devices |= backend.batteries(description, request.options)
@@ -100,36 +129,40 @@ class Plan:
         _require_window(request, backend)
         builds_world = backend.builds_world(description)
         _require_randomisable(request, backend, builds_world=builds_world)
-        world, drawn = _world(request, description, builds_world=builds_world)
+        world, drawn = _load_world(request, description, builds_world=builds_world)
         backend.require_installed()
         robot = description.under(world.conditions) if world and builds_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
         judge = behaviour if judge is None else judge
-        notes = (*backend.notes(setup), *_note_of_world(world, backend, builds_world=builds_world))
+        notes = (*backend.notes(setup), *_explain_scene(world, backend, builds_world=builds_world))
         return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults, notes)
 
 
 def drawn_for(request: RunRequest) -> DrawnValues:
-    """Return what a plan of the request has as ``drawn``; no app is loaded for it."""
+    """Return the `Plan.drawn` of a request, without loading the app."""
     description = load_robot(request.robot)
     builds_world = load_backend(request.backend).builds_world(description)
-    _, drawn = _world(request, description, builds_world=builds_world)
+    _, drawn = _load_world(request, description, builds_world=builds_world)
     return drawn
 
 
 def require_rate(rate_hz: float) -> None:
-    """Raise UsageError for what is no rate for a loop."""
+    """Raise UsageError if a loop cannot run at this rate."""
     if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
-        raise UsageError(f"--rate is {rate_hz} Hz; it must be from {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
+        raise UsageError(
+            f"--rate is {rate_hz} Hz; it must be from {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}",
+            kind="rate-out-of-range",
+            rate_hz=rate_hz,
+        )
 
 
-def _require_positive(what: str, value: float) -> None:
+def _require_positive(option: str, value: float) -> None:
     if not 0 < value < float("inf"):
-        raise UsageError(f"{what} is {value}; it must be a positive number")
+        raise UsageError(f"{option} is {value}; it must be a positive number", kind="not-positive", option=option)
 
 
 def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:
-    """Refuse an app that means to stop nearer than the range guard lets it."""
+    """Raise UsageError if the app stops at a distance at which the range guard has already stopped the robot."""
     if (stopping := behaviour.stopping) is None or not description.range_sensors_ahead:
         return
     safety = description.safety
@@ -138,7 +171,11 @@ def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -
         raise UsageError(
             f"the app stops {stopping.distance:g} m in front of things, but at {stopping.speed:g} m/s the range "
             f"guard of {description.name!r} acts at {guard:.2f} m. Let the app stop farther away or drive slower "
-            "(--set), or lower safety.stop_distance_m in the robot's description"
+            "(--set), or lower safety.stop_distance_m in the robot's description",
+            kind="stops-behind-guard",
+            distance_m=stopping.distance,
+            speed_m_s=stopping.speed,
+            guard_m=guard,
         )
 
 
@@ -147,7 +184,9 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
         others = [other.name for other in loadable_backends() if other.has_gui]
         raise UsageError(
             f"the backend {backend.name!r} opens no window. Leave --gui out and look at --picture FILE.png, "
-            f"or take --backend {' or '.join(others)}"
+            f"or take --backend {' or '.join(others)}",
+            kind="no-window",
+            backends=others,
         )
 
 
@@ -155,16 +194,19 @@ def _require_randomisable(request: RunRequest, backend: Backend, *, builds_world
     if request.randomise and not builds_world:
         raise UsageError(
             f"the backend {backend.name!r} makes no world for this robot, so there is nothing to randomise. "
-            "Leave --randomise out, or take --backend kinematic"
+            "Leave --randomise out, or take --backend kinematic",
+            kind="nothing-to-randomise",
         )
     if request.randomise and request.seed is None:
-        raise UsageError("--randomise draws from the seed, and there is none. Name one, for example --seed 7")
+        raise UsageError(
+            "--randomise draws from the seed, and there is none. Name one, for example --seed 7", kind="seed-missing"
+        )
 
 
-def _world(
+def _load_world(
     request: RunRequest, description: RobotDescription, *, builds_world: bool
 ) -> tuple[WorldDescription | None, DrawnValues]:
-    """Return the world, if there is to be one, and what is told of its looks and conditions."""
+    """Return the world, and the values of `Plan.drawn`. The world is None if there is none."""
     if not (request.world or builds_world):
         return None, {}
     world = load_world(request.world or DEFAULT_WORLD)
@@ -172,24 +214,24 @@ def _world(
     if request.seed is None:
         require_start(world, description)
     else:
-        world, drawn = _drawn(world, description, request.seed, is_randomised=request.randomise)
+        world, drawn = _draw(world, description, request.seed, is_randomised=request.randomise)
     fixed = describe_conditions(world.conditions) if builds_world else {}
     return world, {**drawn, **fixed}
 
 
-def _note_of_world(world: WorldDescription | None, backend: Backend, *, builds_world: bool) -> Iterator[str]:
-    """Yield what the end of a run is judged by, where the simulator knows where the robot is and made no world."""
+def _explain_scene(world: WorldDescription | None, backend: Backend, *, builds_world: bool) -> Iterator[str]:
+    """Yield a note if the simulator measures the robot's pose in a scene that it did not build from the world."""
     if world and not builds_world and Capability.POSE in backend.capabilities:
         yield (
-            f"the scene is taken as it is; what is verified, and how far away targets are, is told by {world.name!r}: "
-            "it holds where that is what the scene shows"
+            f"the scene is used as it is. The verification and the distance to targets use the positions in "
+            f"{world.name!r}; they must match the scene"
         )
 
 
-def _drawn(
+def _draw(
     world: WorldDescription, description: RobotDescription, seed: int, *, is_randomised: bool
 ) -> tuple[WorldDescription, DrawnValues]:
-    """Return the world as the seed has it, and by name what was drawn."""
+    """Return the world that the seed draws, and the drawn values by name."""
     world = draw_world(world, description, seed)
     drawn = describe_light(world.light)
     if is_randomised:

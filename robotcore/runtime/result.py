@@ -10,19 +10,33 @@ from robotcore.errors import Interrupted, RobotcoreError, SafetyStop
 
 
 class Outcome(str, Enum):
-    """What the app and the loop say of a run."""
+    """How a run ended, before its verification."""
 
     SUCCESS = "success"
+    """The app returned `Status.SUCCESS`."""
     FAILURE = "failure"
+    """The app returned `Status.FAILURE`."""
     TIMEOUT = "timeout"
+    """The app did not end within its time."""
     STOPPED = "stopped"
+    """A safety rule, the watchdog or the e-stop ended the run."""
     INTERRUPTED = "interrupted"
+    """A signal ended the run."""
     ERROR = "error"
+    """The app raised, or a device or the backend failed."""
 
 
 @dataclass(frozen=True)
 class RunResult:
-    """The result of one run. None stands for a value that the backend cannot measure."""
+    """The result of one run. None stands for a value that the backend cannot measure.
+
+    >>> from robotcore import RunRequest, run
+    >>> result = run(RunRequest("avoid-obstacles", settings={"duration_s": 1.0}))
+    >>> result
+    RunResult(avoid-obstacles on kinematic: success, 21 ticks, 1.0 s)
+    >>> result.outcome is Outcome.SUCCESS, result.exit_status
+    (True, 0)
+    """
 
     app: str
     """The app's name, or its file."""
@@ -68,14 +82,19 @@ class RunResult:
     error: BaseException | None = field(default=None, repr=False, compare=False)
     """The exception that ended the run, if one did."""
 
+    def __repr__(self) -> str:
+        reason = f", {self.reason!r}" if self.reason else ""
+        time = f"{self.ticks} ticks, {self.sim_time_s} s"
+        return f"RunResult({self.app} on {self.backend}: {self.outcome.value}, {time}{reason})"
+
     @property
     def verifier(self) -> str:
-        """Whose word ``verified`` is."""
+        """The source of ``verified``: ``judge`` or ``simulator``."""
         return "judge" if self.judge else "simulator"
 
     @property
     def dispute(self) -> str:
-        """Who does not agree with an app that says success, in words; empty where nobody disagrees."""
+        """The objection to an app's success, as a text. Empty if there is none."""
         if self.outcome is Outcome.SUCCESS and self.verified is False:
             return f"the {self.verifier} does not agree"
         return ""
@@ -87,7 +106,7 @@ class RunResult:
 
 
 def outcome_of(error: RobotcoreError | Interrupted) -> Outcome:
-    """Return the outcome of a run that this ended."""
+    """Return the outcome of a run that ended with an error."""
     if isinstance(error, Interrupted):
         return Outcome.INTERRUPTED
     return Outcome.STOPPED if isinstance(error, SafetyStop) else Outcome.ERROR

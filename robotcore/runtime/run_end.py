@@ -1,4 +1,4 @@
-"""How the end of a run becomes its result."""
+"""Build the result of a run from its end."""
 
 from __future__ import annotations
 
@@ -16,19 +16,23 @@ if TYPE_CHECKING:
 
 
 class RunEnd(NamedTuple):
-    """How a run ended: ``error`` ended it, if one did; ``late`` is what failed when it was over."""
+    """The end of a run."""
 
     outcome: Outcome
     error: RobotcoreError | Interrupted | None
+    """The error that ended the run, if one did."""
     late: RobotcoreError | None
+    """An error after the end, for example while the robot was closed."""
 
 
-def build_result(
-    plan: Plan, loop: Loop | None, verification: Verification, ending: RunEnd, wall_time: float
-) -> RunResult:
-    """Return all that is known of a run; ``loop`` is None where none began."""
-    request, behaviour, (outcome, error, late) = plan.request, plan.behaviour, ending
-    said = str(error) if error else behaviour.reason or _default_reason(outcome, request, behaviour)
+def build_result(plan: Plan, loop: Loop | None, verification: Verification, end: RunEnd, wall_time: float) -> RunResult:
+    """Return the result of a run.
+
+    loop: the loop of the run; None if the run ended before its first tick.
+    wall_time: the duration of the run, in seconds.
+    """
+    request, behaviour, (outcome, error, late) = plan.request, plan.behaviour, end
+    reason = str(error) if error else behaviour.reason or _default_reason(outcome, request, behaviour)
     verified = False if error and verification.verified else verification.verified
     return RunResult(
         app=app_name(request.app),
@@ -38,7 +42,7 @@ def build_result(
         seed=request.seed,
         outcome=outcome,
         exit_status=error.exit_status if error else int(outcome is not Outcome.SUCCESS or verified is False),
-        reason=f"{said}; {late}" if late and late is not error else said,
+        reason=f"{reason}; {late}" if late and late is not error else reason,
         verified=verified,
         judge=app_name(request.judge) if request.judge else None,
         sim_time_s=round(loop.time, 6) if loop else 0.0,
@@ -51,7 +55,7 @@ def build_result(
         milestones=dict(loop.trace.milestones) if loop else {},
         conditions=plan.drawn,
         faults=[str(fault) for fault in plan.faults],
-        notes=[*plan.notes, *((*loop.trace.warnings, *loop.outages.notes(loop.time)) if loop else ())],
+        notes=[*plan.notes, *((*loop.trace.warnings, *loop.losses.summarise(loop.time)) if loop else ())],
         batteries=dict(loop.trace.batteries) if loop else {},
         trace_sha256=loop.trace.sha256 if loop else None,
         error=error,

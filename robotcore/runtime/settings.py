@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Annotated, Any, get_type_hints
 
-from annotated_types import Interval as Interval  # noqa: PLC0414  given on
+from annotated_types import Interval as Interval  # noqa: PLC0414  apps import it from robotcore
 from pydantic import Field, TypeAdapter, ValidationError
 
 from robotcore.description import first_mistake
@@ -19,17 +19,19 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 @dataclasses.dataclass(frozen=True)
 class Setting:
-    """A setting that an app has: its name, its type as it is written, its default."""
+    """A setting of an app."""
 
     name: str
     type: Any
+    """The type as the app's class declares it."""
     default: Any
+    """The default; `dataclasses.MISSING` if there is none."""
 
 
 def settings_of(app: type[Behaviour]) -> dict[str, Setting]:
-    """Return what can be set on an app, by name.
+    """Return the settings of an app, by name.
 
-    Raises BehaviourError where its own code raises: a type that is not there, or what makes a default.
+    Raises BehaviourError if the app's code raises, for example in a type or in a default factory.
     """
     if not dataclasses.is_dataclass(app):
         return {}
@@ -44,19 +46,25 @@ def settings_of(app: type[Behaviour]) -> dict[str, Setting]:
 
 
 def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
-    """Return the app with these settings; UsageError says which one does not fit, and why.
+    """Return the app with these settings.
 
-    Raises BehaviourError where the app's own code raises.
+    Raises UsageError if a setting is unknown, missing or of another type, and BehaviourError if the app's code raises.
+
+    values: the settings by name. Texts are converted to the declared types.
     """
     known = settings_of(app)
     checked = {}
     for name, value in values.items():
         if name not in known:
-            raise _unknown(app, name, list(known))
-        checked[name] = _checked(known[name], value)
+            raise _build_unknown_error(app, name, list(known))
+        checked[name] = _convert(known[name], value)
     for setting in known.values():
         if setting.default is dataclasses.MISSING and setting.name not in checked:
-            raise UsageError(f"the app needs the setting {setting.name}; give it: --set {setting.name}=VALUE")
+            raise UsageError(
+                f"the app needs the setting {setting.name}; give it: --set {setting.name}=VALUE",
+                kind="setting-missing",
+                setting=setting.name,
+            )
     try:
         return app(**checked)
     except RobotcoreError:
@@ -71,17 +79,22 @@ def _default_of(field: dataclasses.Field[Any]) -> Any:
     return field.default
 
 
-def _unknown(app: type[Behaviour], name: str, known: list[str]) -> UsageError:
+def _build_unknown_error(app: type[Behaviour], name: str, known: list[str]) -> UsageError:
     if known or dataclasses.is_dataclass(app):
         return UnknownNameError("setting", name, known)
     return UsageError(
-        f"unknown setting {name!r}: {app.__name__} is no dataclass. Put @dataclass above it; its fields are settings"
+        f"unknown setting {name!r}: {app.__name__} is no dataclass. Put @dataclass above it; its fields are settings",
+        kind="not-a-dataclass",
     )
 
 
-def _checked(setting: Setting, value: Any) -> Any:
+def _convert(setting: Setting, value: Any) -> Any:
     try:
         return TypeAdapter(setting.type).validate_python(value)
     except ValidationError as error:
         _, fault = first_mistake(error)
-        raise UsageError(f"setting {setting.name}: {fault}; the default is {setting.default!r}") from error
+        raise UsageError(
+            f"setting {setting.name}: {fault}; the default is {setting.default!r}",
+            kind="setting-invalid",
+            setting=setting.name,
+        ) from error

@@ -1,4 +1,4 @@
-"""Signals that end or suspend the program: raised as an exception, and passed on at the end."""
+"""Handle the signals that end or suspend the program."""
 
 from __future__ import annotations
 
@@ -14,24 +14,26 @@ from typing import Any, NoReturn
 from robotcore.errors import Interrupted
 
 LAST_SIGNAL = 3
+"""This signal in a row ends the process at once."""
 
 WATCHDOG_SIGNAL: int = getattr(signal, "SIGURG", signal.SIGINT)
-"""It interrupts a call that waits, and does nothing where nobody hears it."""
+"""The watchdog interrupts a waiting call with it. Without a handler it does nothing."""
 
-ENDING = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+END_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
 SUSPEND: int | None = getattr(signal, "SIGTSTP", None)
+"""The signal of Ctrl-Z; None on systems without it."""
 
 
 class WatchdogInterrupt(BaseException):
-    """Raised where the program is, by whoever has latched: the latch knows why the run ends."""
+    """Raised in the run's thread after the watchdog tripped the latch. The latch has the error that ended the run."""
 
 
 def die_of(number: int) -> NoReturn:
-    """End the process by a signal's default action, after all that there was to tidy up.
+    """End the process by a signal's default action.
 
-    So whoever started it sees that it was interrupted: a loop in a shell ends too, which would go on after an exit
-    status (https://www.cons.org/cracauer/sigint.html). A shell tells it as 128 + ``number``, `subprocess` as
-    ``-number``. Where the signal does not end it, on Windows for one, it exits with 128 + ``number``.
+    The parent process then sees the signal instead of an exit status, so a loop in a shell ends too
+    (https://www.cons.org/cracauer/sigint.html). A shell reports it as 128 + ``number``, `subprocess` as ``-number``.
+    If the signal does not end the process, for example on Windows, it exits with 128 + ``number``.
     """
     if os.name == "posix":
         signal.signal(number, signal.SIG_DFL)
@@ -40,23 +42,24 @@ def die_of(number: int) -> NoReturn:
 
 
 class SignalGuard:
-    """While entered, a signal raises Interrupted where the program is; after `mask` none does.
+    """A context in which a signal raises Interrupted in the main thread.
 
-    So nothing cuts short the stopping of the motors. A signal that the program was started to ignore (``nohup``) is
-    left alone. Hears nothing outside the main thread, where Python delivers no signals. ``raised`` is the last one.
-
-    A request to suspend the program (Ctrl-Z) is met at once, or at the next `check`, as `suspend_with` has it.
+    After `mask` no signal raises, so nothing interrupts the stopping of the motors. A signal that the program was
+    started to ignore (``nohup``) is still ignored. Outside the main thread the context handles no signals, because
+    Python delivers none there. A request to suspend the program (Ctrl-Z) is handled at once or at the next `check`,
+    see `set_suspension_hooks`.
     """
 
     def __init__(self) -> None:
         self._thread = threading.get_ident()
         self._is_masked = self._is_deferred = self._is_interrupted = False
         self.raised: Interrupted | None = None
+        """The exception of the last signal."""
         self._last_resort: Callable[[], object] = lambda: None
         self._count = 0
         self._before: dict[int, Any] = {}
         self._suspension = 0
-        self._is_to_wait = False
+        self._is_suspension_deferred = False
         self._before_suspension: Callable[[], object] = lambda: None
         self._after_suspension: Callable[[], object] = lambda: None
 
@@ -66,15 +69,15 @@ class SignalGuard:
         return bool(self._before)
 
     def mask(self) -> None:
-        """From here on no signal raises: the robot is being closed."""
+        """Ignore all further signals, because the robot is being closed."""
         self._is_masked = True
-        self._is_to_wait = False
+        self._is_suspension_deferred = False
         if self._is_interrupted:
             _cancel_interrupt()
 
     @contextmanager
     def defer(self) -> Iterator[None]:
-        """While entered, a signal waits, but for the third: what is done here is done wholly, and can be undone."""
+        """Return a context in which a signal raises only at the end. A third signal still ends the process."""
         self._is_deferred = True
         try:
             yield
@@ -82,22 +85,26 @@ class SignalGuard:
             self._is_deferred = False
         self.check()
 
-    def stop_with(self, last_resort: Callable[[], object]) -> None:
-        """Let the third signal call this and end the process at once: an app may swallow what is raised."""
+    def set_last_resort(self, last_resort: Callable[[], object]) -> None:
+        """Set the function that the third signal calls before it ends the process. An app may catch the others."""
         self._last_resort = last_resort
 
-    def suspend_with(
+    def set_suspension_hooks(
         self,
         before: Callable[[], object],
         after: Callable[[], object] = lambda: None,
         *,
-        is_to_wait: bool = False,
+        is_deferred: bool = False,
     ) -> None:
-        """Call ``before`` ere the program is suspended, at a `check` where that ``is_to_wait``, and ``after`` later."""
-        self._before_suspension, self._after_suspension, self._is_to_wait = before, after, is_to_wait
+        """Set the functions to call around a suspension of the program.
+
+        before, after: called before and after it.
+        is_deferred: suspend the program at the next `check`, not at once.
+        """
+        self._before_suspension, self._after_suspension, self._is_suspension_deferred = before, after, is_deferred
 
     def check(self) -> None:
-        """Raise again what an app has swallowed with a bare ``except``; be suspended where that was asked for."""
+        """Raise the last signal again if an app caught it, and handle a deferred suspension."""
         if self.raised:
             raise self.raised
         if number := self._suspension:
@@ -105,7 +112,7 @@ class SignalGuard:
             self._suspend(number)
 
     def interrupt_main_thread(self) -> None:
-        """Raise WatchdogInterrupt, from another thread, in the thread that entered this, unless it is masked..
+        """Raise WatchdogInterrupt in the thread that made this guard, unless it is masked. Called in another thread.
 
         Outside the main thread a call that waits cannot be interrupted; the exception is raised when the call returns.
         """
@@ -120,7 +127,7 @@ class SignalGuard:
     def __enter__(self) -> SignalGuard:
         if threading.current_thread() is threading.main_thread():
             handlers = {
-                **dict.fromkeys(ENDING, self._raise),
+                **dict.fromkeys(END_SIGNALS, self._raise),
                 WATCHDOG_SIGNAL: self._interrupt,
                 SUSPEND: self._on_suspend,
             }
@@ -152,9 +159,9 @@ class SignalGuard:
             raise WatchdogInterrupt
 
     def _on_suspend(self, number: int, frame: FrameType | None) -> None:
-        if self._is_to_wait:
+        if self._is_suspension_deferred:
             self._suspension = number
-        elif not self._is_masked:  # the robot is closed first
+        elif not self._is_masked:  # while the robot is closed, no suspension
             self._suspend(number)
 
     def _suspend(self, number: int) -> None:
@@ -165,8 +172,8 @@ class SignalGuard:
         else:
             own = signal.signal(number, signal.SIG_DFL)
             try:
-                signal.raise_signal(number)  # and here the program goes on, when somebody lets it
-            finally:  # perhaps to hear that it is to end
+                signal.raise_signal(number)  # the program is suspended here, and continues here
+            finally:  # the continued program may be interrupted at once
                 signal.signal(number, own)
         self._after_suspension()
 
@@ -179,19 +186,18 @@ class SignalGuard:
 
 
 class _CancelInterrupt(BaseException):
-    """Raised in the place of what was not raised yet."""
+    """Raised in place of a pending WatchdogInterrupt."""
 
 
 def _raise_in(thread: int, kind: type[BaseException]) -> None:
-    """Let an exception be raised in a thread when it next comes to Python's own code."""
+    """Raise an exception in a thread, as soon as it executes Python code."""
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))
 
 
 def _cancel_interrupt() -> None:
-    """Let nothing be raised in this thread any more.
+    """Cancel the pending exception of this thread, by raising a harmless one in its place.
 
-    CPython 3.11 goes on looking for what is not to be raised after all, and no tracer, a debugger's for one, comes past
-    that; so another exception is raised in its place.
+    Clearing a pending exception makes CPython 3.11 loop if a tracer is attached.
     """
     with suppress(_CancelInterrupt):
         _raise_in(threading.get_ident(), _CancelInterrupt)
@@ -200,5 +206,5 @@ def _cancel_interrupt() -> None:
 
 
 def _is_handled(number: int) -> bool:
-    """Return whether to hear a signal: one that the program was started to ignore is left alone, but for two."""
+    """Return whether to handle a signal. SIGINT and SIGTERM are handled even if they were ignored before."""
     return number in (signal.SIGINT, signal.SIGTERM) or signal.getsignal(number) is not signal.SIG_IGN

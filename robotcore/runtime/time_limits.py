@@ -1,4 +1,4 @@
-"""The time limits of a run's parts for the watchdog, with the error for each."""
+"""The time limits of a run's activities for the watchdog, with the error of each."""
 
 from __future__ import annotations
 
@@ -11,73 +11,95 @@ from robotcore.runtime.behaviour import Behaviour
 from robotcore.safety import TimeLimit
 
 GRACE_S = 1.0
+"""How long an app or an observer may take to return after its interruption, in seconds."""
+
 OPENING_S = 60.0
-"""A simulator may have a large scene to load, and a window to open."""
+"""The limit for opening a robot, in seconds. A simulator may load a large scene and open a window."""
 
 CLOSING_S = 10.0
-"""A camera or a simulator may take its time to end."""
+"""The limit for closing a robot, in seconds. A camera or a simulator may take long to end."""
 
 SIMULATION_FACTOR = 10.0
-"""So much longer may those who look on take where all time is simulated: it waits for a disk, and nothing real moves.
-The same goes for a simulator's window, which somebody may drag."""
+"""Factor on the observers' limits in simulation, where nothing real moves and only disks are slow.
+
+It is also the factor on every limit of a run with a window, because dragging a window stops a simulator.
+"""
 
 
 def open_limit(backend: str) -> TimeLimit:
-    """Return the stay in the opening of a robot."""
+    """Return the limit for opening a robot."""
 
     def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
         return BackendError(
-            f"the backend {backend!r} has not opened the robot for {seconds:.0f} s. Does what it connects to answer?"
+            f"the backend {backend!r} did not open the robot within {seconds:.0f} s. Check that the simulator or board "
+            "that it connects to answers",
+            kind="opening-timeout",
+            seconds=seconds,
         )
 
     return TimeLimit(OPENING_S, overdue, GRACE_S)
 
 
 def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
-    """Return the stay in an app's step."""
+    """Return the limit for an app's step."""
 
     def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
         kind = type(app)
         return WatchdogError(
-            f"{kind.__name__} has not come back from step for {seconds:.1f} s, in {app.state!r}{_line(kind, frame)}. "
-            "An app never waits: return Status.RUNNING, and go on in the next tick"
+            f"{kind.__name__}.step did not return within {seconds:.1f} s, in state {app.state!r}{_line(kind, frame)}. "
+            "Do not wait in step: return Status.RUNNING, and continue in the next tick",
+            kind="step-timeout",
+            seconds=seconds,
+            state=app.state,
         )
 
     return TimeLimit(limit_s, overdue, GRACE_S)
 
 
 def observer_limit(limit_s: float) -> TimeLimit:
-    """Return the stay with the observers."""
+    """Return the limit for the observers."""
 
     def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
-        return WatchdogError(f"what looks at the run has not come back for {seconds:.1f} s: {_innermost(frame)}")
+        line = _innermost(frame)
+        return WatchdogError(
+            f"an observer of the run did not return within {seconds:.1f} s: {line}",
+            kind="observer-timeout",
+            seconds=seconds,
+            line=line,
+        )
 
     return TimeLimit(limit_s, overdue, GRACE_S)
 
 
 def judge_limit(judge: Behaviour, backend: str) -> TimeLimit:
-    """Return the stay with who judges the end of a run, and with the simulator that tells him the truth."""
+    """Return the limit for the verification by the judge, and for the simulator's truth that it reads."""
 
     def overdue(seconds: float, frame: FrameType | None) -> RobotcoreError:
         kind = type(judge)
         if line := _line(kind, frame):
-            return WatchdogError(f"{kind.__name__} has not come back from verify for {seconds:.1f} s{line}")
-        return BackendError(f"the backend {backend!r} has not told the truth about the run's end for {seconds:.1f} s")
+            return WatchdogError(
+                f"{kind.__name__}.verify did not return within {seconds:.1f} s{line}", kind="verify-timeout"
+            )
+        return BackendError(
+            f"the backend {backend!r} did not return the simulator's truth within {seconds:.1f} s", kind="truth-timeout"
+        )
 
     return TimeLimit(CLOSING_S, overdue, 0.0)
 
 
 def close_limit(backend: str) -> TimeLimit:
-    """Return the stay at the end of a run, which nothing calls back: the process ends."""
+    """Return the limit for closing a robot. Nothing interrupts this: the process ends."""
 
     def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
-        return BackendError(f"the backend {backend!r} has not let go of the robot for {seconds:.1f} s")
+        return BackendError(
+            f"the backend {backend!r} did not close the robot within {seconds:.1f} s", kind="closing-timeout"
+        )
 
     return TimeLimit(CLOSING_S, overdue, 0.0)
 
 
 def _line(kind: type, frame: FrameType | None) -> str:
-    """Return the line of the app's own file that a thread is at, in words; empty where it is at none."""
+    """Return the line of the app's file that a thread executes, as ``, at FILE:LINE``. Empty if it executes none."""
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
     while frame and frame.f_code.co_filename != file:
         frame = frame.f_back
@@ -85,4 +107,4 @@ def _line(kind: type, frame: FrameType | None) -> str:
 
 
 def _innermost(frame: FrameType | None) -> str:
-    return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}" if frame else "it is nowhere to be seen"
+    return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}" if frame else "its line is unknown"

@@ -1,4 +1,4 @@
-"""What was decided, tick by tick, and its digest."""
+"""The record of each tick, and the digest over all decisions of a run."""
 
 from __future__ import annotations
 
@@ -15,32 +15,35 @@ _COMMAND = struct.Struct("<dd")
 
 
 class TickRecord(NamedTuple):
-    """One tick: the state after it was decided, what was asked of the wheels and what was sent, rad/s.
-
-    ``asked`` is None in a tick without a command, and so is ``sent``, unless the stage lessened one that lived on.
-    ``lost`` names the device for whose loss the tick came to nothing.
-    ``voltages`` are what the batteries told last, by name, in volts; ``warnings`` what is new in this tick and to be
-    known, in whole sentences.
-    """
+    """The record of one tick."""
 
     tick: int
+    """The number of the tick, from 0."""
     time: float
+    """The robot's time, in seconds."""
     state: str
+    """The app's state at the end of the tick."""
     asked: Wheels | None
+    """The app's command, in rad/s; None if it gave none."""
     sent: Wheels | None
+    """The command that was sent, in rad/s; None if none was sent."""
     interventions: tuple[Intervention, ...]
+    """The changes of the command."""
     lost: str | None = None
+    """The lost device because of which the tick had no decision."""
     voltages: Mapping[str, float] = MappingProxyType({})
+    """The last voltage of each battery, in volts, by name."""
     warnings: tuple[str, ...] = ()
+    """The new warnings in this tick, each a sentence."""
 
     @property
     def doing(self) -> str:
-        """The app's state, or what the robot stands and waits for."""
+        """The app's state, or the lost device for which the robot waits."""
         return f"waiting for {self.lost}" if self.lost else self.state
 
 
 def format_voltages(voltages: Mapping[str, float]) -> str:
-    """Return voltages in words; each with its battery's name only where there are several.
+    """Return voltages as a text. If there are several, each has its battery's name.
 
     >>> format_voltages({"battery": 7.412})
     '7.41 V'
@@ -51,11 +54,19 @@ def format_voltages(voltages: Mapping[str, float]) -> str:
 
 
 class Trace:
-    """Adds up a run: digest, milestones, interventions, warnings, and what its batteries told, in volts.
+    """Sums up a run: the digest, counts, milestones, warnings and batteries.
 
-    The digest is SHA-256 over, per tick, the state (UTF-8, ended by a zero byte), the number of commands asked
-    for (one byte: 0 or 2) and the commands as little-endian doubles, left then right. No voltage is in it: what
-    depends on one is in what was decided.
+    The digest is SHA-256 over the ticks. Each tick adds the app's state (UTF-8, ended by a zero byte), the number of
+    wheel commands (one byte: 0 or 2), and the commands as little-endian doubles, left then right. Voltages are not
+    part of it.
+
+    milestones: the names of the app's milestones.
+
+    >>> trace = Trace(("seen",))
+    >>> trace.add(TickRecord(0, 0.0, "search", Wheels(2.0, -2.0), Wheels(2.0, -2.0), ()))
+    >>> trace.add(TickRecord(1, 0.05, "seen", None, None, ()))
+    >>> trace
+    Trace(ticks=2, interventions=0, milestones={'seen': 0.05})
     """
 
     def __init__(self, milestones: tuple[str, ...]) -> None:
@@ -64,26 +75,31 @@ class Trace:
         self.ticks = 0
         self.interventions = 0
         self.milestones: dict[str, float] = {}
+        """The time of each milestone that was reached, in seconds."""
         self.warnings: list[str] = []
         self.batteries: dict[str, dict[str, float]] = {}
+        """For each battery the lowest and the last voltage: ``lowest_v``, ``last_v``."""
         self._voltages: Mapping[str, float] = {}
 
+    def __repr__(self) -> str:
+        return f"Trace(ticks={self.ticks}, interventions={self.interventions}, milestones={self.milestones})"
+
     def add(self, record: TickRecord) -> None:
-        """Take one tick in."""
+        """Add one tick."""
         self.ticks += 1
         self.interventions += len(record.interventions)
         self.warnings += record.warnings
         if record.voltages is not self._voltages:
-            self._take_voltages(record.voltages)
+            self._add_voltages(record.voltages)
         state, asked = record.state, record.asked
         if state in self._awaited:
             self._awaited.discard(state)
-            # no member of an app's own enumeration, nor what a sum of steps adds to a time
+            # an app's state may be a member of an enumeration, and a sum of steps has rounding errors
             self.milestones[str.__str__(state)] = round(record.time, 6)
         command = b"\0" if asked is None else b"\2" + _COMMAND.pack(*asked)
         self._hash.update(state.encode() + b"\0" + command)
 
-    def _take_voltages(self, voltages: Mapping[str, float]) -> None:
+    def _add_voltages(self, voltages: Mapping[str, float]) -> None:
         self._voltages = voltages
         for battery, voltage in voltages.items():
             lowest = self.batteries.get(battery, {}).get("lowest_v", voltage)
@@ -91,4 +107,5 @@ class Trace:
 
     @property
     def sha256(self) -> str:
+        """The digest as a hexadecimal text."""
         return self._hash.hexdigest()

@@ -1,4 +1,4 @@
-"""Verification of a run's end by the simulator's truth: by the app itself, or by another app as the judge."""
+"""Verify the end of a run by the simulator's truth. The judge is the app itself, or another app."""
 
 from __future__ import annotations
 
@@ -14,57 +14,70 @@ from robotcore.runtime.settings import configure, settings_of
 
 @dataclass(frozen=True)
 class Verification:
-    """What the truth says at the end; None is what nobody knows. ``failure`` is what the judge's own code raised."""
+    """The result of a verification. None stands for a value that is unknown."""
 
     verified: bool | None = None
+    """Whether the judge agrees that the run is a success."""
     contacts: int | None = None
+    """The number of contacts with obstacles."""
     distance: float | None = None
+    """The distance to the target, in metres."""
     failure: BehaviourError | None = None
+    """The error that the judge's code raised."""
 
 
 def verify_run(judge: Behaviour, truth: Truth | None, outcome: Outcome, name: str | None) -> Verification:
-    """Verify a run by the simulator's truth. If the simulator has died, every value is None."""
+    """Verify a run by the simulator's truth. If the simulator has died, every value is None.
+
+    name: the judge's name or file; None if the app judges itself.
+    """
     if truth is None:
         return Verification()
     try:
         measured = Verification(None, truth.contacts, truth.distance_to_target)
         try:
-            said = ask_judge(judge, truth, name)
+            verdict = ask_judge(judge, truth, name)
         except BehaviourError as error:
             return replace(measured, failure=error)
-        return replace(measured, verified=said and outcome is Outcome.SUCCESS)
+        return replace(measured, verified=verdict and outcome is Outcome.SUCCESS)
     except (RobotcoreError, OSError, EOFError):
         return Verification()
 
 
 def load_judge(name: str) -> Behaviour:
-    """Return the app that is to judge, with its default settings; UsageError where it would judge nothing."""
+    """Return the app that judges, with its default settings. Raises UsageError if it cannot judge.
+
+    name: the app's name, or its file.
+    """
     try:
         judge = load_app(name)
     except UnknownNameError as error:
-        raise UsageError(f"--judge: {error}") from error
+        raise UsageError(f"--judge: {error}", kind="unknown-judge") from error
     if judge.verify is Behaviour.verify:
         raise UsageError(
-            f"--judge {name}: it has no verify, so it judges nothing. Name an app that has one, such as green-search"
+            f"--judge {name}: it has no verify, so it judges nothing. Name an app that has one, such as green-search",
+            kind="judge-without-verify",
         )
     for setting in settings_of(judge).values():
         if setting.default is MISSING:
             raise UsageError(
-                f"--judge {name}: its setting {setting.name} has no default. Give it one: --set is the app's"
+                f"--judge {name}: its setting {setting.name} has no default. Add one, because --set sets the app only",
+                kind="judge-setting-missing",
+                setting=setting.name,
             )
     return configure(judge, {})
 
 
 def ask_judge(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
-    """Return what the judge says; ``name`` is what it was asked for by, None where an app judges itself.
+    """Return the judge's verdict; None if it has none. Raises BehaviourError if its code raises.
 
-    Raises BehaviourError where its own code raises.
+    name: the judge's name or file; None if the app judges itself.
     """
     if name and is_app_file(name):
         use_script_folder(app_path(name))
     try:
-        said = judge.verify(truth)
-        return None if said is None else bool(said)  # an array of several has no truth
+        verdict = judge.verify(truth)
+        return None if verdict is None else bool(verdict)  # bool raises for an array of several values
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:

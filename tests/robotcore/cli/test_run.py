@@ -124,7 +124,7 @@ def test_an_app_that_exits_when_it_is_imported_is_reported(cli: Cli, tmp_path: P
     app.write_text("exit()")
     answer = cli("run", str(app))
     assert (answer.status, answer.out) == (2, "")
-    assert answer.err.startswith(f"error: {app} ends its process when it is imported, by exit(). Put what it does")
+    assert answer.err.startswith(f"error: {app} ends its process when it is imported, by exit(). Put that code")
 
 
 def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: AppFile) -> None:

@@ -109,7 +109,7 @@ def test_what_is_no_tick_is_refused(content: bytes) -> None:
 @pytest.mark.parametrize("text", [rb"\ud800", rb"a\uDC80b", rb"\ud83d \ude00", b"\xed\xa0\x80"])
 def test_lone_surrogate_is_refused_wherever_it_is(text: bytes) -> None:
     for content in (b'{"kind":"%s","message":""}', b'{"kind":"","message":"","attributes":{"%s":1}}'):
-        with pytest.raises(ValueError, match="utf-8"):
+        with pytest.raises(UnicodeError):
             from_json(RecordedError, content % text)
 
 

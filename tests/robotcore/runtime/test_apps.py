@@ -1,4 +1,4 @@
-"""test_apps_beside_modules."""
+"""Imports of apps from files, with the modules beside them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robotcore.runtime.apps import use_script_folder
 
 @pytest.fixture(autouse=True)
 def _as_before(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Leave no folder of a test to import from."""
+    """Restore the import path and the modules after a test."""
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(apps, "_folders", {})
     modules = set(sys.modules)
@@ -28,7 +28,7 @@ def _as_before(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def folders(tmp_path: Path) -> tuple[Path, Path]:
-    """Two apps, each with modules beside it that are called the same."""
+    """Two apps in two folders, with modules of the same names beside them."""
     for name in ("a", "b"):
         (tmp_path / name / "parts").mkdir(parents=True)
         (tmp_path / name / "bare").mkdir()
@@ -38,13 +38,13 @@ def folders(tmp_path: Path) -> tuple[Path, Path]:
 
 
 @pytest.mark.parametrize("name", ["cog", "parts", "parts.wheel", "bare.wheel"])
-def test_modules_of_one_name_are_not_mixed_up(folders: tuple[Path, Path], name: str) -> None:
+def test_each_app_imports_the_modules_of_its_folder(folders: tuple[Path, Path], name: str) -> None:
     for app, letter in zip(folders * 2, "abab", strict=True):
         use_script_folder(app)
         assert letter == import_module(name).FROM
 
 
-def test_a_module_is_the_same_one_when_its_turn_comes_again(folders: tuple[Path, Path]) -> None:
+def test_module_is_the_same_when_its_folder_is_used_again(folders: tuple[Path, Path]) -> None:
     one, other = folders
     use_script_folder(one)
     cog = import_module("cog")
@@ -53,7 +53,7 @@ def test_a_module_is_the_same_one_when_its_turn_comes_again(folders: tuple[Path,
     assert import_module("cog") is cog
 
 
-def test_what_only_the_other_folder_has_is_not_found(folders: tuple[Path, Path]) -> None:
+def test_module_of_another_folder_is_not_found(folders: tuple[Path, Path]) -> None:
     one, other = folders
     one.with_name("extra.py").touch()
     use_script_folder(one)
@@ -63,7 +63,7 @@ def test_what_only_the_other_folder_has_is_not_found(folders: tuple[Path, Path])
         import_module("extra")
 
 
-def test_a_folder_is_looked_into_once_however_often_it_is_named(folders: tuple[Path, Path]) -> None:
+def test_folder_is_in_the_path_once(folders: tuple[Path, Path]) -> None:
     one, other = folders
     before = list(sys.path)
     for app in (one, one, other, one):
@@ -71,7 +71,7 @@ def test_a_folder_is_looked_into_once_however_often_it_is_named(folders: tuple[P
     assert sys.path == [str(one.parent), *before]
 
 
-def test_a_folder_that_was_on_the_path_anyway_stays_there(
+def test_folder_that_was_in_the_path_before_stays_there(
     folders: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one, other = folders
@@ -82,7 +82,7 @@ def test_a_folder_that_was_on_the_path_anyway_stays_there(
     assert sys.path == [str(other.parent), *before]
 
 
-def test_a_library_below_the_folder_and_what_was_there_before_stay(
+def test_library_below_the_folder_and_earlier_modules_stay(
     folders: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     one, other = folders
@@ -99,6 +99,6 @@ def test_a_library_below_the_folder_and_what_was_there_before_stay(
     assert sys.modules["cog"] is early
 
 
-def test_libraries_count_also_where_python_does_not_know_who_brought_them(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_version_of_a_library_without_a_known_distribution_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(versions, "_owners", dict)
     assert versions.libraries(()) == {"python": platform.python_version(), "numpy": np.__version__}

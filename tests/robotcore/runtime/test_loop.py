@@ -12,6 +12,7 @@ from robotcore.runtime.loop import Loop
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import Deed, Rig
+from tests.texts import Raises
 
 
 def loop_of(
@@ -23,8 +24,8 @@ def loop_of(
     return Loop(rig.assembled, Deed(deed), rig.rate_hz, timeout, [observer])
 
 
-def saying(*statuses: Status) -> Callable[[Robot], Status]:
-    """Return a deed that drives slowly and says these, one a tick."""
+def returning(*statuses: Status) -> Callable[[Robot], Status]:
+    """Return a step that drives slowly and returns one of these statuses in each tick."""
     remaining: Iterator[Status] = iter(statuses)
 
     def drive(robot: Robot) -> Status:
@@ -41,14 +42,14 @@ def forever(robot: Robot) -> Status:
 
 class TestOutcome:
     @pytest.mark.parametrize("status, outcome", [(Status.SUCCESS, Outcome.SUCCESS), (Status.FAILURE, Outcome.FAILURE)])
-    def test_is_what_the_app_says_and_the_robot_then_stands(self, status: Status, outcome: Outcome) -> None:
+    def test_outcome_is_the_apps_status_and_the_robot_stands(self, status: Status, outcome: Outcome) -> None:
         rig = Rig()
-        loop = loop_of(rig, saying(Status.RUNNING, Status.RUNNING, status))
+        loop = loop_of(rig, returning(Status.RUNNING, Status.RUNNING, status))
         assert loop.run() is outcome
         assert loop.trace.ticks == 3
         assert rig.wheels == (0.0, 0.0)
 
-    def test_is_a_timeout_at_the_robots_own_time_and_the_robot_then_stands(self) -> None:
+    def test_timeout_counts_the_robots_time_and_the_robot_stands(self) -> None:
         rig = Rig()
         loop = loop_of(rig, forever, timeout=0.5)
         assert loop.run() is Outcome.TIMEOUT
@@ -56,22 +57,22 @@ class TestOutcome:
         assert loop.trace.ticks == 11
         assert rig.wheels == (0.0, 0.0)
 
-    def test_a_success_at_the_last_moment_is_one(self) -> None:
+    def test_success_in_the_last_tick_counts(self) -> None:
         loop = loop_of(Rig(), lambda robot: Status.SUCCESS if robot.clock.now() >= 0.5 else Status.RUNNING, 0.5)
         assert loop.run() is Outcome.SUCCESS
 
-    def test_a_robot_without_a_drive_ends_too(self) -> None:
+    def test_robot_without_a_drive_ends(self) -> None:
         assert loop_of(Rig(names=("eye",)), lambda _: Status.SUCCESS).run() is Outcome.SUCCESS
 
 
 class TestTick:
-    def test_a_period_of_the_robots_time_passes_between_two(self) -> None:
+    def test_one_period_passes_between_two_ticks(self) -> None:
         rig, records = Rig(rate_hz=7), list[TickRecord]()
-        loop_of(rig, saying(*[Status.RUNNING] * 3, Status.SUCCESS), observer=records.append).run()
+        loop_of(rig, returning(*[Status.RUNNING] * 3, Status.SUCCESS), observer=records.append).run()
         assert [record.time * 245 for record in records] == [0, 35, 70, 105]
         assert sum(rig.steps) == 105
 
-    def test_time_stands_still_while_the_app_decides(self) -> None:
+    def test_time_stands_still_during_a_step(self) -> None:
         times: list[float] = []
 
         def look(robot: Robot) -> Status:
@@ -81,7 +82,7 @@ class TestTick:
         loop_of(Rig(), look, timeout=0.1).run()
         assert times == [0.0, 0.0, 0.05, 0.05, 0.1, 0.1]
 
-    def test_the_command_is_sent_after_the_app_has_decided(self) -> None:
+    def test_command_is_sent_after_the_step(self) -> None:
         rig = Rig()
         sent_by_then: list[int] = []
 
@@ -95,7 +96,7 @@ class TestTick:
         assert sent_by_then == [0]
         assert (rig.left.sent, rig.right.sent) == ([2.0], [1.0])
 
-    def test_observers_hear_state_command_and_what_became_of_it(self) -> None:
+    def test_record_has_the_state_and_both_commands(self) -> None:
         rig, records = Rig(), list[TickRecord]()
         rig.nose.distance = 0.05
         loop_of(rig, forever, observer=records.append).tick()
@@ -104,12 +105,12 @@ class TestTick:
         assert (record.asked, record.sent) == (Wheels(2.0, 2.0), Wheels(0.0, 0.0))
         assert [each.cause for each in record.interventions] == ["range guard"]
 
-    def test_a_tick_without_a_command_says_so(self) -> None:
+    def test_record_of_a_tick_without_a_command_has_none(self) -> None:
         records: list[TickRecord] = []
         loop_of(Rig(), lambda _: Status.RUNNING, observer=records.append).tick()
         assert (records[0].asked, records[0].sent) == (None, None)
 
-    def test_overruns_are_counted_and_late_ticks_are_not_made_up_for(self) -> None:
+    def test_overruns_are_counted_and_missed_ticks_are_left_out(self) -> None:
         rig = Rig()
 
         def stall(robot: Robot) -> Status:
@@ -125,23 +126,24 @@ class TestTick:
 
 
 class TestApp:
-    def test_what_it_raises_is_the_cause_of_a_behaviour_error(self) -> None:
-        with pytest.raises(BehaviourError, match=r"^Deed raised ZeroDivisionError: division by zero$") as raised:
+    def test_exception_is_the_cause_of_a_behaviour_error(self, raises: Raises) -> None:
+        with raises(BehaviourError) as raised:
             loop_of(Rig(), lambda _: 1 / 0).run()  # type: ignore[arg-type,return-value]
         assert isinstance(raised.value.__cause__, ZeroDivisionError)
 
-    @pytest.mark.parametrize("said", [None, True, "success"])
-    def test_it_must_say_how_it_stands(self, said: object) -> None:
-        with pytest.raises(BehaviourError, match=r"Deed.step returned .* Status.RUNNING"):
-            loop_of(Rig(), lambda _: said).run()  # type: ignore[arg-type,return-value]
+    @pytest.mark.parametrize("returned", [None, True, "success"])
+    def test_step_must_return_a_status(self, returned: object, raises: Raises) -> None:
+        with raises(BehaviourError, "not-a-status"):
+            loop_of(Rig(), lambda _: returned).run()  # type: ignore[arg-type,return-value]
 
-    def test_a_device_that_fails_is_not_the_apps_fault(self) -> None:
+    def test_device_error_is_no_behaviour_error(self) -> None:
         rig = Rig()
         rig.left.is_broken = True
-        with pytest.raises(DeviceError, match="left_motor: no current"):
+        with pytest.raises(DeviceError) as raised:
             loop_of(rig, forever).run()
+        assert raised.value.device == "left_motor"
 
-    def test_a_safety_stop_is_not_the_apps_fault(self) -> None:
+    def test_safety_stop_is_no_behaviour_error(self) -> None:
         rig = Rig()
         rig.nose.age = 2.0
         with pytest.raises(SafetyStop):

@@ -1,4 +1,4 @@
-"""Whatever robot and world can be read can be run: to an end, or to an error that says what to do."""
+"""Every robot and world that can be read can be run. The run ends, or raises an error with a remedy."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ values = st.recursive(
 
 @st.composite
 def other_numbers(draw: st.DrawFn, texts: st.SearchStrategy[str]) -> str:
-    """Return a description with up to three of its numbers changed, by a little or altogether."""
+    """Return a description with up to three changed numbers."""
     text = draw(texts)
     for _ in range(draw(st.integers(0, 3))):
         found = draw(st.sampled_from(list(NUMBER.finditer(text))))
@@ -64,7 +64,7 @@ def other_numbers(draw: st.DrawFn, texts: st.SearchStrategy[str]) -> str:
 
 
 def toml(value: object) -> str:
-    """Return a value as TOML has it, tables inline."""
+    """Return a value as TOML, with inline tables."""
     match value:
         case bool():
             return str(value).lower()
@@ -92,7 +92,7 @@ def files(folder: Path, robot: str, world: str) -> dict[str, Any]:
     app=st.sampled_from(["avoid-obstacles", "green-search"]),
 )
 @example(robot=ROBOT.replace("1.0821", "1e-300"), world=WORLDS[0], seed=None, app="green-search")
-def test_what_can_be_read_can_be_run(
+def test_readable_descriptions_can_be_run(
     tmp_path: Path, backend: str, robot: str, world: str, seed: int | None, app: str
 ) -> None:
     if backend == "pybullet":
@@ -106,7 +106,7 @@ def test_what_can_be_read_can_be_run(
 
 @settings(QUICK, max_examples=100)
 @given(tree=st.dictionaries(keys, values, max_size=6))
-def test_any_tree_is_a_description_or_is_reported_in_lines(tmp_path: Path, tree: dict[str, object]) -> None:
+def test_any_tree_is_a_description_or_raises_a_usage_error(tmp_path: Path, tree: dict[str, object]) -> None:
     file = tmp_path / "tree.toml"
     file.write_text("\n".join(f"{key} = {toml(value)}" for key, value in tree.items()))
     try:

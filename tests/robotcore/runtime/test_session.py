@@ -26,13 +26,14 @@ from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest, RunResult
 from tests.robotcore.fakes import Deed, RigBackend
 from tests.robotcore.runs import Runner, Watcher, driving, raising, then
+from tests.texts import CheckText
 
 
 @pytest.mark.parametrize(
     "status, outcome, exit_status",
     [(Status.SUCCESS, Outcome.SUCCESS, 0), (Status.FAILURE, Outcome.FAILURE, 1)],
 )
-def test_what_the_app_says(
+def test_status_of_the_app_is_the_outcome(
     perform: Runner, backend: RigBackend, status: Status, outcome: Outcome, exit_status: int
 ) -> None:
     result = perform(then(lambda _: status))
@@ -41,10 +42,10 @@ def test_what_the_app_says(
     assert backend.rig.wheels == (0.0, 0.0)
 
 
-def test_a_timeout_is_a_failure_that_says_where_the_app_was(perform: Runner) -> None:
+def test_timeout_is_a_failure_with_the_apps_state(perform: Runner, check_text: CheckText) -> None:
     result = perform(then(lambda _: None), RunRequest("app", timeout_s=0.5))
     assert (result.outcome, result.exit_status) == (Outcome.TIMEOUT, 1)
-    assert result.reason == "not done after 0.5 s, in 'start'"
+    check_text(result.reason)
     assert (result.sim_time_s, result.ticks) == (0.5, 11)
 
 
@@ -61,7 +62,7 @@ def test_a_timeout_is_a_failure_that_says_where_the_app_was(perform: Runner) -> 
     ],
     ids=lambda value: type(value).__name__,
 )
-def test_an_error_has_its_outcome_and_status_and_stops_every_motor(
+def test_error_has_an_outcome_and_stops_every_motor(
     perform: Runner, backend: RigBackend, error: BaseException, outcome: Outcome, exit_status: int
 ) -> None:
     result = perform(raising(error))
@@ -72,7 +73,7 @@ def test_an_error_has_its_outcome_and_status_and_stops_every_motor(
     assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
 
 
-def test_what_the_app_raises_is_kept_with_its_cause(perform: Runner, backend: RigBackend) -> None:
+def test_exception_of_the_app_is_the_cause_of_the_error(perform: Runner, backend: RigBackend) -> None:
     result = perform(raising(KeyError("left")))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
     assert result.error
@@ -80,14 +81,14 @@ def test_what_the_app_raises_is_kept_with_its_cause(perform: Runner, backend: Ri
     assert backend.rig.wheels == (0.0, 0.0)
 
 
-def test_a_velocity_that_is_no_number_is_a_safety_stop(perform: Runner, backend: RigBackend) -> None:
+def test_velocity_that_is_nan_is_a_safety_stop(perform: Runner, backend: RigBackend) -> None:
     result = perform(then(lambda robot: driving(robot, float("nan"))))
     assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
     assert backend.rig.wheels == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("error", [SystemExit(0), UsageError("no such corner"), UnmetNeedError("no arm")])
-def test_an_app_that_gives_up_in_its_own_way_has_raised(
+def test_other_exceptions_of_the_app_are_behaviour_errors(
     perform: Runner, backend: RigBackend, error: BaseException
 ) -> None:
     result = perform(raising(error))
@@ -96,7 +97,7 @@ def test_an_app_that_gives_up_in_its_own_way_has_raised(
     assert backend.rig.left.releases == 1
 
 
-def test_a_velocity_that_is_no_number_ends_the_run_though_the_app_swallows_it(perform: Runner) -> None:
+def test_velocity_that_is_nan_ends_the_run_even_if_the_app_catches_the_error(perform: Runner) -> None:
     def swallow(robot: Robot) -> Status:
         with suppress(Exception):
             driving(robot, float("nan"))
@@ -106,7 +107,7 @@ def test_a_velocity_that_is_no_number_ends_the_run_though_the_app_swallows_it(pe
     assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
 
 
-def test_a_driver_that_raises_what_it_did_not_translate_has_failed(perform: Runner, backend: RigBackend) -> None:
+def test_untranslated_exception_of_a_driver_is_a_device_error(perform: Runner, backend: RigBackend) -> None:
     def unplug(robot: Robot) -> Status:
         backend.rig.nose._newest = _reset  # type: ignore[method-assign]
         robot.range.read()
@@ -114,13 +115,14 @@ def test_a_driver_that_raises_what_it_did_not_translate_has_failed(perform: Runn
 
     result = perform(then(unplug))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert result.reason == "nose: ConnectionResetError: gone"
+    assert isinstance(result.error, DeviceError)
+    assert result.error.device == "nose"
 
 
-def test_an_apps_reason_is_reported(perform: Runner) -> None:
+def test_reason_of_the_app_is_in_the_result(perform: Runner) -> None:
     app = then(lambda _: Status.FAILURE)
-    app.reason = "no ball"
-    assert perform(app).reason == "no ball"
+    app.reason = "reason"
+    assert perform(app).reason == app.reason
 
 
 @pytest.mark.parametrize(
@@ -131,7 +133,7 @@ def test_an_apps_reason_is_reported(perform: Runner) -> None:
         ({Role.DRIVE}, (), {"left_motor", "right_motor", "left_encoder", "right_encoder", "nose"}),
     ],
 )
-def test_only_what_the_app_needs_and_wants_is_opened(
+def test_only_needed_and_wanted_devices_are_opened(
     perform: Runner, backend: RigBackend, needs: set[Role], wants: set[Role], opened: set[str]
 ) -> None:
     app = Deed(lambda _: Status.SUCCESS)
@@ -140,15 +142,13 @@ def test_only_what_the_app_needs_and_wants_is_opened(
     assert backend.rig.names == opened
 
 
-def test_a_need_that_cannot_be_met_is_refused_before_anything_is_opened(perform: Runner, backend: RigBackend) -> None:
+def test_unmet_need_is_refused_before_anything_is_opened(perform: Runner, backend: RigBackend) -> None:
     with pytest.raises(UnmetNeedError):
         perform(then(lambda _: Status.SUCCESS), RunRequest("app", robot="lookout"))
     assert backend.rigs == []
 
 
-def test_simulated_time_is_held_to_real_time_only_where_it_is_asked_for(
-    perform: Runner, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_simulated_time_is_paced_only_on_request(perform: Runner, monkeypatch: pytest.MonkeyPatch) -> None:
     paced: list[Clock] = []
 
     class Noting(PacedClock):
@@ -167,7 +167,7 @@ def _reset() -> Any:
     raise ConnectionResetError("gone")
 
 
-def test_observers_hear_the_run_each_tick_and_the_result(perform: Runner) -> None:
+def test_observers_get_the_run_each_tick_and_the_result(perform: Runner) -> None:
     watcher = Watcher()
     result = perform(then(lambda _: Status.SUCCESS), observers=[watcher])
     assert [name for name, _ in watcher.heard] == ["begin", "tick", "tick", "tick", "end"]
@@ -175,13 +175,13 @@ def test_observers_hear_the_run_each_tick_and_the_result(perform: Runner) -> Non
     assert [record.tick for name, record in watcher.heard if name == "tick"] == [0, 1, 2]
 
 
-def test_the_end_is_reported_even_where_the_run_failed(perform: Runner) -> None:
+def test_observers_get_the_result_of_a_failed_run(perform: Runner) -> None:
     watcher = Watcher()
     perform(raising(DeviceError("eye", "no picture")), observers=[watcher])
     assert watcher.heard[-1][0] == "end"
 
 
-def test_names_and_numbers_of_the_request_are_in_the_result(perform: Runner) -> None:
+def test_result_has_the_names_of_the_request(perform: Runner) -> None:
     result = perform(then(lambda _: Status.SUCCESS), RunRequest("an_app", seed=4))
     assert (result.app, result.backend, result.robot, result.world, result.seed) == (
         "an-app",
@@ -192,7 +192,7 @@ def test_names_and_numbers_of_the_request_are_in_the_result(perform: Runner) -> 
     )
 
 
-def test_milestones_interventions_and_digest_are_those_of_the_trace(perform: Runner, backend: RigBackend) -> None:
+def test_result_has_milestones_interventions_and_digest(perform: Runner, backend: RigBackend) -> None:
     app = then(lambda _: Status.SUCCESS)
     app.milestones = ("start", "never")  # type: ignore[misc]
     backend._prepare = lambda rig: setattr(rig.nose, "distance", 0.05)
@@ -201,7 +201,7 @@ def test_milestones_interventions_and_digest_are_those_of_the_trace(perform: Run
     assert first.trace_sha256 == second.trace_sha256
 
 
-def test_the_line_of_json_tells_everything_but_the_exception(perform: Runner) -> None:
+def test_json_has_every_field_but_the_exception(perform: Runner) -> None:
     result = json.loads(perform(raising(DeviceError("eye", "no picture"))).to_json())
     assert result["outcome"] == "error"
     assert "error" not in result

@@ -1,4 +1,4 @@
-"""test_settings."""
+"""The settings of apps."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.settings import configure, settings_of
+from tests.texts import Raises
 
 
 @dataclass
@@ -61,7 +62,7 @@ class Plain(Behaviour):
         return Status.SUCCESS
 
 
-def test_settings_are_the_fields_that_can_be_given() -> None:
+def test_settings_are_the_fields_of_the_constructor() -> None:
     defaults = {name: setting.default for name, setting in settings_of(App).items()}
     assert defaults == {"speed_m_s": 0.25, "hue": "green", "laps": 3, "is_loud": False, "hues": ["green"]}
 
@@ -78,61 +79,58 @@ def test_settings_are_the_fields_that_can_be_given() -> None:
         ("hues", ["red", "blue"], ["red", "blue"]),
     ],
 )
-def test_values_become_what_the_field_says(name: str, given: Any, value: Any) -> None:
+def test_values_are_converted_to_the_type_of_the_field(name: str, given: Any, value: Any) -> None:
     got = getattr(configure(App, {name: given}), name)
     assert got == value
     assert type(got) is type(value)
 
 
-def test_what_is_not_given_keeps_its_default() -> None:
+def test_missing_setting_has_its_default() -> None:
     assert configure(App, {"laps": 5}) == App(laps=5)
 
 
 @pytest.mark.parametrize(
-    "name, given, fault",
-    [
-        ("speed_m_s", "fast", "setting speed_m_s: .*number.*; the default is 0.25"),
-        ("speed_m_s", "0", "greater than 0.*; the default is 0.25"),
-        ("speed_m_s", "nan", "greater than 0"),
-        ("laps", "2.5", "setting laps: .*integer.*; the default is 3"),
-        ("is_loud", "maybe", "setting is_loud: .*; the default is False"),
-    ],
+    "name, given",
+    [("speed_m_s", "fast"), ("speed_m_s", "0"), ("speed_m_s", "nan"), ("laps", "2.5"), ("is_loud", "maybe")],
 )
-def test_a_value_that_does_not_fit_is_refused_with_the_default(name: str, given: str, fault: str) -> None:
-    with pytest.raises(UsageError, match=fault):
+def test_value_of_another_type_is_refused(name: str, given: str, raises: Raises) -> None:
+    with raises(UsageError, "setting-invalid", setting=name):
         configure(App, {name: given})
 
 
-def test_an_unknown_setting_offers_the_nearest() -> None:
-    with pytest.raises(UnknownNameError, match=r"unknown setting 'sped_m_s'. Did you mean 'speed_m_s'\?"):
+def test_error_for_an_unknown_setting_offers_the_nearest(raises: Raises) -> None:
+    with raises(UnknownNameError, "unknown-setting", name="sped_m_s"):
         configure(App, {"sped_m_s": "1"})
 
 
-def test_what_is_no_setting_cannot_be_set() -> None:
+def test_other_attributes_cannot_be_set(raises: Raises) -> None:
     with pytest.raises(UnknownNameError):
         configure(App, {"turned": "1"})
-    with pytest.raises(UsageError, match=r"Plain is no dataclass. Put @dataclass above it"):
+    with raises(UsageError, "not-a-dataclass"):
         configure(Plain, {"state": "end"})
 
 
-def test_a_setting_without_a_default_must_be_given() -> None:
-    with pytest.raises(UsageError, match="the app needs the setting goal; give it: --set goal=VALUE"):
+def test_setting_without_a_default_is_required(raises: Raises) -> None:
+    with raises(UsageError, "setting-missing", setting="goal"):
         configure(Demanding, {})
     assert configure(Demanding, {"goal": "red"}) == Demanding("red")
 
 
-def test_an_app_may_refuse_its_settings() -> None:
-    with pytest.raises(UsageError, match=r"^no hue$"):
+def test_app_may_refuse_its_settings(raises: Raises) -> None:
+    with raises(UsageError):
         configure(App, {"hue": "none"})
 
 
-def test_an_app_that_raises_while_it_is_made_is_to_blame() -> None:
-    with pytest.raises(BehaviourError, match="App raised ZeroDivisionError") as raised:
+def test_exception_in_the_apps_constructor_is_a_behaviour_error(raises: Raises) -> None:
+    with raises(BehaviourError) as raised:
         configure(App, {"laps": 7})
     assert isinstance(raised.value.__cause__, ZeroDivisionError)
 
 
-@pytest.mark.parametrize("app, fault", [(Misspelt, "NameError: name 'flaot'"), (Dividing, "ZeroDivisionError")])
-def test_settings_that_cannot_be_reported_are_the_fault_of_the_app(app: type[Behaviour], fault: str) -> None:
-    with pytest.raises(BehaviourError, match=f"^{app.__name__} raised {fault}"):
+@pytest.mark.parametrize("app, cause", [(Misspelt, NameError), (Dividing, ZeroDivisionError)])
+def test_exception_in_a_type_or_default_is_a_behaviour_error(
+    app: type[Behaviour], cause: type[Exception], raises: Raises
+) -> None:
+    with raises(BehaviourError) as raised:
         settings_of(app)
+    assert isinstance(raised.value.__cause__, cause)

@@ -23,7 +23,7 @@ def digest(*records: TickRecord) -> str:
     return trace.sha256
 
 
-def test_digest_is_the_one_that_is_documented() -> None:
+def test_digest_is_as_documented() -> None:
     actual = digest(record("search", Wheels(1.5, -0.25)), record("zurück"), record("seen", Wheels(0.0, -0.0)))
     by_hand = b"".join(
         [
@@ -40,7 +40,7 @@ def test_digest_is_the_one_that_is_documented() -> None:
     assert actual == hashlib.sha256(by_hand).hexdigest()
 
 
-def test_digest_of_no_tick_is_that_of_nothing() -> None:
+def test_digest_without_ticks_is_that_of_no_bytes() -> None:
     assert digest() == hashlib.sha256(b"").hexdigest()
 
 
@@ -53,11 +53,11 @@ def test_digest_of_no_tick_is_that_of_nothing() -> None:
         (record("a", Wheels(0.0, 0.0)), record("a")),
     ],
 )
-def test_digest_tells_decisions_apart(one: TickRecord, other: TickRecord) -> None:
+def test_digest_differs_for_other_decisions(one: TickRecord, other: TickRecord) -> None:
     assert digest(one) != digest(other)
 
 
-def test_digest_is_of_what_was_asked_not_of_what_was_sent_or_when() -> None:
+def test_digest_depends_on_the_request_only() -> None:
     asked = record("a", Wheels(1.0, 2.0))
     guarded = asked._replace(
         sent=Wheels(0.0, 0.0), time=7.0, tick=9, interventions=record("", interventions=1).interventions
@@ -65,7 +65,7 @@ def test_digest_is_of_what_was_asked_not_of_what_was_sent_or_when() -> None:
     assert digest(asked) == digest(guarded)
 
 
-def test_a_milestone_is_reached_once_when_its_state_is_first_entered() -> None:
+def test_milestone_is_reached_when_its_state_is_entered_first() -> None:
     trace = Trace(("search", "seen", "arrived"))
     for tick, state in enumerate(["start", "search", "seen", "search", "seen"]):
         trace.add(record(state, tick=tick))
@@ -79,7 +79,7 @@ def test_ticks_and_interventions_are_counted() -> None:
     assert (trace.ticks, trace.interventions) == (3, 3)
 
 
-def test_milestones_are_reported_without_what_a_sum_of_steps_adds_to_them() -> None:
+def test_milestones_are_rounded() -> None:
     trace = Trace(("seen",))
     trace.add(record("seen")._replace(time=sum([0.05] * 529)))
     assert sum([0.05] * 529) != 26.45

@@ -245,7 +245,7 @@ def digest(ticks: Sequence[Tick]) -> str:
 def test_app_that_hung_is_replayed_up_to_the_tick_before() -> None:
     whole = ending("go_on")
     cut = Intervention(1.0, "watchdog", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
-    result = replace(result_of(whole), outcome=Outcome.STOPPED, reason="Ending has not come back", ticks=20)
+    result = replace(result_of(whole), outcome=Outcome.STOPPED, reason="Ending.step did not return", ticks=20)
     hung = changed(replace(whole, ticks=whole.ticks[:20], result=result), 19, asks=(), interventions=(cut,))
     replayed = replay(hung)
-    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 19, "Ending has not come back")
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 19, "Ending.step did not return")
