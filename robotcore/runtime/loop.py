@@ -24,7 +24,7 @@ FORK_EXIT_STATUS = 1
 
 _FORK_MESSAGE = (
     "error: {}.step returned in process {}, which os.fork made as a copy of the run's process. The copy ends, the run "
-    "continues. Start other programs with subprocess, and Python functions with multiprocessing\n"
+    "goes on. Start other programs with subprocess, and Python functions with multiprocessing\n"
 )
 _IDLE = Commit(None, None, ())
 
