@@ -87,7 +87,7 @@ def command(
         if recorder:
             result, recorded = finish_recording(result, recorder)
             made += [recorded] if recorded else []
-        result = notifier.completed(result) if notifier else result
+        result = notifier.choose_exit_status(result) if notifier else result
         return _finish(result, made, as_json=as_json)
 
 
@@ -158,13 +158,13 @@ def _run(
 def _last_words(recorder: Recorder | None, notifier: Notifier | None, *, as_json: bool) -> Callable[[RunResult], None]:
     """Return what tells the end of a process that ends itself, and ends a service; standard output is what it is now.
 
-    A service has an exit status of its own, see `Notifier.completed`.
+    A service has an exit status of its own, see `Notifier.choose_exit_status`.
     """
     stdout = sys.stdout
 
     def tell_the_last(result: RunResult) -> None:
         result, recorded = finish_recording(result, recorder) if recorder else (result, "")
-        result = notifier.completed(result) if notifier else result
+        result = notifier.choose_exit_status(result) if notifier else result
         with redirect_stdout(stdout):
             status = _finish(result, [recorded] if recorded else [], as_json=as_json)
         if notifier:

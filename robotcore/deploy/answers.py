@@ -18,10 +18,10 @@ from robotcore.deploy.process_output import MalformedError
 from robotcore.text import escape
 
 REMOTE_FOLDER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
-"""A folder below the robot's own: a shell sees a plain name in it, and it leads nowhere else."""
+"""A folder below ``~/robotcore``. No character of it has a meaning for a shell, and no ``..`` leads out of it."""
 
 MOST_ITEMS = 100_000
-"""The most items of a list that a robot sends."""
+"""The most items that a list of a robot may have."""
 
 AnswerT = TypeVar("AnswerT", bound="Answer")
 
@@ -54,18 +54,23 @@ class Answer(BaseModel):
 
 
 class Notice(Answer):
-    """Words on how far an action is; ``release`` names the one that the robot chose."""
+    """The progress of an action."""
 
     say: str
+    """What the action does now."""
     release: ReleaseName | None = None
+    """The release that the robot chose, if it chose one."""
 
 
 class Refusal(Answer):
-    """Why an action was not done, what to do, and a word for the desk."""
+    """A robot's answer if it did not do an action."""
 
     fault: str
+    """What happened, without a full stop."""
     remedy: str
+    """What to do about it, without a full stop."""
     kind: Annotated[str, AfterValidator(_reject_broken)] = ""
+    """The kind of the DeployError that the desk raises."""
 
 
 class EmptyAnswer(Answer):
@@ -73,56 +78,76 @@ class EmptyAnswer(Answer):
 
 
 class ProbeAnswer(Answer):
-    """The answer of ``probe``: what the desk has to know of a robot before it sends a release."""
+    """The answer of ``probe``: the facts about a robot that decide whether a release can run on it."""
 
     host: str
+    """The robot's own host name."""
     machine: Machine
+    """The processor, such as ``aarch64``."""
     system: str
+    """The operating system, such as ``Debian GNU/Linux 12 (bookworm)``."""
     python: Version
     libc: str
+    """The C library, such as ``glibc``."""
     libc_version: LibcVersion
     free_bytes: Count
     has_environment: bool
+    """Whether an environment with the release's requirements exists already."""
 
 
 class BeginAnswer(Answer):
-    """The answer of ``begin``: the name of the release, the folder to send to, and the folder to copy from."""
+    """The answer of ``begin``: the place of the upload. Folders are relative to ``~/robotcore``."""
 
     release: ReleaseName
+    """The name that the robot gave the release."""
     to: RemoteFolder
+    """The folder that receives the upload."""
     copy_from: RemoteFolder | None
+    """The folder of an earlier release. Files that are equal there are copied instead of sent."""
 
 
 class Finding(Answer):
-    """What the doctor of a robot found."""
+    """A finding of the doctor on a robot."""
 
     level: str
+    """``ok``, ``warning`` or ``error``."""
     what: str
+    """The part that the doctor examined."""
     said: str
+    """The result."""
     remedy: str
+    """What to do about it; empty if there is nothing to do."""
 
 
 class InstallAnswer(Answer):
-    """The answer of ``install``: whether the environment was kept or made, and what the doctor found."""
+    """The answer of ``install``."""
 
     environment: str
+    """``kept`` if an environment with these requirements existed, else ``made``."""
     findings: Annotated[list[Finding], Field(max_length=MOST_ITEMS)]
+    """The findings of the doctor."""
 
 
 class HealthResult(Answer):
-    """The answer of ``activate`` and ``rollback``: how a release did on trial, and what runs now."""
+    """The answer of ``activate`` and ``rollback``: the result of a health check, and the state after it."""
 
     release: ReleaseName
+    """The release that was checked."""
     outcome: str
+    """``healthy``, ``unhealthy`` or ``stopped``."""
     reason: str
     lines: Texts
+    """The last lines of the app's output, if it failed."""
     current: ReleaseName | None
+    """The current release after the check."""
     is_running: bool
+    """Whether the current release runs."""
     is_standing: bool
+    """Whether the current release is stopped, as it was before the check."""
 
 
 class LastRelease(Answer):
-    """The newest release that was tried, if no release is in place."""
+    """The newest release with a result, if no release is current."""
 
     name: ReleaseName
     outcome: str
@@ -130,42 +155,53 @@ class LastRelease(Answer):
 
 
 class RecordingsSummary(Answer):
-    """How many recordings are on a robot, and their size."""
+    """The number of recordings on a robot, and their size."""
 
     files: Count
     bytes: Count
 
 
 class State(Answer):
-    """The answer of ``status``, ``start`` and ``stop``: which release runs, and how."""
+    """The answer of ``status``, ``start`` and ``stop``: the state of the app and of the robot."""
 
     release: ReleaseName | None
+    """The current release."""
     verdict: str | None
+    """The result of its last health check."""
     on_trial: ReleaseName | None
+    """The release whose health check is not complete."""
     last: LastRelease | None
     state: str
+    """``running``, ``starting``, ``stopping``, ``restarting``, ``ended``, ``failed`` or ``stopped``."""
     for_s: Annotated[float, Field(ge=0, le=1e10)] | None
+    """How long the app has been running."""
     restarts: Count
+    """How often systemd has restarted the app after a failure."""
     words: str
+    """The last status text of the app."""
     reason: str
+    """Why the app failed, or why it was restarted."""
     lines: Texts
+    """The last lines of the app's output before that failure."""
     starts_with_robot: bool
     lingers: bool
+    """Whether the user's services run without a login."""
     recordings: RecordingsSummary
     free_bytes: Count
 
 
 class UnreadableRelease(Answer):
-    """A release whose file cannot be read, and why."""
+    """A release whose manifest cannot be read."""
 
     name: ReleaseName
     unreadable: str
+    """Why it cannot be read."""
     verdict: str | None
     reason: str
 
 
 class ListedRelease(Answer):
-    """A release as its file describes it, with the verdict of its last trial."""
+    """A release: the fields of its manifest, see `agent.releases.Release`, and the result of its last health check."""
 
     name: ReleaseName
     project: str
@@ -176,6 +212,7 @@ class ListedRelease(Answer):
     stop: Texts
     requirements: Texts
     gates: Texts
+    """A line for each check before the push."""
     robotcore: str
     revision: str
     sender: str
@@ -193,9 +230,10 @@ class Releases(Answer):
 
 
 class RemoveAnswer(Answer):
-    """The answer of ``remove``: whether recordings are still on the robot."""
+    """The answer of ``remove``."""
 
     kept: bool
+    """Whether recordings are still on the robot."""
 
 
 class RemoteFile(Answer):
@@ -208,20 +246,25 @@ class RemoteFile(Answer):
 
 
 class Recordings(Answer):
-    """The answer of ``recordings``: what is in the robot's folder of recordings."""
+    """The answer of ``recordings``: the entries of the robot's folder of recordings."""
 
     recordings: Annotated[list[RemoteFile], Field(max_length=MOST_ITEMS)]
 
 
 class EraseAnswer(Answer):
-    """The answer of ``erase``: the recordings that it deleted, and those that have other content on the robot."""
+    """The answer of ``erase``."""
 
     erased: Texts
+    """The recordings that the robot deleted."""
     different: Texts
+    """The recordings that have other content on the robot."""
 
 
 def parse(line: bytes) -> dict[str, Any]:
-    """Return the JSON object in a line of a robot, with every string in it escaped; raises MalformedError."""
+    """Return the JSON object in a line of a robot, with every string in it escaped.
+
+    Raises MalformedError if the line is no JSON object.
+    """
     try:
         message = _escape_strings(json.loads(line.decode()))
     except RecursionError:
@@ -234,7 +277,11 @@ def parse(line: bytes) -> dict[str, Any]:
 
 
 def validate(model: type[AnswerT], data: Any, where: str) -> AnswerT:
-    """Return the model of a robot's data; raises MalformedError with the first problem and its key."""
+    """Return the model of a robot's data.
+
+    where: the name of the data, which begins the key in an error.
+    Raises MalformedError with the first problem and its key.
+    """
     try:
         return model.model_validate(data)
     except ValidationError as error:

@@ -1,4 +1,4 @@
-"""Build the folder that is sent: the project's files, robotcore, and the user's packages."""
+"""Build the bundle, which is the folder that is sent: the project's files, robotcore, and the user's packages."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robotcore.deploy.agent.releases import PROJECT, SITE
 from robotcore.deploy.project import FILE, Project
 from robotcore.deploy.requirements import ROBOTCORE, Requirement, collect_requirements, find_entry_points
 from robotcore.deploy.staging import Listing, copy_files
-from robotcore.deploy.wheels import pip_error, run_pip
+from robotcore.deploy.wheels import read_pip_error, run_pip
 from robotcore.description import read_table
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape, list_names
@@ -33,27 +33,33 @@ MOST_SECRETS = 50
 
 @dataclass(frozen=True)
 class Bundle:
-    """A project, and the folder that is to be sent: the user's files in ``project``, what they import in ``site``.
-
-    ``requirements`` are what pip installs there; ``notes`` are what whoever sends it should know.
-    """
+    """The folder that is sent of a project."""
 
     project: Project
     folder: Path
+    """Its folder ``project`` has the user's files. Its folder ``site`` has robotcore and the user's packages."""
     requirements: tuple[str, ...]
+    """The requirements that pip installs on the robot."""
     notes: tuple[str, ...] = ()
+    """Notes for the user, such as the files that are not sent."""
+
+    def __repr__(self) -> str:
+        return f"<Bundle of {self.project.name} in {self.folder}: {len(self.requirements)} requirements>"
 
 
 def build_bundle(project: Project, folder: Path) -> Bundle:
     """Fill an empty folder with all that is sent, except for the manifest, which `Release.write` adds.
 
-    Raises UsageError where a link leads out of the project or nowhere, where a file that the project names would not be
-    sent, and for code that is compiled for this machine; DeployError where the project cannot be built.
+    Raises UsageError if a link does not lead to a file that is sent, if a file that the project names would not be
+    sent, or if a package has compiled code. Raises DeployError if a package cannot be built.
     """
     listing = _copy_project(project, folder / PROJECT)
     pinned, secrets = _fill_site(project, folder / PROJECT, folder / SITE)
     return Bundle(
-        project, folder, collect_requirements(project, folder / SITE, pinned), _notes((*listing.secrets, *secrets))
+        project,
+        folder,
+        collect_requirements(project, folder / SITE, pinned),
+        _format_notes((*listing.secrets, *secrets)),
     )
 
 
@@ -66,30 +72,31 @@ def _copy_project(project: Project, target: Path) -> Listing:
         if name not in listing.names:
             why, remedy = ("may hold a secret", "Rename it") if name in listing.secrets else _IGNORED
             raise UsageError(
-                f"{escape(name)} {why}, so it is not sent; without it the project does not run. {remedy}",
+                f"{escape(name)} {why}, so it is not sent. The project does not run without it. {remedy}",
                 kind="file-not-sent",
                 file=name,
             )
     return listing
 
 
-def _notes(secrets: Sequence[str]) -> tuple[str, ...]:
+def _format_notes(secrets: Sequence[str]) -> tuple[str, ...]:
     if not secrets:
         return ()
     return (f"left out because they may hold a secret: {list_names(secrets, MOST_SECRETS)}",)
 
 
 METADATA = ("METADATA", "entry_points.txt", "top_level.txt")
-"""The files of a distribution's metadata that are sent; the others name folders of this machine."""
+"""The files of a distribution's metadata that are sent. The others name folders of this machine."""
 
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", "*.py[co]", ".*")
 
 
 def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Make ``site``: robotcore, the project's own package, and those of its robot that are installed from this machine.
+    """Fill ``site`` with robotcore, the project's own package, and packages that were installed from this machine.
 
-    ``source`` is what is sent of the project. Return the requirements for those that an index has, and the files
-    that are left out because they may hold a secret. Raises DeployError and UsageError as `build_package` does.
+    source: the copy of the project that is sent.
+    Returns the requirements for packages that a package index has, and the names of the files that may hold a secret.
+    Raises DeployError and UsageError as `build_package` does.
     """
     site.mkdir()
     _copy_robotcore(site)
@@ -107,9 +114,9 @@ def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, .
 
 
 def _copy_robotcore(site: Path) -> None:
-    """Copy its packages, those that its entry points lead to, and its metadata, by which these are found there.
+    """Copy robotcore, the packages of its entry points, and the metadata that has these entry points.
 
-    They are those beside the one that runs: of the same names there may be others in the folder that somebody works in.
+    The packages are those beside the running robotcore, because the working folder may have packages of the same names.
     """
     beside = Path(robotcore.__file__).parents[1]
     dist = distribution(ROBOTCORE)
@@ -123,15 +130,15 @@ def _copy_robotcore(site: Path) -> None:
 
 
 def _find_distributions(project: Project) -> Iterator[Distribution]:
-    """Yield the distributions besides robotcore that what the robot runs with comes from."""
+    """Yield the distributions, except robotcore, of the backend, the device drivers and the app."""
     found = {point.dist.name: point.dist for point in find_entry_points(project) if point.dist}
     return (dist for name, dist in sorted(found.items()) if name != ROBOTCORE)
 
 
 def _find_origin(dist: Distribution) -> Path | str:
-    """Return where a distribution is on this machine, or the requirement by which pip finds it elsewhere.
+    """Return the folder or archive that a distribution was installed from, or else its requirement.
 
-    Installed from a folder, an archive or a repository it says so itself (PEP 610).
+    Source: ``direct_url.json``, PEP 610.
     """
     origin: dict[str, Any] = json.loads(dist.read_text("direct_url.json") or "{}")
     url = origin.get("url", "")
@@ -146,7 +153,7 @@ def _find_origin(dist: Distribution) -> Path | str:
 def _require_folder(dist: Distribution, place: Path) -> Path:
     if not place.exists():
         raise DeployError(
-            f"{dist.name} was installed from {place}, which is gone. Install it anew from where it is now",
+            f"{dist.name} was installed from {place}, which no longer exists. Install it again from its new place",
             kind="package-folder-missing",
             package=dist.name,
         )
@@ -157,15 +164,18 @@ COMPILED_SUFFIXES = (".so", ".pyd", ".dylib")
 """The suffixes of files with machine code."""
 
 _OF_THIS_MACHINE = ("RECORD", "direct_url.json", "REQUESTED", "INSTALLER")
-"""The files of a package's metadata that name folders of this machine."""
+"""The files of a package's metadata that name folders of this machine. They are not sent."""
 
 
 def build_package(source: Path, site: Path) -> tuple[str, ...]:
-    """Install a package, a folder or an archive, into ``site`` without what it depends on.
+    """Install a package into ``site`` without its dependencies.
 
-    A folder is built from a copy of what would be sent of it, so that nothing is left in it. Returns its files that
-    may hold a secret, which are not in that copy, with the name of the folder before them. Raises DeployError if it
-    cannot be built, UsageError if it has compiled code: that is for this machine, and the robot is another.
+    A folder is built from a copy without secrets, so that the build leaves no files in it.
+
+    source: the package's folder, or an archive.
+    Returns the names of the folder's files that may hold a secret, with the folder's name before them.
+    Raises DeployError if the package cannot be built. Raises UsageError if it has compiled code, which the robot may
+    not be able to run.
     """
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         tree, built = Path(scratch, "source"), Path(scratch, "built")
@@ -179,7 +189,7 @@ def build_package(source: Path, site: Path) -> tuple[str, ...]:
         )
         if process.returncode:
             raise DeployError(
-                f"{escape(str(source))} cannot be built: {pip_error(process)}. Build it here until it works: "
+                f"{escape(str(source))} cannot be built: {read_pip_error(process)}. Repeat the build: "
                 f"pip wheel --no-deps {shlex.quote(str(source))}",
                 kind="package-not-built",
             )
@@ -189,7 +199,7 @@ def build_package(source: Path, site: Path) -> tuple[str, ...]:
 
 
 def _has_build_requirements(tree: Path) -> bool:
-    """Return whether what it is built with is installed here, so that no index has to be process."""
+    """Return whether the requirements of the build are installed here, so that pip needs no package index."""
     if not (tree / FILE).is_file():
         return False
     table = read_table(str(tree / FILE)).get("build-system", {})
@@ -210,15 +220,15 @@ def _require_pure(source: Path, built: Path) -> None:
     compiled = next((file for file in built.rglob("*") if file.suffix in COMPILED_SUFFIXES), None)
     if compiled:
         raise UsageError(
-            f"{escape(str(source))} has code compiled for this machine ({escape(compiled.name)}). Publish it with "
-            "wheels for the robot, and name it in the project's dependencies",
+            f"{escape(str(source))} has code compiled for this machine ({escape(compiled.name)}). Publish wheels of it "
+            "for the robot, and name it in the project's dependencies",
             kind="compiled-code",
             file=compiled.name,
         )
 
 
 def _move_into_site(built: Path, site: Path) -> None:
-    """Put what was built beside what is in ``site``; commands stay here, as does what tells of this machine."""
+    """Copy a built package into ``site``, without its commands and without metadata that names this machine."""
     shutil.rmtree(built / "bin", ignore_errors=True)
     for name in _OF_THIS_MACHINE:
         for file in built.glob(f"*.dist-info/{name}"):

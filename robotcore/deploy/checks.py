@@ -1,4 +1,4 @@
-"""The checks that a project must pass before it is sent: its tests and its descriptions, in separate processes."""
+"""The checks that a project must pass before it is sent: its tests and its descriptions."""
 
 from __future__ import annotations
 
@@ -25,15 +25,17 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
 
 POLL_S = 0.5
-"""Seconds between two calls of ``look`` while a process runs."""
+"""Time between two calls of ``on_poll`` while a process runs, in s."""
 
 
 @dataclass(frozen=True)
 class CheckResult:
-    """The result of a check in a line, with notes."""
+    """The result of a check that was passed."""
 
     summary: str
+    """The result in one line."""
     notes: tuple[str, ...] = ()
+    """Warnings, a line each."""
 
 
 def run_python(
@@ -42,15 +44,18 @@ def run_python(
     environment: Mapping[str, str] | None = None,
     *,
     limit_s: float,
-    look: Callable[[], object] = lambda: None,
+    on_poll: Callable[[], object] = lambda: None,
 ) -> subprocess.CompletedProcess[str]:
-    """Run this Python with these arguments in a folder, with an empty stdin, and return its output.
+    """Run this Python with an empty stdin, and return its output. If an exception is raised, the process is killed.
 
-    ``environment`` overrides that of this process. ``look`` is called every `POLL_S`. Raises TimeoutError after
-    ``limit_s`` seconds. On every exception the process is killed.
+    folder: the working folder; None for the current one.
+    words: the arguments of Python.
+    environment: variables that override those of this process.
+    limit_s: the time after which TimeoutError is raised, in s.
+    on_poll: is called every `POLL_S`.
     """
     clock = MonotonicClock()
-    with subprocess.Popen(  # noqa: S603  words, and no shell to take them for anything else
+    with subprocess.Popen(  # noqa: S603  no shell
         [sys.executable, *words],
         cwd=folder,
         env={**os.environ, **(environment or {})},
@@ -65,21 +70,21 @@ def run_python(
                 with suppress(subprocess.TimeoutExpired):
                     out, err = process.communicate(timeout=min(POLL_S, limit_s))
                     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
-                look()
+                on_poll()
         except BaseException:
             process.kill()
             raise
         process.kill()
-    raise TimeoutError(f"no end within {limit_s:g} s")
+    raise TimeoutError(f"did not end within {limit_s:g} s")
 
 
-def command_line(project: Project, line: str) -> str:
-    """Return a shell line that repeats a command in the project's folder."""
+def format_command(project: Project, line: str) -> str:
+    """Return a shell command that runs a line in the project's folder."""
     is_here = project.folder is None or project.folder == Path.cwd().resolve()
     return line if is_here else f"cd {shlex.quote(str(project.folder))} && {line}"
 
 
-def process_error(process: subprocess.CompletedProcess[str]) -> str:
+def read_process_error(process: subprocess.CompletedProcess[str]) -> str:
     """Return the error output of a process, without the prefix ``error:``."""
     return (process.stderr.strip() or process.stdout.strip() or f"exit status {process.returncode}").removeprefix(
         "error: "
@@ -90,7 +95,7 @@ NO_TESTS = 5
 """The exit status of pytest if it found no test."""
 
 LIMIT_S = 600.0
-"""The time limit of the tests."""
+"""The time limit of the tests, in s."""
 
 MAX_FAILURES = 5
 """The number of failing tests that are named."""
@@ -103,27 +108,27 @@ _FAILURES = re.compile(r"^(?:FAILED|ERROR) .*", re.MULTILINE)
 def run_tests(project: Project, say: Say) -> CheckResult:
     """Run the project's tests; raises UnprovenError if one fails or pytest is missing.
 
-    They run in the user's folder, because they may need files that are not sent.
+    The tests run in the user's folder, because they may need files that are not sent.
     """
     if project.folder is None:
-        return CheckResult("none: what is sent is installed, and nothing of yours")
+        return CheckResult("none: the app is installed, and no files of yours are sent")
     if not any(map(_TEST_FILE.fullmatch, list_files(project.folder).names)):
         return CheckResult(
-            "none", ("the project has no tests; robotcore new makes one that runs the app in simulation",)
+            "none", ("the project has no tests. robotcore new writes a test that runs the app in simulation",)
         )
     if find_spec("pytest") is None:
         raise UnprovenError(
-            "tests: pytest is not installed. Run pip install pytest, or send them untried: --skip-checks",
+            "tests: pytest is not installed. Run pip install pytest, or skip all checks: --skip-checks",
             kind="no-pytest",
         )
     say("pytest")
     try:
         process = run_python(project.folder, ["-m", "pytest", "-q", "--color=no"], limit_s=LIMIT_S)
     except TimeoutError as error:
-        again = command_line(project, "python -m pytest -v")
+        again = format_command(project, "python -m pytest -v")
         raise UnprovenError(
-            f"tests: {error}. Does one of them hang? Mend it, or send them untried: --skip-checks\n"
-            f"Which one that is: {again}",
+            f"tests: pytest {error}. A test may hang. Repair it, or skip all checks: --skip-checks\n"
+            f"To find the test: {again}",
             kind="tests-hang",
             limit_s=LIMIT_S,
         ) from error
@@ -131,7 +136,7 @@ def run_tests(project: Project, say: Say) -> CheckResult:
         return CheckResult("none")
     if process.returncode:
         raise UnprovenError(
-            f"tests: {_format_failures(process)}\nRepeat it: {command_line(project, 'python -m pytest')}",
+            f"tests: {_format_failures(process)}\nTo repeat it: {format_command(project, 'python -m pytest')}",
             kind="tests-failed",
         )
     return CheckResult(_find_counts(process) or "passed")
@@ -151,15 +156,18 @@ def _format_failures(process: CompletedProcess[str]) -> str:
 
 
 def check_descriptions(project: Project, say: Say) -> CheckResult:
-    """Check the descriptions, with their warnings as notes; raises UnprovenError with every fault."""
+    """Check the descriptions of the robot and the world; raises UnprovenError with every mistake.
+
+    The notes of the result are the warnings.
+    """
     notes: list[str] = []
     for name in filter(None, (project.robot, project.world)):
         say(escape(name))
         try:
             notes += _check_description(project, name)
         except DescriptionError as error:
-            again = command_line(project, shlex.join(["robotcore", "check", name]))
-            raise UnprovenError(f"check: {error}\nRepeat it: {again}", kind="description-check-failed") from error
+            again = format_command(project, shlex.join(["robotcore", "check", name]))
+            raise UnprovenError(f"check: {error}\nTo repeat it: {again}", kind="description-check-failed") from error
     return CheckResult(
         "; ".join(f"{escape(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(notes)
     )
@@ -170,10 +178,10 @@ def _check_description(project: Project, name: str) -> list[str]:
         load_world(project.resolve(name))
         return []
     robot = project.load_description()
-    return [note for backend in {*robot.backends, project.backend} for note in _warnings(robot, backend)]
+    return [note for backend in {*robot.backends, project.backend} for note in _list_warnings(robot, backend)]
 
 
-def _warnings(robot: RobotDescription, backend: str) -> Iterator[str]:
+def _list_warnings(robot: RobotDescription, backend: str) -> Iterator[str]:
     """Yield a backend's warnings on its section; raises DescriptionError if the section is wrong or missing."""
     try:
         loaded = load_backend(backend)
@@ -188,25 +196,28 @@ SubjectT = TypeVar("SubjectT")
 
 @dataclass(frozen=True)
 class Check(Generic[SubjectT]):
-    """One of the things to pass. ``run`` returns the result, or raises UnprovenError: why, and what repeats it.
-
-    It also raises what is wrong with the project's files, or with this machine, as it is. ``say`` is told what goes on.
-    """
+    """A check before a push."""
 
     name: str
     run: Callable[[SubjectT, Say], CheckResult]
+    """Runs the check and reports its progress. It raises UnprovenError if the check fails.
+
+    It raises another RobotcoreError if the check cannot run.
+    """
 
 
 CHECKS_OF_PROJECT = (Check[Project]("tests", run_tests), Check[Project]("check", check_descriptions))
 """The checks that run in the user's folder."""
 
 SIMULATION = "simulation"
+"""The name of the check in `robotcore.deploy.simulation`."""
 
 NAMES = (*(check.name for check in CHECKS_OF_PROJECT), SIMULATION)
+"""The names of all checks, in their order."""
 
 
 def run_checks(checks: Sequence[Check[SubjectT]], subject: SubjectT, on_step: OnStep) -> tuple[str, ...]:
-    """Pass checks; return a line for each, as a release keeps them: ``tests: 12 passed``."""
+    """Run checks; return a line for each, such as ``tests: 12 passed``, for the manifest of the release."""
     lines = []
     for check in checks:
         step = begin_step(check.name, on_step)
@@ -217,6 +228,6 @@ def run_checks(checks: Sequence[Check[SubjectT]], subject: SubjectT, on_step: On
 
 
 def skip_checks(on_step: OnStep) -> tuple[str, ...]:
-    """Say that none is passed; return a line for each, as a release keeps them."""
+    """Report that all checks are skipped; return a line for each, for the manifest of the release."""
     begin_step("skipped", on_step).finish(", ".join(NAMES))
     return tuple(f"{name}: skipped" for name in NAMES)

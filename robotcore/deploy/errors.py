@@ -1,4 +1,4 @@
-"""Errors of ssh, rsync and a robot's answers: the patterns of known messages, each with a remedy."""
+"""Explain failures of ssh, rsync and a robot's answers: patterns of known messages, each with a remedy."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from robotcore.deploy.host import Host
 from robotcore.errors import DeployError
 
 SSH_FAILED = 255
-"""What ssh exits with when it is not the command there that failed."""
+"""The exit status of ssh if ssh itself failed. Otherwise it is the exit status of the remote command."""
 
 COMMAND_NOT_FOUND = 127
+"""The exit status of a shell that did not find a command."""
 
 BROKEN = "broken"
 """The kind of a DeployError for a connection that broke."""
@@ -24,16 +25,19 @@ DAMAGED = "damaged"
 """The kind of a DeployError for a malformed answer of a robot."""
 
 
+CALL_FAILED, RSYNC_FAILED = "call-failed", "rsync-failed"
+"""The kinds of a DeployError for an unknown failure, of which a broken connection may be the cause."""
+
 _FILES = {"file", "key"}
-"""The groups of a pattern that are files on this machine."""
+"""The names of those groups of a pattern that are files on this machine."""
 
 
 @dataclass(frozen=True)
 class KnownFailure:
     """A known failure of ssh or rsync.
 
-    In ``fault`` and ``remedy``, ``{host}`` is the host as the user wrote it, ``{login}`` the host as ssh takes it, and
-    a group of the pattern stands by its name, quoted for a shell in ``remedy``.
+    ``fault`` and ``remedy`` are formats. ``{host}`` is the host as the user wrote it, ``{login}`` the
+    arguments of ssh for it. Each named group of the pattern can be used too; ``remedy`` has it quoted for a shell.
     """
 
     pattern: str
@@ -48,15 +52,16 @@ class KnownFailure:
     remedy: str
     """What to do."""
 
-    def match(self, host: Host, said: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
-        """Return the error, if this is what was said; ``more`` goes into its words by name.
+    def match(self, host: Host, output: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
+        """Return the error if the output has the message, else None.
 
-        A file that is named must lie in one of the ``folders``: a robot may have written what was said.
+        folders: each file in the message must lie in one of these, because a robot may have written the message.
+        more: further values of the formats, by name.
         """
-        found = re.search(self.pattern, said, re.DOTALL | re.MULTILINE)
+        found = re.search(self.pattern, output, re.DOTALL | re.MULTILINE)
         if not found or not all(_is_within(found[name], folders) for name in _FILES & found.re.groupindex.keys()):
             return None
-        known = {"host": host, "login": _login(host), **more}
+        known = {"host": host, "login": _format_login(host), **more}
         quoted = {name: shlex.quote(group) for name, group in found.groupdict("").items()}
         fault, remedy = self.fault.format(**found.groupdict(), **known), self.remedy.format(**quoted, **known)
         return DeployError(f"{host}: {fault}. {remedy}", kind=self.kind)
@@ -66,72 +71,72 @@ SSH_FAILURES = (
     KnownFailure(
         r"\A(?P<line>[^\n]+ line \d+: [^\n]+)",
         "configuration",
-        "ssh does not understand its configuration: {line}",
-        "Mend it, or take another file: --ssh-config FILE",
+        "the ssh configuration has an error: {line}",
+        "Correct it, or name another file: --ssh-config FILE",
     ),
     KnownFailure(
         r"^ssh: Could not resolve hostname (?P<name>[^\s:]+)",
         "unknown",
-        "there is no host of the name {name}",
-        "Is it switched on, in this network, and spelt so? Its address does as well: pi@192.168.1.20",
+        "the host name {name} was not found",
+        "Check the spelling, and that the robot is on and in this network. Or use its address: pi@192.168.1.20",
     ),
     KnownFailure(
         r"^ssh: connect to host \S+ port (?P<port>\d+): Connection refused",
         "refused",
-        "it is there, but nothing answers at port {port}",
-        "Is the port right? If so, switch ssh on there: sudo systemctl enable --now ssh",
+        "the robot refuses connections to port {port}",
+        "Check the port. If it is right, start ssh on the robot: sudo systemctl enable --now ssh",
     ),
     KnownFailure(
         r"^ssh: connect to host [^\n]*: (?:No route to host|Network is unreachable|Host is down)",
         "no-route",
-        "there is no way to it",
-        "Is it switched on, and in the same network as this machine?",
+        "no network route to the robot",
+        "Check that the robot is on, and in the same network as this machine",
     ),
     KnownFailure(
         r"^(?:ssh: connect to host|Connection) [^\n]*timed out",
         "time-out",
-        "it does not answer",
-        "Is it switched on, in this network, and does no firewall keep ssh out?",
+        "the robot does not answer",
+        "Check that it is on and in this network, and that no firewall blocks ssh",
     ),
     KnownFailure(
         r"^(?:kex_exchange_identification|Connection (?:closed|reset) by)",
         "hung-up",
-        "it hung up before the login",
-        "Is it ssh that answers there? If so, too many logins may have failed: wait some minutes",
+        "the robot closed the connection before the login",
+        "Check that ssh uses this port. If it does, too many logins may have failed: wait some minutes",
     ),
     KnownFailure(
         r"^@ +WARNING: REMOTE HOST IDENTIFICATION HAS CHANGED!.*^Offending \S+ key in (?P<file>[^\n]+):\d+.*"
         r"^[^\n]*[Hh]ost key for (?P<known>\S+) has changed",
         "host-key-changed",
-        "it shows another host key than before: it was installed anew, or something else answers in its name",
-        "If it was installed anew, forget the old key: ssh-keygen -f {file} -R {known}",
+        "the robot's host key has changed: its system was installed again, or another machine uses its name",
+        "If its system was installed again, delete the old key: ssh-keygen -f {file} -R {known}",
     ),
     KnownFailure(
         r"^Host key verification failed",
         "host-key-unknown",
-        "its host key is not known here, and nobody could be asked",
+        "its host key is not known here, and ssh could not ask you",
         "Log in once, and compare the key: ssh {login}",
     ),
     KnownFailure(
         r"^Permissions \S+ for '(?P<key>[^']+)' are too open",
         "open-key",
-        "others on this machine may read the key {key}, so ssh does not use it",
-        "Close it: chmod 600 {key}",
+        "other users of this machine may read the key {key}, so ssh does not use it",
+        "Make it private: chmod 600 {key}",
     ),
     KnownFailure(
         r"^Received disconnect from [^\n]*Too many authentication failures",
         "denied",
-        "it has had enough of keys that are not the right one",
-        "Offer it one alone, by IdentityFile and IdentitiesOnly in ~/.ssh/config",
+        "too many authentication failures: ssh offered several wrong keys",
+        "Offer one key only, by IdentityFile and IdentitiesOnly in ~/.ssh/config",
     ),
     KnownFailure(
         r"^(?P<user>[^\s@]+)@\S+: Permission denied \((?P<ways>[^)]*)\)",
         "denied",
-        "it does not let {user} in; it would take: {ways}",
-        "Is the user right? A key is put there with: ssh-copy-id {login}",
+        "the robot refuses the login of {user}. It accepts: {ways}",
+        "Check the user. To install your key on the robot: ssh-copy-id {login}",
     ),
 )
-"""Before the connection is there; the first that fits counts."""
+"""Failures before the connection is open. The first one that matches is reported."""
 
 RSYNC_FAILURES = (
     KnownFailure(
@@ -143,108 +148,134 @@ RSYNC_FAILURES = (
     KnownFailure(
         r"is your shell clean",
         "unclean-shell",
-        "its login shell prints something where nobody looks, and rsync takes it for an answer",
-        "Let it print only where somebody is: case $- in *i*) … esac in ~/.bashrc there",
+        "the login shell of the robot prints text without a terminal, which rsync cannot parse",
+        "Let it print in interactive shells only: case $- in *i*) … esac in ~/.bashrc on the robot",
     ),
     KnownFailure(
         r"remote command not found|rsync: (?:[Cc]ommand )?not found|Unknown command:? '?rsync",  # any shell's words
         "no-rsync",
-        "there is no rsync",
-        "Install it there: sudo apt install rsync",
+        "rsync is missing on the robot",
+        "On the robot: sudo apt install rsync",
     ),
     KnownFailure(
         r"unknown option|unrecognized option",
         "old-rsync",
-        "rsync here is not the one it should be, or too old",
-        "Get rsync 3.1 or newer; macOS brings another one: brew install rsync",
+        "rsync on this machine is too old, or another program",
+        "Install rsync 3.1 or newer. On macOS: brew install rsync",
     ),
 )
-"""Of a transfer over a connection that is still there; ``{where}`` is the side that is written to."""
+"""Failures of a transfer while the connection is open. ``{where}`` is the machine that receives the files."""
 
 
-def program_missing(name: str, package: str) -> DeployError:
+def explain_missing_program(name: str, package: str) -> DeployError:
     """Return the error for a program that is missing on this machine."""
-    return DeployError(f"{name} is not installed here. Get it: sudo apt install {package}", kind="no-program")
+    return DeployError(f"{name} is not installed here. Install it: sudo apt install {package}", kind="no-program")
 
 
-def connection_failed(host: Host, status: int, said: str, config: Path | None = None) -> DeployError:
-    """Return the error for a connection that did not come about: ssh's exit status, and what was said.
+def explain_failed_connection(host: Host, status: int, output: str, config: Path | None = None) -> DeployError:
+    """Return the error for a connection that could not be opened.
 
-    The robot chooses the reason of a disconnect, so what follows the first line of it is not searched. A remedy names
-    files of ``~/.ssh`` and of the folder of ``config`` only.
+    A remedy names files of ``~/.ssh`` and of the configuration's folder only.
+
+    status: ssh's exit status.
+    output: what ssh or the login shell printed. The robot chooses the text of a disconnect, so only its first line is
+        searched.
+    config: the ssh configuration in place of the user's.
     """
-    by_hand = f"Try it by hand: ssh {_login(host)}"
+    by_hand = f"Try it by hand: ssh {_format_login(host)}"
+    last = find_last_line(output)
     if status == SSH_FAILED:
         folders = [Path.home() / ".ssh", *([config.parent] if config else [])]
-        own = re.sub(r"(?ms)(^Received disconnect from [^\n]*).*", r"\1", said)
+        own = re.sub(r"(?ms)(^Received disconnect from [^\n]*).*", r"\1", output)
         return _match_failure(SSH_FAILURES, host, own, folders) or DeployError(
-            f"{host}: ssh says: {last_line(said)}. {by_hand}"
+            f"{host}: ssh failed: {last}. {by_hand}", kind="ssh-failed"
         )
-    return DeployError(f"{host}: its login shell ended at once (status {status}): {last_line(said)}. {by_hand}")
-
-
-def login_timed_out(host: Host, seconds: float) -> DeployError:
-    """Return the error for a robot that lets somebody in and then says nothing."""
-    problem = f"nothing came back within {seconds:g} s of the login"
-    return DeployError(f"{host}: {problem}. Does its login shell wait for something? ssh {_login(host)}")
-
-
-def connection_lost(host: Host, said: str) -> DeployError:
-    """Return the error for a connection that broke, by what ssh said of it."""
-    words = f" ({last})" if (last := last_line(said)) else ""
     return DeployError(
-        f"{host}: the connection broke{words}. Is it still switched on, and near? Try again", kind=BROKEN
+        f"{host}: the login shell ended with status {status}: {last}. {by_hand}",
+        kind="login-shell-ended",
+        status=status,
     )
 
 
-def call_failed(host: Host, status: int, said: str) -> DeployError:
-    """Return the error for a call that ended without an answer: its exit status, and what it wrote on stderr."""
+def explain_login_timeout(host: Host, seconds: float) -> DeployError:
+    """Return the error for a robot that sends nothing after the login."""
+    return DeployError(
+        f"{host}: the robot sent nothing within {seconds:g} s of the login. Check whether its login shell waits for "
+        f"input: ssh {_format_login(host)}",
+        kind="login-time-out",
+        limit_s=seconds,
+    )
+
+
+def explain_lost_connection(host: Host, output: str) -> DeployError:
+    """Return the error for a connection that broke; ``output`` is what ssh printed."""
+    words = f" ({find_last_line(output)})" if output.strip() else ""
+    return DeployError(
+        f"{host}: the connection broke{words}. Check that the robot is on and in reach, and try again", kind=BROKEN
+    )
+
+
+def explain_failed_call(host: Host, status: int, output: str) -> DeployError:
+    """Return the error for a call that ended without an answer: its exit status and its output on stderr."""
     if status == COMMAND_NOT_FOUND:
-        return DeployError(f"{host}: there is no python3. Install it there: sudo apt install python3", kind="python")
+        return DeployError(
+            f"{host}: python3 is missing on the robot. On the robot: sudo apt install python3", kind="python"
+        )
     return DeployError(
-        f"{host}: it failed there (status {status}): {last_line(said)}. Look at it there: ssh {_login(host)}"
+        f"{host}: the call failed on the robot (status {status}): {find_last_line(output)}. Log in and look: "
+        f"ssh {_format_login(host)}",
+        kind=CALL_FAILED,
+        status=status,
     )
 
 
-def damaged_answer(host: Host, action: str, problem: str) -> DeployError:
-    """Return the error for an answer that is not as it has to be."""
+def explain_damaged_answer(host: Host, action: str, problem: str) -> DeployError:
+    """Return the error for an answer that the desk does not accept; ``problem`` is the end of a sentence."""
     return DeployError(
-        f"{host}: its answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that its "
-        f"system is intact: ssh {_login(host)}",
+        f"{host}: the robot's answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that "
+        f"its system is intact: ssh {_format_login(host)}",
         kind=DAMAGED,
+        action=action,
     )
 
 
-def transfer_failed(host: Host, status: int, said: str, where: str) -> DeployError:
-    """Return the error for a transfer that failed: rsync's exit status and words, and the side that is written to."""
-    return _match_failure(RSYNC_FAILURES, host, said, where=where) or DeployError(
-        f"{host}: rsync failed (status {status}): {first_line(said)}. What was there before is as it was"
+def explain_failed_transfer(host: Host, status: int, output: str, where: str) -> DeployError:
+    """Return the error for a transfer that failed.
+
+    status: rsync's exit status.
+    output: what rsync printed on stderr.
+    where: the machine that receives the files.
+    """
+    return _match_failure(RSYNC_FAILURES, host, output, where=where) or DeployError(
+        f"{host}: rsync failed (status {status}): {find_first_line(output)}. The previous files are unchanged",
+        kind=RSYNC_FAILED,
+        status=status,
     )
 
 
-def first_line(said: str) -> str:
-    """Return the first line of what was said: rsync's last one only points back."""
-    return next((line.strip() for line in said.splitlines() if line.strip()), "nothing was said").rstrip(".")
+def find_first_line(output: str) -> str:
+    """Return the first line with text, without its full stop: the last line of rsync repeats only its status."""
+    return next((line.strip() for line in output.splitlines() if line.strip()), "no message").rstrip(".")
 
 
-def last_line(said: str) -> str:
-    """Return the last line of what was said that has something in it, without its full stop."""
-    lines = [line.strip() for line in said.splitlines() if line.strip()]
-    return lines[-1].rstrip(".") if lines else "nothing"
+def find_last_line(output: str) -> str:
+    """Return the last line with text, without its full stop."""
+    lines = [line.strip() for line in output.splitlines() if line.strip()]
+    return lines[-1].rstrip(".") if lines else "no message"
 
 
-def _login(host: Host) -> str:
-    """Return a host as ssh's own command line has it."""
+def _format_login(host: Host) -> str:
+    """Return the arguments of ssh that name the host."""
     port = f"-p {host.port} " if host.port else ""
     return port + (f"{host.user}@{host.name}" if host.user else host.name)
 
 
 def _match_failure(
-    failures: Iterable[KnownFailure], host: Host, said: str, folders: Sequence[Path] = (), **more: str
+    failures: Iterable[KnownFailure], host: Host, output: str, folders: Sequence[Path] = (), **more: str
 ) -> DeployError | None:
-    return next((error for failure in failures if (error := failure.match(host, said, folders, **more))), None)
+    return next((error for failure in failures if (error := failure.match(host, output, folders, **more))), None)
 
 
 def _is_within(file: str, folders: Iterable[Path]) -> bool:
-    """Return whether a file, with its links and ``..`` resolved, lies in one of these folders."""
+    """Return whether a file lies in one of these folders, after links and ``..`` are resolved."""
     return any(Path(file).resolve().is_relative_to(folder.resolve()) for folder in folders)

@@ -21,6 +21,7 @@ from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape, list_names, pluralize
 
 STEP = "brought"
+"""The name of the step."""
 
 
 @dataclass(frozen=True)
@@ -31,38 +32,47 @@ class FetchResult:
     """The folder on this machine."""
 
     fetched: tuple[str, ...] = ()
-    """Came with this fetch."""
+    """This fetch copied them."""
 
     present: tuple[str, ...] = ()
-    """Were in the folder before."""
+    """They were in the folder before."""
 
     different: tuple[str, ...] = ()
-    """Have other content in the folder. Neither file was changed."""
+    """Files of these names in the folder have other content. Neither file was changed."""
 
     being_written: tuple[str, ...] = ()
-    """Are still being written on the robot."""
+    """The robot is still writing them."""
 
     skipped: tuple[str, ...] = ()
-    """Stay on the robot because they are no recordings by name or kind; each name is escaped."""
+    """They stay on the robot because their name or kind is not that of a recording. Each name is escaped."""
 
     erased: tuple[str, ...] = ()
-    """Were deleted on the robot."""
+    """The robot deleted them."""
 
     @property
     def newest(self) -> Path | None:
-        """The last recording that is here; names tell when each was begun."""
+        """The newest recording in the folder, by its name, which is the time of its start."""
         names = sorted((*self.fetched, *self.present))
         return self.folder / names[-1] if names else None
 
+    def __repr__(self) -> str:
+        return f"<FetchResult in {self.folder}: {len(self.fetched)} fetched, {len(self.present)} present>"
+
 
 def fetch(link: Link, folder: Path, on_step: OnStep = print, *, moves: bool = False) -> FetchResult:
-    """Bring home what is not here; ``moves`` deletes each recording there once it is here, to the byte.
+    """Copy the recordings of a robot that are not in the folder yet.
 
-    Only plain files with names of recordings come, only into the folder, and no file here is overwritten. Raises
-    DeployError; what was fetched by then is here.
+    It copies plain files with names of recordings only, and overwrites no file.
+
+    link: the robot, connected.
+    folder: the folder for the recordings. It is made if it does not exist.
+    on_step: is called with the progress.
+    moves: delete each recording from the robot if its SHA-256 equals that of the copy.
+    Raises DeployError if the robot fails; recordings that are complete by then stay in the folder. Raises UsageError if
+    the folder cannot be written.
     """
     step = begin_step(STEP, on_step)
-    step.update("what is there is looked at")
+    step.update("listing the recordings")
     there = link.call("recordings", Recordings).recordings
     found = _compare(there, folder)
     sizes = {each.name: each.bytes for each in there if each.name in found.fetched}
@@ -71,24 +81,24 @@ def fetch(link: Link, folder: Path, on_step: OnStep = print, *, moves: bool = Fa
     if moves:
         found = _erase(link, found, step)
     size = format_bytes(sum(sizes.values()))
-    step.finish(f"{pluralize(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_notes(found))
+    step.finish(f"{pluralize(len(sizes), 'recording')}, {size}, to {escape(str(folder))}", *_format_notes(found))
     return found
 
 
 def _compare(files: Sequence[RemoteFile], folder: Path) -> FetchResult:
-    """Return what is to be fetched, and what is here of it: by name and size."""
+    """Sort the robot's files by name and size into those to fetch and the others."""
     taken = {each.name: each for each in files if each.is_file and RECORDING.fullmatch(each.name)}
     left = {each.name for each in files} - taken.keys()
     written = {name for name, each in taken.items() if each.is_being_written}
     known = {name for name in taken if os.path.lexists(folder / name)} - written
-    here = {name for name in known if _size_of(folder / name) == taken[name].bytes}
+    here = {name for name in known if _measure_file(folder / name) == taken[name].bytes}
     fetched = taken.keys() - known - written
     groups = [tuple(sorted(names)) for names in (fetched, here, known - here, written, left)]
     return FetchResult(folder, *groups)
 
 
-def _size_of(path: Path) -> int | None:
-    """Return the bytes of a plain file, or None for anything else, such as a link."""
+def _measure_file(path: Path) -> int | None:
+    """Return the size of a plain file in bytes, or None for anything else, such as a link."""
     status = path.lstat()
     return status.st_size if stat.S_ISREG(status.st_mode) else None
 
@@ -105,7 +115,7 @@ def _receive(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> Non
         )
     if incoming.missing:
         raise DeployError(
-            f"{link.host}: {list_names(incoming.missing)} did not come as plain files of the stated sizes. The other "
+            f"{link.host}: {list_names(incoming.missing)} did not arrive as plain files of the stated sizes. The other "
             f"recordings are in {escape(str(folder))}. Check that this is the right robot",
             kind="recordings-missing",
             missing=tuple(incoming.missing),
@@ -128,14 +138,14 @@ def _erase(link: Link, found: FetchResult, step: Step) -> FetchResult:
     )
 
 
-def _notes(found: FetchResult) -> list[str]:
-    notes = [f"{name} is being written, and was left there" for name in found.being_written]
+def _format_notes(found: FetchResult) -> list[str]:
+    notes = [f"{name} is still being written, and stays on the robot" for name in found.being_written]
     notes += [
         f"{name} differs from the file of that name here. Both were kept. To fetch it, name another folder: -o DIR"
         for name in found.different
     ]
     if again := {*found.erased} & {*found.present}:
-        notes.append(f"{pluralize(len(again), 'recording')} of those that were here already: deleted there")
+        notes.append(f"{pluralize(len(again), 'recording')} of an earlier fetch: deleted on the robot")
     if found.skipped:
         notes.append(f"left on the robot because they are no recordings: {list_names(found.skipped)}")
     return notes
@@ -148,14 +158,16 @@ SLACK_BYTES = 1 << 20
 """The most bytes that folders and blocks of a disk take besides the recordings."""
 
 PARTIAL = ".partial"
-"""The folder beside the recordings that keeps an incomplete file when a connection breaks."""
+"""The folder beside the recordings that keeps an incomplete file if a connection breaks."""
 
 
 class IncomingFiles:
-    """A temporary folder for incoming files.
+    """A temporary folder for incoming files, as a context manager.
 
-    On exit, files of the stated size move into ``folder``, and all others are deleted. An error is such an exit too.
-    ``sizes`` has the bytes of each requested recording, as the robot states them.
+    On exit, also by an error, files of the stated size move into ``folder``. All others are deleted.
+
+    folder: the folder for the recordings.
+    sizes: the bytes of each requested recording by its name, as the robot states them.
     """
 
     def __init__(self, folder: Path, sizes: Mapping[str, int]) -> None:
@@ -171,7 +183,7 @@ class IncomingFiles:
             self.path = Path(tempfile.mkdtemp(prefix=".arriving-", dir=self._folder))
         except OSError as error:
             problem = f"{escape(str(self._folder))} cannot be made or written to: {error.strerror}"
-            raise UsageError(f"{problem}. Take another folder: -o DIR", kind="folder-not-writable") from error
+            raise UsageError(f"{problem}. Name another folder: -o DIR", kind="folder-not-writable") from error
         return self
 
     def __exit__(
@@ -192,11 +204,11 @@ class IncomingFiles:
 
     @property
     def missing(self) -> list[str]:
-        """The recordings that did not come as plain files of the stated size. It is complete after the exit."""
+        """The recordings that did not arrive as plain files of the stated size. Read it after the exit."""
         return sorted(self._sizes.keys() - {*self.received})
 
     def check_limits(self) -> None:
-        """Raise DeployError if more bytes came than the robot stated, or if this machine's disk is nearly full."""
+        """Raise DeployError if more bytes arrived than the robot stated, or if this machine's disk is nearly full."""
         stated = sum(self._sizes.values())
         if measure_size(self.path) > stated + SLACK_BYTES:
             raise DeployError(
@@ -220,7 +232,7 @@ class IncomingFiles:
             )
 
     def _remove_leftovers(self) -> None:
-        """Delete links and foreign files from the folder of incomplete files: rsync would write through a link."""
+        """Delete links and unrequested files from the folder of incomplete files: rsync would write through a link."""
         if self.partial.is_symlink():
             self.partial.unlink()
         for path in self.partial.iterdir() if self.partial.is_dir() else ():
@@ -236,7 +248,7 @@ class IncomingFiles:
         file, target = self.path / name, self._folder / name
         if not _is_plain(file) or file.lstat().st_size != self._sizes[name] or os.path.lexists(target):
             return False
-        with suppress(OSError):  # a disk of Windows has no such modes
+        with suppress(OSError):  # a file system of Windows has no such modes
             file.chmod(file.lstat().st_mode & 0o644)
         file.rename(target)
         return True

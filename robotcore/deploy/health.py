@@ -16,24 +16,34 @@ from robotcore.errors import DeployError, UnhealthyError, UsageError
 from robotcore.hal.wall_clock import MonotonicClock
 
 STEP = "release"
+"""The name of the step."""
+
 HEALTHY_WITHIN_S = 60.0
-"""A release has so long for its first tick: a Pi imports NumPy and OpenCV, and its camera settles."""
+"""The time limit of the first tick, in s: a Pi imports NumPy and OpenCV, and its camera settles."""
 
 ATTEMPTS, PAUSE_S = 10, 3.0
-"""So often a broken connection is made anew, with a pause before each."""
+"""How often the desk connects again after the connection broke, and the pause before each attempt, in s."""
 
 ERROR_PREFIX, NO_MODULE = "error: ", "ModuleNotFoundError: "
-"""What stands before an error in what robotcore writes, and in one where something is not installed."""
+"""The beginning of an error message of robotcore, and a text in it if a package is missing."""
+
+RECONNECTING = "the connection broke; connecting again, while the health check continues on the robot"
 
 HEALTHY, UNHEALTHY = "healthy", "unhealthy"
+"""Outcomes of a health check, see `robotcore.deploy.agent.releases.HEALTHY`."""
+
 UNKNOWN_RELEASE = "name"
-"""The kind of a DeployError that tells of a release that is not there."""
+"""The kind of a DeployError if the robot has no release of that name."""
 
 
 def rollback(host: Host, ssh_config: Path | None, release: str | None, on_step: OnStep = print) -> str:
-    """Let the healthy release before run again, or a named one; return its name.
+    """Run an older release again, and wait until it is healthy; return its name.
 
-    Raises as `Trial.follow` does, and UsageError where no release has that name.
+    host: the robot.
+    ssh_config: an ssh configuration in place of the user's.
+    release: the release's name; None for the last healthy one before the current one.
+    on_step: is called with the progress.
+    Raises UsageError if the robot has no release of that name, and the errors of `HealthCheck.follow`.
     """
     with Link(host, ssh_config) as link:
         check = HealthCheck(host, ssh_config, begin_step(STEP, on_step))
@@ -47,17 +57,22 @@ def rollback(host: Host, ssh_config: Path | None, release: str | None, on_step: 
 
 @dataclass
 class HealthCheck:
-    """A trial that a desk looks on. ``release`` is what is tried; the robot tells which one that is, where it chose."""
+    """A health check on a robot, followed from the desk."""
 
     host: Host
     ssh_config: Path | None
     step: Step
+    """The step that reports the progress."""
     release: str | None = None
+    """The release that is checked; None until the robot has chosen one."""
 
     def follow(self, link: Link, action: str, release: str | None, **arguments: Any) -> str:
-        """Let the robot try a release, and tell how it does; return its name once it lives.
+        """Let the robot check a release, and report the progress; return the name of the healthy release.
 
-        Raises UnhealthyError where it does not, and DeployError where that is not known.
+        action: ``activate`` or ``rollback``.
+        release: the release to check; None if the robot chooses.
+        arguments: the other parameters of the action.
+        Raises UnhealthyError if the release is not healthy, and DeployError if the result cannot be found out.
         """
         self.release = release
         try:
@@ -73,10 +88,10 @@ class HealthCheck:
         self.step.update(notice.say)
 
     def _reconnect(self, broken: DeployError, arguments: Mapping[str, Any]) -> HealthResult:
-        """Connect again until the robot returns the result for a release whose name is known."""
+        """Connect again until the robot returns the result. Without the release's name there is no attempt."""
         clock = MonotonicClock()
         for _ in range(ATTEMPTS if self.release else 0):
-            self.step.update("the connection broke; the trial goes on there, and is looked for")
+            self.step.update(RECONNECTING)
             clock.sleep_until(clock.now() + PAUSE_S)
             try:
                 with Link(self.host, self.ssh_config) as link:
@@ -90,29 +105,35 @@ class HealthCheck:
     def _finish(self, result: HealthResult) -> str:
         if result.outcome != HEALTHY:
             logs = command_hint("logs", self.host, self.ssh_config)
-            raise UnhealthyError(_format_failure(self.host, result, logs))
+            raise UnhealthyError(
+                _format_failure(self.host, result, logs),
+                release=result.release,
+                outcome=result.outcome,
+                current=result.current,
+                lines=tuple(result.lines),
+            )
         self.step.finish(f"{result.release} is healthy; {'it runs' if result.is_running else result.reason}")
         return result.release
 
 
 def status_hint(host: Host, ssh_config: Path | None) -> str:
-    """Say what a desk that looks away leaves behind."""
-    return f"The trial goes on there: {command_hint('status', host, ssh_config)}"
+    """Return a sentence for a user who interrupts a health check, with the command that shows its result."""
+    return f"The health check continues on the robot: {command_hint('status', host, ssh_config)}"
 
 
 def _format_failure(host: Host, result: HealthResult, logs: str) -> str:
-    """Return the message for a release that is not healthy: the reason, what runs now, and the app's last lines."""
-    what = "did not live" if result.outcome == UNHEALTHY else "was not judged"
-    how = "stands as before" if result.is_standing else "does not run either"
-    now = f"{result.current} {'runs again' if result.is_running else f'is in place again, and {how}'}"
+    """Return the message for a release that is not healthy: the reason, the current release, the app's last lines."""
+    what = "is not healthy" if result.outcome == UNHEALTHY else "was not checked to the end"
+    how = "is stopped, as before" if result.is_standing else "does not run either"
+    now = f"{result.current} {'runs again' if result.is_running else f'is the current release again, and {how}'}"
     lines = "".join(f"\n  {line}" for line in result.lines)
     why = ": ".join([result.reason, *_find_error(result.lines)])
-    running = now if result.current else "Nothing runs"
-    return f"{host}: {result.release} {what}: {why}. {running}. All it said: {logs}{lines}"
+    running = now if result.current else "No app runs"
+    return f"{host}: {result.release} {what}: {why}. {running}. The whole log: {logs}{lines}"
 
 
 def _find_error(lines: Sequence[str]) -> list[str]:
-    """Return the first line that is an error of robotcore, with a remedy if one is known."""
+    """Return the first error of robotcore in the lines, with a remedy for a missing package; empty if there is none."""
     errors = [line.removeprefix(ERROR_PREFIX) for line in lines if line.startswith(ERROR_PREFIX)]
     remedy = ". Add it to dependencies in pyproject.toml" if any(NO_MODULE in error for error in errors[:1]) else ""
     return [error.rstrip(".") + remedy for error in errors[:1]]

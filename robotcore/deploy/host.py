@@ -16,25 +16,38 @@ PATTERN = re.compile(
     r"|\[(?P<address>[0-9A-Fa-f:.]{2,45}(?:%[A-Za-z0-9_.-]{1,15})?)\])"
     r"(?::(?P<port>[0-9]{1,5}))?"
 )
-"""Letters, digits and what no shell, no ssh and no file of ssh's takes for more than a name: a configured
-``ProxyCommand`` hands it to a shell."""
+"""Letters, digits, and characters without a meaning for a shell, for ssh and for its configuration files.
+
+A ``ProxyCommand`` in a configuration passes the name to a shell.
+"""
 
 
 @dataclass(frozen=True)
 class Host:
-    """Whom to ask for: a name, an address or an alias of the user's ssh configuration, which rules what is left out."""
+    """The address of a robot.
+
+    >>> Host.parse("pi@rover.local:2222")
+    Host(name='rover.local', user='pi', port=2222)
+    >>> print(Host.parse("pi@[fe80::1]"))
+    pi@[fe80::1]
+    """
 
     name: str
+    """A host name, an IP address, or an alias of the user's ssh configuration."""
     user: str = ""
+    """The user; if empty, the user of the ssh configuration."""
     port: int | None = None
+    """The port of ssh; if None, the port of the ssh configuration."""
 
     @classmethod
     def parse(cls, text: str) -> Host:
-        """Return the host of ``[user@]host[:port]``, an IPv6 address in brackets; raises UsageError."""
+        """Return the host of ``[user@]host[:port]``, with an IPv6 address in brackets; raises UsageError."""
         if not (found := PATTERN.fullmatch(text)) or not _is_address(found["address"]) or not _is_port(found["port"]):
             raise UsageError(
-                f"{text!r} is no host. It is a name or an address, perhaps with a user and a port: pi@rover.local, "
-                "rover:2222, pi@[fe80::1%wlan0]:22"
+                f"{text!r} is no host. Write a name or an address, with a user and a port if you need them: "
+                "pi@rover.local, rover:2222, pi@[fe80::1%wlan0]:22",
+                kind="invalid-host",
+                host=text,
             )
         port = int(found["port"]) if found["port"] else None
         return cls(found["name"] or found["address"], found["user"] or "", port)
@@ -57,7 +70,11 @@ def _is_port(text: str | None) -> bool:
 
 
 def command_hint(command: str, host: Host, ssh_config: Path | None = None) -> str:
-    """Return a command of ``robotcore deploy`` as it is typed for a robot, quoted for a shell.
+    """Return a command of ``robotcore deploy`` for a robot, quoted for a shell.
+
+    command: the subcommand, with options if needed.
+    host: the robot.
+    ssh_config: an ssh configuration in place of the user's.
 
     >>> print(command_hint("logs", Host.parse("pi@rover:2222"), Path("lab of ours.ssh")))
     robotcore deploy logs pi@rover:2222 --ssh-config 'lab of ours.ssh'

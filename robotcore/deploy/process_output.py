@@ -1,4 +1,4 @@
-"""The output of a running process, within limits: a robot decides how much comes, and when."""
+"""Read the output of a running process within limits, because a robot may send any amount at any time."""
 
 from __future__ import annotations
 
@@ -10,28 +10,30 @@ from collections.abc import Iterable, Iterator
 from robotcore.text import escape
 
 POLL_S = 0.5
-"""`ProcessOutput.pieces` yields an empty piece if no output comes for this time."""
+"""`ProcessOutput.read_pieces` yields an empty piece if no output comes for this time, in s."""
 
 EXCERPT_BYTES = 1 << 13
-"""The bytes of stderr that are kept of its beginning, and as many of its end."""
+"""The size of an excerpt's beginning, and of its end."""
 
 LONGEST_LINE = 1 << 23
 """The most bytes of one line. It limits a list of recordings to about 80 000, below answers.MOST_ITEMS."""
 
 LINE_COST = 1 << 7
-"""Each line counts as this many bytes more, because a million empty lines take long to read."""
+"""The bytes that each line counts in addition, because a million empty lines take long to read."""
 
 _PIECE = 1 << 16
 
 
 class MalformedError(ValueError):
-    """The output of a robot is damaged. The message says how, as the end of a sentence."""
+    """The output of a robot is damaged. The message is the end of a sentence that begins with ``it``."""
 
 
 class ProcessOutput:
-    """The output of a process with pipes: `pieces` of stdout, and an excerpt of stderr.
+    """The output of a process: pieces of stdout, and an excerpt of stderr.
 
     Both pipes are read at once. So neither fills memory or disk of the desk, and neither blocks the process.
+
+    process: a process whose stdout and stderr are pipes.
     """
 
     def __init__(self, process: subprocess.Popen[bytes]) -> None:
@@ -40,13 +42,13 @@ class ProcessOutput:
 
     @property
     def stderr_excerpt(self) -> str:
-        """The beginning and the end of stderr, escaped but for its line breaks."""
+        """The beginning and the end of stderr, escaped except for line breaks."""
         return decode_output(self._errors)
 
-    def pieces(self) -> Iterator[bytes]:
-        """Yield stdout as it comes until both pipes have ended; an empty piece if none came for `POLL_S`.
+    def read_pieces(self) -> Iterator[bytes]:
+        """Yield the pieces of stdout until both pipes have ended.
 
-        An empty piece comes after each piece of stderr too.
+        It yields an empty piece if no output came for `POLL_S`, and after each piece of stderr.
         """
         stdout, stderr = self._process.stdout, self._process.stderr
         assert stdout
@@ -78,17 +80,17 @@ def decode_output(text: bytes) -> str:
     return escape(text.decode(errors="replace").replace("\r\n", "\n"), keep="\n")
 
 
-def split_lines(pieces: Iterable[bytes], most: int | None) -> Iterator[bytes]:
-    """Yield the lines in pieces, without their ends.
+def split_lines(pieces: Iterable[bytes], max_bytes: int | None) -> Iterator[bytes]:
+    """Yield the lines of the pieces, without their ends.
 
-    Raises MalformedError if a line is longer than `LONGEST_LINE`, or if all lines together are longer than ``most``
-    bytes. None sets no limit for all.
+    max_bytes: the limit of all lines together; None for no limit.
+    Raises MalformedError if a line is longer than `LONGEST_LINE`, or if the limit is exceeded.
     """
     rest, total = b"", 0
     for piece in pieces:
         total += len(piece) + LINE_COST * piece.count(b"\n")
-        if most is not None and total > most:
-            raise MalformedError(f"is longer than {most} bytes")
+        if max_bytes is not None and total > max_bytes:
+            raise MalformedError(f"is longer than {max_bytes} bytes")
         *lines, rest = (rest + piece).split(b"\n")
         if len(rest) > LONGEST_LINE:
             raise MalformedError(f"has a line longer than {LONGEST_LINE} bytes")

@@ -1,4 +1,4 @@
-"""The progress of a long job, step by step."""
+"""The progress of a job with several steps, such as a push."""
 
 from __future__ import annotations
 
@@ -8,31 +8,32 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Progress:
-    """A step by its name, and what there is to say of it: what goes on, or, where it ``is_done``, what came of it.
+    """The progress of a step.
 
-    ``notes`` are what its reader should know besides, a line each.
+    >>> print(Progress("doctor", "9 ok, 1 warning", ("warning: the disk is nearly full",), is_done=True))
+      doctor       9 ok, 1 warning
+        warning: the disk is nearly full
     """
 
     step: str
+    """The name of the step."""
     text: str = ""
+    """The result if the step ``is_done``, else what the step is doing."""
     notes: tuple[str, ...] = ()
+    """Further results, a line each."""
     is_done: bool = False
+    """Whether the step is finished."""
 
     def __str__(self) -> str:
-        """Return it in a line, its notes below.
-
-        >>> print(Progress("doctor", "9 ok, 1 warning", ("warning: the disk is nearly full",), is_done=True))
-          doctor       9 ok, 1 warning
-            warning: the disk is nearly full
-        """
+        """Return the step and its text in one line, and the notes below it."""
         return "\n".join((f"  {self.step:<13}{self.text}".rstrip(), *(f"    {note}" for note in self.notes)))
 
 
 Say = Callable[[str], object]
-"""Is called with a text on what a step is doing."""
+"""A function that is called with a text on what a step is doing."""
 
 OnStep = Callable[[Progress], object]
-"""Is called when a step begins, at each update, and when it is finished."""
+"""A function that is called when a step begins, at each update, and when it is finished."""
 
 
 @dataclass(frozen=True)

@@ -41,11 +41,11 @@ def _format_value(value: Any) -> str:
 
 
 OptionText = Annotated[str, BeforeValidator(_format_value)]
-"""A setting or an option, in the words of a command line."""
+"""A setting or an option, in the form of a command-line option."""
 
 
 class DeployTable(StrictModel):
-    """``[tool.robotcore.deploy]``: each key as the option of ``robotcore deploy push`` that overrides it."""
+    """The table ``[tool.robotcore.deploy]``. Options of ``robotcore deploy push`` override its keys."""
 
     backend: Text = "raspberrypi"
     settings: dict[str, OptionText] = Field(default_factory=dict)
@@ -58,7 +58,7 @@ class DeployTable(StrictModel):
 
 
 class RobotcoreTable(StrictModel):
-    """``[tool.robotcore]``: files are relative to the project's folder; names are those of what is installed."""
+    """The table ``[tool.robotcore]``. Each name is a file, relative to the project's folder, or an installed name."""
 
     app: Text | None = None
     robot: Text | None = None
@@ -67,7 +67,7 @@ class RobotcoreTable(StrictModel):
 
 
 class ProjectTable(StrictModel):
-    """``[project]``, as far as it matters here (PEP 621)."""
+    """The keys of the table ``[project]`` that a deploy uses. Source: PEP 621."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -78,18 +78,20 @@ class ProjectTable(StrictModel):
 
 
 class Tables(StrictModel):
-    """All that is read of a ``pyproject.toml``.
-
-    ``robotcore`` is None where there is no such table; ``is_package`` where it says how the project is built.
-    """
+    """The tables of a ``pyproject.toml`` that a deploy uses."""
 
     robotcore: RobotcoreTable | None = None
+    """The table ``[tool.robotcore]``; None if the file has none."""
     project: ProjectTable = ProjectTable()
     is_package: bool = False
+    """Whether the file has a table ``[build-system]``, so that pip can install the project."""
 
 
 def read_tables(folder: Path) -> Tables:
-    """Return what a folder's ``pyproject.toml`` says, nothing where there is none; DescriptionError has every fault."""
+    """Return the tables of a folder's ``pyproject.toml``, which are empty if there is no such file.
+
+    Raises DescriptionError with every mistake.
+    """
     file = folder / FILE
     if not file.is_file():
         return Tables()
@@ -113,25 +115,30 @@ def _validate_table(model: type[ModelT], file: Path, where: str, table: Any) -> 
         raise DescriptionError.of_all(str(file), faults) from error
 
 
-def relative_file(folder: Path, base: Path, name: str, kind: str) -> str:
-    """Return a file, named from ``base``, as its project's folder calls it; what stands behind a colon stays.
+def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:
+    """Return the path of a file relative to its project's folder.
 
-    It is a file to whoever reads it: ``./`` goes before what could be taken for an option or for something installed.
-    Raises UsageError where it is not there, or outside of the folder: only what is inside is sent.
+    The path begins with ``./`` if it could be mistaken for an option or for an installed name.
+
+    folder: the project's folder.
+    base: the folder that the name is relative to.
+    name: the file, for an app also ``FILE:CLASS``.
+    kind: ``app``, ``robot`` or ``world``, for a message.
+    Raises UsageError if the file does not exist, or if it is outside of the folder, of which alone files are sent.
     """
     path, colon, rest = name.partition(":") if is_app_file(name) else (name, "", "")
     file = Path(os.path.normpath(base / path))
     if not file.is_file():
         raise UsageError(
-            f"{escape(name)}: there is no such file. Name the {kind}'s file, or one that is installed",
+            f"{escape(name)}: there is no such file. Name the {kind}'s file, or an installed {kind}",
             kind="no-such-file",
             file=name,
         )
     file = file.parent.resolve() / file.name
     if not file.is_relative_to(folder):
         raise UsageError(
-            f"{escape(name)} is outside of {escape(str(folder))}, and only what is in there is sent. Move the {kind} "
-            "into it, or name a folder that has both: --project DIR",
+            f"{escape(name)} is outside of {escape(str(folder))}, and only files in that folder are sent. Move the "
+            f"{kind} into it, or name a folder that has both: --project DIR",
             kind="file-outside-project",
             file=name,
         )
@@ -141,20 +148,20 @@ def relative_file(folder: Path, base: Path, name: str, kind: str) -> str:
 
 
 def require_sendable(folder: Path) -> None:
-    """Refuse, by UsageError, a folder that nobody means to send whole: the home, or what is above it."""
+    """Raise UsageError if a folder is the home folder or contains it, because a push sends the whole folder."""
     if Path.home().resolve().is_relative_to(folder.resolve()):
         raise UsageError(
-            f"{escape(str(folder))} would be sent whole, with all that is in your home. Make a folder for the project "
-            "and put its files there: robotcore new",
+            f"{escape(str(folder))} contains your home folder, and a push sends the whole folder. Make a folder for "
+            "the project and put its files there: robotcore new",
             kind="home-folder",
         )
 
 
 @dataclass(frozen=True)
 class DeployOptions:
-    """What a command line says; None is left to the project's file. Names of files are relative to where it was typed.
+    """The options of a push that override the project's file. None leaves the value to that file.
 
-    ``settings`` and ``options`` are added to the project's, and go before them; ``folder`` is ``--project``.
+    Names of files are relative to the current folder.
     """
 
     app: str | None = None
@@ -162,79 +169,101 @@ class DeployOptions:
     world: str | None = None
     backend: str | None = None
     settings: Mapping[str, str] = field(default_factory=dict)
+    """Settings of the app. They are added to the project's, and override those of the same name."""
     options: Mapping[str, str] = field(default_factory=dict)
+    """Options of the backend. They are added to the project's, and override those of the same name."""
     rate_hz: float | None = None
     seeds: str | None = None
+    """The seeds of the simulation check, such as ``1-3`` or ``1,5,9-12``."""
     require: tuple[str, ...] | None = None
+    """The bounds of the simulation check, such as ``verified>=1``."""
     record: bool | None = None
+    """Whether each run on the robot is recorded."""
     folder: Path | None = None
+    """The project's folder; None for the current folder."""
 
 
 @dataclass(frozen=True)
 class Project:
-    """What is proven at the desk, sent, and run on the robot.
-
-    ``folder`` is the user's, absolute; None where only what is installed was named, and nothing of the user's is sent.
-    ``app``, ``robot`` and ``world`` are names, or files relative to the folder. ``require`` are the bounds of a sweep
-    that the app must keep, none for the usual ones. ``extras`` are robotcore's or the project's. ``metadata`` is
-    ``[project]`` of its file; ``is_package`` where the folder can be built and installed.
-    """
+    """A project to deploy: an app, a robot, and how the app runs there."""
 
     folder: Path | None
+    """The user's folder, absolute. None if all names are installed, so that no files of the user are sent."""
     name: str
     app: str
+    """The app's name, or its file relative to the folder."""
     robot: str
+    """The robot's name, or its file relative to the folder."""
     world: str | None = None
+    """The world's name, or its file relative to the folder. It is used in simulation only."""
     backend: str = "raspberrypi"
     settings: Mapping[str, str] = field(default_factory=dict)
+    """Settings of the app."""
     options: Mapping[str, str] = field(default_factory=dict)
+    """Options of the backend."""
     rate_hz: float = 20.0
     seeds: str = "1-3"
+    """The seeds of the simulation check."""
     require: tuple[str, ...] = ()
+    """The bounds of the simulation check. If there are none, every run must pass."""
     extras: tuple[str, ...] = ()
+    """Extras of robotcore or of the project that pip installs too."""
     is_recorded: bool = True
+    """Whether each run on the robot is recorded."""
     is_package: bool = False
+    """Whether pip can build and install the folder."""
     metadata: ProjectTable = field(default_factory=ProjectTable)
+    """The table ``[project]`` of the project's file."""
+
+    def __repr__(self) -> str:
+        return f"<Project {self.name}: {self.app} on {self.robot}, {self.backend}>"
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files that it names, relative to its folder: without them it does not run."""
+        """The files that the project names, relative to its folder."""
         app = (self.app.partition(":")[0],) if is_app_file(self.app) else ()
         return (*app, *(name for name in (self.robot, self.world) if name and is_own(name)))
 
     def load_description(self) -> RobotDescription:
-        """Return the robot; raises what `load_robot` raises."""
+        """Return the robot's description; raises as `load_robot` does."""
         return load_robot(self.resolve(self.robot))
 
     def resolve(self, name: str) -> str:
-        """Return a name or a file of the project as this process finds it, wherever it works."""
+        """Return a name unchanged, and a file of the project as an absolute path."""
         return str(self.folder / name) if self.folder and (is_own(name) or is_app_file(name)) else name
 
 
 def build_project(options: DeployOptions, here: Path | None = None) -> Project:
-    """Return what is to be deployed from ``here``, by default the folder that this process works in.
+    """Return the project of a folder, with the options applied.
 
-    The project is the folder that was asked for; or this one, where its ``pyproject.toml`` has a ``[tool.robotcore]``,
-    or a file of the user's is named. Raises UsageError where a name leads nowhere or a file is outside of the folder,
-    DescriptionError where ``pyproject.toml`` is wrong.
+    Without ``options.folder`` the folder is ``here`` if its ``pyproject.toml`` has a table ``[tool.robotcore]``, or if
+    the options name a file. Else the project has no folder, and only installed names.
+
+    >>> build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
+    <Project green-search: green-search on rover, raspberrypi>
+
+    options: the options of the user.
+    here: the folder that names are relative to; None for the current folder.
+    Raises UsageError if a name is unknown or a file is outside of the folder, and DescriptionError if
+    ``pyproject.toml`` has mistakes.
     """
     here = (here or Path.cwd()).absolute()
     folder = here / options.folder if options.folder else here
     if options.folder and not folder.is_dir():
         raise UsageError(
-            f"--project {options.folder}: there is no such folder. Name the one with your {FILE}",
+            f"--project {options.folder}: there is no such folder. Name the folder of your {FILE}",
             kind="no-such-folder",
             folder=str(options.folder),
         )
     tables = read_tables(folder)
-    if not (options.folder or tables.robotcore or any(map(_is_file, _given_names(options)))):
+    if not (options.folder or tables.robotcore or any(map(_is_file, _list_names(options)))):
         return _validate_project(_merge(options, Tables(), None, here))
     require_sendable(folder)
     return _validate_project(_merge(options, tables, folder.resolve(), here))
 
 
 def _merge(options: DeployOptions, tables: Tables, folder: Path | None, here: Path) -> Project:
-    """Return the project as the table has it, overridden by what was asked for."""
+    """Return the project of the tables, overridden by the options."""
     table = tables.robotcore or RobotcoreTable()
     deploy = table.deploy
     app = _resolve_name(options, table, "app", folder, here)
@@ -247,21 +276,21 @@ def _merge(options: DeployOptions, tables: Tables, folder: Path | None, here: Pa
         backend=options.backend or deploy.backend,
         settings={**deploy.settings, **options.settings},
         options={**deploy.options, **options.options},
-        rate_hz=_first_given(options.rate_hz, deploy.rate_hz),
-        seeds=_first_given(options.seeds, deploy.seeds),
-        require=_first_given(options.require, deploy.require),
+        rate_hz=_choose(options.rate_hz, deploy.rate_hz),
+        seeds=_choose(options.seeds, deploy.seeds),
+        require=_choose(options.require, deploy.require),
         extras=deploy.extras,
-        is_recorded=_first_given(options.record, deploy.record),
+        is_recorded=_choose(options.record, deploy.record),
         is_package=tables.is_package,
         metadata=tables.project,
     )
 
 
-def _first_given(option: Any, default: Any) -> Any:
+def _choose(option: Any, default: Any) -> Any:
     return default if option is None else option
 
 
-def _given_names(options: DeployOptions) -> list[str]:
+def _list_names(options: DeployOptions) -> list[str]:
     return [name for name in (options.app, options.robot, options.world) if name]
 
 
@@ -270,24 +299,24 @@ def _is_file(name: str) -> bool:
 
 
 def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, folder: Path | None, here: Path) -> str:
-    """Return the app, robot or world; a file of it relative to the project's folder."""
+    """Return the name of the app, robot or world, or its file relative to the project's folder."""
     given = getattr(options, kind)
     name = given or getattr(table, kind)
     if not name:
         raise UsageError(
-            f'which {kind}? Name it with --{kind}, or in {FILE}: [tool.robotcore] {kind} = "…"',
+            f'no {kind} is named. Name it with --{kind}, or in {FILE}: [tool.robotcore] {kind} = "…"',
             kind="missing-option",
             option=kind,
         )
     if folder is None or not _is_file(name):
         return str(name)
-    return relative_file(folder, here if given else folder, name, kind)
+    return resolve_file(folder, here if given else folder, name, kind)
 
 
 def _validate_project(project: Project) -> Project:
-    """Return the project; raise UsageError where something that it names is not there, or a number or a bound is none.
+    """Return the project; raise UsageError if it has an unknown name, or an invalid rate, seed or bound.
 
-    The settings of an app of the user's own are looked at where it runs: its file is not imported here.
+    The settings of an app in a user's file are not checked, because that file is not imported here.
     """
     require_rate(project.rate_hz)
     load_backend(project.backend)

@@ -24,7 +24,7 @@ from robotcore.deploy.host import Host
 from robotcore.deploy.progress import OnStep, Step, begin_step
 from robotcore.deploy.project import Project
 from robotcore.deploy.rpc import Link
-from robotcore.deploy.staging import git_environment
+from robotcore.deploy.staging import build_git_environment
 from robotcore.deploy.wheels import Target, fetch_wheels
 from robotcore.errors import DeployError
 from robotcore.hal.backend import load_backend
@@ -33,7 +33,7 @@ from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import pluralize
 
 FILES = "files"
-"""The name of the step that builds the bundle; it prints no result."""
+"""The name of the step that builds the bundle. It reports no result."""
 
 
 @dataclass(frozen=True)
@@ -46,20 +46,24 @@ class Push:
     """An ssh configuration in place of the user's."""
 
     is_checked: bool = True
-    """Run the tests, the checks of the descriptions and the simulation first."""
+    """Whether the tests, the checks of the descriptions and the simulation run first."""
 
     is_offline: bool = False
-    """Send the wheels too: the robot has no network."""
+    """Whether the wheels are sent too, for a robot without a network."""
 
     healthy_within_s: float = health.HEALTHY_WITHIN_S
-    """The time to the first tick of the release."""
+    """The time limit of the release's first tick, in s."""
 
 
 def push(request: Push, on_step: OnStep = print) -> str:
-    """Do it, and tell step by step; return the release's name.
+    """Check a project, send it to a robot, and start it there; return the release's name.
 
-    Raises UnprovenError where it is not sent for what it does, DeployError where the robot does not take it, and
-    UnhealthyError where it did not live and was rolled back. Whatever is raised, the old or the new release runs.
+    Whatever is raised, the old or the new release runs.
+
+    request: the project, the robot and the options.
+    on_step: is called with the progress.
+    Raises UnprovenError if a check fails, so that nothing is sent. Raises DeployError if the robot cannot be reached or
+    cannot run the project. Raises UnhealthyError if the release is not healthy and was rolled back.
     """
     with TemporaryDirectory(prefix="robotcore-") as folder:
         checks_passed = (
@@ -67,11 +71,11 @@ def push(request: Push, on_step: OnStep = print) -> str:
             if request.is_checked
             else checks.skip_checks(on_step)
         )
-        begin_step(FILES, on_step).update("what is to be sent is gathered")
+        begin_step(FILES, on_step).update("collecting the files")
         bundle = build_bundle(request.project, Path(folder))
         if request.is_checked:
             checks_passed += checks.run_checks(simulation.CHECKS_OF_BUNDLE, bundle, on_step)
-        release = new_release(request.project, bundle.requirements, checks_passed)
+        release = create_release(request.project, bundle.requirements, checks_passed)
         step = begin_step("robot", on_step)
         with Link(request.host, request.ssh_config) as link:
             upload = ReleaseUpload(link, release, bundle, on_step)
@@ -82,7 +86,7 @@ def push(request: Push, on_step: OnStep = print) -> str:
 
 
 def describe_state_after(step: str, request: Push) -> str:
-    """Return what a push that was cut short in a step leaves on the robot."""
+    """Return a sentence about the robot's state after an interruption of this step."""
     if step == health.STEP:
         return health.status_hint(request.host, request.ssh_config)
     return f"Nothing {'was sent to' if step in {*checks.NAMES, FILES} else 'has changed on'} {request.host}"
@@ -93,7 +97,13 @@ SHOWN_LEVELS = ("error", "warning")
 
 
 class ReleaseUpload:
-    """The upload of a release to a connected robot: call `probe`, then `upload`."""
+    """The upload of a release to a connected robot: call `probe`, then `upload`.
+
+    link: the robot, connected.
+    release: the manifest.
+    bundle: the folder to send.
+    on_step: is called with the progress.
+    """
 
     def __init__(self, link: Link, release: Release, bundle: Bundle, on_step: OnStep) -> None:
         self._link, self._release, self._bundle, self._on_step = link, release, bundle, on_step
@@ -119,15 +129,15 @@ class ReleaseUpload:
             "begin", BeginAnswer, release=self._release.name, size=measure_size(self._bundle.folder)
         )
         release = replace(self._release, name=begun.release)
-        with self._discarding(release.name):
+        with self._discard_on_error(release.name):
             release.write(self._bundle.folder)
             self._send(begun, step)
             self._install(release.name, is_offline=is_offline)
         return release.name
 
     @contextmanager
-    def _discarding(self, release: str) -> Iterator[None]:
-        """While entered, whatever is raised lets the robot throw away what it got; where it cannot, it does later."""
+    def _discard_on_error(self, release: str) -> Iterator[None]:
+        """Let the robot delete the upload if the block raises. If that call fails, the next push deletes it."""
         try:
             yield
         except BaseException:
@@ -136,15 +146,15 @@ class ReleaseUpload:
             raise
 
     def _add_wheels(self) -> None:
-        """Put them beside what is sent: they go with it, and no other push has to do with them."""
+        """Add the wheels for the robot to the bundle."""
         step = begin_step("wheels", self._on_step)
         wheels = fetch_wheels(self._release.requirements, self._target, step.update)
         shutil.copytree(wheels, self._bundle.folder / WHEELS)
         step.finish(f"{len(list(wheels.iterdir()))} for {self._target}")
 
     def _send(self, begun: BeginAnswer, step: Step) -> None:
-        went = self._link.send(self._bundle.folder, begun.to, begun.copy_from, _report_transfer(step))
-        step.finish(f"{went.files} files, {went.changed} of them new, {format_bytes(went.sent)}", *self._bundle.notes)
+        done = self._link.send(self._bundle.folder, begun.to, begun.copy_from, _report_transfer(step))
+        step.finish(f"{done.files} files, {done.changed} of them new, {format_bytes(done.sent)}", *self._bundle.notes)
 
     def _install(self, release: str, *, is_offline: bool) -> None:
         step = begin_step("environment", self._on_step)
@@ -164,7 +174,7 @@ def _report_transfer(step: Step) -> Callable[[int, float], None]:
 
 
 def _report_findings(findings: Sequence[Finding], step: Step) -> None:
-    """Tell what the doctor found. An error raises nothing: the trial shows whether the app lives with it."""
+    """Report the findings of the doctor. An error among them raises nothing, because the health check decides."""
     counts = Counter(finding.level for finding in findings)
     bad = [finding for level in SHOWN_LEVELS for finding in findings if finding.level == level]
     said = [f"{counts['ok']} ok", *(pluralize(counts[level], level) for level in SHOWN_LEVELS if counts[level])]
@@ -177,11 +187,11 @@ def _format_finding(finding: Finding) -> str:
 
 
 UNTIL_STOPPED_S = 1e9
-"""A deployed app runs until somebody stops it: the time-out of a run is 30 years."""
+"""The time-out of a deployed run, in s: 30 years, so that the app runs until a user stops it."""
 
 
-def new_release(project: Project, requirements: tuple[str, ...], checks_passed: tuple[str, ...]) -> Release:
-    """Return the release of a project at this moment; the robot has a later name for it where its newest is later."""
+def create_release(project: Project, requirements: tuple[str, ...], checks_passed: tuple[str, ...]) -> Release:
+    """Return a release of a project, named by the current time. The robot may give it a later name."""
     return build_release(
         project,
         f"{datetime.now(timezone.utc):{NAME_FORMAT}}",
@@ -203,15 +213,23 @@ def build_release(
     revision: str = "",
     sender: str = "",
 ) -> Release:
-    """Return the release of that name; what it is run with holds in the folder that the project has there."""
+    """Return a release of a project. Its commands are relative to the project's folder on the robot.
+
+    name: the release's name.
+    requirements: the requirements that pip installs on the robot.
+    gates: a line for each check before the push.
+    robotcore: robotcore's version.
+    revision: the project's revision in git.
+    sender: the user and the machine that push it.
+    """
     return Release(
         name=name,
         project=project.name,
         app=project.app,
         robot=project.robot,
         backend=project.backend,
-        run=("run", project.app, *format_options(_build_request(project))),
-        stop=("stop", "--backend", project.backend, "--robot", project.robot, *_option_arguments(project)),
+        run=("run", project.app, *format_options(_build_run(project))),
+        stop=("stop", "--backend", project.backend, "--robot", project.robot, *_build_stop_options(project)),
         requirements=requirements,
         gates=gates,
         robotcore=robotcore,
@@ -221,12 +239,12 @@ def build_release(
     )
 
 
-def _option_arguments(project: Project) -> list[str]:
+def _build_stop_options(project: Project) -> list[str]:
     return format_options(RunRequest(project.app, options=project.options))
 
 
-def _build_request(project: Project) -> RunRequest:
-    """Return the run on the robot; where that has a simulator in it, in the world and with the first seed given."""
+def _build_run(project: Project) -> RunRequest:
+    """Return the run on the robot. If the backend is a simulator, it has a world and the first seed."""
     is_simulated = load_backend(project.backend).builds_world(project.load_description())
     return RunRequest(
         app=project.app,
@@ -243,13 +261,13 @@ def _build_request(project: Project) -> RunRequest:
 
 
 def _find_revision(folder: Path | None) -> str:
-    """Return the commit that a folder is at, ``-dirty`` behind it where it was changed since; empty without git."""
+    """Return the commit of a folder, with ``-dirty`` if files were changed since; empty without git."""
     if folder is None:
         return ""
     command = ("git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*")
     try:
         process = subprocess.run(  # noqa: S603  constants
-            command, cwd=folder, env=git_environment(), capture_output=True, text=True, check=False
+            command, cwd=folder, env=build_git_environment(), capture_output=True, text=True, check=False
         )
     except FileNotFoundError:
         return ""

@@ -1,4 +1,4 @@
-"""The requirements that pip installs on the robot."""
+"""Collect the requirements that pip installs on the robot."""
 
 from __future__ import annotations
 
@@ -31,39 +31,44 @@ __all__ = ["ROBOTCORE", "Requirement", "SpecifierSet", "canonicalize_name", "col
 ROBOTCORE = "robotcore"
 
 _EXTRA = re.compile(r'(?:(?P<rest>.*) and )?extra == "(?P<extra>[^"]+)"', re.DOTALL)
-"""How builders write that something is for an extra only: at the end."""
+"""The marker of a requirement that belongs to an extra: build tools write the extra last."""
 
 _SECRET = re.compile(":.*@", re.DOTALL)
-"""Where a password is in an address, however that is written."""
+"""The part of an address that may hold a password."""
 
 
 def collect_requirements(project: Project, site: Path, pinned: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return what pip is to install, sorted: of robotcore in ``site``, of the packages beside it, of the project.
+    """Return the requirements of robotcore, of the other packages in ``site``, and of the project, sorted.
 
-    Markers stay as they are: the robot's pip decides by its own Python and machine. Raises UsageError for what a robot
-    cannot install: a file of this machine's, an address with a password in it, another robotcore than this one.
+    Markers are kept, because the robot's pip evaluates them for its own Python and machine.
+
+    project: the project.
+    site: the folder of the packages that are sent. They are not requirements.
+    pinned: further requirements.
+    Raises UsageError for a requirement that a robot cannot install: a file of this machine, an address with a
+    password, or another version of a package that is sent.
     """
-    brought = {canonicalize_name(each.metadata["Name"]): each for each in distributions(path=[str(site)])}
-    own = _require_extras(project, brought[canonicalize_name(ROBOTCORE)])
-    walk = _RequirementWalk(brought)
-    for name in brought:
-        walk.visit(Requirement(f"{name}[{','.join(sorted(own))}]"))
-    for text in (*_project_requirements(project), *pinned):
-        walk.visit(_parse(text))
-    return tuple(sorted(walk.found))
+    sent = {canonicalize_name(each.metadata["Name"]): each for each in distributions(path=[str(site)])}
+    own = _select_extras(project, sent[canonicalize_name(ROBOTCORE)])
+    collector = _RequirementCollector(sent)
+    for name in sent:
+        collector.add(Requirement(f"{name}[{','.join(sorted(own))}]"))
+    for text in (*_list_project_requirements(project), *pinned):
+        collector.add(_parse(text))
+    return tuple(sorted(collector.found))
 
 
-class _RequirementWalk:
-    """Goes from requirement to requirement: through what is brought to what is not."""
+class _RequirementCollector:
+    """Collects requirements. It replaces a package that is sent by the requirements of that package."""
 
-    def __init__(self, brought: Mapping[NormalizedName, Distribution]) -> None:
-        self._brought = brought
+    def __init__(self, sent: Mapping[NormalizedName, Distribution]) -> None:
+        self._sent = sent
         self._seen: set[tuple[str, str]] = set()
         self.found: set[str] = set()
 
-    def visit(self, requirement: Requirement) -> None:
+    def add(self, requirement: Requirement) -> None:
         name = canonicalize_name(requirement.name)
-        if (dist := self._brought.get(name)) is None:
+        if (dist := self._sent.get(name)) is None:
             _require_installable(requirement)
             self.found.add(str(requirement))
             return
@@ -71,12 +76,12 @@ class _RequirementWalk:
         for extra in {"", *requirement.extras}:
             if (name, extra) not in self._seen:
                 self._seen.add((name, extra))
-                for each in _requires(dist, extra):
-                    self.visit(each)
+                for each in _list_requirements(dist, extra):
+                    self.add(each)
 
 
-def _requires(dist: Distribution, extra: str) -> Iterator[Requirement]:
-    """Yield what a distribution requires for an extra alone or, where that is empty, always."""
+def _list_requirements(dist: Distribution, extra: str) -> Iterator[Requirement]:
+    """Yield the requirements of a distribution for an extra, or those for no extra if it is empty."""
     for requirement in map(_parse, dist.requires or ()):
         of_extra = _EXTRA.fullmatch(str(requirement.marker or ""))
         if (of_extra["extra"] if of_extra else "") == extra:
@@ -85,16 +90,16 @@ def _requires(dist: Distribution, extra: str) -> Iterator[Requirement]:
             yield requirement
 
 
-def _project_requirements(project: Project) -> Iterator[str]:
-    """Yield what ``[project]`` depends on; where it is a package, its own metadata tells that, and what is dynamic."""
-    if project.is_package:
+def _list_project_requirements(project: Project) -> Iterator[str]:
+    """Yield the dependencies of the table ``[project]``."""
+    if project.is_package:  # its built metadata has them, dynamic ones too
         return
     yield from project.metadata.dependencies
     for extra in project.extras:
         yield from project.metadata.optional.get(extra, ())
 
 
-def _require_extras(project: Project, robotcore: Distribution) -> set[str]:
+def _select_extras(project: Project, robotcore: Distribution) -> set[str]:
     """Return the extras to install, of robotcore and of the project; raises UnknownNameError."""
     known = {*robotcore.metadata.get_all("Provides-Extra", ()), *project.metadata.optional}
     for extra in project.extras:
@@ -106,20 +111,22 @@ def _require_extras(project: Project, robotcore: Distribution) -> set[str]:
 def _parse(text: str) -> Requirement:
     try:
         return Requirement(text)
-    except InvalidRequirement as error:  # it quotes what may hold a password
+    except InvalidRequirement as error:  # its text may have a password
         shown, why = (_SECRET.sub(":****@", each) for each in (repr(text), str(error).splitlines()[0]))
         raise UsageError(
-            f"{FILE}: {shown} is no requirement: {why}. Write it as pip takes it", kind="invalid-requirement"
+            f'{FILE}: {shown} is no requirement: {why}. Write it in the format of pip: "numpy>=1.24"',
+            kind="invalid-requirement",
         ) from None
 
 
 def _require_version(requirement: Requirement, dist: Distribution) -> None:
     if not requirement.specifier.contains(dist.version, prereleases=True):
         raise UsageError(
-            f"{requirement} is required, and {dist.version} is installed here, which would be sent. Install the one "
-            "that is required, or change what requires it",
+            f"{requirement} is required, but version {dist.version} is installed here and would be sent. Install the "
+            "required version, or change the requirement",
             kind="requirement-version",
             requirement=str(requirement),
+            installed=dist.version,
         )
 
 
@@ -128,14 +135,14 @@ def _require_installable(requirement: Requirement) -> None:
     if address.scheme == "file":
         raise UsageError(
             f"{requirement.name} is required from a file of this machine, which the robot does not have. Put its code "
-            "into the project, or require it from where the robot finds it too",
+            "into the project, or require it by name and version",
             kind="requirement-from-file",
             requirement=requirement.name,
         )
-    if address.password or (address.username and "ssh" not in address.scheme):  # git@ is nobody's secret
+    if address.password or (address.username and "ssh" not in address.scheme):  # git@ is no secret
         raise UsageError(
-            f"{requirement.name} is required from an address with a name or a password in it, which would be kept on "
-            "the robot. Take it out, and put it into ~/.netrc there",
+            f"{requirement.name} is required from an address with a user name or a password, which would be stored on "
+            "the robot. Remove it from the address, and put it into ~/.netrc on the robot",
             kind="requirement-with-secret",
             requirement=requirement.name,
         )
@@ -148,36 +155,39 @@ _EXTRAS = re.compile(r"robotcore\[([\w,-]+)\]")
 
 
 def find_entry_points(project: Project) -> list[EntryPoint]:
-    """Return the entry points of the backend, of the drivers of the robot's devices, and of an app that is a name."""
-    wanted = [(BACKENDS, project.backend), *((DEVICES, name) for name in _driver_names(project))]
+    """Return the entry points of the backend, of the device drivers, and of an installed app."""
+    wanted = [(BACKENDS, project.backend), *((DEVICES, name) for name in _find_driver_names(project))]
     if not is_app_file(project.app):
         wanted.append((APPS, app_name(project.app)))
     return [point for group, name in wanted for point in entry_points(group=group, name=name)]
 
 
 def find_extras(project: Project) -> set[str]:
-    """Return the extras of robotcore that it runs with: a backend and a device driver name theirs in their remedy."""
+    """Return the extras of robotcore that the project needs. Backends and device drivers name them in their remedy."""
     remedies = [load_backend(project.backend).remedy]
-    for name in _driver_names(project):
-        with suppress(BackendMissingError):  # of a package that is broken; `robotcore check` tells it
+    for name in _find_driver_names(project):
+        with suppress(BackendMissingError):  # a broken package, which `robotcore check` reports
             remedies.append(load_registered("device driver", DEVICES, name).remedy)
     named = {extra for remedy in remedies for found in _EXTRAS.findall(remedy) for extra in found.split(",")}
     return named | ({RECORD} if project.is_recorded else set())
 
 
-def _driver_names(project: Project) -> set[str]:
-    """Return the drivers that the robot's file names, where the backend reads such a section; DescriptionError."""
+def _find_driver_names(project: Project) -> set[str]:
+    """Return the installed device drivers that the robot's file names, if the backend uses device drivers.
+
+    Raises DescriptionError if the robot's file has mistakes.
+    """
     robot = project.load_description()
     if not load_backend(project.backend).check(robot):
         return set()
-    return {point.name for point in entry_points(group=DEVICES)} & set(_find_drivers(robot.backends))
+    return {point.name for point in entry_points(group=DEVICES)} & set(_walk_drivers(robot.backends))
 
 
-def _find_drivers(value: Any) -> Iterator[str]:
-    """Yield each ``driver`` in tables within tables."""
+def _walk_drivers(value: Any) -> Iterator[str]:
+    """Yield each value of a key ``driver``, also in nested tables."""
     if not isinstance(value, dict):
         return
     for key, item in value.items():
         if key == "driver" and isinstance(item, str):
             yield item
-        yield from _find_drivers(item)
+        yield from _walk_drivers(item)

@@ -16,7 +16,7 @@ from typing import IO, TYPE_CHECKING, Any, Generic
 from robotcore.deploy import rsync
 from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.answers import AnswerT, EmptyAnswer, Notice, Refusal, parse, validate
-from robotcore.deploy.errors import call_failed, damaged_answer
+from robotcore.deploy.errors import explain_damaged_answer, explain_failed_call
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import MalformedError, ProcessOutput, split_lines
 from robotcore.deploy.rsync import OnPoll, OnProgress, Transfer
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 
 
 OnNotice = Callable[[Notice], object]
-"""Is called with what the robot says of progress."""
+"""A function that is called with the progress of an action."""
 
 OnLine = Callable[[str], object]
-"""Is called with each line that an action lets through, escaped and without its end."""
+"""A function that is called with each line that an action prints, escaped and without its end."""
 
 MAX_ANSWER_BYTES = 1 << 24
 """The most bytes that a robot may write in answer to one call."""
 
 SILENCE_S = 900.0
-"""A call has failed if nothing comes for this time. Building by pip and reading large recordings take less."""
+"""A call has failed if nothing comes for this time, in s. A build by pip and a hash of a large recording take less."""
 
 
 def ignore(*arguments: object, **more: object) -> None:
@@ -47,15 +47,21 @@ def ignore(*arguments: object, **more: object) -> None:
 
 
 class Link:
-    """A robot that is connected to while this is entered.
+    """A connected robot, as a context manager.
 
-    ``config`` is a file of ssh's to be used in place of the user's own. Everything raises DeployError, in words that
-    say what to do; whatever ends a call or a transfer here ends it on the robot too.
+    Every method raises DeployError with a remedy. If a call or a transfer ends here by an exception, it ends on the
+    robot too.
+
+    host: the robot.
+    config: an ssh configuration in place of the user's.
     """
 
     def __init__(self, host: Host, config: Path | None = None) -> None:
         self.host = host
         self._connection = Connection(host, config)
+
+    def __repr__(self) -> str:
+        return f"<Link to {self.host}>"
 
     def __enter__(self) -> Link:
         self._connection.__enter__()
@@ -67,24 +73,34 @@ class Link:
         self._connection.__exit__(kind, error, traceback)
 
     def call(self, action: str, answer: type[AnswerT], /, on_notice: OnNotice = ignore, **arguments: Any) -> AnswerT:
-        """Let the robot do an action with these arguments, and return its validated answer.
+        """Let the robot do an action, and return its validated answer.
 
+        action: the action's name, see `robotcore.deploy.agent.rpc.ACTIONS`.
+        answer: the model of the answer.
+        on_notice: is called with the progress.
+        arguments: the parameters of the action.
         Raises DeployError with the robot's ``kind`` if the robot refuses, and with the kind `DAMAGED` if its answer
         does not fit the model, is too long, or does not come.
         """
         return self._ask(Call(action, answer, on_notice), arguments)
 
-    def stream(self, action: str, /, on_line: OnLine, most: int | None, **arguments: Any) -> None:
-        """Do an action, and pass on each line that it lets through, escaped, until one side ends it.
+    def stream(self, action: str, /, on_line: OnLine, max_bytes: int | None, **arguments: Any) -> None:
+        """Let the robot do an action that prints lines, and pass on each line.
 
-        ``most`` is how many bytes may come; None is for a stream that is followed without an end.
+        action: the action's name.
+        on_line: is called with each line, escaped and without its end.
+        max_bytes: the most bytes that may come; None for a stream without an end.
+        arguments: the parameters of the action.
         """
-        self._ask(Call(action, EmptyAnswer, on_line=on_line, most=most), arguments)
+        self._ask(Call(action, EmptyAnswer, on_line=on_line, max_bytes=max_bytes), arguments)
 
     def send(self, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress = ignore) -> Transfer:
-        """Send what is in a folder into a folder that is there, below `Layout.root`.
+        """Send the contents of a folder.
 
-        A file that is the same in ``copy_from``, a folder below `Layout.root` too, is copied there.
+        folder: the folder on this machine.
+        to: an existing folder on the robot, relative to `Layout.root`.
+        copy_from: another folder on the robot. Files that are equal there are copied instead of sent.
+        on_progress: is called with the bytes that are done, and with their part of all, 0 to 1.
         """
         return rsync.send(self._connection, self.host, folder, to, copy_from, on_progress)
 
@@ -97,10 +113,13 @@ class Link:
         on_poll: OnPoll = ignore,
         on_progress: OnProgress = ignore,
     ) -> Transfer:
-        """Bring recordings by name into a folder here; nothing is deleted on the robot.
+        """Copy recordings from the robot; nothing is deleted there.
 
-        What comes in part when the connection breaks is kept in ``partial``, and goes on next time. ``on_poll`` is
-        called while it goes on, at least every half second, and ends it by what it raises.
+        what: the names of the recordings.
+        folder: the folder on this machine.
+        partial: the folder for an incomplete file if the connection breaks. The next call resumes it.
+        on_poll: is called at least every half second. An exception that it raises ends the transfer.
+        on_progress: is called with the bytes that are done, and with their part of all, 0 to 1.
         """
         return rsync.receive(self._connection, self.host, what, folder, partial, on_poll, on_progress)
 
@@ -108,23 +127,25 @@ class Link:
         with tempfile.TemporaryFile() as script:
             script.write(build_script(call.action, arguments).encode("ascii"))
             script.seek(0)
-            with self._running(script) as process:
+            with self._run(script) as process:
                 output = ProcessOutput(process)
                 try:
-                    answer = call.parse_answer(output.pieces())
+                    answer = call.parse_answer(output.read_pieces())
                 except MalformedError as error:
-                    raise damaged_answer(self.host, call.action, str(error)) from error
+                    raise explain_damaged_answer(self.host, call.action, str(error)) from error
             if answer is None:
-                raise self._connection.find_cause(call_failed(self.host, process.returncode, output.stderr_excerpt))
+                raise self._connection.find_cause(
+                    explain_failed_call(self.host, process.returncode, output.stderr_excerpt)
+                )
         if isinstance(answer, Refusal):
             raise DeployError(f"{self.host}: {answer.fault}. {answer.remedy}", kind=answer.kind)
         return answer
 
     @contextmanager
-    def _running(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-        """Run a script there; whatever is raised meanwhile ends it."""
+    def _run(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+        """Run a script on the robot. If the block raises, the script ends."""
         command = [*self._connection.client, REMOTE_COMMAND]
-        with subprocess.Popen(  # noqa: S603  words of ours alone
+        with subprocess.Popen(  # noqa: S603  constants
             command, stdin=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
         ) as process:
             try:
@@ -137,27 +158,34 @@ class Link:
 
 @dataclass
 class Call(Generic[AnswerT]):
-    """One call: the model of its answer, and the callbacks for the output before the answer."""
+    """One call of an action."""
 
     action: str
+    """The action's name."""
     answer: type[AnswerT]
+    """The model of the answer."""
     on_notice: OnNotice = ignore
+    """Is called with the progress."""
     on_line: OnLine = ignore
-    most: int | None = MAX_ANSWER_BYTES
+    """Is called with each line that the action prints."""
+    max_bytes: int | None = MAX_ANSWER_BYTES
+    """The most bytes that the robot may write; None for a stream without an end."""
 
     def parse_answer(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
-        """Return the answer in the output of a robot, or None if there is none; MalformedError if it is damaged.
+        """Return the answer in the output of a robot, or None if there is none.
 
-        What a login shell prints comes before the first line with a mark, and is dropped.
+        Lines before the first mark are dropped: a login shell prints them.
+
+        Raises MalformedError if the output is damaged.
         """
         answer, has_begun = None, False
-        for line in split_lines(self._limit_silence(pieces), self.most):
-            words, mark, ours = line.partition(MARK.encode())
-            if words and has_begun:
-                self.on_line(escape(words.decode(errors="replace"), keep="\t"))
+        for line in split_lines(self._limit_silence(pieces), self.max_bytes):
+            text, mark, message = line.partition(MARK.encode())
+            if text and has_begun:
+                self.on_line(escape(text.decode(errors="replace"), keep="\t"))
             if mark:
                 has_begun = True
-                answer = self._read(parse(ours)) or answer
+                answer = self._read(parse(message)) or answer
         return answer
 
     def _read(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
@@ -174,11 +202,11 @@ class Call(Generic[AnswerT]):
 
     def _limit_silence(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
         """Yield pieces; raises MalformedError if none comes for `SILENCE_S`, unless the stream has no end."""
-        clock, heard_s = MonotonicClock(), 0.0
+        clock, received_s = MonotonicClock(), 0.0
         for piece in pieces:
             if piece:
-                heard_s = clock.now()
-            elif clock.now() - heard_s > SILENCE_S and self.most is not None:
+                received_s = clock.now()
+            elif clock.now() - received_s > SILENCE_S and self.max_bytes is not None:
                 raise MalformedError(f"has not come: the robot sent nothing for {SILENCE_S:g} s")
             yield piece
 
@@ -187,25 +215,35 @@ REMOTE_COMMAND = "python3 -I -"
 """The command that the robot's shell runs for each call."""
 
 AGENT_PACKAGE = "robotcore.deploy.agent"
+"""The package that runs on the robot."""
+
 EMPTY_PACKAGES = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
 """The packages around the agent, which are empty on the robot."""
 
 
 def build_script(action: str, arguments: Mapping[str, Any]) -> str:
-    """Return a Python script, in ASCII, that runs an action of the agent with these arguments."""
+    """Return a Python script in ASCII that runs an action of the agent.
+
+    It holds the agent's source. Arguments are JSON in ASCII literals, so that they never run as code.
+
+    action: the action's name.
+    arguments: its parameters, which JSON can represent.
+    """
     first = files(AGENT_PACKAGE).joinpath("bootstrap.py").read_text(encoding="utf-8")
-    given = ", ".join(map(ascii, (json.dumps(agent_sources()), action, json.dumps(arguments))))
+    given = ", ".join(map(ascii, (json.dumps(read_agent_sources()), action, json.dumps(arguments))))
     return f"{first}\n\nsys.exit(answer_call({given}))\n"
 
 
-def agent_sources() -> dict[str, str]:
-    """Return the source of each module that works on the robot, by its file."""
-    return dict.fromkeys(EMPTY_PACKAGES, "") | dict(_sources(files(AGENT_PACKAGE), AGENT_PACKAGE.replace(".", "/")))
+def read_agent_sources() -> dict[str, str]:
+    """Return the source of each module of the agent by its file, such as ``robotcore/deploy/agent/files.py``."""
+    return dict.fromkeys(EMPTY_PACKAGES, "") | dict(
+        _read_sources(files(AGENT_PACKAGE), AGENT_PACKAGE.replace(".", "/"))
+    )
 
 
-def _sources(folder: Traversable, path: str) -> Iterator[tuple[str, str]]:
+def _read_sources(folder: Traversable, path: str) -> Iterator[tuple[str, str]]:
     for entry in folder.iterdir():
         if entry.is_dir():
-            yield from _sources(entry, f"{path}/{entry.name}")
+            yield from _read_sources(entry, f"{path}/{entry.name}")
         elif entry.name.endswith(".py"):
             yield f"{path}/{entry.name}", entry.read_text(encoding="utf-8")

@@ -17,23 +17,23 @@ from typing import IO
 
 from robotcore.deploy.agent.files import FOLDER
 from robotcore.deploy.answers import REMOTE_FOLDER
-from robotcore.deploy.errors import program_missing, transfer_failed
+from robotcore.deploy.errors import explain_failed_transfer, explain_missing_program
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import ProcessOutput
 from robotcore.deploy.ssh import Connection
 
 OnProgress = Callable[[int, float], object]
-"""Hears how many bytes are done with, and which part of all they are, 0 to 1."""
+"""A function that is called with the bytes that are done, and with their part of all, 0 to 1."""
 
 OnPoll = Callable[[], object]
-"""Is called while a transfer goes on. An exception that it raises ends the transfer."""
+"""A function that is called during a transfer. An exception that it raises ends the transfer."""
 
 TIMEOUT_S = 60
-"""A transfer in which nothing moves for so long has failed."""
+"""A transfer has failed if no data move for this time, in s."""
 
 COMMON_OPTIONS = (
     "--times",
-    "--no-protect-args",  # the robot's shell is to find the home, and no other character means anything to it
+    "--no-protect-args",  # so that the robot's shell expands ~; no other character of a path has a meaning for it
     "--no-human-readable",
     "--info=progress2",
     "--stats",
@@ -51,13 +51,13 @@ RECEIVE_OPTIONS = (
     "--from0",
     "--files-from=-",
 )
-"""Plain files alone come over, by name, and none can be executed."""
+"""Only plain files are received, by name, and none is executable."""
 
 RECORDING = re.compile(r"\w[\w.-]{0,94}\.mcap", re.ASCII)
 """The name of a recording: at most 100 ASCII letters, digits, underscores, dots and dashes, ending in .mcap."""
 
 MAX_OUTPUT_CHARACTERS = 1 << 16
-"""Characters that are kept of what rsync prints: its statistics are the last of it."""
+"""The number of characters that are kept of rsync's output, of which the statistics are the end."""
 
 PROGRESS = re.compile(r"\s*(\d{1,18})\s+(\d{1,3})%\s")
 STATS = {
@@ -70,22 +70,26 @@ STATS = {
 
 @dataclass(frozen=True)
 class Transfer:
-    """What went over the line: how many files there are, how many of them were changed, and bytes each way."""
+    """The statistics of a transfer."""
 
     files: int
+    """The number of files."""
     changed: int
+    """The number of files that were transferred, because they differed."""
     sent: int
+    """The bytes from this machine to the robot."""
     received: int
+    """The bytes from the robot to this machine."""
 
 
 def send(
     connection: Connection, host: Host, folder: Path, to: str, copy_from: str | None, on_progress: OnProgress
 ) -> Transfer:
-    """Send what is in a folder, as `Link.send` has it.
+    """Send the contents of a folder, see `Link.send`.
 
-    Contents decide what is the same, not times: those of a fresh checkout tell nothing. A file that has changed goes
-    whole: rsync 3.2.7 as Debian 12 has it fails to verify one that is patched from a folder of --copy-dest. What else
-    is there goes: a push takes over what a broken one has sent.
+    Files are compared by content instead of time, because a fresh checkout has new times. A file that differs is sent
+    as a whole: rsync 3.2.7 of Debian 12 cannot verify a file that it patches from a folder of ``--copy-dest``. Other
+    files in the target folder are deleted, because it may hold an earlier, broken upload.
     """
     options = [*SEND_OPTIONS, "--no-inc-recursive"]
     if copy_from is not None:
@@ -103,7 +107,7 @@ def receive(
     on_poll: OnPoll,
     on_progress: OnProgress,
 ) -> Transfer:
-    """Bring recordings by name, as `Link.receive` has it; the names go through rsync, not through a shell."""
+    """Copy recordings from the robot, see `Link.receive`. rsync reads their names from stdin; no shell sees them."""
     options = RECEIVE_OPTIONS if partial is None else (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
     names = b"".join(_require_recording_name(name).encode() + b"\0" for name in what)
@@ -112,7 +116,7 @@ def receive(
 
 def _require_remote_folder(path: str) -> str:
     if not REMOTE_FOLDER.fullmatch(path):
-        raise ValueError(f"{path!r} is no folder of a robot's")
+        raise ValueError(f"{path!r} is not a folder of a robot")
     return path
 
 
@@ -127,35 +131,35 @@ def _transfer(
     host: Host,
     arguments: Sequence[str],
     on_progress: OnProgress,
-    given: bytes = b"",
+    stdin: bytes = b"",
     on_poll: OnPoll = lambda: None,
     *,
     where: str,
 ) -> Transfer:
-    """Let rsync do it; ``where`` is the side that is written to."""
+    """Run rsync; ``where`` is the machine that receives the files."""
     if not shutil.which("rsync"):
-        raise program_missing("rsync", "rsync")
+        raise explain_missing_program("rsync", "rsync")
     command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(connection.client[:-1]), *arguments]
-    with tempfile.TemporaryFile() as stdin:
-        stdin.write(given)
-        stdin.seek(0)
-        with _running(command, stdin) as process:
+    with tempfile.TemporaryFile() as file:
+        file.write(stdin)
+        file.seek(0)
+        with _run(command, file) as process:
             output = ProcessOutput(process)
-            printed = _read(output.pieces(), on_progress, on_poll)
+            printed = _read(output.read_pieces(), on_progress, on_poll)
         if process.returncode:
-            raise connection.find_cause(transfer_failed(host, process.returncode, output.stderr_excerpt, where))
+            raise connection.find_cause(explain_failed_transfer(host, process.returncode, output.stderr_excerpt, where))
     return Transfer(**{name: int(found[1]) if (found := each.search(printed)) else 0 for name, each in STATS.items()})
 
 
 @contextmanager
-def _running(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-    """Run rsync, apart from the terminal's signals; whatever is raised meanwhile ends it and its ssh."""
-    with subprocess.Popen(  # noqa: S603  words of ours, and a folder of this machine
+def _run(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
+    """Run rsync without the terminal's signals. If the block raises, rsync and its ssh end."""
+    with subprocess.Popen(  # noqa: S603  constants, and a folder of this machine
         command,
         stdin=stdin,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=_environment(),
+        env=_build_environment(),
         start_new_session=True,
     ) as process:
         try:
@@ -167,13 +171,13 @@ def _running(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Po
             raise
 
 
-def _environment() -> dict[str, str]:
-    """Return the environment without what would change what rsync does, and with messages as they are known here."""
+def _build_environment() -> dict[str, str]:
+    """Return the environment without rsync's variables, and with messages in English."""
     return {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")} | {"LC_ALL": "C"}
 
 
 def _read(pieces: Iterable[bytes], on_progress: OnProgress, on_poll: OnPoll) -> str:
-    """Pass on progress as long as rsync runs, and return the end of what else it printed."""
+    """Report the progress while rsync runs, and return the end of its other output."""
     printed = rest = ""
     for piece in pieces:
         on_poll()

@@ -15,7 +15,7 @@ from typing import Any
 from robotcore.deploy.agent import service
 from robotcore.deploy.agent.releases import PROJECT, SITE
 from robotcore.deploy.bundle import Bundle
-from robotcore.deploy.checks import SIMULATION, Check, CheckResult, command_line, process_error, run_python
+from robotcore.deploy.checks import SIMULATION, Check, CheckResult, format_command, read_process_error, run_python
 from robotcore.deploy.progress import Say
 from robotcore.deploy.project import Project
 from robotcore.errors import UnprovenError, UsageError
@@ -30,24 +30,28 @@ PINS_SIMULATOR, PLAIN_SIMULATOR = "virtualpi", "kinematic"
 """The simulator with the robot's own drivers, and the one without further requirements."""
 
 SECTION = "raspberrypi"
+"""The section of a robot's file that describes its pins."""
+
 ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
+"""The command that a user repeats, and the sweep's file of results."""
 
 HANG_MARGIN_S = 60.0
-"""A run hangs if it takes this much longer than its time-out, by the wall clock."""
+"""A run hangs if it takes this much longer than its time-out by the wall clock, in s."""
 
 
 def simulate(bundle: Bundle, say: Say) -> CheckResult:
-    """Run the app in simulation; raises UnprovenError with a command that repeats the failing run.
+    """Run the app in simulation, with the files of the bundle only.
 
-    The runs use the files of the bundle only. If bounds are required, they decide. Else every run must pass: see
-    `is_pass`.
+    If the project requires bounds, they decide. Otherwise every run must pass, see `is_pass`.
+
+    Raises UnprovenError with a command that repeats the failing run.
     """
     project = bundle.project
     backend, notes = choose_simulator(project)
     world = project.world or DEFAULT_WORLD
     if "," in world:
         raise UsageError(
-            f"simulation: {escape(world)}: a sweep parts worlds at commas. Take the comma out of the name",
+            f"simulation: the world's name {escape(world)} has a comma, which separates worlds in a sweep. Rename it",
             kind="comma-in-world",
             world=world,
         )
@@ -57,7 +61,7 @@ def simulate(bundle: Bundle, say: Say) -> CheckResult:
         results = Path(scratch, "results")
         answer = _run_sweep(
             bundle,
-            sweep_arguments(project, backend, world),
+            build_sweep_arguments(project, backend, world),
             Path(scratch),
             results,
             lambda done, runs: say(f"{where}: {done} of {runs} runs"),
@@ -81,19 +85,25 @@ def choose_simulator(project: Project) -> tuple[str, tuple[str, ...]]:
     if SECTION not in robot.backends:
         return PLAIN_SIMULATOR, ()
     if find_spec("gpiozero") is None:
-        return PLAIN_SIMULATOR, (f"its own drivers were not tried: {PINS_SIMULATOR} needs pip install gpiozero",)
+        return PLAIN_SIMULATOR, (f"the robot's own drivers did not run: {PINS_SIMULATOR} needs pip install gpiozero",)
     return PINS_SIMULATOR, ()
 
 
 def is_pass(record: Record) -> bool:
-    """Return whether a run passes where nothing is required: see `simulate`."""
+    """Return whether a run passes if no bounds are required.
+
+    It passes by a success, or by a time-out without a contact if the app never ends and has no ground truth to verify.
+    """
     result = record.result
-    goes_on = result.outcome is Outcome.TIMEOUT and result.verified is None and not result.contacts
-    return goes_on or not record.is_failure
+    is_endless = result.outcome is Outcome.TIMEOUT and result.verified is None and not result.contacts
+    return is_endless or not record.is_failure
 
 
-def sweep_arguments(project: Project, backend: str, world: str) -> list[str]:
-    """Return the sweep, word by word; the options are those of the robot's own backend, and no other's."""
+def build_sweep_arguments(project: Project, backend: str, world: str) -> list[str]:
+    """Return the arguments of ``robotcore`` that run the sweep.
+
+    The project's backend options are left out if another backend simulates it.
+    """
     options = project.options if backend == project.backend else {}
     request = RunRequest(
         project.app, robot=project.robot, rate_hz=project.rate_hz, settings=project.settings, options=options
@@ -104,29 +114,33 @@ def sweep_arguments(project: Project, backend: str, world: str) -> list[str]:
 
 
 def _run_sweep(
-    bundle: Bundle, words: Sequence[str], scratch: Path, results: Path, tell: Callable[[int, int], object]
+    bundle: Bundle, words: Sequence[str], scratch: Path, results: Path, report: Callable[[int, int], object]
 ) -> dict[str, Any]:
-    """Return the answer of ``robotcore sweep``; raises UnprovenError where it came to no end.
+    """Return the answer of ``robotcore sweep``; raises UnprovenError if it did not end.
 
-    It runs in a copy: what an app writes beside itself is not to be sent, nor what Python compiles. How many runs are
-    done, and of how many, is told.
+    It runs in a copy, because files that the app writes and that Python compiles are not to be sent.
+
+    words: the arguments of the sweep.
+    scratch: a folder for the copy.
+    results: the folder for the results.
+    report: is called with the number of runs that are done, and of all.
     """
     copy = shutil.copytree(bundle.folder, scratch / "sent", symlinks=True)
-    runs, patience_s = len(parse_seeds(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
-    line = [*service.ROBOTCORE_ARGUMENTS, *words, "--wall-timeout", f"{patience_s:g}", "--out", str(results), "--json"]
+    runs, limit_s = len(parse_seeds(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
+    line = [*service.ROBOTCORE_ARGUMENTS, *words, "--wall-timeout", f"{limit_s:g}", "--out", str(results), "--json"]
     try:
-        asked = run_python(
+        process = run_python(
             copy / PROJECT,
             line,
-            _environment(copy / SITE),
-            limit_s=HANG_MARGIN_S + runs * patience_s,
-            look=lambda: tell(_count_results(results / RESULTS), runs),
+            _build_environment(copy / SITE),
+            limit_s=HANG_MARGIN_S + runs * limit_s,
+            on_poll=lambda: report(_count_results(results / RESULTS), runs),
         )
-        answer: dict[str, Any] = json.loads(asked.stdout)
+        answer: dict[str, Any] = json.loads(process.stdout)
     except TimeoutError as error:
-        answer = {"error": f"{error}. Does the app's file do something without end?"}
+        answer = {"error": f"it {error}. Check that the import of the app's file ends"}
     except ValueError:
-        answer = {"error": process_error(asked)}
+        answer = {"error": read_process_error(process)}
     if "error" in answer:
         again = _format_repeat(bundle.project, shlex.join([ROBOTCORE, *words]))
         raise UnprovenError(f"simulation: {answer['error']}{again}", kind="simulation-not-run")
@@ -138,19 +152,19 @@ def _count_results(file: Path) -> int:
 
 
 def _format_repeat(project: Project, line: str) -> str:
-    """Return what repeats it, in the user's own folder: there is more in that than is sent."""
-    more = "\nIf it passes then, it lacks a file that is not sent: git ignores it, or it may hold a secret"
-    return f"\nRepeat it: {command_line(project, line)}{more if project.folder else ''}"
+    """Return the lines with the command that repeats a run in the user's folder, which has more files than are sent."""
+    more = "\nIf that run passes, the app needs a file that is not sent: git ignores it, or it may hold a secret"
+    return f"\nTo repeat it: {format_command(project, line)}{more if project.folder else ''}"
 
 
-def _environment(site: Path) -> dict[str, str]:
-    """Return where Python looks for modules, as on the robot: in ``site`` first."""
+def _build_environment(site: Path) -> dict[str, str]:
+    """Return the variables by which Python finds modules in ``site`` first, as on the robot."""
     paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {"PYTHONPATH": os.pathsep.join(paths)}
 
 
 def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
-    """Raise UnprovenError where a required bound is missed or, where none is required, where a run does not pass."""
+    """Raise UnprovenError if a required bound is missed or, without required bounds, if a run does not pass."""
     if not (missed if project.require else failing):
         return
     first = failing[0] if failing else None

@@ -12,36 +12,39 @@ from pathlib import Path
 from types import TracebackType
 
 from robotcore.deploy.errors import (
+    CALL_FAILED,
+    RSYNC_FAILED,
     SSH_FAILED,
-    connection_failed,
-    connection_lost,
-    damaged_answer,
-    login_timed_out,
-    program_missing,
+    explain_damaged_answer,
+    explain_failed_connection,
+    explain_login_timeout,
+    explain_lost_connection,
+    explain_missing_program,
 )
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import decode_output
 from robotcore.errors import DeployError
 
 CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3
-"""How long to wait for an answer; how often to ask whether the robot is still there, and how often in vain."""
+"""The time limit to connect, the time between two keep-alive messages, both in s, and how many may stay unanswered."""
 
 LOGIN_S = 150
-"""An sshd hangs up after 120 s without a login, and the login shell takes its time."""
+"""The time limit of the login, in s: sshd closes a connection after 120 s, and a login shell takes some time."""
 
 EXIT_GRACE_S = 5
+"""How long ssh may take to end, in s."""
 
 TERMINATE_RETRY_S = 0.2
-"""ssh does not see a signal that comes just before it waits for what is typed; so it is given another."""
+"""Time between two signals, in s: ssh misses a signal that comes just before it waits for a password."""
 
 BREAK_GRACE_S = 1
-"""A connection that breaks takes others with it before it is gone itself."""
+"""How long to wait for the end of a broken connection, in s: a call over it may fail before the connection ends."""
 
-SOCKET_FOLDER = "/tmp"  # noqa: S108  a folder of nobody else's is made in it
-"""Where the socket lies: its path must be short, and macOS's own folder for temporary files is deep."""
+SOCKET_FOLDER = "/tmp"  # noqa: S108  the socket is in a private folder in it
+"""The folder of the socket: the path must be short, and macOS's own folder for temporary files is deep."""
 
 GREETING = b"\x1erobotcore\n"
-"""Comes back from the robot when its login shell is through with what it prints."""
+"""Text that the robot sends back after its login shell has printed everything."""
 
 MASTER_OPTIONS = {
     "ControlMaster": "yes",
@@ -55,27 +58,32 @@ MASTER_OPTIONS = {
     "RemoteCommand": "none",
     "LogLevel": "ERROR",
 }
-"""What we need, over the user's own configuration; all else is as he has it. A quiet ssh does not say why it fails.
-At the level INFO it would print the banner of the robot among its own messages."""
+"""Options that override the user's own configuration; everything else of it applies.
+
+At a lower log level ssh does not print why it fails. At the level INFO it prints the robot's banner too.
+"""
 
 MAX_LOGIN_BYTES = 1 << 20
-"""Bytes that a login shell may print."""
+"""The most bytes that a login shell may print."""
 
 LOG_BLOCKS = 1 << 16
-"""What a robot writes on stderr goes into the log of ssh: after 32 MB, in blocks of POSIX's ulimit, ssh ends."""
+"""The limit of ssh's log, in blocks of POSIX's ulimit: 32 MB, then ssh ends. A robot's stderr goes into this log."""
 
 LOG_TAIL_BYTES = 1 << 13
-"""Bytes at the end of that log that are read."""
+"""The bytes at the end of the log that are read."""
 
 LAUNCHER = ("sh", "-c", f'trap "" INT; ulimit -S -f {LOG_BLOCKS} || :; exec "$@"', "sh")
-"""A terminal sends Ctrl-C to the connection too; we still have to say there that nothing more comes."""
+"""Starts ssh with SIGINT ignored: after Ctrl-C, `Connection` must still close it in an orderly way."""
 
 
 class Connection:
-    """A connection to a host, entered when the robot has answered; raises DeployError where it does not.
+    """A connection to a host, as a context manager. Entering it raises DeployError if the robot does not answer.
 
-    `client` is the command line, without a robot's command, of whatever goes over it. While it is entered, `cat` runs
-    there with our end of its input: should this process be killed, it ends, and ssh with it.
+    ``cat`` runs on the robot while the connection is open, with this process at the other end of its stdin. If this
+    process is killed, ``cat`` ends, and ssh with it.
+
+    host: the robot.
+    config: an ssh configuration in place of the user's.
     """
 
     def __init__(self, host: Host, config: Path | None = None) -> None:
@@ -85,19 +93,22 @@ class Connection:
 
     @property
     def client(self) -> list[str]:
-        """``ssh`` and its options, of which none needs quoting; it looks at no configuration."""
+        """The command line, without the remote command, that uses the connection. No part of it needs quotes.
+
+        This ssh reads no configuration.
+        """
         return ["ssh", "-F", "none", "-S", f"{self._folder}/master", "-o", "ProxyCommand=false", "-T", "robot"]
 
     def __enter__(self) -> Connection:
         if not shutil.which("ssh"):
-            raise program_missing("ssh", "openssh-client")
+            raise explain_missing_program("ssh", "openssh-client")
         with ExitStack() as unwind:
             self._folder = Path(
                 unwind.enter_context(tempfile.TemporaryDirectory(prefix="robotcore-ssh-", dir=SOCKET_FOLDER))
             )
             self._master = self._start()
-            unwind.callback(self._end)
-            self._greet()
+            unwind.callback(self._close)
+            self._send_greeting()
             self._unwind = unwind.pop_all()
         return self
 
@@ -107,22 +118,22 @@ class Connection:
         self._unwind.close()
 
     def find_cause(self, error: DeployError) -> DeployError:
-        """Return the error to raise for a failure: the connection's end if it is gone, else ``error``."""
-        if error.kind == DeployError.kind:
+        """Return the error to raise for a failure: the end of the connection if it has ended, else ``error``."""
+        if error.kind in {CALL_FAILED, RSYNC_FAILED}:
             with suppress(subprocess.TimeoutExpired):
                 self._master.wait(BREAK_GRACE_S)
-                return connection_lost(self._host, self._log())
+                return explain_lost_connection(self._host, self._read_log())
         return error
 
     def _start(self) -> subprocess.Popen[bytes]:
-        command = (*LAUNCHER, "ssh", *self._options(), "--", self._host.name, "cat")
-        with (self._folder / "log").open("ab") as log:  # what ssh says of a broken connection is ours to tell
-            return subprocess.Popen(  # noqa: S603  the host is checked, the rest is ours
+        command = (*LAUNCHER, "ssh", *self._build_options(), "--", self._host.name, "cat")
+        with (self._folder / "log").open("ab") as log:  # an error message quotes it
+            return subprocess.Popen(  # noqa: S603  the host is validated, the rest is constant
                 command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=log
             )
 
-    def _options(self) -> list[str]:
-        """Return the options of ssh: its messages go to a file, its questions to the terminal."""
+    def _build_options(self) -> list[str]:
+        """Return the options of ssh: it writes messages into a file, and asks questions on the terminal."""
         host, file = self._host, self._config
         options = MASTER_OPTIONS | ({} if _can_ask() else {"BatchMode": "yes"})
         return [
@@ -133,8 +144,8 @@ class Connection:
             *(part for name, value in options.items() for part in ("-o", f"{name}={value}")),
         ]
 
-    def _greet(self) -> None:
-        """Wait until what is sent there comes back; a question that is open when nobody waits any more is withdrawn."""
+    def _send_greeting(self) -> None:
+        """Send the greeting, and wait until it comes back. If that fails, end an open question of ssh."""
         assert self._master.stdin
         assert self._master.stdout
         with suppress(BrokenPipeError):
@@ -143,11 +154,11 @@ class Connection:
         try:
             self._await_greeting(self._master.stdout.fileno())
         except BaseException:
-            self._cancel()
+            self._cancel_login()
             raise
 
-    def _cancel(self) -> None:
-        """End it while it may be asking: killed outright, it would leave a terminal that shows nothing typed."""
+    def _cancel_login(self) -> None:
+        """Terminate ssh, which may be asking for a password: after SIGKILL the terminal would not echo any more."""
         for _ in range(int(EXIT_GRACE_S / TERMINATE_RETRY_S)):
             self._master.terminate()
             with suppress(subprocess.TimeoutExpired):
@@ -158,24 +169,24 @@ class Connection:
         received = b""
         while not received.endswith(GREETING):
             if not select.select([answers], [], [], LOGIN_S)[0]:
-                raise login_timed_out(self._host, LOGIN_S)
+                raise explain_login_timeout(self._host, LOGIN_S)
             if not (more := os.read(answers, 4096)):
                 status = self._master.wait()
-                said = self._log() if status == SSH_FAILED else decode_output(received[-LOG_TAIL_BYTES:])
-                raise connection_failed(self._host, status, said, self._config)
+                said = self._read_log() if status == SSH_FAILED else decode_output(received[-LOG_TAIL_BYTES:])
+                raise explain_failed_connection(self._host, status, said, self._config)
             received += more
             if len(received) > MAX_LOGIN_BYTES:
                 problem = f"has more than {MAX_LOGIN_BYTES} bytes from the login shell before the greeting"
-                raise damaged_answer(self._host, "login", problem)
+                raise explain_damaged_answer(self._host, "login", problem)
 
-    def _log(self) -> str:
+    def _read_log(self) -> str:
         with suppress(FileNotFoundError), (self._folder / "log").open("rb") as log:
             log.seek(max(0, os.fstat(log.fileno()).st_size - LOG_TAIL_BYTES))
             return decode_output(log.read(LOG_TAIL_BYTES))
         return ""
 
-    def _end(self) -> None:
-        """Say that nothing more comes, and wait for the end; make one where there is none."""
+    def _close(self) -> None:
+        """Close ssh's stdin, and wait for its end; terminate or kill it if it does not end."""
         with self._master as master:
             assert master.stdin
             with suppress(BrokenPipeError):

@@ -18,24 +18,26 @@ GENERATED = re.compile(
     |\.ipynb_checkpoints|\.DS_Store|\.coverage|.*\.egg-info|.*\.py[co]|.*\.mcap|.+~|\.\#.*|.*\.sw[po]""",
     re.VERBOSE | re.DOTALL,
 )
-"""What editors, Python and its tools, version control and robots leave, by name; it is sent where git tracks it."""
+"""The names of files and folders that programs generate. They are not sent unless git tracks them."""
 
-RESULTS = ("sweeps", "recordings", "dist", "build")
-"""Folders of a project's own that robotcore and builds make, at its top."""
+RESULT_FOLDERS = ("sweeps", "recordings", "dist", "build")
+"""Folders at the top of a project that robotcore and build tools make."""
 
-ENVIRONMENT = "pyvenv.cfg"
-"""A folder that has it is a virtual environment, whatever it is called."""
+VENV_FILE = "pyvenv.cfg"
+"""The file that each virtual environment has."""
 
 _GIT_VARIABLES = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_PREFIX")
-"""What git tells its hooks, of another folder perhaps."""
+"""Variables that git sets for its hooks. They may name another repository."""
 
 
 @dataclass(frozen=True)
 class Listing:
-    """The files and links of a folder that are sent, by their names relative to it; and the secrets that are not."""
+    """The files of a folder, with names relative to it."""
 
     names: tuple[str, ...]
+    """The files and links that are sent."""
     secrets: tuple[str, ...] = ()
+    """The files that are not sent, because they may hold a secret."""
 
 
 def list_files(folder: Path) -> Listing:
@@ -48,7 +50,8 @@ def list_files(folder: Path) -> Listing:
         found = sorted(set(_walk(folder, folder) if of_git is None else of_git))
     except OSError as error:
         raise UsageError(
-            f"{escape(str(error.filename))}: {error.strerror}. Let it be read, or move it away", kind="unreadable-file"
+            f"{escape(str(error.filename))}: {error.strerror}. Make it readable, or move it out of the project",
+            kind="unreadable-file",
         ) from error
     secrets = {name for name in found if is_secret(folder, name)}
     return Listing(tuple(name for name in found if name not in secrets), tuple(sorted(secrets)))
@@ -60,7 +63,7 @@ def _list_by_git(folder: Path) -> list[str] | None:
     others = _ls_files(folder, "--others", "--exclude-standard")
     if tracked is None or others is None:
         return None
-    environments = {Path(name).parent for name in others if Path(name).name == ENVIRONMENT}
+    environments = {Path(name).parent for name in others if Path(name).name == VENV_FILE}
     others = [name for name in others if not _is_generated(name) and environments.isdisjoint(Path(name).parents)]
     return list(_expand_repositories(folder, [*tracked, *others])) or None
 
@@ -68,10 +71,10 @@ def _list_by_git(folder: Path) -> list[str] | None:
 def _ls_files(folder: Path, *which: str) -> list[str] | None:
     if (git := shutil.which("git")) is None:
         return None
-    answer = subprocess.run(  # noqa: S603  words of our own, and no shell
+    answer = subprocess.run(  # noqa: S603  no shell
         [git, "ls-files", "-z", *which],
         cwd=folder,
-        env=git_environment(),
+        env=build_git_environment(),
         stdin=subprocess.DEVNULL,
         capture_output=True,
         check=False,
@@ -79,13 +82,13 @@ def _ls_files(folder: Path, *which: str) -> list[str] | None:
     return None if answer.returncode else [os.fsdecode(name) for name in answer.stdout.split(b"\0") if name]
 
 
-def git_environment() -> dict[str, str]:
-    """Return an environment without git's variables, which a git hook would pass on."""
+def build_git_environment() -> dict[str, str]:
+    """Return the environment without the variables that git sets for its hooks."""
     return {name: value for name, value in os.environ.items() if name not in _GIT_VARIABLES}
 
 
 def _expand_repositories(folder: Path, names: Iterable[str]) -> Iterator[str]:
-    """Yield the files that are there; a folder stands for a repository in this one, and has its own list."""
+    """Yield the files that exist. A folder is a nested repository, and is replaced by its own files."""
     for name in names:
         path = folder / name
         if path.is_dir() and not path.is_symlink():
@@ -96,24 +99,24 @@ def _expand_repositories(folder: Path, names: Iterable[str]) -> Iterator[str]:
 
 
 def _walk(folder: Path, below: Path) -> Iterator[str]:
-    """Yield the files and links below, by their names from ``folder`` on, without what programs leave."""
+    """Yield the files and links below a folder, relative to ``folder``, without generated files."""
     for path in below.iterdir():
         name = str(path.relative_to(folder))
         if _is_generated(name):
             continue
         if path.is_symlink() or not path.is_dir():
             yield name
-        elif not (path / ENVIRONMENT).exists():
+        elif not (path / VENV_FILE).exists():
             yield from _walk(folder, path)
 
 
 def _is_generated(name: str) -> bool:
     """Return whether a program generated the file or a folder that it is in."""
     parts = Path(name).parts
-    return parts[0] in RESULTS or any(map(GENERATED.fullmatch, parts))
+    return parts[0] in RESULT_FOLDERS or any(map(GENERATED.fullmatch, parts))
 
 
-_FILES = re.compile(
+_SECRET_FILES = re.compile(
     r""".*\.env(?:rc|\..*)?|.*\.(?:pem|key|p12|pfx|jks|keystore|kdbx|ppk|ovpn|psk|p8|pkcs12|tfstate)
     |ssh_host_.*_key|[._]netrc|\.pgpass|\.pypirc|\.npmrc|\.git-credentials|\.htpasswd|\.my\.cnf|\.dockercfg|\.s3cfg|\.boto
     |\.vault_pass|rclone\.conf|wpa_supplicant.*\.conf|.*\.nmconnection""",
@@ -121,29 +124,29 @@ _FILES = re.compile(
 )
 """A file is secret if its whole name matches this."""
 
-_WORDS = re.compile(
+_SECRET_WORDS = re.compile(
     r"""secret|credential|passw|token(?!i[sz])|api[_-]?key|kubeconfig|service[_-]?account|deploy[_-]?key|private[_-]?key
     |firebase-adminsdk|(?:\b|_)id_(?:rsa|dsa|ecdsa|ed25519)""",
     re.VERBOSE | re.IGNORECASE,
 )
-"""A file is secret if its name contains one of these words. Python files are exempt: the app may import them."""
+"""A file is secret if its name contains one of these words, unless it is a Python file, which the app may import."""
 
-_MODULES = re.compile(r"_*(?:secrets?|credentials?|passwords?|passwd|api_?keys?)\.pyi?", re.IGNORECASE)
+_SECRET_MODULES = re.compile(r"_*(?:secrets?|credentials?|passwords?|passwd|api_?keys?)\.pyi?", re.IGNORECASE)
 """A Python module is secret if its whole name matches this."""
 
 _BACKUP = re.compile(r"(?:\.(?:bak|backup|old|orig|save|copy|tmp|\d+)|~)+", re.IGNORECASE)
 _EXAMPLE = re.compile(r"\.(?:example|sample|template)(?:\.\w+)?|\.pub", re.IGNORECASE)
 """The ends of names. A backup is as secret as its original; an example and a public key are not secret."""
 
-_WORD_FOLDERS = {"secret", "secrets", "credentials"}
+_SECRET_WORD_FOLDERS = {"secret", "secrets", "credentials"}
 """All files in these folders are secret, except for Python files, examples and public keys."""
 
-_FOLDERS = {".ssh", ".gnupg", ".aws", ".kube", ".secrets"}
-_PLACES = {(".docker", "config.json")}
+_SECRET_FOLDERS = {".ssh", ".gnupg", ".aws", ".kube", ".secrets"}
+_SECRET_PLACES = {(".docker", "config.json")}
 """All files in these folders are secret, and these files in these folders."""
 
 _PRIVATE_KEY = re.compile(
-    rb"""^[\ \t\#>]*-{4}[-\ ]BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY  # at the beginning of a line, of a comment or a quotation
+    rb"""^[\ \t\#>]*-{4}[-\ ]BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY  # at the beginning of a line, a comment or a quotation
     |-----BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY[A-Z\ ]*-----(?:\\[rn]|[\s"'\\+])*[A-Za-z0-9+/]{16}  # or in a string of code
     |AGE-SECRET-KEY-1[A-Z0-9]{16}
     |^PuTTY-User-Key-File""",
@@ -154,43 +157,50 @@ _BEGINNING = 1 << 16
 
 
 def is_secret(folder: Path, name: str) -> bool:
-    """Return whether a file of a folder may hold a key, a password or a token. Public keys and examples do not."""
+    """Return whether a file of a folder may hold a key, a password or a token.
+
+    folder: the project's folder.
+    name: the file, relative to it.
+    """
     path = Path(name)
-    is_there = not _FOLDERS.isdisjoint(path.parts[:-1]) or path.parts[-2:] in _PLACES
-    return is_there or _is_secret_name(path) or _is_private_key(folder / path)
+    is_in_place = not _SECRET_FOLDERS.isdisjoint(path.parts[:-1]) or path.parts[-2:] in _SECRET_PLACES
+    return is_in_place or _is_secret_name(path) or _has_private_key(folder / path)
 
 
 def _is_secret_name(path: Path) -> bool:
-    name = _without_end(_BACKUP, path.name)
-    if _without_end(_EXAMPLE, name) != name:
+    name = _remove_end(_BACKUP, path.name)
+    if _remove_end(_EXAMPLE, name) != name:
         return False
     if name.lower().endswith((".py", ".pyi")):
-        return bool(_MODULES.fullmatch(name))
-    is_there = not _WORD_FOLDERS.isdisjoint(folder.lower() for folder in path.parts[:-1])
-    return is_there or bool(_FILES.fullmatch(name) or _WORDS.search(name))
+        return bool(_SECRET_MODULES.fullmatch(name))
+    is_in_folder = not _SECRET_WORD_FOLDERS.isdisjoint(folder.lower() for folder in path.parts[:-1])
+    return is_in_folder or bool(_SECRET_FILES.fullmatch(name) or _SECRET_WORDS.search(name))
 
 
-def _without_end(end: re.Pattern[str], name: str) -> str:
+def _remove_end(end: re.Pattern[str], name: str) -> str:
     return re.sub(rf"(?:{end.pattern})\Z", "", name, flags=end.flags)
 
 
-def _is_private_key(file: Path) -> bool:
-    """Return whether a file has a private key in its first 64 kB; one in UTF-16, or after a byte order mark, too."""
+def _has_private_key(file: Path) -> bool:
+    """Return whether the first 64 kB of a file have a private key, in ASCII, UTF-8 or UTF-16."""
     if not file.is_file():
         return False
     try:
         with file.open("rb") as opened:
             beginning = opened.read(_BEGINNING)
-    except OSError:  # the copy raises it, with its reason
+    except OSError:  # the copy raises it
         return False
     return bool(_PRIVATE_KEY.search(beginning.replace(b"\0", b"").removeprefix(b"\xef\xbb\xbf").lstrip(b"\xff\xfe")))
 
 
 def copy_files(folder: Path, target: Path) -> Listing:
-    """Copy what is sent of an absolute folder; a socket or a pipe is nobody's to send, and is passed over.
+    """Copy the files that are sent; return their names, and those of secrets.
 
-    A link is kept where it leads to something that is sent too, and made relative. Raises UsageError with all those
-    that do not: they would lead to nothing there, or to somebody else's file.
+    Sockets and pipes are left out. A link to another file that is sent is made relative.
+
+    folder: the project's folder, absolute.
+    target: the folder for the copy.
+    Raises UsageError with all links that lead to no file that is sent, because they would be broken on the robot.
     """
     listing = list_files(folder)
     links = dict(_find_links(folder, listing.names))
@@ -209,28 +219,28 @@ def _copy_file(file: Path, place: Path) -> None:
         shutil.copy(file, place)
     except OSError as error:
         raise UsageError(
-            f"{escape(str(file))}: {error.strerror}. Let it be read, or let git ignore it", kind="unreadable-file"
+            f"{escape(str(file))}: {error.strerror}. Make it readable, or let git ignore it", kind="unreadable-file"
         ) from error
 
 
 def _find_links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield the links among the names and where they lead, from beside them."""
+    """Yield the links among the names, each with its target relative to the link's folder."""
     top = folder.resolve()
     sent = {Path(name) for name in names}
     sent |= {parent for path in sent for parent in path.parents}
-    astray = []
+    broken = []
     for name in names:
         if not (link := top / name).is_symlink():
             continue
-        leads = Path(os.path.realpath(link))
-        if leads.exists() and leads.is_relative_to(top) and leads.relative_to(top) in sent:
-            yield name, os.path.relpath(leads, link.parent.resolve())
+        target = Path(os.path.realpath(link))
+        if target.exists() and target.is_relative_to(top) and target.relative_to(top) in sent:
+            yield name, os.path.relpath(target, link.parent.resolve())
         else:
-            astray.append(f"{name} -> {link.readlink()}")
-    if astray:
+            broken.append(f"{name} -> {link.readlink()}")
+    if broken:
         raise UsageError(
-            f"{list_names(astray)}: a link that leads to nothing that is sent. Put the file itself there, or let git "
-            "ignore the link",
+            f"{list_names(broken)}: the link does not lead to a file that is sent. Replace the link by the file, or "
+            "let git ignore it",
             kind="link-leads-nowhere",
-            links=tuple(astray),
+            links=tuple(broken),
         )

@@ -1,7 +1,7 @@
 """An observer that reports a run's state to systemd (``Type=notify``).
 
-Source: sd_notify(3), sd_watchdog_enabled(3). Libraries for it (sdnotify, systemd-watchdog, python-systemd) block while
-systemd does not read its socket, which a control loop must not do.
+Source: sd_notify(3), sd_watchdog_enabled(3). The libraries sdnotify, systemd-watchdog and python-systemd block while
+systemd does not read its socket. A control loop must not block.
 """
 
 from __future__ import annotations
@@ -22,37 +22,42 @@ from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord, format_voltages
 
 SOCKET, WATCHDOG_US, WATCHDOG_PID = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"
-"""What systemd puts into the environment of a service's process."""
+"""The variables that systemd sets for a service's process."""
 
 READY, ALIVE = "READY=1", "WATCHDOG=1"
 
 STOPPING = "STOPPING=1\nEXTEND_TIMEOUT_USEC=60000000"
-"""With it systemd's time to stop begins, after which it kills, and takes a run that ended well for a failure; a
-recording may need more on a slow disk, and has its own end after a minute."""
+"""The message at the end of a run. It gives the process a minute to end, in µs, before systemd kills it.
+
+A recording on a slow disk may need that minute, after which the recorder gives up.
+"""
 
 FAILED = 6
-"""The exit status of a service that ended by itself, and not well. Python has 1 for whatever it cannot go on from."""
+"""The exit status of a service that ended by itself without success. Python itself uses 1 for an uncaught exception."""
 
 FEED_S = 0.5
-"""A watchdog is fed as often, or more often: whoever looks when it last was knows soon whether the loop lives."""
+"""The longest time between two resets of the watchdog, in s. A health check looks for a recent reset."""
 
 STATUS_S = 1.0
-"""A status is told no more often."""
+"""The shortest time between two statuses, in s."""
 
 LONGEST = 200
-"""A status is one short line, in characters."""
+"""The longest status, in characters."""
 
 
 class Notifier:
-    """An observer that tells systemd: ready with the first tick that went well, alive from then on, at last the end.
+    """An observer that reports to systemd: ready after the first tick without an error, then alive, and the end.
 
-    Whatever becomes of the socket, nothing is raised, and nobody is waited for: what systemd does not take at once is
-    lost, but for what the next tick says again. Who is alive is the loop's own thread, for it says so itself, four
-    times in ``watchdog_s`` at least, and twice a second, where ticks come as often.
+    It never raises and never blocks. A message that systemd does not accept at once is lost; the next tick repeats it.
+    The loop's own thread resets the watchdog, so that a hanging loop does not.
+
+    address: the path of systemd's socket, or ``@`` and the name of an abstract socket.
+    watchdog_s: the time limit of systemd's watchdog, in s; None if there is no watchdog. It is reset at least four
+        times within this limit, and at least every `FEED_S`, if the ticks are frequent enough.
+    clock: the clock; by default the machine's monotonic clock.
     """
 
     def __init__(self, address: str, watchdog_s: float | None = None, clock: Clock | None = None) -> None:
-        """``address`` is a path, or the name of an abstract socket after ``@``; no watchdog is fed without its time."""
         self._address = f"\0{address[1:]}" if address.startswith("@") else address
         self._clock = clock or MonotonicClock()
         self._feed_s = min(watchdog_s / 4, FEED_S) if watchdog_s else None
@@ -62,9 +67,11 @@ class Notifier:
 
     @classmethod
     def of(cls, environment: MutableMapping[str, str]) -> Notifier | None:
-        """Return what tells systemd, where this process is the one to do so, and take that out of the environment.
+        """Return a notifier if systemd expects messages of this process, else None.
 
-        So no process that is started from here on takes it for its own.
+        It deletes systemd's variables from the environment, so that child processes do not send messages.
+
+        environment: the variables of this process.
         """
         address, period_us, pid = (environment.pop(name, "") for name in (SOCKET, WATCHDOG_US, WATCHDOG_PID))
         if not address.startswith(("/", "@")) or (pid and pid != str(os.getpid())):
@@ -77,42 +84,42 @@ class Notifier:
     def tick(self, record: TickRecord) -> None:
         now = self._clock.now()
         if not self._is_ready:
-            self._is_ready = self._goes_well and self._say(READY)
-        if self._feed_s is not None and now - self._fed >= self._feed_s and self._say(ALIVE):
+            self._is_ready = self._is_well and self._send(READY)
+        if self._feed_s is not None and now - self._fed >= self._feed_s and self._send(ALIVE):
             self._fed = now
-        if now - self._status_sent >= STATUS_S and self._say(_status(_under_way(record))):
+        if now - self._status_sent >= STATUS_S and self._send(_format_status(_format_progress(record))):
             self._status_sent = now
 
     def end(self, result: RunResult) -> None:
-        self._say(STOPPING, _status(": ".join(filter(None, (result.outcome.value, result.reason)))))
+        self._send(STOPPING, _format_status(": ".join(filter(None, (result.outcome.value, result.reason)))))
 
     @staticmethod
-    def completed(result: RunResult) -> RunResult:
-        """Return a result with a service's exit status, by which systemd tells what is to be started again.
+    def choose_exit_status(result: RunResult) -> RunResult:
+        """Return the result with the exit status of a service, which decides whether systemd restarts the app.
 
-        One that hung has that of an app that raised: a program at fault, and nothing that the safety stage found, which
-        somebody has to look at before anything turns again. One that came to its end, and not well, has `FAILED`.
+        A run that hung has the status of an app that raised, so that it is restarted. Without this, it would have the
+        status of a safety stop, after which a user must look first. A run that ended without success has `FAILED`.
         """
         if isinstance(result.error, WatchdogError):
             return replace(result, exit_status=BehaviourError.exit_status)
         return replace(result, exit_status=FAILED) if result.exit_status and not result.error else result
 
     @property
-    def _goes_well(self) -> bool:
-        """Whether nothing is ending the run in this tick: the loop notes a tick while that passes by."""
+    def _is_well(self) -> bool:
+        """Whether no exception ends the run in this tick. The loop reports a tick also while an exception passes."""
         return sys.exc_info()[1] is self._outer
 
-    def _say(self, *lines: str) -> bool:
-        """Send lines; return whether systemd has them."""
+    def _send(self, *lines: str) -> bool:
+        """Send lines; return whether systemd accepted them."""
         with suppress(OSError), socket(AF_UNIX, SOCK_DGRAM) as link:
             link.sendto("\n".join(lines).encode(errors="replace"), MSG_DONTWAIT, self._address)
             return True
         return False
 
 
-def _under_way(record: TickRecord) -> str:
+def _format_progress(record: TickRecord) -> str:
     return ", ".join(filter(None, (record.doing, f"{record.time:.0f} s", format_voltages(record.voltages))))
 
 
-def _status(words: str) -> str:
-    return f"STATUS={' '.join(words.split())[:LONGEST]}"
+def _format_status(text: str) -> str:
+    return f"STATUS={' '.join(text.split())[:LONGEST]}"

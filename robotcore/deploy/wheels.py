@@ -26,7 +26,7 @@ from robotcore.errors import DeployError, DescriptionError
 OLDEST_GLIBC = {"x86_64": 5, "aarch64": 17}
 """The minor version of glibc 2 that a processor's oldest wheels are built for. Source: PEP 600, PEP 599."""
 
-LEGACY = {
+LEGACY = {  # the old names of platform tags
     "x86_64": ("manylinux2014_x86_64", "manylinux2010_x86_64", "manylinux1_x86_64"),
     "aarch64": ("manylinux2014_aarch64",),
 }
@@ -34,12 +34,23 @@ LEGACY = {
 
 @dataclass(frozen=True)
 class Target:
-    """The robot as pip sees it; versions as the robot reports them: ``3.11.2``, ``2.36``."""
+    """The Python and the machine that wheels must fit.
+
+    >>> target = Target("3.11.2", "aarch64", libc_version="2.36")
+    >>> print(target)
+    Python 3.11 on aarch64
+    >>> target.platforms[0], target.platforms[-1]
+    ('manylinux_2_36_aarch64', 'linux_aarch64')
+    """
 
     python: str
+    """Python's version, such as ``3.11.2``."""
     machine: str
+    """The processor, such as ``aarch64``."""
     libc: str = "glibc"
+    """The C library."""
     libc_version: str = "2.17"
+    """The C library's version."""
 
     @classmethod
     def of(cls, facts: ProbeAnswer) -> Target:
@@ -51,12 +62,15 @@ class Target:
 
     @property
     def python_version(self) -> str:
-        """Major and minor."""
+        """The major and minor version."""
         return ".".join(self.python.split(".")[:2])
 
     @property
     def platforms(self) -> tuple[str, ...]:
-        """The platform tags of wheels that run there, the newest first; none where its C library is not glibc 2."""
+        """The platform tags of wheels that run there, the newest first.
+
+        Without glibc 2, only wheels for exactly this machine run.
+        """
         major, _, minor = self.libc_version.partition(".")
         if self.libc != "glibc" or major != "2" or self.machine not in OLDEST_GLIBC:
             return (f"linux_{self.machine}",)
@@ -67,7 +81,7 @@ class Target:
 
     @property
     def markers(self) -> dict[str, str]:
-        """The environment that requirements are asked in (PEP 508)."""
+        """The values for the markers of requirements. Source: PEP 508."""
         return {
             "implementation_name": "cpython",
             "implementation_version": self.python,
@@ -83,17 +97,17 @@ class Target:
         }
 
     def require_python(self, project: Project) -> None:
-        """Raise DeployError where the project needs another Python than the robot has, DescriptionError for no such."""
+        """Raise DeployError if the project needs another Python, and DescriptionError if its requirement is invalid."""
         needed = project.metadata.requires_python
         try:
             is_met = SpecifierSet(needed).contains(self.python, prereleases=True)
         except ValueError as error:
-            remedy = 'Write it as pip takes it: ">=3.10"'
+            remedy = 'Write it in the format of pip: ">=3.10"'
             raise DescriptionError(FILE, "project.requires-python", f"{needed!r} names no versions", remedy) from error
         if not is_met:
             raise DeployError(
-                f"the project needs Python {needed}, and the robot has {self.python}. Take a newer system there, or "
-                "another requires-python in pyproject.toml where it works with that one too",
+                f"the project needs Python {needed}, and the robot has {self.python}. Install a newer system on the "
+                "robot. Or change requires-python in pyproject.toml if the project works with that Python too",
                 kind="python-version",
                 required=needed,
                 found=self.python,
@@ -101,18 +115,23 @@ class Target:
 
 
 _NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
-_UNREACHABLE = re.compile(r"NewConnectionError|NameResolutionError|ConnectTimeoutError|Network is unreachable")
+_UNREACHABLE_INDEX = re.compile(r"NewConnectionError|NameResolutionError|ConnectTimeoutError|Network is unreachable")
 
 
 def fetch_wheels(requirements: Iterable[str], target: Target, say: Say, cache: Path | None = None) -> Path:
-    """Return a folder with a wheel for each of the requirements, and for all that they need on that robot.
+    """Return a folder with the wheels of the requirements, and of their own requirements.
 
-    They are fetched once, and kept at the desk; remove the folder to fetch newer ones. Raises DeployError where
-    something has no wheel for the robot, or where no index can be reached.
+    The wheels are downloaded once, and cached. Delete the folder to download newer ones.
+
+    requirements: the requirements, in pip's format.
+    target: the Python and the machine of the robot.
+    say: is called with the progress.
+    cache: the folder of the cache; by default ``~/.cache/robotcore/wheels``.
+    Raises DeployError if a requirement has no wheel for the robot, or if no package index can be reached.
     """
     wanted = sorted(requirements)
     key = json.dumps([wanted, target.python_version, target.platforms])
-    folder = (cache or _cache_folder()) / hashlib.sha256(key.encode()).hexdigest()[:16]
+    folder = (cache or _find_cache_folder()) / hashlib.sha256(key.encode()).hexdigest()[:16]
     if not folder.is_dir():
         folder.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=folder.parent) as scratch:
@@ -124,7 +143,7 @@ def fetch_wheels(requirements: Iterable[str], target: Target, say: Say, cache: P
 
 
 def _move_to_cache(whole: Path, folder: Path) -> None:
-    """Give gathered wheels their place at once; somebody who was faster has put the same there."""
+    """Move wheels into the cache atomically. If another process has moved the same wheels, keep those."""
     try:
         whole.rename(folder)
     except OSError:
@@ -132,57 +151,60 @@ def _move_to_cache(whole: Path, folder: Path) -> None:
             raise
 
 
-def _cache_folder() -> Path:
-    """Return where programs keep what can be made again (XDG base directory specification)."""
+def _find_cache_folder() -> Path:
+    """Return the folder of the cache. Source: XDG base directory specification."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "robotcore", "wheels")
 
 
 def _download_all(requirements: list[Requirement], target: Target, folder: Path, say: Say) -> None:
-    """Fetch what is required until nothing is missing: pip asks markers of its own Python, not of the robot's."""
-    asked: list[Requirement] = []
+    """Download wheels until no requirement is missing.
+
+    One download is not enough, because pip evaluates markers for its own Python instead of the robot's.
+    """
+    requested: list[Requirement] = []
     missing = list(_select_applicable(requirements, target, {""}))
     while missing:
         _require_names(missing)
-        asked += missing
-        say(f"fetching wheels for {target}")
-        _download(asked, target, folder)
-        missing = list(_find_missing(asked, target, folder))
+        requested += missing
+        say(f"downloading wheels for {target}")
+        _download(requested, target, folder)
+        missing = list(_find_missing(requested, target, folder))
 
 
 def _require_names(requirements: Iterable[Requirement]) -> None:
-    """Raise DeployError where something is to come from an address: pip there goes to it, whatever was brought."""
+    """Raise DeployError for a requirement with an address: pip on the robot would use the address, not the wheel."""
     for each in requirements:
         if each.url:
             raise DeployError(
-                f"{each.name} is required from an address, where a robot without a network cannot get it. Require it "
-                "by name and version, from an index; or put its code into the project; or connect the robot once, and "
-                "push without --offline: what is installed there then is kept",
+                f"{each.name} is required from an address, which a robot without a network cannot reach. Require it by "
+                "name and version, or put its code into the project. Or connect the robot once, and push without "
+                "--offline: the robot keeps the installed package",
                 kind="requirement-from-address",
                 requirement=each.name,
             )
 
 
-def _download(asked: Sequence[Requirement], target: Target, folder: Path) -> None:
-    """Let pip fetch wheels for the robot; what has none is built here, where it is pure Python."""
+def _download(requested: Sequence[Requirement], target: Target, folder: Path) -> None:
+    """Let pip download wheels for the robot. A package without a wheel is built here if it is pure Python."""
     platforms = [word for platform in target.platforms for word in ("--platform", platform)]
     python = ("--implementation", "cp", "--python-version", target.python_version)
     where = ("--only-binary=:all:", "--dest", str(folder), "--find-links", str(folder), *python, *platforms)
     built: set[str] = set()
-    while (answer := run_pip(["download", "--quiet", *where, "--", *map(str, asked)])).returncode:
+    while (answer := run_pip(["download", "--quiet", *where, "--", *map(str, requested)])).returncode:
         found = _NOT_FOUND.search(answer.stderr)
         if found is None:
             raise DeployError(
-                f"the wheels for {target} cannot be fetched: {pip_error(answer)}", kind="wheels-not-fetched"
+                f"the wheels for {target} cannot be downloaded: {read_pip_error(answer)}", kind="wheels-not-fetched"
             )
-        if _UNREACHABLE.search(answer.stderr):
-            raise _unreachable(found[1], target)
+        if _UNREACHABLE_INDEX.search(answer.stderr):
+            raise _explain_unreachable_index(found[1], target)
         if found[1] in built or not _build_wheel(found[1], folder):
-            raise _without_wheel(found[1], target)
+            raise _explain_missing_wheel(found[1], target)
         built.add(found[1])
 
 
 def _build_wheel(requirement: str, folder: Path) -> bool:
-    """Build a wheel from source into the folder; return whether there was one, and it is pure Python."""
+    """Build a wheel from source into the folder; return whether that succeeded and the wheel is pure Python."""
     with TemporaryDirectory() as scratch:
         process = run_pip(["wheel", "--quiet", "--no-deps", "--wheel-dir", scratch, "--", requirement])
         pure = list(Path(scratch).glob("*-none-any.whl"))
@@ -191,29 +213,29 @@ def _build_wheel(requirement: str, folder: Path) -> bool:
         return process.returncode == 0 and bool(pure)
 
 
-def _unreachable(requirement: str, target: Target) -> DeployError:
+def _explain_unreachable_index(requirement: str, target: Target) -> DeployError:
     return DeployError(
-        f"no index of packages can be reached from here, and no wheel of {requirement} for {target} is kept. Connect "
-        "this machine to the network once; from then on the wheels are kept",
+        f"no package index can be reached from this machine, and it has no wheel of {requirement} for {target}. "
+        "Connect it to the network once, and push again: it keeps the wheels",
         kind="index-unreachable",
         requirement=requirement,
     )
 
 
-def _without_wheel(requirement: str, target: Target) -> DeployError:
+def _explain_missing_wheel(requirement: str, target: Target) -> DeployError:
     return DeployError(
-        f"{requirement} has no wheel for {target}. Do without it or take a version that has one; or connect the robot "
-        "once, and push without --offline: what is installed there then is kept",
+        f"{requirement} has no wheel for {target}. Use another version, or another package. Or connect the robot once, "
+        "and push without --offline: the robot keeps the installed package",
         kind="no-wheel",
         requirement=requirement,
     )
 
 
-def _find_missing(asked: Iterable[Requirement], target: Target, folder: Path) -> Iterator[Requirement]:
-    """Yield what the wheels need on the robot, and no wheel is there for."""
+def _find_missing(requested: Iterable[Requirement], target: Target, folder: Path) -> Iterator[Requirement]:
+    """Yield the requirements of the wheels that have no wheel in the folder yet."""
     needs = {canonicalize_name(name): each for name, each in map(_read_metadata, folder.glob("*.whl"))}
     seen: set[str] = set()
-    queue = list(asked)
+    queue = list(requested)
     while queue:
         requirement = queue.pop()
         name = canonicalize_name(requirement.name)
@@ -227,29 +249,29 @@ def _find_missing(asked: Iterable[Requirement], target: Target, folder: Path) ->
 def _select_applicable(
     requirements: Iterable[Requirement], target: Target, extras: Iterable[str]
 ) -> Iterator[Requirement]:
-    """Yield the requirements that hold on the robot with one of those extras, without their markers."""
+    """Yield the requirements that apply to the robot with one of the extras, without their markers."""
     environments = [{**target.markers, "extra": extra} for extra in extras]
     for each in requirements:
         if each.marker is None or any(map(each.marker.evaluate, environments)):
-            held = Requirement(str(each))
-            held.marker = None
-            yield held
+            applicable = Requirement(str(each))
+            applicable.marker = None
+            yield applicable
 
 
 def _read_metadata(wheel: Path) -> tuple[str, list[Requirement]]:
-    """Return the name of what is in a wheel, and what that requires."""
+    """Return the name of a wheel's package, and its requirements."""
     with ZipFile(wheel) as opened:
         (file,) = (name for name in opened.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", name))
         metadata = message_from_string(opened.read(file).decode())
     return metadata["Name"], [Requirement(each) for each in metadata.get_all("Requires-Dist", ())]
 
 
-def run_pip(words: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    """Run pip, quietly, and return what it said; the user's own configuration of it holds. Raises DeployError."""
+def run_pip(arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    """Run pip with the user's configuration, and return its output; raises DeployError if pip is not installed."""
     if find_spec("pip") is None:
         raise DeployError("pip is not installed here. Run python -m ensurepip", kind="no-pip")
-    return subprocess.run(  # noqa: S603  words, and no shell to take them for anything else
-        [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input", "--no-color", *words],
+    return subprocess.run(  # noqa: S603  no shell
+        [sys.executable, "-m", "pip", "--disable-pip-version-check", "--no-input", "--no-color", *arguments],
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
@@ -258,8 +280,8 @@ def run_pip(words: Sequence[str]) -> subprocess.CompletedProcess[str]:
     )
 
 
-def pip_error(process: subprocess.CompletedProcess[str]) -> str:
-    """Return what pip said went wrong: its last line that says error, or its last line."""
+def read_pip_error(process: subprocess.CompletedProcess[str]) -> str:
+    """Return the last error message of pip, or its last line."""
     lines = [line.strip() for line in process.stderr.splitlines() if line.strip()]
     errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
     return (errors or lines or [f"exit status {process.returncode}"])[-1]

@@ -1,4 +1,4 @@
-"""``robotcore deploy``: put a project on a robot and look after it there; one file a command."""
+"""``robotcore deploy``: put a project on a robot and keep it running there. Each command has a module."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class DeployCommand(click.Command):
-    """A command during which a signal raises Interrupted, so that it ends what it started."""
+    """A command that SIGINT and SIGTERM end by Interrupted, so that it stops the processes that it started."""
 
     def invoke(self, ctx: click.Context) -> Any:
         from robotcore.runtime.signals import SignalGuard
@@ -27,14 +27,14 @@ class DeployCommand(click.Command):
 
 
 class AnsweringDeployCommand(AnsweringCommand):
-    """With ``--json``, prints ``host``, ``error`` and ``exit_status`` if the robot does not answer."""
+    """A command that, with ``--json``, prints ``host``, ``error`` and ``exit_status`` after an error."""
 
     def unanswered(self, asked: Mapping[str, Any], error: RobotcoreError | Interrupted) -> dict[str, Any]:
         return {"host": str(asked.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
 
 
 def robot_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command HOST and ``--ssh-config``."""
+    """Add the argument HOST and the option ``--ssh-config`` to a command."""
     config = click.option(
         "--ssh-config",
         metavar="FILE",
@@ -45,7 +45,7 @@ def robot_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def make_link(host: Host, ssh_config: Path | None) -> Link:
-    """Return a link to a robot that is not connected yet."""
+    """Return a link to a robot. It connects when it is entered."""
     from robotcore.deploy.rpc import Link
 
     return Link(host, ssh_config)

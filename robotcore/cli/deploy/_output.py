@@ -1,4 +1,4 @@
-"""Output of the commands of ``robotcore deploy``: the steps of a job and the state of a robot."""
+"""Output of the commands of ``robotcore deploy``: the steps of a push and the state of a robot."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ if TYPE_CHECKING:
 
 
 class StepDisplay:
-    """Prints each finished step, and shows the running one in a line that moves. ``step`` is the newest step.
+    """Prints each finished step, and shows the running one with a spinner if stderr is a terminal.
 
-    The line does not move before the first update of a step: ssh may be asking for a password.
+    The spinner starts with the first update of a step, because ssh may ask for a password before it.
     """
 
     def __init__(self) -> None:
         self.step = ""
+        """The name of the newest step."""
         self._live = _make_live() if sys.stderr and sys.stderr.isatty() else None
 
     def __call__(self, progress: Progress) -> None:
@@ -40,7 +41,7 @@ class StepDisplay:
             write_line(str(progress))
 
     def close(self) -> None:
-        """Remove the moving line. A second call does nothing."""
+        """Remove the spinner. A second call does nothing."""
         if self._live:
             self._live.stop()
 
@@ -64,15 +65,17 @@ def _make_spinner(progress: Progress) -> Spinner:
     from rich.spinner import Spinner
     from rich.text import Text
 
-    return Spinner("dots", Text(f"{progress.step:<13}{progress.text}"))  # of a string, rich would obey its markup
+    return Spinner("dots", Text(f"{progress.step:<13}{progress.text}"))  # rich would interpret markup in a plain string
 
+
+NO_RELEASE = "no release is on the robot"
 
 GOOD_STATES = ("running", "ended")
-"""The states of a release that works."""
+"""The states of an app that works."""
 
 
-def state_exit_status(state: State) -> int:
-    """Return 0 if the release runs or has ended with success, else 1."""
+def choose_exit_status(state: State) -> int:
+    """Return 0 if the app runs or has ended with success, else 1."""
     return 0 if state.state in GOOD_STATES else 1
 
 
@@ -83,7 +86,7 @@ def write_state(host: Host, ssh_config: Path | None, state: State) -> None:
 
 
 def format_state(host: Host, ssh_config: Path | None, state: State) -> Iterator[str]:
-    """Yield the lines on the state of a robot: what runs, then warnings."""
+    """Yield the lines on the state of a robot: the current release, then warnings."""
     from robotcore.deploy.agent.files import format_bytes
     from robotcore.deploy.host import command_hint
 
@@ -92,9 +95,9 @@ def format_state(host: Host, ssh_config: Path | None, state: State) -> Iterator[
         return
     yield f"{host}: {_format_release(state)}"
     if state.on_trial:
-        yield _format_row("on trial", f"{state.on_trial}; if it does not live, the release before runs again")
+        yield _format_row("checking", f"{state.on_trial}; if it is not healthy, the release before it runs again")
     if state.words:
-        yield _format_row("says", state.words)
+        yield _format_row("status", state.words)
     if state.reason:
         yield _format_row("restarted" if state.state in GOOD_STATES else "failed", state.reason)
         yield from (f"    {line}" for line in state.lines)
@@ -109,11 +112,11 @@ def _format_empty_robot(state: State) -> str:
     from robotcore.deploy.health import UNHEALTHY
 
     if state.on_trial:
-        return f"{state.on_trial} is on trial, and no release before it is there"
+        return f"the health check of {state.on_trial} is running, and the robot has no release before it"
     if last := state.last:
-        what = "did not live" if last.outcome == UNHEALTHY else "is not in place"
-        return f"{last.name} {what} ({last.reason or last.outcome}); nothing runs"
-    return "nothing was put there yet"
+        what = "is not healthy" if last.outcome == UNHEALTHY else "is not the current release"
+        return f"{last.name} {what} ({last.reason or last.outcome}); no app runs"
+    return NO_RELEASE
 
 
 def _format_release(state: State) -> str:
@@ -125,17 +128,17 @@ def _format_release(state: State) -> str:
 
 def _format_warnings(state: State, start: str) -> Iterator[str]:
     if not state.lingers:
-        yield _format_row("warning", "it ends with the last login. On the robot: sudo loginctl enable-linger")
+        yield _format_row("warning", "the app ends with the last login. On the robot: sudo loginctl enable-linger")
     if not state.starts_with_robot:
-        yield _format_row("note", f"it does not start with the robot: {start}")
+        yield _format_row("note", f"the app does not start with the robot: {start}")
 
 
-def _format_row(name: str, said: str) -> str:
-    return f"  {name:<13}{said}"
+def _format_row(name: str, text: str) -> str:
+    return f"  {name:<13}{text}"
 
 
 def format_duration(seconds: float) -> str:
-    """Return a time in the two largest units that it has.
+    """Return a time in its two largest units.
 
     >>> format_duration(3 * 3600 + 62)
     '3 h 1 min'

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 RECORDINGS = Path("recordings")
-"""Here, with a folder for each robot."""
+"""The folder in the current folder that has a folder for each robot."""
 
 
 @click.command("fetch", cls=AnsweringDeployCommand)
@@ -59,14 +59,16 @@ def _default_folder(host: Host) -> Path:
     for path in (RECORDINGS, folder):
         if path.is_symlink():
             raise UsageError(
-                f"{path} is a symbolic link, and fetch writes through no link. To use its target, name that folder: "
-                f"-o {shlex.quote(str(path.resolve()))}"
+                f"{path} is a symbolic link, which fetch does not follow. To use its target, name that folder: "
+                f"-o {shlex.quote(str(path.resolve()))}",
+                kind="symbolic-link",
+                path=str(path),
             )
     return folder
 
 
 def _ignore_progress(_progress: object) -> None:
-    """Show nothing: the answer is one line of JSON."""
+    """Print nothing, because the answer is one line of JSON."""
 
 
 def _build_payload(result: FetchResult) -> dict[str, Any]:

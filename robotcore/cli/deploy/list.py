@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 SKIPPED = ": skipped"
-"""The end of the line of a check that was skipped."""
+"""The end of the line of a skipped check."""
 
 COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 
@@ -32,6 +32,7 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 @as_json
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and the checks that each passed before it was sent."""
+    from robotcore.cli.deploy._output import NO_RELEASE
     from robotcore.deploy.answers import Releases
     from robotcore.deploy.host import command_hint
 
@@ -40,13 +41,13 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     if as_json:
         write_json({"host": str(host), **found.model_dump(), "exit_status": 0})
     elif found.releases:
-        write_table(COLUMNS, [_row(each, found.current) for each in found.releases])
+        write_table(COLUMNS, [_build_row(each, found.current) for each in found.releases])
     else:
-        write_line(f"{host}: nothing was put there yet. {command_hint('push', host, ssh_config)}")
+        write_line(f"{host}: {NO_RELEASE}. {command_hint('push', host, ssh_config)}")
     return 0
 
 
-def _row(release: ListedRelease | UnreadableRelease, current: str | None) -> list[str]:
+def _build_row(release: ListedRelease | UnreadableRelease, current: str | None) -> list[str]:
     from robotcore.deploy.answers import UnreadableRelease
 
     if isinstance(release, UnreadableRelease):

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 LINE_BYTES = 1 << 16
-"""A line takes less: journald parts those of an app after 48 kB. Source: journald.conf(5), LineMax."""
+"""The most bytes of a line. journald splits longer lines after 48 kB. Source: journald.conf(5), LineMax."""
 
 OVERHEAD_BYTES = 1 << 20
 """The most bytes that systemd and journalctl add between the lines of the app."""
@@ -39,10 +39,10 @@ def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) ->
 
     try:
         with make_link(host, ssh_config) as link:
-            most = None if follow else OVERHEAD_BYTES + lines * LINE_BYTES
-            link.stream("logs", on_line=write_line, most=most, lines=lines, follow=follow)
-    except Interrupted as way_out:
+            max_bytes = None if follow else OVERHEAD_BYTES + lines * LINE_BYTES
+            link.stream("logs", on_line=write_line, max_bytes=max_bytes, lines=lines, follow=follow)
+    except Interrupted as interruption:
         if not follow:
             raise
-        return way_out.exit_status
+        return interruption.exit_status
     return 0

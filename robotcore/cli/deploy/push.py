@@ -38,7 +38,7 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
 )
 @click.option("--no-record", is_flag=True, help="Do not record runs on the robot.")
 @click.option("--skip-checks", is_flag=True, help="Skip the tests, the check and the simulation.")
-@click.option("--offline", is_flag=True, help="Send the wheels too: the robot has no network.")
+@click.option("--offline", is_flag=True, help="Send the wheels too, for a robot without a network.")
 @click.option(
     "--healthy-within",
     "healthy_within_s",
@@ -49,7 +49,7 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
     help="Roll back if the app has not completed its first tick within this time.",
 )
 def command(
-    host: Host, ssh_config: Path | None, *, skip_checks: bool, offline: bool, healthy_within_s: float, **asked: Any
+    host: Host, ssh_config: Path | None, *, skip_checks: bool, offline: bool, healthy_within_s: float, **chosen: Any
 ) -> int:
     """Put the project in this folder on HOST, and keep it running there.
 
@@ -63,9 +63,9 @@ def command(
     from robotcore.deploy.push import Push, describe_state_after, push
     from robotcore.errors import Interrupted, RobotcoreError
 
-    wanted = Push(
+    request = Push(
         host,
-        _build_project(**asked),
+        _build_project(**chosen),
         ssh_config,
         is_checked=not skip_checks,
         is_offline=offline,
@@ -73,11 +73,11 @@ def command(
     )
     with StepDisplay() as display:
         try:
-            push(wanted, display)
+            push(request, display)
         except (Interrupted, RobotcoreError) as error:
             display.close()
-            if display.step != STEP or isinstance(error, Interrupted):  # else the error tells
-                write_lines(describe_state_after(display.step, wanted), is_error=True)
+            if display.step != STEP or isinstance(error, Interrupted):  # else the error says what runs
+                write_lines(describe_state_after(display.step, request), is_error=True)
             raise
     return 0
 
@@ -88,13 +88,13 @@ def _build_project(
     require: tuple[str, ...],
     *,
     no_record: bool,
-    **asked: Any,
+    **chosen: Any,
 ) -> Project:
     from robotcore.deploy.project import DeployOptions, build_project
 
     return build_project(
         DeployOptions(
-            **asked,
+            **chosen,
             settings=dict(settings),
             options=dict(options),
             require=require or None,

@@ -25,19 +25,22 @@ def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool)
     from robotcore.deploy.answers import RemoveAnswer
     from robotcore.deploy.host import command_hint
 
-    what = "all releases and all recordings" if recordings else "all releases, and leave the recordings"
+    what = "all releases and all recordings" if recordings else "all releases, but not the recordings"
     if not yes and not _confirm(f"Stop {host}, and remove {what}?"):
         write_line("Nothing was removed")
         return 1
     with make_link(host, ssh_config) as link:
         kept = link.call("remove", RemoveAnswer, keeps_recordings=not recordings).kept
-    stay = f"; the recordings stay: {command_hint('fetch', host, ssh_config)}" if kept else ""
-    write_line(f"{host}: nothing of robotcore's runs there any more{stay}")
+    note = f". The recordings are still there: {command_hint('fetch', host, ssh_config)}" if kept else ""
+    write_line(f"{host}: robotcore was removed{note}")
     return 0
 
 
 def _confirm(question: str) -> bool:
     """Ask the user; raises UsageError if stdin is no terminal."""
     if not sys.stdin.isatty():
-        raise UsageError("remove asks before, and nobody is here to answer. If you mean it: --yes")
+        raise UsageError(
+            "remove asks for confirmation, but stdin is not a terminal. To remove without a question: --yes",
+            kind="no-terminal",
+        )
     return click.confirm(question, err=True)

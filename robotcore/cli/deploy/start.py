@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.deploy._options import DeployCommand, make_link, robot_arguments
-from robotcore.cli.deploy._output import state_exit_status, write_state
+from robotcore.cli.deploy._output import choose_exit_status, write_state
 
 if TYPE_CHECKING:
     from robotcore.deploy.host import Host
@@ -23,4 +23,4 @@ def command(host: Host, ssh_config: Path | None) -> int:
     with make_link(host, ssh_config) as link:
         state = link.call("start", State)
     write_state(host, ssh_config, state)
-    return state_exit_status(state)
+    return choose_exit_status(state)

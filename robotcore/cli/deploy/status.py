@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_arguments
-from robotcore.cli.deploy._output import state_exit_status, write_state
+from robotcore.cli.deploy._output import choose_exit_status, write_state
 from robotcore.cli.output import as_json, write_json
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
 
     with make_link(host, ssh_config) as link:
         state = link.call("status", State)
-    status = state_exit_status(state)
+    status = choose_exit_status(state)
     if as_json:
         write_json({"host": str(host), **state.model_dump(), "exit_status": status})
     else:

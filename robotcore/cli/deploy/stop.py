@@ -24,7 +24,7 @@ def command(host: Host, ssh_config: Path | None) -> int:
     with make_link(host, ssh_config) as link:
         state = link.call("stop", State)
     if state.release is None:
-        write_line(f"{host}: nothing of robotcore's runs there")
+        write_line(f"{host}: no release is on the robot, so no app runs")
     else:
         write_state(host, ssh_config, state)
     return 0

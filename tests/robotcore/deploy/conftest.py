@@ -58,11 +58,11 @@ def act(layout):
 @pytest.fixture
 def add_action(monkeypatch: pytest.MonkeyPatch) -> AddAction:
     """Puts an action add_action, by its name and source."""
-    added = rpc.agent_sources()
+    added = rpc.read_agent_sources()
 
     def put(name: str, source: str) -> None:
         added[f"robotcore/deploy/agent/{name}_for_test.py"] = source
         added["robotcore/deploy/agent/rpc.py"] += f"\nACTIONS[{name!r}] = '{name}_for_test:act'\n"
 
-    monkeypatch.setattr(rpc, "agent_sources", lambda: added)
+    monkeypatch.setattr(rpc, "read_agent_sources", lambda: added)
     return put

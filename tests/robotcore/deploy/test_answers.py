@@ -1,4 +1,4 @@
-"""Robots that answer with damaged, endless or no output. Each ends the call with an error, and harms no terminal."""
+"""Robots with damaged, endless or no output: each call ends with an error, and no terminal is harmed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from robotcore.deploy import answers, rpc
 from robotcore.deploy.answers import Answer, EmptyAnswer, HealthResult, Notice, ProbeAnswer, Recordings, Refusal, State
-from robotcore.deploy.errors import DAMAGED
+from robotcore.deploy.errors import CALL_FAILED, DAMAGED
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import MalformedError
 from robotcore.deploy.rpc import Call, Link
@@ -56,8 +56,8 @@ def texts_in(value: Any) -> list[str]:
     return [value] if isinstance(value, str) else []
 
 
-def answered(model: type[Answer], *pieces: bytes) -> list[str]:
-    """Let a robot say something; return each text of it that the desk has then, also in an error."""
+def parse_texts(model: type[Answer], *pieces: bytes) -> list[str]:
+    """Parse the output of a robot; return each text that the desk gets from it, also in an error."""
     said: list[str] = []
     call = Call("status", model, on_notice=lambda notice: said.append(notice.say), on_line=said.append)
     try:
@@ -69,19 +69,19 @@ def answered(model: type[Answer], *pieces: bytes) -> list[str]:
 
 @settings(max_examples=100, deadline=None)
 @given(model=st.sampled_from(MODELS), messages=st.lists(st.dictionaries(st.sampled_from(KEYS), VALUES), max_size=3))
-def test_any_json_is_an_answer_or_damaged_and_what_it_says_is_printable(
+def test_any_json_is_an_answer_or_damaged_and_its_texts_are_printable(
     model: type[Answer], messages: list[dict[str, Any]]
 ) -> None:
     raw = "".join(f"\x1e{json.dumps(each)}\n" for each in ({"begun": "status"}, *messages)).encode()
-    assert all(text.replace("\t", "").isprintable() for text in answered(model, raw))
+    assert all(text.replace("\t", "").isprintable() for text in parse_texts(model, raw))
 
 
 @settings(max_examples=300, deadline=None)
 @given(model=st.sampled_from(MODELS), pieces=st.lists(st.binary() | st.just(b"\x1e") | st.just(b"\n"), max_size=8))
-def test_any_bytes_are_an_answer_or_damaged_and_what_they_say_is_printable(
+def test_any_bytes_are_an_answer_or_damaged_and_their_texts_are_printable(
     model: type[Answer], pieces: list[bytes]
 ) -> None:
-    assert all(text.replace("\t", "").isprintable() for text in answered(model, b'\x1e{"begun": 1}\n', *pieces))
+    assert all(text.replace("\t", "").isprintable() for text in parse_texts(model, b'\x1e{"begun": 1}\n', *pieces))
 
 
 @pytest.mark.parametrize(
@@ -99,35 +99,35 @@ def test_any_bytes_are_an_answer_or_damaged_and_what_they_say_is_printable(
         ("host", None),
     ],
 )
-def test_facts_that_no_robot_has_are_damaged(key: str, value: Any) -> None:
+def test_impossible_facts_are_damaged(key: str, value: Any) -> None:
     answers.validate(ProbeAnswer, FACTS, "done")
     with pytest.raises(MalformedError, match=f"done.{key}: "):
         answers.validate(ProbeAnswer, {**FACTS, key: value}, "done")
 
 
-def test_key_that_is_unknown_is_ignored() -> None:
+def test_unknown_key_is_ignored() -> None:
     assert answers.validate(ProbeAnswer, {**FACTS, "colour": "red"}, "done") == ProbeAnswer(**FACTS)
 
 
 @pytest.mark.parametrize("name", ["..", "/etc", "2026-11-21T22-40-03Z/..", "2026-11-21T22-40-03Z\n", "", "current"])
-def test_release_without_the_name_of_one_is_damaged(name: str) -> None:
+def test_invalid_name_of_a_release_is_damaged(name: str) -> None:
     payload: dict[str, Any] = {"release": name, "outcome": "", "reason": "", "lines": [], "current": None}
     with pytest.raises(MalformedError, match=r"done\.release"):
         answers.validate(HealthResult, {**payload, "is_running": True, "is_standing": False}, "done")
 
 
-def test_robot_cannot_refuse_by_a_kind_that_only_the_desk_gives() -> None:
+def test_robot_cannot_refuse_with_a_kind_of_the_desk() -> None:
     with pytest.raises(MalformedError, match=r"refused\.kind"):
         answers.validate(Refusal, {"fault": "a", "remedy": "b", "kind": "broken"}, "refused")
 
 
-def test_list_without_an_end_is_damaged() -> None:
-    with pytest.raises(MalformedError, match=r"done\.recordings: List should have at most"):
+def test_too_long_list_is_damaged() -> None:
+    with pytest.raises(MalformedError, match=r"done\.recordings: "):
         answers.validate(Recordings, {"recordings": [[]] * 1_000_000}, "done")
 
 
 @pytest.mark.parametrize("for_s", [1e300, -1.0, float("nan"), float("inf"), "1"])
-def test_time_that_no_robot_has_is_damaged(for_s: Any) -> None:
+def test_impossible_time_is_damaged(for_s: Any) -> None:
     payload = {"release": None, "verdict": None, "on_trial": None, "last": None, "state": "running", "for_s": for_s}
     with pytest.raises(MalformedError, match=r"done\.for_s"):
         answers.validate(State, payload, "done")
@@ -167,9 +167,7 @@ class Home(Answer):
         b"\x1e" + b"9" * 5000,
     ],
 )
-def test_an_answer_that_is_not_as_it_has_to_be_is_named_as_damaged(
-    link: Link, add_action: AddAction, raw: bytes
-) -> None:
+def test_invalid_answer_is_damaged(link: Link, add_action: AddAction, raw: bytes) -> None:
     add_action("raw", RAW.format(raw=raw))
     with pytest.raises(DeployError) as caught:
         link.call("raw", Home)
@@ -178,14 +176,14 @@ def test_an_answer_that_is_not_as_it_has_to_be_is_named_as_damaged(
 
 
 @pytest.mark.parametrize("piece", [b"x" * (1 << 16), b"x\n" * (1 << 15), b'\x1e{"say": "more"}\n' * 3000])
-def test_a_robot_that_writes_without_an_end_is_cut_off(link: Link, add_action: AddAction, piece: bytes) -> None:
+def test_endless_output_ends_the_call(link: Link, add_action: AddAction, piece: bytes) -> None:
     add_action("raw", RAW.format(raw=b"") + f"    while True:\n        sys.stdout.buffer.write({piece!r})\n")
     with pytest.raises(DeployError) as caught:
         link.call("raw", Home)
     assert caught.value.kind == DAMAGED
 
 
-def test_a_robot_that_says_nothing_is_not_waited_for_without_an_end(
+def test_silence_ends_the_call(
     link: Link, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(rpc, "SILENCE_S", 1.0)
@@ -194,43 +192,45 @@ def test_a_robot_that_says_nothing_is_not_waited_for_without_an_end(
         link.call("wait", EmptyAnswer)
 
 
-def test_many_short_pieces_of_stderr_are_no_silence() -> None:
+def test_output_on_stderr_is_no_silence() -> None:
     answer = Call("raw", Home).parse_answer([*[b""] * 3000, b'\x1e{"done": {"home": "/home/pi"}}\n'])
     assert answer == Home(home="/home/pi")
 
 
-def test_what_a_robot_writes_on_stderr_fills_neither_memory_nor_disk(link: Link, add_action: AddAction) -> None:
+def test_endless_stderr_fills_neither_memory_nor_disk(link: Link, add_action: AddAction) -> None:
     flood = "    for _ in range(400):\n        sys.stderr.write('\\x1b]0;t' + 'x' * 100_000 + '\\n')\n    os._exit(3)\n"
     add_action("raw", RAW.format(raw=b"") + flood)
-    with pytest.raises(DeployError, match="it failed there") as caught:
+    with pytest.raises(DeployError) as caught:
         link.call("raw", Home)
+    assert caught.value.kind == CALL_FAILED
     assert len(str(caught.value)) < 1 << 15
     assert str(caught.value).isprintable()
 
 
-def test_what_a_robot_says_is_escaped(link: Link, add_action: AddAction) -> None:
+def test_texts_of_a_robot_are_escaped(link: Link, add_action: AddAction) -> None:
     said: list[Notice] = []
     lines: list[str] = []
     add_action(
         "raw", RAW.format(raw=b'a\x1b]0;t\x07\r\tb\n\x1e{"say": "1\\n\\u001b[2J"}\n\x1e{"done": {"home": "\\u202e"}}\n')
     )
     answer = link.call("raw", Home, on_notice=said.append)
-    link.stream("raw", lines.append, most=None)
+    link.stream("raw", lines.append, max_bytes=None)
     assert (answer.home, said[0].say) == (r"\u202e", r"1\n\x1b[2J")
     assert lines == ["a\\x1b]0;t\\x07\\r\tb"]
 
 
-def test_a_login_that_floods_the_log_of_ssh_ends(tmp_path: Path) -> None:
+def test_login_shell_that_floods_the_log_of_ssh_ends(tmp_path: Path) -> None:
     shell = 'yes evil | head -c 200000000 >&2; eval "$SSH_ORIGINAL_COMMAND"'
     with (
         serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd,
-        pytest.raises(DeployError, match="its login shell ended at once"),
+        pytest.raises(DeployError) as caught,
         Link(Host.parse("robot"), sshd.config),
     ):
         pass
+    assert caught.value.kind == "login-shell-ended"
 
 
-def test_a_login_shell_that_prints_without_an_end_is_cut_off(tmp_path: Path) -> None:
+def test_login_shell_with_endless_output_ends_the_connection(tmp_path: Path) -> None:
     with (
         serving(tmp_path / "sshd", "ForceCommand yes evil") as sshd,
         pytest.raises(DeployError) as caught,
@@ -240,7 +240,7 @@ def test_a_login_shell_that_prints_without_an_end_is_cut_off(tmp_path: Path) -> 
     assert caught.value.kind == DAMAGED
 
 
-def test_the_agent_of_the_user_is_not_handed_to_a_robot(tmp_path: Path, add_action: AddAction) -> None:
+def test_robot_does_not_get_the_users_ssh_agent(tmp_path: Path, add_action: AddAction) -> None:
     add_action("echo", ECHO)
     note = f'env > {tmp_path}/environment; eval "$SSH_ORIGINAL_COMMAND"'
     with serving(tmp_path / "sshd", f"ForceCommand {note}") as sshd:

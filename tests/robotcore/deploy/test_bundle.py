@@ -49,7 +49,7 @@ def bundle_in(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def driver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A driver package of the user's, installed from its folder as ``pip install -e`` leaves it."""
+    """A driver package of a user, installed by ``pip install -e``."""
     source = write(tmp_path / "lidar", {"pyproject.toml": BUILT + DRIVER, "lidar_x/__init__.py": LIDAR, ".env": "A=1"})
     metadata = {
         "METADATA": "Metadata-Version: 2.1\nName: lidar-x\nVersion: 0.3\n",
@@ -66,12 +66,12 @@ def driver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture
 def without_code(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leaves robotcore's own code at home, of which only the metadata tells what is to be installed."""
+    """Do not copy robotcore's own code, because requirements depend on its metadata only."""
     monkeypatch.setattr("robotcore.deploy.bundle.shutil.copytree", lambda *_args, **_more: None)
 
 
 @pytest.mark.usefixtures("driver")
-def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(
+def test_bundle_runs_alone_and_names_nothing_of_this_machine(
     tmp_path: Path, bundle_in: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     table = BUILT + PACKAGE + TABLE.replace('"rover"', '"my robot.toml"').replace("kinematic", "raspberrypi")
@@ -98,7 +98,7 @@ def test_what_is_staged_runs_alone_and_tells_nothing_of_this_machine(
 
 
 def _runs(bundle: Bundle) -> bool:
-    """Return whether an interpreter that has no robotcore, but what it needs, finds the one in ``site``."""
+    """Return whether a Python with robotcore's requirements finds the robotcore in ``site``."""
     lines = "import robotcore, sys; from robotcore.plugins import app_names; print(robotcore.__file__, app_names())"
     answer = subprocess.run(
         [sys.executable, "-c", lines],
@@ -111,9 +111,7 @@ def _runs(bundle: Bundle) -> bool:
     return str(bundle.folder) in answer.stdout and "green-search" in answer.stdout
 
 
-def test_what_pip_installs_is_what_the_robot_runs_with_and_markers_are_left_to_it(
-    tmp_path: Path, bundle_in: Path
-) -> None:
+def test_requirements_are_those_of_the_robot_and_keep_their_markers(tmp_path: Path, bundle_in: Path) -> None:
     project = build_project(DeployOptions(app="green-search", robot="rover"), tmp_path)
     requirements = build_bundle(project, bundle_in).requirements
     assert {"gpiozero>=2.0.1", "mcap>=1.3", "numpy>=1.24"} <= set(requirements)
@@ -122,7 +120,7 @@ def test_what_pip_installs_is_what_the_robot_runs_with_and_markers_are_left_to_i
 
 
 @pytest.mark.usefixtures("without_code")
-def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, bundle_in: Path) -> None:
+def test_project_without_recordings_needs_no_package_for_them(tmp_path: Path, bundle_in: Path) -> None:
     requirements = build_bundle(project_in(tmp_path / "project"), bundle_in).requirements
     assert not [each for each in requirements if each.startswith(("mcap", "gpiozero"))]
 
@@ -138,7 +136,7 @@ def test_a_project_that_records_nothing_needs_nothing_for_it(tmp_path: Path, bun
         ("thing @ git+ssh://git:hunter2@host.example/thing", "requirement-with-secret"),
     ],
 )
-def test_a_dependency_that_no_robot_can_install_is_refused(
+def test_dependency_that_a_robot_cannot_install_is_refused(
     tmp_path: Path, bundle_in: Path, dependency: str, kind: str, raises: Raises
 ) -> None:
     project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{dependency}"]\n{TABLE}')
@@ -167,21 +165,21 @@ def test_an_invalid_requirement_is_quoted_without_its_password(
 
 
 @pytest.mark.usefixtures("without_code")
-def test_a_repository_that_is_read_by_ssh_keeps_its_user(tmp_path: Path, bundle_in: Path) -> None:
+def test_address_of_a_repository_over_ssh_keeps_its_user(tmp_path: Path, bundle_in: Path) -> None:
     place = "thing @ git+ssh://git@host.example/thing"
     project = project_in(tmp_path / "project", f'[project]\ndependencies = ["{place}"]\n{TABLE}')
     assert place in build_bundle(project, bundle_in).requirements
 
 
 @pytest.mark.usefixtures("without_code")
-def test_an_extra_that_nobody_has_is_reported_with_the_nearest(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
+def test_unknown_extra_is_reported_with_the_nearest_name(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
     project = project_in(tmp_path / "project", f'{TABLE}extras = ["tofu"]\n')
     with raises(UnknownNameError, "unknown-extra", name="tofu"):
         build_bundle(project, bundle_in)
 
 
 @pytest.mark.usefixtures("without_code")
-def test_a_project_that_would_lack_what_it_names_is_refused(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
+def test_project_that_names_an_ignored_file_is_refused(tmp_path: Path, bundle_in: Path, raises: Raises) -> None:
     project = project_in(tmp_path / "project")
     git(tmp_path / "project", "init", "-q")
     write(tmp_path / "project", {".gitignore": "app.py\n"})
@@ -198,7 +196,7 @@ def test_compiled_code_is_refused(tmp_path: Path, raises: Raises) -> None:
     assert not (tmp_path / "site").exists()
 
 
-def test_a_package_that_cannot_be_built_is_reported_and_its_folder_left_as_it_was(tmp_path: Path) -> None:
+def test_failed_build_is_reported_and_does_not_change_the_folder(tmp_path: Path) -> None:
     table = '[build-system]\nrequires = []\nbuild-backend = "own"\nbackend-path = ["."]\n'
     leaves_things = "def build_wheel(*_):\n    open('left', 'w').close()\n    raise OSError('no compiler')\n"
     source = write(tmp_path / "broken", {"pyproject.toml": table, "own.py": leaves_things})

@@ -18,40 +18,39 @@ from robotcore.errors import DescriptionError, UnprovenError, UsageError
 from robotcore.runtime.plan import RunRequest
 from tests.robotcore.deploy.projects import DRIVES_ON, TABLE, project_in, write
 from tests.robotcore.sweep.conftest import record_of
+from tests.texts import Raises
 
 RAISES = DRIVES_ON.replace("return Status.RUNNING", "return 1 / 0")
 
 
 def bundle_of(project: Project, tmp_path: Path) -> Bundle:
-    """Return a project as it is sent; robotcore is the one that runs the tests, which is compiled already."""
+    """Return the bundle of a project, without robotcore: the tests' own one is used, which is compiled already."""
     folder = write(tmp_path.with_name(f"{tmp_path.name}-bundle"), {"site/packaged.py": ""})
     copy_files(project.folder or tmp_path, folder / "project")
     return Bundle(project, folder, ())
 
 
-def test_tests_that_pass_are_counted(tmp_path: Path) -> None:
+def test_passing_tests_are_counted(tmp_path: Path) -> None:
     write(tmp_path, {"tests/test_a.py": "def test_a(): pass\ndef test_b(): pass\n"})
     said: list[str] = []
     assert checks.run_tests(project_in(tmp_path), said.append).summary == "2 passed"
     assert said == ["pytest"]
 
 
-def test_a_test_that_fails_is_named_with_what_repeats_it(tmp_path: Path) -> None:
+def test_failing_test_is_named_with_the_command_that_repeats_it(tmp_path: Path, raises: Raises) -> None:
     write(tmp_path, {"a b/test_a.py": "def test_a(): pass\ndef test_b(): assert 1 == 2\n"})
-    with pytest.raises(UnprovenError) as raised:
+    with raises(UnprovenError, "tests-failed"):
         checks.run_tests(project_in(tmp_path), str)
-    assert str(raised.value).startswith("tests: 1 failed, 1 passed\n  FAILED a b/test_a.py::test_b")
-    assert str(raised.value).endswith(f"Repeat it: cd {tmp_path.resolve()} && python -m pytest")
 
 
-def test_tests_that_cannot_be_read_are_not_taken_for_none(tmp_path: Path) -> None:
+def test_tests_that_cannot_be_imported_fail(tmp_path: Path) -> None:
     write(tmp_path, {"test_a.py": "import nothing_of_that_name\n"})
     with pytest.raises(UnprovenError) as raised:
         checks.run_tests(project_in(tmp_path), str)
     assert raised.value.kind == "tests-failed"
 
 
-def test_tests_that_hang_are_ended_with_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hanging_tests_are_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(checks, "LIMIT_S", 3.0)
     write(tmp_path, {"test_a.py": "import time\ndef test_a(): time.sleep(600)\n"})
     with pytest.raises(UnprovenError) as raised:
@@ -59,30 +58,28 @@ def test_tests_that_hang_are_ended_with_what_to_do(tmp_path: Path, monkeypatch: 
     assert raised.value.kind == "tests-hang"
 
 
-def test_a_project_without_tests_is_reported_so(tmp_path: Path) -> None:
+def test_project_without_tests_passes(tmp_path: Path) -> None:
     assert checks.run_tests(project_in(tmp_path), str).summary == "none"
 
 
-def test_a_wrong_description_is_reported_in_all_its_faults(tmp_path: Path) -> None:
+def test_every_mistake_of_a_description_is_reported(tmp_path: Path, raises: Raises) -> None:
     write(tmp_path, {"-my room.toml": "[floor]\nlenght_m = 3\nwidth_m = 3\n[walls]\nhight_m = 1\n"})
     project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "-my room.toml"\n\n'))
-    with pytest.raises(UnprovenError) as raised:
+    with raises(UnprovenError, "description-check-failed") as raised:
         checks.check_descriptions(project, str)
-    assert raised.value.kind == "description-check-failed"
     cause = raised.value.__cause__
     assert isinstance(cause, DescriptionError)
     assert {each.key for each in (cause, *cause.others)} >= {"floor.lenght_m", "walls.hight_m"}
-    assert str(raised.value).endswith("robotcore check './-my room.toml'")
 
 
-def test_a_robot_without_the_section_that_its_backend_needs_is_reported_at_the_desk(tmp_path: Path) -> None:
+def test_robot_without_the_section_of_its_backend_fails_the_check(tmp_path: Path) -> None:
     rover = build_project(DeployOptions(app="avoid-obstacles", robot="bubblerob"), tmp_path)
     with pytest.raises(UnprovenError) as raised:
         checks.check_descriptions(rover, str)
     assert raised.value.kind == "description-check-failed"
 
 
-def test_an_app_that_never_says_success_passes_by_going_on_without_a_touch(tmp_path: Path) -> None:
+def test_endless_app_passes_if_it_has_no_contact(tmp_path: Path) -> None:
     write(tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"})  # a folder of the user's own
     said: list[str] = []
     result = simulation.simulate(bundle_of(project_in(tmp_path), tmp_path), said.append)
@@ -90,7 +87,7 @@ def test_an_app_that_never_says_success_passes_by_going_on_without_a_touch(tmp_p
     assert "kinematic, arena, seeds 1: 0 of 1 runs" in said
 
 
-def test_what_is_simulated_is_what_is_sent_and_stays_as_it_is(tmp_path: Path) -> None:
+def test_simulation_uses_the_bundle_and_does_not_change_it(tmp_path: Path, raises: Raises) -> None:
     app = "import helper, packaged\n" + DRIVES_ON.replace("return", "open('log', 'a').close()\n        return")
     project = project_in(write(tmp_path, {"helper.py": ""}), app=app)
     bundle = bundle_of(project, tmp_path)
@@ -99,37 +96,33 @@ def test_what_is_simulated_is_what_is_sent_and_stays_as_it_is(tmp_path: Path) ->
     simulation.simulate(bundle, str)
     assert {*bundle.folder.rglob("*")} == before
     (bundle.folder / "project" / "helper.py").unlink()
-    with pytest.raises(UnprovenError, match="No module named 'helper'") as raised:
+    with raises(UnprovenError, "simulation-not-run"):
         simulation.simulate(bundle, str)
-    assert "it lacks a file that is not sent" in str(raised.value)
 
 
-def test_a_run_that_fails_is_reported_with_the_line_that_repeats_it(tmp_path: Path) -> None:
+def test_failing_run_is_reported_with_the_command_that_repeats_it(tmp_path: Path, raises: Raises) -> None:
     project = project_in(write(tmp_path / "a 'b", {}), app=RAISES)
-    with pytest.raises(UnprovenError) as raised:
+    with raises(UnprovenError, "run-failed", seed=1):
         simulation.simulate(bundle_of(project, tmp_path), str)
-    assert "ZeroDivisionError" in str(raised.value)
-    assert "robotcore run app.py --world arena --seed 1" in str(raised.value)
-    assert f"cd '{tmp_path.resolve()}/a '\"'\"'b' && " in str(raised.value)
 
 
-def test_an_app_that_hangs_is_reported_in_its_own_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_hanging_app_fails_the_simulation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulation, "HANG_MARGIN_S", 3.0 - RunRequest.timeout_s)
     project = project_in(tmp_path, app="import time\n" + DRIVES_ON.replace("return", "time.sleep(600); return"))
-    monkeypatch.setattr(simulation, "run_python", partial(_patient, run_python))
+    monkeypatch.setattr(simulation, "run_python", partial(_run_patiently, run_python))
     with pytest.raises(UnprovenError) as raised:
         simulation.simulate(bundle_of(project, tmp_path), str)
     assert raised.value.kind == "run-failed"
     assert raised.value.fields["seed"] == 1
 
 
-def _patient(asked: Callable[..., object], *words: object, limit_s: float, **more: object) -> object:
-    return asked(*words, limit_s=limit_s + 1000, **more)
+def _run_patiently(run: Callable[..., object], *words: object, limit_s: float, **more: object) -> object:
+    return run(*words, limit_s=limit_s + 1000, **more)
 
 
-def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
+def test_required_bounds_decide_instead_of_the_runs(tmp_path: Path) -> None:
     project = project_in(tmp_path, TABLE + 'require = ["verified>=0.5"]\n')
-    words = simulation.sweep_arguments(project, "kinematic", "arena")
+    words = simulation.build_sweep_arguments(project, "kinematic", "arena")
     assert words[words.index("--require") + 1] == "verified>=0.5"
     failing = [record_of(Outcome.FAILURE, verified=False)]
     simulation._require_pass(project, [], failing)
@@ -139,11 +132,9 @@ def test_required_bounds_decide_and_not_what_is_usual(tmp_path: Path) -> None:
     assert raised.value.fields["missed"] == ("kinematic, arena: verified is 0.3, required verified>=0.5",)
 
 
-def test_an_app_that_cannot_be_run_at_all_is_reported_why(tmp_path: Path) -> None:
-    with pytest.raises(UnprovenError) as raised:
+def test_file_without_an_app_is_reported(tmp_path: Path, raises: Raises) -> None:
+    with raises(UnprovenError, "simulation-not-run"):
         simulation.simulate(bundle_of(project_in(tmp_path, app="x = 1\n"), tmp_path), str)
-    assert raised.value.kind == "simulation-not-run"
-    assert "&& robotcore sweep app.py --backend kinematic" in str(raised.value)
 
 
 @pytest.mark.parametrize(
@@ -160,13 +151,13 @@ def test_an_app_that_cannot_be_run_at_all_is_reported_why(tmp_path: Path) -> Non
         ({"outcome": Outcome.ERROR, "verified": None}, False),
     ],
 )
-def test_what_passes_where_nothing_is_required(change: dict[str, object], *, is_passed: bool) -> None:
+def test_runs_that_pass_without_required_bounds(change: dict[str, object], *, is_passed: bool) -> None:
     record = record_of()
     result = replace(record.result, **{"contacts": 0, **change})  # type: ignore[arg-type]
     assert is_pass(replace(record, result=result)) is is_passed
 
 
-def test_simulated_is_what_comes_nearest_to_the_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_simulator_is_the_nearest_one_to_the_robot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rover = build_project(DeployOptions(app="green-search", robot="rover"), tmp_path)
     assert choose_simulator(rover) == ("virtualpi", ())
     assert choose_simulator(replace(rover, robot="bubblerob")) == ("kinematic", ())
@@ -177,7 +168,7 @@ def test_simulated_is_what_comes_nearest_to_the_robot(tmp_path: Path, monkeypatc
     assert "pip install gpiozero" in notes[0]
 
 
-def test_a_world_that_a_sweep_would_take_for_two_is_refused(tmp_path: Path) -> None:
+def test_world_with_a_comma_in_its_name_is_refused(tmp_path: Path) -> None:
     write(tmp_path, {"a,b.toml": ""})
     project = project_in(tmp_path, TABLE.replace("\n\n", '\nworld = "a,b.toml"\n\n'))
     with pytest.raises(UsageError) as raised:

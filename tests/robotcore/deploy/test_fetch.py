@@ -35,11 +35,11 @@ def link(robot: tuple[Link, Path]) -> Link:
 
 @pytest.fixture
 def there(robot: tuple[Link, Path]) -> Path:
-    """The robot's recordings: two, each with content of its own."""
+    """The robot's folder, with two recordings of different content."""
     shutil.rmtree(robot[1])
     robot[1].mkdir()
     for name in (FIRST, SECOND):
-        (robot[1] / name).write_text(f"what {name} saw")
+        (robot[1] / name).write_text(f"content of {name}")
     return robot[1]
 
 
@@ -58,15 +58,15 @@ def fetch_all(link: Link, here: Path, *, moves: bool = False) -> tuple[FetchResu
     return fetched, steps[-1]
 
 
-def test_what_is_not_here_is_brought_and_stays_there(link: Link, there: Path, here: Path) -> None:
+def test_new_recordings_are_copied_and_stay_on_the_robot(link: Link, there: Path, here: Path) -> None:
     fetched, progress = fetch_all(link, here)
     assert names(here) == names(there) == [FIRST, SECOND]
-    assert (here / SECOND).read_text() == f"what {SECOND} saw"
+    assert (here / SECOND).read_text() == f"content of {SECOND}"
     assert fetched.newest == here / SECOND
-    assert progress.text == f"2 recordings, 68 bytes, to {here}"
+    assert progress.text == f"2 recordings, 72 bytes, to {here}"
 
 
-def test_only_what_is_new_is_brought_again(link: Link, there: Path, here: Path) -> None:
+def test_second_fetch_copies_only_new_recordings(link: Link, there: Path, here: Path) -> None:
     fetch_all(link, here)
     (there / THIRD).write_text("new")
     fetched, progress = fetch_all(link, here)
@@ -99,7 +99,7 @@ def test_file_without_the_name_of_a_recording_is_named_and_stays_on_the_robot(
     assert "\x1b" not in str(progress)
 
 
-def test_what_is_no_plain_file_is_named_and_stays_on_the_robot(link: Link, there: Path, here: Path) -> None:
+def test_other_kinds_of_files_are_named_and_stay_on_the_robot(link: Link, there: Path, here: Path) -> None:
     (there / "folder.mcap").mkdir()
     (there / "link.mcap").symlink_to("/etc/hostname")
     os.mkfifo(there / "pipe.mcap")
@@ -109,13 +109,13 @@ def test_what_is_no_plain_file_is_named_and_stays_on_the_robot(link: Link, there
     assert names(there) == list(fetched.skipped)
 
 
-def test_program_comes_as_a_plain_file(link: Link, there: Path, here: Path) -> None:
+def test_fetched_file_is_not_executable(link: Link, there: Path, here: Path) -> None:
     (there / FIRST).chmod(0o6755)
     fetch_all(link, here)
     assert not (here / FIRST).stat().st_mode & 0o7111
 
 
-def test_link_here_is_never_written_through_nor_replaced(link: Link, there: Path, here: Path, tmp_path: Path) -> None:
+def test_link_here_is_neither_followed_nor_replaced(link: Link, there: Path, here: Path, tmp_path: Path) -> None:
     here.mkdir(parents=True)
     (tmp_path / "mine.py").write_text("mine")
     (here / FIRST).symlink_to(tmp_path / "mine.py")
@@ -137,7 +137,7 @@ def act(layout):
 
 
 @pytest.mark.parametrize("name", ["folder.mcap", "link.mcap", "pipe.mcap", "large.mcap", "absent.mcap"])
-def test_file_that_is_not_as_the_robot_stated_is_not_kept(
+def test_file_that_differs_from_the_robots_list_is_not_kept(
     link: Link, there: Path, here: Path, add_action: AddAction, name: str
 ) -> None:
     (there / "folder.mcap").mkdir()
@@ -151,7 +151,7 @@ def test_file_that_is_not_as_the_robot_stated_is_not_kept(
     assert name == "absent.mcap" or (there / name).lstat()
 
 
-def test_robot_that_sends_more_than_it_stated_is_stopped(
+def test_transfer_ends_if_the_robot_sends_more_than_it_stated(
     link: Link, there: Path, here: Path, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     (there / "large.mcap").write_bytes(bytes(30_000_000))
@@ -163,7 +163,7 @@ def test_robot_that_sends_more_than_it_stated_is_stopped(
     assert names(here) == []
 
 
-def test_robot_that_has_more_than_the_disk_here_takes_sends_nothing(
+def test_no_transfer_begins_if_the_disk_is_too_small(
     link: Link, there: Path, here: Path, add_action: AddAction
 ) -> None:
     add_action("recordings", LISTED.format(name="large.mcap", size=1 << 60))
@@ -173,17 +173,17 @@ def test_robot_that_has_more_than_the_disk_here_takes_sends_nothing(
     assert names(here) == []
 
 
-def test_what_arrived_before_the_connection_broke_is_here(
+def test_complete_recordings_are_kept_after_an_error(
     link: Link, there: Path, here: Path, add_action: AddAction
 ) -> None:
-    listed = [{"name": name, "bytes": 34, "is_file": True, "is_being_written": False} for name in (FIRST, "gone.mcap")]
+    listed = [{"name": name, "bytes": 36, "is_file": True, "is_being_written": False} for name in (FIRST, "gone.mcap")]
     add_action("recordings", f"def act(layout):\n    return {{'recordings': {listed}}}\n")
     with pytest.raises(DeployError):
         fetch_all(link, here)
     assert names(here) == [FIRST]
 
 
-def test_what_is_moved_is_deleted_there(link: Link, there: Path, here: Path) -> None:
+def test_moved_recordings_are_deleted_on_the_robot(link: Link, there: Path, here: Path) -> None:
     fetch_all(link, here)
     (there / THIRD).write_text("new")
     fetch_all(link, here, moves=True)
@@ -191,7 +191,7 @@ def test_what_is_moved_is_deleted_there(link: Link, there: Path, here: Path) -> 
     assert names(here) == [FIRST, SECOND, THIRD]
 
 
-def test_what_differs_in_a_byte_is_not_deleted_there(link: Link, there: Path, here: Path) -> None:
+def test_recording_with_other_content_here_is_not_deleted_on_the_robot(link: Link, there: Path, here: Path) -> None:
     fetch_all(link, here)
     content = (here / FIRST).read_text()
     (here / FIRST).write_text(content.upper())
@@ -202,17 +202,17 @@ def test_what_differs_in_a_byte_is_not_deleted_there(link: Link, there: Path, he
     assert (here / FIRST).read_text() == content.upper()
 
 
-def test_what_is_being_written_stays_there(link: Link, there: Path, here: Path) -> None:
+def test_recording_that_is_being_written_stays_on_the_robot(link: Link, there: Path, here: Path) -> None:
     with (there / THIRD).open("w") as writer:
         writer.write("half")
         fetched, progress = fetch_all(link, here, moves=True)
     assert fetched.being_written == (THIRD,)
     assert names(there) == [THIRD]
     assert names(here) == [FIRST, SECOND]
-    assert "being written" in progress.notes[0]
+    assert THIRD in progress.notes[0]
 
 
-def test_robot_that_recorded_nothing_makes_no_folder(link: Link, there: Path, here: Path) -> None:
+def test_robot_without_recordings_makes_no_folder(link: Link, there: Path, here: Path) -> None:
     for file in there.iterdir():
         file.unlink()
     fetched, _ = fetch_all(link, here)

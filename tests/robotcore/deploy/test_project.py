@@ -14,7 +14,7 @@ from tests.texts import Raises
 NAME = "2026-11-21T22-40-03Z"
 
 
-def test_what_is_installed_needs_no_project_and_nothing_of_the_folder_is_taken(tmp_path: Path) -> None:
+def test_installed_app_needs_no_project_folder(tmp_path: Path) -> None:
     write(tmp_path, {"app.py": DRIVES_ON, "pyproject.toml": "[project]\nname = 'other'\n"})
     project = build_project(DeployOptions(app="green-search", robot="rover"), tmp_path)
     assert project.folder is None
@@ -22,39 +22,39 @@ def test_what_is_installed_needs_no_project_and_nothing_of_the_folder_is_taken(t
     assert project.files == ()
 
 
-def test_a_named_file_makes_its_folder_the_project(tmp_path: Path) -> None:
+def test_named_file_makes_the_current_folder_the_project(tmp_path: Path) -> None:
     write(tmp_path, {"app.py": DRIVES_ON, "pyproject.toml": "[project]\nname = 'mine'\ndependencies = ['click']\n"})
     project = build_project(DeployOptions(app="app.py:Reflex", robot="rover"), tmp_path)
     assert (project.folder, project.name, project.files) == (tmp_path.resolve(), "mine", ("app.py",))
     assert project.metadata.dependencies == ("click",)
 
 
-def test_the_command_line_goes_before_the_table_and_settings_add_up(tmp_path: Path) -> None:
+def test_options_override_the_table_and_settings_add_up(tmp_path: Path) -> None:
     table = TABLE + 'settings = { speed_m_s = 0.2, is_shy = true }\nrequire = ["contacts<=0"]\n'
     project = project_in(tmp_path, table, settings={"speed_m_s": "0.1"}, rate_hz=50.0, require=(), record=True)
     assert project.settings == {"speed_m_s": "0.1", "is_shy": "true"}
     assert (project.backend, project.rate_hz, project.require, project.is_recorded) == ("kinematic", 50.0, (), True)
 
 
-def test_files_are_named_from_where_they_are_typed_and_kept_as_the_project_calls_them(tmp_path: Path) -> None:
+def test_files_are_named_from_the_current_folder_and_stored_relative_to_the_project(tmp_path: Path) -> None:
     below = write(tmp_path, {"app.py": DRIVES_ON, "apps/own.py": DRIVES_ON, "pyproject.toml": TABLE}) / "apps"
     assert build_project(DeployOptions(folder=Path(".."), app="own.py"), below).app == "apps/own.py"
     assert build_project(DeployOptions(folder=Path("..")), below).app == "app.py"
 
 
 @pytest.mark.parametrize("name, kept", [("-x.py", "./-x.py"), ("-x.py:A", "./-x.py:A"), ("a b'$(c).py",) * 2])
-def test_no_file_is_taken_for_an_option(tmp_path: Path, name: str, kept: str) -> None:
+def test_path_of_a_file_never_looks_like_an_option(tmp_path: Path, name: str, kept: str) -> None:
     write(tmp_path, {name.partition(":")[0]: DRIVES_ON})
     assert build_project(DeployOptions(app=name, robot="rover"), tmp_path).app == kept
 
 
-def test_a_file_outside_of_the_project_is_refused_with_what_to_do(tmp_path: Path, raises: Raises) -> None:
+def test_file_outside_of_the_project_is_refused(tmp_path: Path, raises: Raises) -> None:
     write(tmp_path, {"app.py": DRIVES_ON, "inner/pyproject.toml": TABLE})
     with raises(UsageError, "file-outside-project"):
         build_project(DeployOptions(app="../app.py"), tmp_path / "inner")
 
 
-def test_the_home_is_never_sent_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+def test_home_folder_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     monkeypatch.setenv("HOME", str(tmp_path / "home"))
     write(tmp_path, {"home/app.py": DRIVES_ON, "app.py": DRIVES_ON})
     for folder in (tmp_path / "home", tmp_path):
@@ -62,7 +62,7 @@ def test_the_home_is_never_sent_whole(tmp_path: Path, monkeypatch: pytest.Monkey
             build_project(DeployOptions(app="app.py", robot="rover"), folder)
 
 
-def test_every_fault_of_the_table_is_named_by_its_key(tmp_path: Path, raises: Raises) -> None:
+def test_every_mistake_of_the_table_is_named_by_its_key(tmp_path: Path, raises: Raises) -> None:
     table = '[tool.robotcore]\nap = "a.py"\n[tool.robotcore.deploy]\nsedes = "1"\nsettings = { a = [1] }\n'
     with raises(DescriptionError) as raised:
         project_in(tmp_path, table)
@@ -87,15 +87,13 @@ def test_every_fault_of_the_table_is_named_by_its_key(tmp_path: Path, raises: Ra
         (DeployOptions(folder=Path("none")), UsageError, "no-such-folder"),
     ],
 )
-def test_what_is_not_there_is_reported_before_anything_is_done(
-    tmp_path: Path, options: DeployOptions, error: type[Exception], kind: str
-) -> None:
+def test_invalid_options_are_refused(tmp_path: Path, options: DeployOptions, error: type[Exception], kind: str) -> None:
     with pytest.raises(error) as raised:
         build_project(options, tmp_path)
     assert getattr(raised.value, "kind", "").startswith(kind)
 
 
-def test_a_release_runs_until_it_is_stopped_and_can_be_stopped_without_its_app(tmp_path: Path) -> None:
+def test_release_has_commands_that_run_and_stop_it(tmp_path: Path) -> None:
     project = replace(build_project(DeployOptions(app="green-search", robot="rover"), tmp_path), settings={"a": "b c"})
     release = build_release(project, NAME)
     words = ("run", "green-search", "--backend", "raspberrypi", "--timeout", f"{UNTIL_STOPPED_S:.0f}")
@@ -103,7 +101,7 @@ def test_a_release_runs_until_it_is_stopped_and_can_be_stopped_without_its_app(t
     assert release.stop == ("stop", "--backend", "raspberrypi", "--robot", "rover")
 
 
-def test_a_release_with_a_simulator_in_it_has_a_world(tmp_path: Path) -> None:
+def test_release_for_a_simulator_has_a_world(tmp_path: Path) -> None:
     project = build_project(
         DeployOptions(app="green-search", robot="rover", backend="kinematic", seeds="7-9"), tmp_path
     )

@@ -18,6 +18,7 @@ from robotcore.deploy.wheels import Target
 from robotcore.errors import DeployError, DescriptionError, UnprovenError
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd, serving
+from tests.texts import CheckText, Raises
 
 APP = """
 from robotcore import Behaviour, Role, Status
@@ -89,25 +90,23 @@ def wanted(robot: Sshd, tmp_path_factory: pytest.TempPathFactory) -> Push:
 
 @pytest.fixture(autouse=True)
 def without_systemd(add_action: AddAction) -> None:
-    """Leaves out systemd and pip on the robot; what is sent and kept is for real."""
+    """Replace the actions that use systemd and pip. Uploads and files are real."""
     for name, source in {"probe": PROBE, "install": INSTALL, "activate": ACTIVATE}.items():
         add_action(name, source)
 
 
 @pytest.fixture(autouse=True)
-def a_clock_that_stands(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lets the desk's time be always the same."""
-    make = push_module.new_release
-    monkeypatch.setattr(push_module, "new_release", lambda *arguments: replace(make(*arguments), name=OLD))
+def fixed_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Give each release the name of the same time."""
+    make = push_module.create_release
+    monkeypatch.setattr(push_module, "create_release", lambda *arguments: replace(make(*arguments), name=OLD))
 
 
-def rooms(robot: Sshd, room: str) -> set[str]:
-    return {path.name for path in (robot.home / "robotcore" / room).glob("*") if path.is_dir()}
+def list_folders(robot: Sshd, below: str) -> set[str]:
+    return {path.name for path in (robot.home / "robotcore" / below).glob("*") if path.is_dir()}
 
 
-def test_each_step_is_reported_and_the_release_is_there_whole_and_only_changes_are_sent_again(
-    wanted: Push, robot: Sshd
-) -> None:
+def test_push_reports_each_step_and_sends_only_changes_again(wanted: Push, robot: Sshd) -> None:
     steps: list[Progress] = []
     before = push(wanted, lambda _: None)
     release = push(wanted, steps.append)
@@ -123,7 +122,7 @@ def test_each_step_is_reported_and_the_release_is_there_whole_and_only_changes_a
     assert Release.read(current).name == release > before
 
 
-def test_wheels_go_with_the_release_that_needs_them(
+def test_offline_push_sends_the_wheels(
     wanted: Push, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "widget.whl").write_text("machine code")
@@ -133,61 +132,52 @@ def test_wheels_go_with_the_release_that_needs_them(
     assert (robot.home / "robotcore" / "releases" / release / "wheels" / "widget.whl").read_text() == "machine code"
 
 
-def test_what_fails_to_install_is_thrown_away_and_what_runs_is_as_it_was(
-    wanted: Push, robot: Sshd, add_action: AddAction
+def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
+    wanted: Push, robot: Sshd, add_action: AddAction, raises: Raises
 ) -> None:
     root = robot.home / "robotcore"
     (root / "releases" / OLD).mkdir(parents=True, exist_ok=True)
     (root / "current").unlink(missing_ok=True)
     (root / "current").symlink_to(f"releases/{OLD}")
-    before = (rooms(robot, "releases"), (root / "current").readlink())
+    before = (list_folders(robot, "releases"), (root / "current").readlink())
     add_action("install", FAIL)
-    with pytest.raises(DeployError, match=r"pip cannot reach its index\. Push with --offline"):
+    with raises(DeployError, "network"):
         push(wanted, lambda _: None)
-    assert rooms(robot, "incoming") == set()
-    assert (rooms(robot, "releases"), (root / "current").readlink()) == before
+    assert list_folders(robot, "incoming") == set()
+    assert (list_folders(robot, "releases"), (root / "current").readlink()) == before
 
 
-def test_nobody_is_called_before_every_gate_is_passed(wanted: Push, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_desk_does_not_connect_before_every_check_is_passed(
+    wanted: Push, monkeypatch: pytest.MonkeyPatch, raises: Raises
+) -> None:
     def fail(_project: object, say: Say) -> CheckResult:
-        raise UnprovenError("simulation: 1 of 3 verified")
+        raise UnprovenError("simulation: 1 of 3 verified", kind="run-failed")
 
     monkeypatch.setattr(checks, "CHECKS_OF_PROJECT", (Check("tests", lambda _project, _say: CheckResult("12 passed")),))
     monkeypatch.setattr(simulation, "CHECKS_OF_BUNDLE", (Check("simulation", fail),))
     steps: list[Progress] = []
     nowhere = replace(wanted, is_checked=True, host=Host("nobody.invalid"))
-    with pytest.raises(UnprovenError, match="1 of 3"):
+    with raises(UnprovenError, "run-failed"):
         push(nowhere, steps.append)
     assert [each.step for each in steps] == ["tests", "tests", "files", "files", "simulation"]
     assert steps[1] == Progress("tests", "12 passed", is_done=True)
 
 
-@pytest.mark.parametrize(
-    "step, state",
-    [
-        ("", "Nothing has changed on rover"),
-        ("tests", "Nothing was sent to rover"),
-        ("files", "Nothing was sent to rover"),
-        ("simulation", "Nothing was sent to rover"),
-        ("sent", "Nothing has changed on rover"),
-        ("doctor", "Nothing has changed on rover"),
-        ("release", "The trial goes on there: robotcore deploy status rover"),
-    ],
-)
-def test_push_that_is_cut_short_says_what_it_leaves(wanted: Push, step: str, state: str) -> None:
-    assert describe_state_after(step, replace(wanted, host=Host("rover"), ssh_config=None)) == state
+@pytest.mark.parametrize("step", ["", "tests", "files", "simulation", "sent", "doctor", "release"])
+def test_interrupted_push_describes_the_state_of_the_robot(wanted: Push, step: str, check_text: CheckText) -> None:
+    check_text(describe_state_after(step, replace(wanted, host=Host("rover"), ssh_config=None)))
 
 
-def test_robot_whose_python_is_not_the_projects_is_sent_nothing(wanted: Push, robot: Sshd) -> None:
-    before = rooms(robot, "releases")
+def test_nothing_is_sent_to_a_robot_with_an_unsuitable_python(wanted: Push, robot: Sshd) -> None:
+    before = list_folders(robot, "releases")
     metadata = wanted.project.metadata.model_copy(update={"requires_python": ">=3.13"})
     with pytest.raises(DeployError) as raised:
         push(replace(wanted, project=replace(wanted.project, metadata=metadata)), lambda _: None)
     assert raised.value.kind == "python-version"
-    assert (rooms(robot, "releases"), rooms(robot, "incoming")) == (before, set())
+    assert (list_folders(robot, "releases"), list_folders(robot, "incoming")) == (before, set())
 
 
-def test_a_python_that_is_no_version_is_wrong_in_the_projects_file(wanted: Push) -> None:
+def test_invalid_requirement_of_python_is_a_mistake_in_the_projects_file(wanted: Push, raises: Raises) -> None:
     metadata = wanted.project.metadata.model_copy(update={"requires_python": "three"})
-    with pytest.raises(DescriptionError, match=r"project\.requires-python: 'three' names no versions"):
+    with raises(DescriptionError, key="project.requires-python"):
         Target("3.11.2", "aarch64").require_python(replace(wanted.project, metadata=metadata))

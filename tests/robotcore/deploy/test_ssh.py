@@ -1,4 +1,4 @@
-"""A link of a program that has a terminal: what ssh asks there, and Ctrl-C."""
+"""Host names, and a link of a program at a terminal: questions of ssh, and Ctrl-C."""
 
 from __future__ import annotations
 
@@ -92,9 +92,10 @@ HOSTILE = (
 
 
 @pytest.mark.parametrize("text", HOSTILE)
-def test_what_a_shell_or_ssh_could_take_for_more_than_a_name_is_no_host(text: str) -> None:
-    with pytest.raises(UsageError, match="is no host"):
+def test_text_with_a_meaning_for_a_shell_or_for_ssh_is_no_host(text: str) -> None:
+    with pytest.raises(UsageError) as raised:
         Host.parse(text)
+    assert raised.value.kind == "invalid-host"
 
 
 @pytest.mark.parametrize(
@@ -108,7 +109,7 @@ def test_what_a_shell_or_ssh_could_take_for_more_than_a_name_is_no_host(text: st
         ("pi@[fe80::1%wlan0]:2222", Host("fe80::1%wlan0", "pi", 2222)),
     ],
 )
-def test_a_host_is_reported_as_it_was_written(text: str, host: Host) -> None:
+def test_text_of_a_host_is_that_of_the_user(text: str, host: Host) -> None:
     assert Host.parse(text) == host
     assert str(host) == text
 
@@ -137,8 +138,8 @@ from robotcore.deploy.host import Host
 from robotcore.deploy.rpc import Link
 
 os.open(os.ttyname(0), os.O_RDWR)  # the terminal of this session from now on
-ssh.ENDING_S = 600  # what is to end ends by itself
-config, ssh.ROOM, folder = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
+ssh.EXIT_GRACE_S = 600  # nothing is killed
+config, ssh.SOCKET_FOLDER, folder = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
 """
 
 
@@ -153,7 +154,7 @@ class Terminal:
         os.write(self._line, text.encode())
 
     def read_until(self, words: str) -> None:
-        """Read until words have come; what comes with them may be read too."""
+        """Read until the words appear, and perhaps further."""
         read = b""
         while words.encode() not in read:
             assert select.select([self._line], [], [], ANSWERING_S)[0], read
@@ -173,7 +174,7 @@ def terminal(program: str, *arguments: str | Path) -> Iterator[Terminal]:
             os.close(line)
 
 
-def test_a_host_key_and_a_passphrase_are_asked_for(sshd: Sshd, tmp_path: Path) -> None:
+def test_ssh_asks_for_a_host_key_and_a_passphrase(sshd: Sshd, tmp_path: Path) -> None:
     sshd.key.unlink()
     make_key(sshd.key, "open sesame")
     sshd.known_hosts.write_text("")
@@ -188,7 +189,7 @@ def test_a_host_key_and_a_passphrase_are_asked_for(sshd: Sshd, tmp_path: Path) -
         assert person.program.wait(ANSWERING_S) == 0
 
 
-def test_ctrl_c_withdraws_a_question(sshd: Sshd, tmp_path: Path) -> None:
+def test_ctrl_c_ends_a_question(sshd: Sshd, tmp_path: Path) -> None:
     sshd.key.unlink()
     make_key(sshd.key, "open sesame")
     sshd.config.write_text(sshd.config.read_text().replace("BatchMode yes", ""))
@@ -202,7 +203,7 @@ def test_ctrl_c_withdraws_a_question(sshd: Sshd, tmp_path: Path) -> None:
 
 @pytest.fixture
 def folder(sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Something that takes four seconds to send."""
+    """A folder that takes four seconds to send."""
     (sshd.home / "robotcore").mkdir()
     monkeypatch.setenv("PATH", str(slow_rsync(tmp_path / "slow")), prepend=os.pathsep)
     (folder := tmp_path / "sent").mkdir()
@@ -211,7 +212,7 @@ def folder(sshd: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_ctrl_c_ends_a_transfer_and_leaves_nothing(sshd: Sshd, folder: Path) -> None:
+def test_ctrl_c_ends_a_transfer_and_leaves_no_file(sshd: Sshd, folder: Path) -> None:
     with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(SEND, sshd.config, room, folder) as person:
         person.read_until("sending")
         [connection] = map(os.pidfd_open, sshd.connections())
@@ -224,7 +225,7 @@ def test_ctrl_c_ends_a_transfer_and_leaves_nothing(sshd: Sshd, folder: Path) -> 
     assert not (sshd.home / "robotcore" / "incoming" / "big").exists()
 
 
-def test_the_connection_ends_with_a_desk_that_is_killed(sshd: Sshd, folder: Path) -> None:
+def test_connection_ends_if_the_desk_is_killed(sshd: Sshd, folder: Path) -> None:
     with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(SEND, sshd.config, room, folder) as person:
         person.read_until("sending")
         [connection] = map(os.pidfd_open, sshd.connections())

@@ -12,7 +12,7 @@ from tests.robotcore.deploy.projects import git, write
 from tests.texts import Raises
 
 HOSTILE = ("a b.py", "it's \"$(x)`y`;.py", "new\nline.py", "-rf", "--help", "é\u200b字.py", "*", "~", "back\\slash")
-LEFT = {
+GENERATED = {
     "__pycache__/app.cpython-311.pyc": "",
     ".venv/bin/python": "",
     "env/pyvenv.cfg": "",
@@ -120,19 +120,19 @@ KEYS = {
 
 
 @pytest.mark.parametrize("name", SECRET_NAMES)
-def test_file_with_the_name_of_a_secret_stays_at_home(tmp_path: Path, name: str) -> None:
+def test_file_with_the_name_of_a_secret_is_not_sent(tmp_path: Path, name: str) -> None:
     write(tmp_path, {name: ""})
     assert list_files(tmp_path).secrets == (name,)
 
 
 @pytest.mark.parametrize("name", SENT_NAMES)
-def test_code_and_examples_whose_names_only_have_such_a_word_are_sent(tmp_path: Path, name: str) -> None:
+def test_code_and_examples_with_such_a_word_in_their_name_are_sent(tmp_path: Path, name: str) -> None:
     write(tmp_path, {name: ""})
     assert list_files(tmp_path).names == (name,)
 
 
 @pytest.mark.parametrize("content", KEYS.values(), ids=KEYS)
-def test_file_with_a_private_key_stays_at_home(tmp_path: Path, content: bytes) -> None:
+def test_file_with_a_private_key_is_not_sent(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "notes.txt").write_bytes(content)
     assert list_files(tmp_path).secrets == ("notes.txt",)
 
@@ -146,17 +146,15 @@ def test_public_key_and_text_about_keys_are_sent(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("has_git", [False, True])
-def test_what_programs_leave_and_secrets_stay_at_home_and_secrets_are_reported(
-    tmp_path: Path, *, has_git: bool
-) -> None:
-    write(tmp_path, {**LEFT, **SECRETS, **PUBLIC})
+def test_generated_files_and_secrets_are_not_sent_and_secrets_are_reported(tmp_path: Path, *, has_git: bool) -> None:
+    write(tmp_path, {**GENERATED, **SECRETS, **PUBLIC})
     if has_git:
         git(tmp_path, "init", "-q")
     assert set(list_files(tmp_path).names) == set(PUBLIC)
     assert set(list_files(tmp_path).secrets) == set(SECRETS)
 
 
-def test_git_says_what_is_the_projects(tmp_path: Path) -> None:
+def test_git_decides_which_files_are_sent(tmp_path: Path) -> None:
     write(tmp_path, {".gitignore": "big*\n", "big.bin": "", "run.mcap": "", "gone.py": "", ".env": "", "new.py": ""})
     git(tmp_path, "init", "-q")
     git(tmp_path, "add", "-f", "run.mcap", "gone.py", ".env")
@@ -165,14 +163,14 @@ def test_git_says_what_is_the_projects(tmp_path: Path) -> None:
     assert list_files(tmp_path).secrets == (".env",), "tracked or not"
 
 
-def test_a_repository_within_the_project_comes_along(tmp_path: Path) -> None:
+def test_nested_repository_is_sent(tmp_path: Path) -> None:
     write(tmp_path, {"app.py": "", "lib/.gitignore": "junk\n", "lib/junk": "", "lib/lib.py": ""})
     for folder in (tmp_path, tmp_path / "lib"):
         git(folder, "init", "-q")
     assert list_files(tmp_path).names == ("app.py", "lib/.gitignore", "lib/lib.py")
 
 
-def test_a_folder_that_git_ignores_as_a_whole_is_taken_as_it_is(tmp_path: Path) -> None:
+def test_ignored_folder_as_the_project_is_sent(tmp_path: Path) -> None:
     write(tmp_path, {".gitignore": "tried/\n", "tried/app.py": ""})
     git(tmp_path, "init", "-q")
     assert list_files(tmp_path / "tried").names == ("app.py",)
@@ -187,7 +185,7 @@ def test_a_hook_of_another_repository_does_not_change_the_list(tmp_path: Path, m
 
 
 @pytest.mark.parametrize("has_git", [False, True])
-def test_every_name_is_copied_as_it_is(tmp_path: Path, *, has_git: bool) -> None:
+def test_file_names_are_copied_unchanged(tmp_path: Path, *, has_git: bool) -> None:
     source, target = write(tmp_path / "source", {name: name for name in HOSTILE}), tmp_path / "target"
     (source / os.fsdecode(b"latin-\xe9")).write_text("x")
     if has_git:
@@ -197,7 +195,7 @@ def test_every_name_is_copied_as_it_is(tmp_path: Path, *, has_git: bool) -> None
     assert all((target / name).read_text() == name for name in HOSTILE)
 
 
-def test_a_link_that_leads_to_what_is_sent_is_kept_and_leads_there_from_wherever_it_is(tmp_path: Path) -> None:
+def test_link_to_a_sent_file_is_made_relative(tmp_path: Path) -> None:
     source = write(tmp_path / "source", {"data/map.txt": "here"})
     (source / "absolute").symlink_to(source / "data" / "map.txt")
     (source / "data" / "round").symlink_to("../../source/data/map.txt")
@@ -209,15 +207,15 @@ def test_a_link_that_leads_to_what_is_sent_is_kept_and_leads_there_from_wherever
     assert (tmp_path / "target" / "absolute").is_symlink()
 
 
-@pytest.mark.parametrize("leads", ["nowhere", "../outside.txt", "/etc/passwd", ".env", "loop"])
-def test_a_link_that_leads_to_nothing_sent_is_refused_by_its_name(tmp_path: Path, leads: str, raises: Raises) -> None:
+@pytest.mark.parametrize("target", ["nowhere", "../outside.txt", "/etc/passwd", ".env", "loop"])
+def test_link_to_a_file_that_is_not_sent_is_refused(tmp_path: Path, target: str, raises: Raises) -> None:
     source = write(tmp_path, {"outside.txt": "", "source/.env": "", "source/app.py": ""}) / "source"
-    (source / "loop").symlink_to(leads)
-    with raises(UsageError, "link-leads-nowhere", links=(f"loop -> {leads}",)):
+    (source / "loop").symlink_to(target)
+    with raises(UsageError, "link-leads-nowhere", links=(f"loop -> {target}",)):
         copy_files(source, tmp_path / "target")
 
 
-def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
+def test_pipe_is_left_out(tmp_path: Path) -> None:
     source = write(tmp_path / "source", {"app.py": ""})
     os.mkfifo(source / "pipe")
     copy_files(source, tmp_path / "target")

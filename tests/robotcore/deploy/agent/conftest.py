@@ -24,6 +24,6 @@ def lingering(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.mkdir()
     folder.joinpath(robot_facts.read_user()).touch()
     monkeypatch.setattr(robot_facts, "LINGER_FOLDER", folder)
-    for path, text in rpc.agent_sources().items():
+    for path, text in rpc.read_agent_sources().items():
         monkeypatch.setitem(agent.sources, path, text)
     return folder

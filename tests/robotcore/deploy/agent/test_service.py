@@ -29,7 +29,7 @@ Systemd = Callable[[str], "subprocess.Popen[str]"]
 def systemd(layout: Layout, tmp_path: Path) -> Systemd:
     """Starts the program as the units do."""
     layout.root.mkdir(parents=True)
-    units.install_program(layout, rpc.agent_sources())
+    units.install_program(layout, rpc.read_agent_sources())
     runtime = tmp_path / "runtime"
     runtime.joinpath("robotcore").mkdir(parents=True)
     environment = {**os.environ, "HOME": str(layout.home), "XDG_RUNTIME_DIR": str(runtime)}

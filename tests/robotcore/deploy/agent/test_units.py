@@ -10,9 +10,9 @@ from robotcore.deploy.agent.files import Layout
 
 def test_same_sources_make_the_same_file(layout: Layout) -> None:
     layout.root.mkdir(parents=True)
-    units.install_program(layout, rpc.agent_sources())
+    units.install_program(layout, rpc.read_agent_sources())
     before = layout.program.stat()
-    units.install_program(layout, rpc.agent_sources())
+    units.install_program(layout, rpc.read_agent_sources())
     assert layout.program.stat().st_ino == before.st_ino, "it was not written again"
 
 
