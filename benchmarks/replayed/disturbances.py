@@ -5,13 +5,13 @@ from __future__ import annotations
 import signal
 
 from robotcore.hal.devices import SampleT, Sensor
-from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.layers.base import Reader, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 
 
-class Disturbance(Layer):
+class Disturbance(Tap):
     """A tap and an observer in one: from tick ``at`` on, what a subclass does."""
 
     def __init__(self, at: int) -> None:

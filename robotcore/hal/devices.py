@@ -145,6 +145,8 @@ class Device:
 class Motor(Device, ABC):
     """A wheel's motor; a positive velocity drives the robot forward, on both sides."""
 
+    kind = "motor"
+
     def __init__(self, name: str, max_velocity: float) -> None:
         super().__init__(name)
         self.max_velocity = max_velocity
@@ -155,11 +157,8 @@ class Motor(Device, ABC):
         Raises InvalidCommandError, and stops, where ``rad_s`` is NaN or infinite.
         """
         self._require_open()
-        if not math.isfinite(rad_s):
-            self.stop()
-            raise invalid_velocity(self.name, rad_s)
         limit = self.max_velocity
-        sent = limit if rad_s > limit else -limit if rad_s < -limit else rad_s  # noqa: FURB136  15 times faster so
+        sent = rad_s if -limit <= rad_s <= limit else self._limit_velocity(rad_s)
         try:
             self._apply(sent)
         except RobotcoreError:
@@ -180,13 +179,35 @@ class Motor(Device, ABC):
         finally:
             super().close()
 
+    def _limit_velocity(self, rad_s: float) -> float:
+        if not math.isfinite(rad_s):
+            self.stop()
+            raise invalid_velocity(self.name, rad_s)
+        return math.copysign(self.max_velocity, rad_s)
+
     @abstractmethod
     def _apply(self, rad_s: float) -> None:
         """Send a finite velocity within the limits."""
 
 
+class VelocityOutput(Protocol):
+    """Commands one motor: a motor of a driver, or the layers over it."""
+
+    @property
+    def name(self) -> str:
+        """The motor's name."""
+
+    def set_velocity(self, rad_s: float, /) -> float:
+        """Send a velocity in rad/s; return the velocity that the motor accepted."""
+
+    def stop(self) -> None:
+        """Stop the motor."""
+
+
 class Sensor(Device, ABC, Generic[SampleT]):
     """A device that is read."""
+
+    kind = "sensor"
 
     def read(self) -> SampleT:
         """Return the newest sample, without waiting for hardware.
@@ -212,6 +233,7 @@ class RangeSensor(Sensor[Range]):
     ``mount`` is where it sits on the robot, in plan; a robot's assembly sets it from the description.
     """
 
+    kind = "range_sensor"
     mount = Pose(0.0, 0.0, 0.0)
 
     def __init__(self, name: str, *, min_range: float, max_range: float, cone: float) -> None:
@@ -222,6 +244,7 @@ class RangeSensor(Sensor[Range]):
 class Camera(Sensor[Frame]):
     """A picture of what is ahead; ``mount`` as for a range sensor."""
 
+    kind = "camera"
     mount = Pose(0.0, 0.0, 0.0)
 
     def __init__(self, name: str, intrinsics: Intrinsics) -> None:
@@ -232,6 +255,8 @@ class Camera(Sensor[Frame]):
 class Encoder(Sensor[Angle]):
     """The angle of a wheel."""
 
+    kind = "encoder"
+
 
 class Battery(Sensor[Voltage]):
     """The voltage of the robot's battery, which nobody drives by: it may be old, or fail, and no run ends for it.
@@ -239,11 +264,14 @@ class Battery(Sensor[Voltage]):
     Below ``warn_below`` volts it is to be charged; a robot's assembly sets it from the description.
     """
 
+    kind = "battery"
     warn_below: float | None = None
 
 
 class Display(Device, ABC):
     """Where an app shows its annotated picture."""
+
+    kind = "display"
 
     def show(self, image: Image) -> None:
         """Show a BGR or grey picture, top-left origin."""

@@ -1,4 +1,4 @@
-"""The layer that records what an app reads and commands, tick by tick."""
+"""The tap that records what an app reads and commands, tick by tick."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Generic
 
 from robotcore.errors import RobotcoreError
-from robotcore.geometry import Wheels, to_float
-from robotcore.hal.devices import Display, Frame, Image, Motor, Sample, SampleT, Sensor
+from robotcore.geometry import Wheels
+from robotcore.hal.devices import Display, Frame, Image, Sample, SampleT, Sensor
 from robotcore.recording.events import (
     GUARD,
     ODOMETRY,
@@ -21,7 +21,7 @@ from robotcore.recording.events import (
     ShownPicture,
     WheelAngles,
 )
-from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader
+from robotcore.runtime.layers.base import MotorOutput, Reader, Show, Tap
 from robotcore.safety import CommandFilter, Commit, Intervention, Latch
 
 
@@ -103,21 +103,20 @@ class RecordedSensor(Generic[SampleT]):
             self._buffer.events.samples.append((SampleKey(self._device, self._number), sample))
 
 
-class RecordedDisplay(Display):
+class RecordedDisplay:
     """Records a copy of each picture, because the app may draw on in it."""
 
-    def __init__(self, buffer: TickBuffer, inner: Display) -> None:
-        super().__init__(inner.name)
-        self._buffer, self._inner = buffer, inner
+    def __init__(self, buffer: TickBuffer, device: str, show: Show) -> None:
+        self._buffer, self._device, self._show = buffer, device, show
         self._count = 0
 
-    def _show(self, image: Image) -> None:
+    def __call__(self, image: Image) -> None:
         try:
-            self._inner.show(image)
+            self._show(image)
         except RobotcoreError as error:
-            self._buffer.events.shown.append(ShownPicture(self.name, error=RecordedError.of(error)))
+            self._buffer.events.shown.append(ShownPicture(self._device, error=RecordedError.of(error)))
             raise
-        self._buffer.events.shown.append(ShownPicture(self.name, self._keep(image)))
+        self._buffer.events.shown.append(ShownPicture(self._device, self._keep(image)))
 
     def _keep(self, image: Image) -> int | None:
         """Return the number of a picture; None if it is dropped."""
@@ -125,11 +124,8 @@ class RecordedDisplay(Display):
         if self._buffer.must_drop(picture):
             return None
         self._count += 1
-        self._buffer.events.samples.append((SampleKey(self.name, number), picture))
+        self._buffer.events.samples.append((SampleKey(self._device, number), picture))
         return number
-
-    def _release(self) -> None:
-        self._inner.close()
 
 
 class RecordedStage:
@@ -171,44 +167,47 @@ class RecordedStage:
             raise
 
 
-class RecordedMotor(MotorWrapper):
+class RecordedMotor:
     """Records the commands to a motor outside the drive, and the answers.
 
     After the latch has tripped, it records no stop: the framework stops motors too.
     """
 
-    def __init__(self, buffer: TickBuffer, inner: Motor) -> None:
-        super().__init__(inner)
-        self._buffer = buffer
+    def __init__(self, buffer: TickBuffer, motor: MotorOutput) -> None:
+        self._buffer, self._motor = buffer, motor
+
+    @property
+    def output(self) -> MotorOutput:
+        """The recorded output."""
+        return MotorOutput(self._motor.name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:
-        rad_s = to_float(rad_s)
+        """Send a velocity in rad/s, and record the answer or the error."""
         with self._record_failure(rad_s):
-            given = self._inner.set_velocity(rad_s)
-        self._buffer.events.motor_asks.append(MotorCommand(self.name, rad_s, given))
+            given = self._motor.set_velocity(rad_s)
+        self._buffer.events.motor_asks.append(MotorCommand(self._motor.name, rad_s, given))
         return given
 
     def stop(self) -> None:
-        if self._is_closed or self._buffer.latch.error:
-            super().stop()
+        """Stop the motor, and record the stop."""
+        if self._buffer.latch.error:
+            self._motor.stop()
             return
         with self._record_failure(None):
-            self._inner.stop()
-        self._buffer.events.motor_asks.append(MotorCommand(self.name))
+            self._motor.stop()
+        self._buffer.events.motor_asks.append(MotorCommand(self._motor.name))
 
     @contextmanager
     def _record_failure(self, asked: float | None) -> Iterator[None]:
         try:
             yield
         except RobotcoreError as error:
-            self._buffer.events.motor_asks.append(MotorCommand(self.name, asked, error=RecordedError.of(error)))
+            recorded = RecordedError.of(error)
+            self._buffer.events.motor_asks.append(MotorCommand(self._motor.name, asked, error=recorded))
             raise
 
-    def _apply(self, rad_s: float) -> None:
-        self.set_velocity(rad_s)
 
-
-class RecordingLayer(Layer):
+class RecordingTap(Tap):
     """Records the reads and commands of each tick. It keeps a picture only if ``has_room`` returns True."""
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
@@ -234,14 +233,14 @@ class RecordingLayer(Layer):
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         return RecordedSensor(self._buffer, sensor.name, read)
 
-    def display(self, display: Display) -> Display:
-        return RecordedDisplay(self._buffer, display)
+    def display(self, display: Display, show: Show) -> Show:
+        return RecordedDisplay(self._buffer, display.name, show)
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
         return RecordedStage(self._buffer, inner)
 
-    def standalone_motor(self, motor: Motor) -> Motor:
-        return RecordedMotor(self._buffer, motor)
+    def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
+        return RecordedMotor(self._buffer, motor).output
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         def read_angles() -> Wheels:

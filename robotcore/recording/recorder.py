@@ -14,7 +14,7 @@ from typing import Generic, TypeVar
 from robotcore.errors import Interrupted, RecordingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.events import GroundTruthSample, RecordedError
-from robotcore.recording.layer import RecordingLayer
+from robotcore.recording.layer import RecordingTap
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata, build_metadata
 from robotcore.recording.writer import Entry, RecordingWriter
@@ -104,7 +104,7 @@ class Recorder:
         self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
-        self.layer = RecordingLayer(lambda: self._is_stepped or self._queue.has_room())
+        self.layer = RecordingTap(lambda: self._is_stepped or self._queue.has_room())
         self._run: Run | None = None
         self._result: RunResult | None = None
         self._outer: BaseException | None = None

@@ -15,7 +15,7 @@ from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
 from robotcore.runtime.forced_exit import SHUTDOWN_GRACE_S, SHUTDOWN_THREADS, ForcedExit
 from robotcore.runtime.layers import Assembled, assemble
-from robotcore.runtime.layers.base import Layer
+from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import Observer, Run, notify_end
@@ -56,7 +56,7 @@ class RunSession:
         self,
         plan: Plan,
         observers: Sequence[Observer],
-        taps: Sequence[Layer],
+        taps: Sequence[Tap],
         signals: SignalGuard,
         on_forced_exit: Callable[[RunResult], object],
         timeout_scale: float,
@@ -306,7 +306,7 @@ def _print_reason(result: RunResult) -> None:
 def run(
     request: RunRequest,
     observers: Sequence[Observer] = (),
-    taps: Sequence[Layer] = (),
+    taps: Sequence[Tap] = (),
     *,
     on_forced_exit: Callable[[RunResult], object] = _print_reason,
     timeout_scale: float = 1.0,
@@ -315,7 +315,7 @@ def run(
 
     request: the app, and the backend, robot and world.
     observers: they get the run's beginning, each tick and the result.
-    taps: layers that see every sample that the app gets and every command that it gives.
+    taps: they see every sample that the app gets and every command that it gives.
     on_forced_exit: if an app or a driver hangs and cannot be interrupted, the process exits. This function is called
     first with the result, in another thread.
     timeout_scale: a factor on every time limit of the run.

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 from robotcore.errors import DeviceLostError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Motor, invalid_velocity
+from robotcore.hal.devices import VelocityOutput, invalid_velocity
 from robotcore.safety.deadman import Deadman, TimedLock
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
@@ -43,19 +43,21 @@ class SafetyFilter:
 
     ``clock`` is the loop's, which stands still within a tick; the deadman's lease runs on it too, and a clock may cut
     from a thread of its own. ``latch`` ends the run for good. ``on_sent`` hears of each velocity that the wheels are
-    told, and when. ``brakes`` are those on the two motors.
+    told, and when. ``brakes`` are those on the two motors. ``take_guardian_stops`` returns how often another process
+    has stopped the motors since the last call.
     """
 
     def __init__(
         self,
         clock: Clock,
-        left: Motor,
-        right: Motor,
+        left: VelocityOutput,
+        right: VelocityOutput,
         rules: Sequence[Rule],
         lease: float,
         latch: Latch | None = None,
         on_sent: Callable[[Wheels, float], None] | None = None,
         brakes: StopGroup | None = None,
+        take_guardian_stops: Callable[[], int] = lambda: 0,
     ) -> None:
         self._clock = clock
         self._left, self._right = left, right
@@ -66,7 +68,8 @@ class SafetyFilter:
         self._brakes = brakes or StopGroup.on(left, right)
         self._deadman = Deadman(clock, lease, self._cut, self._lock, self._brakes.reserve)
         self._asked: Wheels | None = None
-        self._guarded = self._sent = self._filtered_after = STOPPED
+        self._take_guardian_stops = take_guardian_stops
+        self._guarded = self._sent = self._filtered_after = self._committed = STOPPED
         self._stops = self._stops_before = 0
         self._is_stopped = self._is_cut_off = False
         self._changes: list[Intervention] = []
@@ -120,23 +123,20 @@ class SafetyFilter:
 
     def commit(self) -> Commit:
         """Send this tick's command and begin a new lease; without one, guard again what is still being driven."""
+        stops = [
+            Intervention(self._clock.now(), "guardian", self._committed, STOPPED)
+            for _ in range(self._take_guardian_stops())
+        ]
         self._latch.check()
         with self._lock:
             self._stops_before = self._stops
             asked, self._asked = self._asked, None
-            sent = self._recheck() if asked is None else self._send_asked(asked)
-            changes = (*self._cuts, *self._changes)
+            sent = self._recheck() if asked is None else self._send(asked)
+            changes = (*stops, *self._cuts, *self._changes)
             self._cuts.clear()
             self._changes.clear()
+            self._committed = sent or self._committed
             return Commit(asked, sent, changes)
-
-    def _send_asked(self, asked: Wheels) -> Wheels:
-        """Send a command; a stop of this tick was sent when it was asked for."""
-        return STOPPED if self._is_stopped else self._send(self._apply_rules_again(asked))
-
-    def _apply_rules_again(self, asked: Wheels) -> Wheels:
-        """Return what the rules made of a command; they are asked again where it was cut short since."""
-        return self._guarded if self._sent is self._filtered_after else self._apply_rules(asked)
 
     def _recheck(self) -> Wheels | None:
         """Lessen a command that lives on where the rules would no longer let it pass; its lease goes on."""
@@ -144,8 +144,14 @@ class SafetyFilter:
             return None
         return self._command_motors(lessened)
 
-    def _send(self, wheels: Wheels) -> Wheels:
-        """Send a command. Its lease begins before the first motor turns, and ends after the last one stands."""
+    def _send(self, asked: Wheels) -> Wheels:
+        """Send a command. Its lease begins before the first motor turns, and ends after the last one has stopped.
+
+        A stop of this tick was sent already. The rules are applied again if the motors were stopped since.
+        """
+        if self._is_stopped:
+            return STOPPED
+        wheels = self._guarded if self._sent is self._filtered_after else self._apply_rules(asked)
         if wheels != STOPPED:
             self._deadman.renew(self._clock.now())
         sent = self._command_motors(wheels)

@@ -8,7 +8,7 @@ from threading import get_ident
 from typing import TypeVar
 
 from robotcore.errors import DeviceError, DeviceLostError
-from robotcore.hal.devices import Motor
+from robotcore.hal.devices import VelocityOutput
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.reserve import BackgroundCall, Reserve
 from robotcore.threads import is_out_of_memory
@@ -22,7 +22,7 @@ STOP_S = 0.2
 class MotorStop:
     """Stops one motor. No second stop begins while one is under way."""
 
-    def __init__(self, motor: Motor, reserve: Reserve) -> None:
+    def __init__(self, motor: VelocityOutput, reserve: Reserve) -> None:
         self.motor = motor
         self._reserve = reserve
         self._under_way: BackgroundCall | None = None
@@ -94,12 +94,12 @@ class StopGroup:
         return f"StopGroup({', '.join(stop.motor.name for stop in self._stops)}; hung: {', '.join(hung) or 'none'})"
 
     @classmethod
-    def on(cls, *motors: Motor, reserve: Reserve | None = None) -> StopGroup:
+    def on(cls, *motors: VelocityOutput, reserve: Reserve | None = None) -> StopGroup:
         """Return a group for these motors."""
         reserve = reserve or Reserve(MonotonicClock())
         return cls([MotorStop(motor, reserve) for motor in motors], reserve)
 
-    def of(self, *motors: Motor) -> StopGroup:
+    def of(self, *motors: VelocityOutput) -> StopGroup:
         """Return a group for some of the motors. It shares their state with this group."""
         return StopGroup([stop for stop in self._stops if stop.motor in motors], self.reserve)
 

@@ -10,7 +10,7 @@ from robotcore.testing.lifecycle_rules import LifecycleRules
 from robotcore.testing.motor_rules import MotorRules
 from robotcore.testing.range_rules import RangeRules
 from robotcore.testing.simulation_rules import RepeatRules, TruthRules
-from robotcore.testing.time_rules import ClockRules, SampleRules, TickRules
+from robotcore.testing.time_rules import ClockRules, SampleRules
 
 
 @pytest.mark.conformance
@@ -24,7 +24,6 @@ class ConformanceSuite(
     BatteryRules,
     SampleRules,
     DisplayRules,
-    TickRules,
     TruthRules,
     RepeatRules,
 ):

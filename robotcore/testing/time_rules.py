@@ -9,7 +9,6 @@ import pytest
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Capability
 from robotcore.hal.devices import Battery
-from robotcore.runtime.layers import assemble
 from robotcore.testing.bench import RATE_HZ, Bench, let_pass, sensors_of
 from robotcore.testing.fakes import Gate
 
@@ -131,17 +130,4 @@ class SampleRules(Bench):
                 assert not gate.holds_up(sensor.read), (
                     f"{sensor.name}: read() waited for the hardware's answer; poll the hardware in a thread of the "
                     "driver's own and hand out the newest sample"
-                )
-
-
-class TickRules(Bench):
-    """What an app relies on within a tick."""
-
-    def test_within_a_tick_a_device_gives_one_sample(self) -> None:
-        with assemble(self.opened(), self.description, RATE_HZ).robot as robot:
-            for sensor in sensors_of(robot):
-                first = sensor.read()
-                assert all(sensor.read() is first for _ in range(3)), (
-                    f"{sensor.name}: read several times in one tick, it gave different samples; derive it from "
-                    "RangeSensor, Camera, Encoder or Battery, which the layers know"
                 )

@@ -16,7 +16,7 @@ from robotcore.hal.devices import Frame, Image
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording, SampleKey, Tick
 from robotcore.recording.contents import build_odometry_path, build_result, build_true_path
-from robotcore.runtime.layers.devices import LayeredCamera, LayeredDisplay
+from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
@@ -267,8 +267,8 @@ def save_png(content: bytes, file: Path) -> None:
 def find_last_image(robot: Robot) -> Image | None:
     """Return the last picture on a display, else the last camera image. It reads no device."""
     devices = robot.devices.values()
-    shown = [each.latest for each in devices if isinstance(each, LayeredDisplay)]
-    read = [each.latest.image for each in devices if isinstance(each, LayeredCamera) and each.latest]
+    shown = [each.latest for each in devices if isinstance(each, AppDisplay)]
+    read = [each.latest.image for each in devices if isinstance(each, AppSensor) and isinstance(each.latest, Frame)]
     return next((image for image in (*shown, *read) if image is not None), None)
 
 

@@ -11,8 +11,9 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
+from robotcore.hal.devices import RangeSensor
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.layers.devices import LayeredRangeSensor
+from robotcore.runtime.layers.devices import AppSensor
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord, format_voltages
@@ -98,8 +99,8 @@ def _faults_at(run: Run, time: float) -> str:
 
 def _range_of(run: Run) -> str:
     """Return the text of the last range. It reads no device."""
-    sensors = (each for each in run.robot.devices.values() if isinstance(each, LayeredRangeSensor))
+    sensors = (each for each in run.robot.devices.values() if isinstance(each, RangeSensor))
     sensor = next(sensors, None)
-    if sensor is None or (sample := sensor.latest) is None:
+    if not isinstance(sensor, AppSensor) or (sample := sensor.latest) is None:
         return ""
     return f"{sample.distance:.2f} m ahead" if isfinite(sample.distance) else "nothing ahead"

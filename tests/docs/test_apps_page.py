@@ -86,8 +86,8 @@ def test_what_a_robot_has_is_there(code: str) -> None:
     [
         (Robot, {"close", "stop", "truth"}),
         (DifferentialDrive, {"track"}),
-        (RangeSensor, {"close"}),
-        (Camera, {"close"}),
+        (RangeSensor, {"close", "kind"}),
+        (Camera, {"close", "kind"}),
         (Range, {"point"}),
         (Frame, set()),
         (Intrinsics, set()),

@@ -10,15 +10,15 @@ from typing import Any
 
 from robotcore.errors import Interrupted, RecordingEndedError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
+from robotcore.hal.devices import Battery, SampleT, Sensor
 from robotcore.recording import MotorCommand, Recording, Tick
-from robotcore.recording.layer import RecordingLayer
+from robotcore.recording.layer import RecordingTap
 from robotcore.recording.replay.app_permission import require_recorded_app
 from robotcore.recording.replay.cursor import TickReader, format_motor_command, format_wheels
 from robotcore.recording.replay.layer import CommandComparator
 from robotcore.recording.replay.verification import build_request, require_ticks
 from robotcore.runtime.apps import app_name
-from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.layers.base import MotorOutput, Reader, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Observer, Run, run
 from robotcore.runtime.trace import TickRecord
@@ -129,8 +129,8 @@ def evaluate(
     return comparator.build_evaluation(result)
 
 
-class DecisionComparator(Layer):
-    """A layer and an observer that compare the decisions of an app with the recorded ones.
+class DecisionComparator(Tap):
+    """A tap and an observer that compare the decisions of an app with the recorded ones.
 
     The odometry uses the recorded wheel angles, because the robot moved as the recorded app drove it.
     """
@@ -139,27 +139,27 @@ class DecisionComparator(Layer):
         self._recording = recording
         self._is_equal = CommandComparator()
         self._current = TickReader(recording.ticks[0])
-        self._layer = RecordingLayer(lambda: False)
+        self._recorder = RecordingTap(lambda: False)
         self._differing = 0
         self._first_difference: FirstDifference | None = None
         self._late: Counter[str] = Counter()
         self._states: list[str] = []
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        if isinstance(sensor, Battery):
+            return read
+
         def reader() -> SampleT:
             self._late[sensor.name] += not self._current.was_read(sensor.name)
             return read()
 
         return reader
 
-    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
-        return read
-
     def latch(self, latch: Latch) -> None:
-        self._layer.latch(latch)
+        self._recorder.latch(latch)
 
-    def standalone_motor(self, motor: Motor) -> Motor:
-        return self._layer.standalone_motor(motor)
+    def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
+        return self._recorder.standalone_motor(motor)
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         def reader() -> Wheels:
@@ -172,7 +172,7 @@ class DecisionComparator(Layer):
         """Do nothing: the comparison begins with the first tick."""
 
     def tick(self, record: TickRecord) -> None:
-        tick, motor_asks = self._current.tick, self._layer.take().motor_asks
+        tick, motor_asks = self._current.tick, self._recorder.take().motor_asks
         self._states.append(record.state)
         if record.state != tick.state:
             self._report_difference(tick, "the state", repr(tick.state), repr(record.state))

@@ -1,4 +1,4 @@
-"""The layer that compares each command of a replay with the recorded one, and returns the recorded answer."""
+"""The tap that compares each command of a replay with the recorded one, and returns the recorded answer."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import NoReturn
 
 from robotcore.errors import RobotcoreError, SafetyStop
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
+from robotcore.hal.devices import Battery, SampleT, Sensor
 from robotcore.recording import DriveCommand, MotorCommand, RecordedError, Recording
 from robotcore.recording.replay.cursor import ReplayCursor, format_motor_command, format_wheels
-from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader
+from robotcore.runtime.layers.base import MotorOutput, Reader, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
@@ -150,21 +150,26 @@ def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
     raise error
 
 
-class ReplayedMotor(MotorWrapper):
+class ReplayedMotor:
     """Compares the commands to a motor. After the latch has tripped, it ignores stops: closing a robot stops motors."""
 
-    def __init__(self, inner: Motor, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
-        super().__init__(inner)
-        self._cursor, self._is_equal, self._latch = cursor, comparator, latch
+    def __init__(self, name: str, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
+        self._name, self._cursor, self._is_equal, self._latch = name, cursor, comparator, latch
+
+    @property
+    def output(self) -> MotorOutput:
+        """The output that returns the recorded answers."""
+        return MotorOutput(self._name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:
-        self._require_open()
-        given = self._find_answer(MotorCommand(self.name, rad_s)).given
+        """Compare a command with the recorded one, and return the recorded answer in rad/s."""
+        given = self._find_answer(MotorCommand(self._name, rad_s)).given
         return 0.0 if given is None else given
 
     def stop(self) -> None:
-        if not (self._is_closed or self._latch.error):
-            self._find_answer(MotorCommand(self.name))
+        """Compare a stop with the recorded one."""
+        if not self._latch.error:
+            self._find_answer(MotorCommand(self._name))
 
     def _find_answer(self, ask: MotorCommand) -> MotorCommand:
         """Return the recorded command that equals this one, or raise its recorded error."""
@@ -179,9 +184,6 @@ class ReplayedMotor(MotorWrapper):
             raise_recorded(recorded.error, self._latch)
         return recorded
 
-    def _apply(self, rad_s: float) -> None:
-        self.set_velocity(rad_s)
-
 
 def require_all_motor_commands(cursor: ReplayCursor) -> None:
     """Report a difference if the recorded run gave another motor command in this tick, unless it ended here."""
@@ -193,8 +195,8 @@ def _get_velocity(ask: MotorCommand) -> tuple[float] | None:
     return None if ask.asked is None else (ask.asked,)
 
 
-class ReplayLayer(Layer):
-    """A layer and an observer that end the replay with DeviationError at the first difference.
+class ReplayTap(Tap):
+    """A tap and an observer that end the replay with DeviationError at the first difference.
 
     The devices below return the samples. This layer returns the answers of the safety stage and the wheel angles.
     """
@@ -209,7 +211,12 @@ class ReplayLayer(Layer):
         self._latch = latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return a reader that reports a difference if the recorded run did not read the sensor."""
+        """Return a reader that reports a difference if the recorded run did not read the sensor.
+
+        A battery's reader stays: the framework reads batteries at its own pace.
+        """
+        if isinstance(sensor, Battery):
+            return read
 
         def reader() -> SampleT:
             self.cursor.raise_if_ended()
@@ -223,16 +230,12 @@ class ReplayLayer(Layer):
 
         return reader
 
-    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
-        """Return the reader unchanged: the framework reads batteries at its own pace."""
-        return read
-
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
         self._stage = ReplayedStage(self.cursor, self._comparator, self._latch)
         return self._stage
 
-    def standalone_motor(self, motor: Motor) -> Motor:
-        return ReplayedMotor(motor, self.cursor, self._comparator, self._latch)
+    def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
+        return ReplayedMotor(motor.name, self.cursor, self._comparator, self._latch).output
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
         """Return a reader of the recorded wheel angles."""

@@ -15,7 +15,7 @@ from robotcore.recording.contents import explain_missing_end
 from robotcore.recording.recording import read_platform
 from robotcore.recording.replay.app_permission import has_app_changed, require_recorded_app
 from robotcore.recording.replay.cursor import Deviation, ReplayCursor, TickReader
-from robotcore.recording.replay.layer import PLATFORM_TOLERANCE, CommandComparator, ReplayLayer
+from robotcore.recording.replay.layer import PLATFORM_TOLERANCE, CommandComparator, ReplayTap
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Observer, run
@@ -117,7 +117,7 @@ def replay(
         require_recorded_app(recording, file)
     platform = compare_platforms(recording.metadata.platform, BACKEND)
     comparator = CommandComparator(PLATFORM_TOLERANCE if platform else 0.0)
-    replayer = ReplayLayer(recording, comparator)
+    replayer = ReplayTap(recording, comparator)
     request = build_request(recording, is_held=True)
     request = replace(request, app=app or request.app)
     result = run(request, [replayer, *observers], [replayer])
@@ -158,7 +158,7 @@ def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:
 
 
 def _build_result(
-    replayer: ReplayLayer,
+    replayer: ReplayTap,
     comparator: CommandComparator,
     result: RunResult,
     platform: Sequence[str],

@@ -9,9 +9,8 @@ from typing import Annotated
 from pydantic import Field
 
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Motor
 from robotcore.runtime.faults.base import Fault, FaultContext, Kind, TickEndClock
-from robotcore.runtime.layers.base import Layer, MotorWrapper
+from robotcore.runtime.layers.base import Layer, MotorOutput
 from robotcore.safety.deadman import TimedLock
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
@@ -61,10 +60,10 @@ class MotorGainLayer(Layer):
         self._fault, self._clock, self._gain = fault, clock, gain
         self._motors: list[FaultyMotor] = []
 
-    def motor(self, motor: Motor) -> Motor:
+    def motor(self, motor: MotorOutput) -> MotorOutput:
         faulty = FaultyMotor(motor, self._gain_now)
         self._motors.append(faulty)
-        return faulty
+        return MotorOutput(motor.name, faulty.set_velocity, faulty.stop)
 
     def clock(self, clock: Clock) -> Clock:
         return TickEndClock(clock, self._end_tick)
@@ -77,37 +76,39 @@ class MotorGainLayer(Layer):
             motor.renew()
 
 
-class FaultyMotor(MotorWrapper):
-    """A motor that turns ``gain()`` times as fast as it is told; a deadman may stop it from another thread."""
+class FaultyMotor:
+    """Sends ``gain()`` times each velocity to a motor. A deadman may stop the motor from another thread."""
 
-    def __init__(self, inner: Motor, gain: Callable[[], float]) -> None:
-        super().__init__(inner)
-        self._gain = gain
+    def __init__(self, motor: MotorOutput, gain: Callable[[], float]) -> None:
+        self._motor, self._gain = motor, gain
         self._asked = self._command = 0.0
         self._stops = 0
         self._lock = RLock()
 
+    def set_velocity(self, rad_s: float) -> float:
+        """Send a velocity in rad/s; return it without the gain, as a motor without the fault would."""
+        with self._lock:
+            self._asked = rad_s
+            self._send()
+        return rad_s
+
     def stop(self) -> None:
+        """Stop the motor."""
         with TimedLock(self._lock):
             self._stops += 1
             self._asked = self._command = 0.0
-            super().stop()
+            self._motor.stop()
 
     def renew(self) -> None:
-        """Tell the motor what it was told last where the gain has changed since."""
+        """Send the last velocity again if the gain has changed since."""
         with self._lock:
             if self._gain() * self._asked != self._command:
-                self._tell()
+                self._send()
 
-    def _apply(self, rad_s: float) -> None:
-        with self._lock:
-            self._asked = rad_s
-            self._tell()
-
-    def _tell(self) -> None:
-        """Tell the motor; where it was stopped meanwhile, past a lock that nobody let go, stop it again."""
+    def _send(self) -> None:
+        """Send the velocity. If a stop came meanwhile, because its wait for the lock timed out, stop again."""
         stops = self._stops
         self._command = self._gain() * self._asked
-        self._inner.set_velocity(self._command)
+        self._motor.set_velocity(self._command)
         if self._stops != stops:
             self.stop()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import floor, inf
 from typing import Annotated
 
@@ -9,9 +10,9 @@ from pydantic import Field, model_validator
 
 from robotcore.errors import DeviceLostError
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Display, Image, Motor, SampleT, Sensor
+from robotcore.hal.devices import Display, Image, SampleT, Sensor
 from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, Kind, StallingClock
-from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
 
 Pause = Annotated[float, Field(ge=0.001, le=60, description="seconds")]
 
@@ -86,40 +87,21 @@ class ConnectionLoss(Layer):
 
         return reached
 
-    def motor(self, motor: Motor) -> Motor:
-        return _DistantMotor(motor, self)
+    def motor(self, motor: MotorOutput) -> MotorOutput:
+        def set_velocity(rad_s: float) -> float:
+            self.require(motor.name)
+            return motor.set_velocity(rad_s)
 
-    def display(self, display: Display) -> Display:
-        return _DistantDisplay(display, self)
+        return replace(motor, set_velocity=set_velocity)
+
+    def display(self, display: Display, show: Show) -> Show:
+        def show_picture(image: Image) -> None:
+            self.require(display.name)
+            show(image)
+
+        return show_picture
 
     def require(self, device: str) -> None:
         """Raise DeviceLostError by the device's name and the fault while it cannot be reached."""
         if self._fault.is_on(self._context.clock.now()):
             raise DeviceLostError(device, f'the connection is lost, by the fault "{self._context.written}"')
-
-
-class _DistantMotor(MotorWrapper):
-    """A motor that may not be reached."""
-
-    def __init__(self, inner: Motor, connection: ConnectionLoss) -> None:
-        super().__init__(inner)
-        self._connection = connection
-
-    def _apply(self, rad_s: float) -> None:
-        self._connection.require(self.name)
-        self._inner.set_velocity(rad_s)
-
-
-class _DistantDisplay(Display):
-    """A display that may not be reached."""
-
-    def __init__(self, inner: Display, connection: ConnectionLoss) -> None:
-        super().__init__(inner.name)
-        self._inner, self._connection = inner, connection
-
-    def _show(self, image: Image) -> None:
-        self._connection.require(self.name)
-        self._inner.show(image)
-
-    def _release(self) -> None:
-        self._inner.close()

@@ -12,11 +12,11 @@ from pydantic import ValidationError
 from robotcore.description import RobotDescription, first_mistake
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError, suggestion
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Battery, Camera, Display, Encoder, Frame, Motor, Range, RangeSensor, Voltage
+from robotcore.hal.devices import Display, SampleT, Sensor
 from robotcore.plugins import FAULTS, fault_names, load_registered
 from robotcore.runtime.faults.base import Fault, FaultContext, Kind
 from robotcore.runtime.faults.spec import VALUE, Spec, form_of, quote_text
-from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
 
 _KINDS = {
     "camera": Kind.CAMERA,
@@ -137,23 +137,14 @@ class DeviceFilter(Layer):
     def __init__(self, layer: Layer, names: Collection[str]) -> None:
         self._layer, self._names = layer, names
 
-    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
-        return self._layer.camera(camera, read) if camera.name in self._names else read
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        return self._layer.sensor(sensor, read) if sensor.name in self._names else read
 
-    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
-        return self._layer.range_sensor(sensor, read) if sensor.name in self._names else read
-
-    def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
-        return self._layer.encoder(encoder, read) if encoder.name in self._names else read
-
-    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
-        return self._layer.battery(battery, read) if battery.name in self._names else read
-
-    def motor(self, motor: Motor) -> Motor:
+    def motor(self, motor: MotorOutput) -> MotorOutput:
         return self._layer.motor(motor) if motor.name in self._names else motor
 
-    def display(self, display: Display) -> Display:
-        return self._layer.display(display) if display.name in self._names else display
+    def display(self, display: Display, show: Show) -> Show:
+        return self._layer.display(display, show) if display.name in self._names else show
 
     def clock(self, clock: Clock) -> Clock:
         return self._layer.clock(clock)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
-from robotcore.hal.devices import Camera, Frame, Image, Range, RangeSensor
+from robotcore.hal.devices import Image, Range, RangeSensor, Sensor
 from robotcore.runtime.faults.base import Fault, FaultContext, Kind, Probability
 from robotcore.runtime.layers.base import Layer, Reader, limit_reading
 from robotcore.runtime.layers.imperfections import ProcessedFrames, grain
@@ -69,9 +69,9 @@ class RangeDistortion(Layer):
     def __init__(self, fault: Fault, misread: Callable[[RangeSensor, Range], Range]) -> None:
         self._fault, self._misread = fault, misread
 
-    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+    def sensor(self, sensor: Any, read: Reader[Any]) -> Reader[Any]:
         def misread() -> Range:
-            reading = read()
+            reading: Range = read()
             return self._misread(sensor, reading) if self._fault.is_on(reading.time) else reading
 
         return misread
@@ -102,8 +102,8 @@ class Grainy(Layer):
     def __init__(self, fault: Fault, sigma: float, context: FaultContext) -> None:
         self._fault, self._sigma, self._context = fault, sigma, context
 
-    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
-        grainy = grain(self._context.noise(camera.name, self._sigma))
+    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+        grainy = grain(self._context.noise(sensor.name, self._sigma))
 
         def effect(image: Image, time: float) -> Image:
             return grainy(image, time) if self._fault.is_on(time) else image

@@ -6,12 +6,12 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
 from math import inf
-from typing import Annotated, Generic
+from typing import Annotated, Any, Generic
 
 from pydantic import Field
 
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, Encoder, SampleT, Sensor
+from robotcore.hal.devices import Angle, SampleT, Sensor
 from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, Fault, FaultContext, Kind, PollingLayer, Probability
 from robotcore.runtime.layers.base import Reader
 
@@ -144,7 +144,7 @@ class SlipLayer(PollingLayer):
         super().__init__()
         self._fault, self._share = fault, share
 
-    def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
+    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
         return self.polled(_Missing(read, self._fault, self._share))
 
 

@@ -1,4 +1,4 @@
-"""Layers one over the other, over whatever device there is."""
+"""Assembles the robot of a run: the driver's devices, the layers over them, the safety stage, the app's devices."""
 
 from __future__ import annotations
 
@@ -18,74 +18,57 @@ from robotcore.description import (
 from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import AppClock, Clock, TickClock
-from robotcore.hal.devices import Battery, Camera, Device, Display, Encoder, Motor, RangeSensor, SampleT, Sensor
+from robotcore.hal.devices import Battery, Camera, Device, Display, Motor, RangeSensor, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.layers.base import Layer, Reader, TickCache
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeLayer
-from robotcore.runtime.layers.devices import (
-    LayeredBattery,
-    LayeredCamera,
-    LayeredDisplay,
-    LayeredEncoder,
-    LayeredRangeSensor,
-)
+from robotcore.runtime.layers.devices import AppDisplay, AppMotor, wrap_sensor
 from robotcore.runtime.layers.drive import GuardedDrive
+from robotcore.runtime.layers.guardian import GuardianLayer
 from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
-from robotcore.runtime.layers.standalone_motor import StandaloneMotor
+from robotcore.runtime.layers.standalone_motor import StandaloneGuard
 from robotcore.safety import ActivityMonitor, CommandFilter, Latch, StopGroup
 from robotcore.safety.reserve import Reserve
 
 
 @dataclass(frozen=True)
 class Stack:
-    """The layers over every device, the lowest first; above them a sensor is read once a tick."""
+    """The layers of a run, the lowest first, and the clock of its loop."""
 
     clock: TickClock
     layers: tuple[Layer, ...]
 
-    def over(self, device: Device) -> Device:
-        """Return a device under the layers."""
-        match device:
-            case Sensor():
-                return self._over_sensor(device)
-            case Motor():
-                return reduce(lambda motor, layer: layer.motor(motor), self.layers, device)
-            case Display():
-                return LayeredDisplay(reduce(lambda display, layer: layer.display(display), self.layers, device))
+    @property
+    def taps(self) -> tuple[Tap, ...]:
+        """The layers that also see the calls above the safety stage, the lowest first."""
+        return tuple(layer for layer in self.layers if isinstance(layer, Tap))
+
+    def wrap_motor(self, motor: Motor) -> MotorOutput:
+        """Return the output that commands a driver's motor through the layers."""
+        return reduce(lambda output, layer: layer.motor(output), self.layers, MotorOutput.of(motor))
+
+    def wrap_device(self, device: Device) -> Device:
+        """Return a sensor or a display as the app gets it."""
+        if isinstance(device, Sensor):
+            read: Reader[Any] = device.read
+            for layer in self.layers:
+                read = layer.sensor(device, read)
+            return wrap_sensor(device, self.clock, read)
+        if isinstance(device, Display):
+            show: Show = device.show
+            for layer in self.layers:
+                show = layer.display(device, show)
+            return AppDisplay(device, show)
         return device
-
-    def _over_sensor(self, sensor: Sensor[Any]) -> Device:
-        match sensor:
-            case Camera() as camera:
-                return LayeredCamera(camera, self._read(camera.read, lambda layer, read: layer.camera(camera, read)))
-            case RangeSensor() as ear:
-                return LayeredRangeSensor(ear, self._read(ear.read, lambda layer, read: layer.range_sensor(ear, read)))
-            case Encoder() as wheel:
-                return LayeredEncoder(wheel, self._read(wheel.read, lambda layer, read: layer.encoder(wheel, read)))
-            case Battery() as cell:
-                return LayeredBattery(cell, self._read(cell.read, lambda layer, read: layer.battery(cell, read)))
-        return sensor
-
-    def wrap_standalone(self, motor: Motor) -> Motor:
-        """Return a motor that belongs to no drive under what the layers put over its guard."""
-        return reduce(lambda motor, layer: layer.standalone_motor(motor), self.layers, motor)
-
-    def _read(
-        self, read: Reader[SampleT], through: Callable[[Layer, Reader[SampleT]], Reader[SampleT]]
-    ) -> TickCache[SampleT]:
-        for layer in self.layers:
-            read = through(layer, read)
-        return TickCache(self.clock, read)
 
 
 def wrap_clock(clock: Clock, layers: Iterable[Layer]) -> Clock:
-    """Return the clock as a loop under the layers is to sleep by it."""
-    return reduce(lambda slept, layer: layer.clock(slept), layers, clock)
+    """Return the clock by which a loop under the layers sleeps."""
+    return reduce(lambda wrapped, layer: layer.clock(wrapped), layers, clock)
 
 
 _KINDS = {Role.CAMERA: "camera", Role.RANGE: "range_sensor", Role.DISPLAY: "display"}
-_UNGUARDED = Layer()
 _MOUNTED = (CameraDescription, RangeSensorDescription)
 
 
@@ -140,16 +123,23 @@ def assemble(
     conditions: Conditions = PERFECT,
     seed: int = 0,
     faults: Sequence[Layer] = (),
-    taps: Sequence[Layer] = (),
-    guard: Layer = _UNGUARDED,
+    taps: Sequence[Tap] = (),
+    guard: GuardianLayer | None = None,
     where: ActivityMonitor | None = None,
     reserve: Reserve | None = None,
 ) -> Assembled:
-    """Put every layer over a robot that a backend opened; ``clock`` stands in for the backend's own.
+    """Build the app's robot over a robot that a backend opened.
 
-    The noise of the ``conditions`` belongs to the ``seed``. ``faults`` lie right above them; above these, ``taps`` see
-    each sample once, and each command as the app gives it. ``guard``, below them all, sees what motors are told.
-    ``where`` learns where the program is. ``reserve`` has threads and memory for stops.
+    raw: the robot of the backend.
+    description: the robot's description; its safety limits apply.
+    rate_hz: ticks per second.
+    clock: replaces the backend's clock.
+    conditions: the imperfections of the world; their noise is drawn from ``seed``.
+    faults: the layers of injected faults.
+    taps: recorder and replay. They read each sensor once a tick, and see each command as the app gives it.
+    guard: sees each velocity that a motor gets.
+    where: notes what the loop's thread does.
+    reserve: threads and memory for stops.
     """
     reserve = reserve or Reserve(MonotonicClock())
     safety, where, latch = description.safety, where or ActivityMonitor(), Latch(reserve)
@@ -157,23 +147,52 @@ def assemble(
         tap.latch(latch)
     watched = CallMonitorLayer(where, safety.answer_s, raw.name)
     ticks = TickClock(wrap_clock(clock or raw.clock, (watched, *faults)))
-    conditioned = ImperfectionLayer(conditions, seed, description.drive)
-    stack = Stack(ticks, (watched, guard, conditioned, *faults, *taps, MaxAgeLayer(ticks, safety.max_age_s, latch)))
-    devices = {device.name: stack.over(device) for device in raw.devices.values()}
+    # This tuple is the order of all layers, from the driver up to the app. The safety stage lies between the
+    # layers' motor outputs and the taps' command hooks.
+    layers: tuple[Layer, ...] = (
+        watched,
+        *([guard] if guard else []),
+        ImperfectionLayer(conditions, seed, description.drive),
+        *faults,
+        *taps,
+        MaxAgeLayer(ticks, safety.max_age_s, latch),
+    )
+    stack = Stack(ticks, layers)
+    motors = {motor.name: stack.wrap_motor(motor) for motor in raw.motors.values()}
+    devices = {device.name: stack.wrap_device(device) for device in raw.devices.values()}
     _mount(devices, description)
     _limit(devices, description)
-    motors = {name: device for name, device in devices.items() if isinstance(device, Motor)}
     brakes = StopGroup.on(*motors.values(), reserve=reserve)
     latch.call(brakes.apply_apart)
-    guarded = None
-    drive = description.drive
+    drive, guarded = description.drive, None
+    outputs: dict[str, MotorOutput] = {}
     if drive and drive.left in motors and drive.right in motors:
-        guarded = GuardedDrive.over(devices, description, drive, ticks, latch, rate_hz, stack.layers, brakes)
-        devices |= guarded.motors
-    alone = [motor for name, motor in motors.items() if guarded is None or name not in guarded.motors]
+        take_stops = guard.take_stops if guard else lambda: 0
+        left, right = raw.motors[drive.left], raw.motors[drive.right]
+        guarded = GuardedDrive.over(
+            devices,
+            (motors[drive.left], motors[drive.right]),
+            min(left.max_velocity, right.max_velocity),
+            description,
+            drive,
+            ticks,
+            latch,
+            rate_hz,
+            stack.taps,
+            brakes,
+            take_stops,
+        )
+        outputs |= guarded.outputs
     lease = safety.lease_ticks / rate_hz
-    lone = [StandaloneMotor(motor, ticks, lease, latch, brakes.of(motor)) for motor in alone]
-    devices |= {motor.name: stack.wrap_standalone(motor) for motor in lone}
+    lone = [
+        StandaloneGuard(motor, raw.motors[name].max_velocity, ticks, lease, latch, brakes.of(motor))
+        for name, motor in motors.items()
+        if name not in outputs
+    ]
+    for each in lone:
+        output = reduce(lambda output, tap: tap.standalone_motor(output), stack.taps, each.output)
+        outputs[output.name] = output
+    devices |= {name: AppMotor(raw.motors[name], output) for name, output in outputs.items()}
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
     halts = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))

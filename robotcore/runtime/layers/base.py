@@ -1,125 +1,95 @@
-"""The base classes of layers: what a layer can replace on its way from the driver to the app."""
+"""The interfaces of layers: what lies between a driver's devices and the app."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
-from typing import Generic
 
 from robotcore.geometry import Wheels
-from robotcore.hal.clock import Clock, TickClock
-from robotcore.hal.devices import (
-    Angle,
-    Battery,
-    Camera,
-    Display,
-    Encoder,
-    Frame,
-    Motor,
-    Range,
-    RangeSensor,
-    SampleT,
-    Sensor,
-    Voltage,
-)
+from robotcore.hal.clock import Clock
+from robotcore.hal.devices import Display, Image, Motor, Range, RangeSensor, SampleT, Sensor
 from robotcore.safety import CommandFilter, Latch
 
 Reader = Callable[[], SampleT]
+"""Returns the newest sample of one sensor."""
+
+Show = Callable[[Image], None]
+"""Shows a picture on one display."""
 
 
-class TickCache(Generic[SampleT]):
-    """Within one tick, one sample, however often it is read; ``latest`` is the one read last."""
+@dataclass(frozen=True, eq=False, slots=True)
+class MotorOutput:
+    """The two calls that command one motor. A layer replaces one or both of them."""
 
-    def __init__(self, clock: TickClock, read: Reader[SampleT]) -> None:
-        self._clock = clock
-        self._read = read
-        self._tick = -1
-        self._sample: SampleT | None = None
+    name: str
+    """The motor's name in the robot's description."""
+    set_velocity: Callable[[float], float]
+    """Sends a velocity in rad/s; returns the velocity that the motor accepted."""
+    stop: Callable[[], None]
+    """Stops the motor."""
 
-    @property
-    def latest(self) -> SampleT | None:
-        return self._sample
+    @classmethod
+    def of(cls, motor: Motor) -> MotorOutput:
+        """Return the output of a driver's motor."""
+        return cls(motor.name, motor.set_velocity, motor.stop)
 
-    def __call__(self) -> SampleT:
-        if self._sample is None or self._tick != self._clock.tick:
-            self._sample = self._read()
-            self._tick = self._clock.tick
-        return self._sample
+
+_REMOVED_HOOKS = {"camera", "range_sensor", "encoder", "battery"}
+"""Hooks of former versions. A fault in another package that still defines one would have no effect."""
 
 
 class Layer:
-    """Fits over the devices of a robot; what it does not change, it hands on as it is.
+    """Lies between the devices of a driver and the safety stage. A hook that a subclass leaves out changes nothing.
 
-    A sensor's layer is a function: ``read`` reads the sensor as the layers below give it. Override `sensor` for what is
-    the same for every sensor, and the kind's own method for what is not.
+    Each hook gets the call as the layers below offer it, and returns the call that the layers above use.
     """
 
+    def __init_subclass__(cls) -> None:
+        if removed := _REMOVED_HOOKS & vars(cls).keys():
+            raise TypeError(f"{cls.__name__}.{min(removed)} is never called. Define sensor(self, sensor, read) instead")
+
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return what reads any sensor through this layer."""
+        """Return the function that reads ``sensor`` through this layer."""
         return read
 
-    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
-        """Return what reads a camera through this layer."""
-        return self.sensor(camera, read)
-
-    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
-        """Return what reads a range sensor through this layer."""
-        return self.sensor(sensor, read)
-
-    def encoder(self, encoder: Encoder, read: Reader[Angle]) -> Reader[Angle]:
-        """Return what reads an encoder through this layer."""
-        return self.sensor(encoder, read)
-
-    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
-        """Return what reads a battery through this layer."""
-        return self.sensor(battery, read)
-
-    def motor(self, motor: Motor) -> Motor:
-        """Return the motor as whoever is above commands it."""
+    def motor(self, motor: MotorOutput) -> MotorOutput:
+        """Return the output that commands a motor through this layer."""
         return motor
 
-    def display(self, display: Display) -> Display:
-        """Return the display as whoever is above shows pictures on it."""
-        return display
+    def display(self, display: Display, show: Show) -> Show:
+        """Return the function that shows a picture on ``display`` through this layer."""
+        return show
+
+    def clock(self, clock: Clock) -> Clock:
+        """Return the clock by which the loop sleeps."""
+        return clock
+
+
+class Tap(Layer):
+    """A layer that also sees the calls above the safety stage: the app's commands and the odometry's input.
+
+    The recorder and the replay are taps.
+    """
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
-        """Return what takes the commands of the drive."""
+        """Return the command filter that the drive uses."""
         return inner
 
-    def standalone_motor(self, motor: Motor) -> Motor:
-        """Return a motor that belongs to no drive, guarded, as the app commands it."""
+    def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
+        """Return the output by which the app commands a motor outside the drive."""
         return motor
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        """Return what reads the angles of the wheels, in radians, by which the drive knows its pose."""
+        """Return the function that reads the wheel angles for the odometry, in radians."""
         return read
 
-    def clock(self, clock: Clock) -> Clock:
-        """Return the clock as the loop is to sleep by it."""
-        return clock
-
     def latch(self, latch: Latch) -> None:
-        """Learn what ends the run for good; told once, before anything is read."""
-
-
-class MotorWrapper(Motor):
-    """A motor seen through a layer; what it is told goes as a subclass has it, a stop goes straight to the motor."""
-
-    def __init__(self, inner: Motor) -> None:
-        super().__init__(inner.name, inner.max_velocity)
-        self._inner = inner
-
-    def stop(self) -> None:
-        if not self._is_closed:
-            self._inner.stop()
-
-    def _release(self) -> None:
-        self._inner.close()
+        """Receive the latch of the run, once, before the first read."""
 
 
 def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range:
-    """Return a reading at another distance: never nearer than the sensor can tell, and ``inf`` past its range."""
+    """Return a reading with another distance in metres: at least the sensor's minimum, ``inf`` beyond its maximum."""
     if distance > sensor.max_range:
         return replace(reading, distance=inf, point=None)
     return replace(reading, distance=max(distance, sensor.min_range))

@@ -9,8 +9,8 @@ from typing import Generic
 
 from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
 from robotcore.hal.clock import Clock, ClockWrapper, TickClock
-from robotcore.hal.devices import Battery, Motor, SampleT, Sensor, Voltage
-from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader
+from robotcore.hal.devices import Battery, SampleT, Sensor
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 
 
@@ -24,10 +24,9 @@ class MaxAgeLayer(Layer):
         self._clock, self._limit, self._latch = clock, limit, latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        if isinstance(sensor, Battery):
+            return read
         return MaxAgeReader(sensor.name, self._clock, self._limit, self._latch, read)
-
-    def battery(self, battery: Battery, read: Reader[Voltage]) -> Reader[Voltage]:
-        return read
 
 
 class MaxAgeReader(Generic[SampleT]):
@@ -67,8 +66,13 @@ class CallMonitorLayer(Layer):
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         return partial(self.where.call_driver, self._stay_in(sensor.name), read)
 
-    def motor(self, motor: Motor) -> Motor:
-        return _MonitoredMotor(motor, self.where, self._stay_in(motor.name))
+    def motor(self, motor: MotorOutput) -> MotorOutput:
+        limit, where = self._stay_in(motor.name), self.where
+        return MotorOutput(
+            motor.name,
+            partial(where.call_driver_with, limit, motor.set_velocity),
+            partial(where.call_driver, limit, motor.stop),
+        )
 
     def clock(self, clock: Clock) -> Clock:
         return _MonitoredClock(clock, self.where, TimeLimit(self.answer_s, self._unpassed, GRACE_S))
@@ -83,23 +87,6 @@ class CallMonitorLayer(Layer):
         return BackendError(
             f"the backend of {self.robot!r} has not answered for {seconds:.1f} s, while time was to pass. {_ADVICE}"
         )
-
-
-class _MonitoredMotor(MotorWrapper):
-    """A motor of a driver."""
-
-    def __init__(self, inner: Motor, where: ActivityMonitor, stay: TimeLimit) -> None:
-        super().__init__(inner)
-        self._where, self._stay = where, stay
-
-    def set_velocity(self, rad_s: float) -> float:
-        return self._where.call_driver_with(self._stay, self._inner.set_velocity, rad_s)
-
-    def stop(self) -> None:
-        self._where.call_driver(self._stay, self._inner.stop)
-
-    def _apply(self, rad_s: float) -> None:
-        self.set_velocity(rad_s)
 
 
 class _MonitoredClock(ClockWrapper):

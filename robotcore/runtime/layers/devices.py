@@ -1,84 +1,90 @@
-"""Devices as an app gets them: the driver's own, seen through the layers."""
+"""The devices that an app gets: each wraps a driver's device and calls it through the layers."""
 
 from __future__ import annotations
 
-from robotcore.hal.devices import (
-    Angle,
-    Battery,
-    Camera,
-    Display,
-    Encoder,
-    Frame,
-    Image,
-    Range,
-    RangeSensor,
-    SampleT,
-    Sensor,
-    Voltage,
-)
-from robotcore.runtime.layers.base import TickCache
+from functools import cache
+from typing import Any, cast
+
+from robotcore.geometry import to_float
+from robotcore.hal.clock import TickClock
+from robotcore.hal.devices import Device, Display, Image, Motor, SampleT, Sensor
+from robotcore.runtime.layers.base import MotorOutput, Reader, Show
 
 
-class _Layered(Sensor[SampleT]):
-    _inner: Sensor[SampleT]
-    _read: TickCache[SampleT]
+class AppSensor(Sensor[SampleT]):
+    """A sensor that returns one sample a tick, read through the layers. All else is the driver's sensor."""
 
-    @property
-    def latest(self) -> SampleT | None:
-        """The sample that was read last; looking at it reads nothing."""
-        return self._read.latest
+    def __init__(self, inner: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]) -> None:
+        Device.__init__(self, inner.name)
+        self._inner, self._clock, self._read_layers = inner, clock, read
+        self._tick = -1
+        self.latest: SampleT | None = None
+
+    def read(self) -> SampleT:
+        self._require_open()
+        if self.latest is None or self._tick != self._clock.tick:
+            self.latest = self._read_layers()
+            self._tick = self._clock.tick
+        return self.latest
+
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of the driver's sensor, such as a camera's intrinsics."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._inner, name)
 
     def _newest(self) -> SampleT:
-        return self._read()
+        return self.read()
 
     def _release(self) -> None:
         self._inner.close()
 
 
-class LayeredRangeSensor(_Layered[Range], RangeSensor):
-    """A range sensor through its layers."""
-
-    def __init__(self, inner: RangeSensor, read: TickCache[Range]) -> None:
-        limits = {"min_range": inner.min_range, "max_range": inner.max_range}
-        RangeSensor.__init__(self, inner.name, cone=inner.cone, **limits)
-        self._inner, self._read = inner, read
+def wrap_sensor(sensor: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]) -> Sensor[SampleT]:
+    """Return a sensor of the same kind that reads through the layers."""
+    kind = next(each for each in type(sensor).__mro__ if "kind" in vars(each))
+    return _app_class(kind)(sensor, clock, read)
 
 
-class LayeredCamera(_Layered[Frame], Camera):
-    """A camera through its layers."""
-
-    def __init__(self, inner: Camera, read: TickCache[Frame]) -> None:
-        Camera.__init__(self, inner.name, inner.intrinsics)
-        self._inner, self._read = inner, read
+@cache
+def _app_class(kind: type[Sensor[Any]]) -> type[AppSensor[Any]]:
+    """Return a class that is an AppSensor and, for ``isinstance``, of the device kind, such as Camera."""
+    return cast("type[AppSensor[Any]]", type(f"App{kind.__name__}", (AppSensor, kind), {}))
 
 
-class LayeredEncoder(_Layered[Angle], Encoder):
-    """An encoder through its layers."""
+class AppMotor(Motor):
+    """A motor whose commands pass ``output``. Closing it closes the driver's motor."""
 
-    def __init__(self, inner: Encoder, read: TickCache[Angle]) -> None:
-        Encoder.__init__(self, inner.name)
-        self._inner, self._read = inner, read
+    def __init__(self, inner: Motor, output: MotorOutput) -> None:
+        super().__init__(inner.name, inner.max_velocity)
+        self._inner, self._output = inner, output
+
+    def set_velocity(self, rad_s: float) -> float:
+        self._require_open()
+        return self._output.set_velocity(to_float(rad_s))
+
+    def stop(self) -> None:
+        if not self._is_closed:
+            self._output.stop()
+
+    def _apply(self, rad_s: float) -> None:
+        self.set_velocity(rad_s)
+
+    def _release(self) -> None:
+        self._inner.close()
 
 
-class LayeredBattery(_Layered[Voltage], Battery):
-    """A battery through its layers."""
+class AppDisplay(Display):
+    """A display that shows pictures through the layers. ``latest`` is the newest picture."""
 
-    def __init__(self, inner: Battery, read: TickCache[Voltage]) -> None:
-        Battery.__init__(self, inner.name)
-        self._inner, self._read = inner, read
-
-
-class LayeredDisplay(Display):
-    """A display whose newest picture can be looked at."""
-
-    def __init__(self, inner: Display) -> None:
+    def __init__(self, inner: Display, show: Show) -> None:
         super().__init__(inner.name)
-        self._inner = inner
+        self._inner, self._show_layers = inner, show
         self.latest: Image | None = None
 
     def _show(self, image: Image) -> None:
         self.latest = image
-        self._inner.show(image)
+        self._show_layers(image)
 
     def _release(self) -> None:
         self._inner.close()

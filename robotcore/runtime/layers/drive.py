@@ -9,11 +9,11 @@ from functools import reduce
 from typing import cast
 
 from robotcore.description import Drive, EncoderDescription, RobotDescription
-from robotcore.geometry import Wheels, to_float
+from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Device, Encoder, Motor, RangeSensor
+from robotcore.hal.devices import Device, Encoder, RangeSensor
 from robotcore.hal.drive import CommandIntegrator, DifferentialDrive, Odometry
-from robotcore.runtime.layers.base import Layer
+from robotcore.runtime.layers.base import MotorOutput, Tap
 from robotcore.safety import (
     AccelerationLimit,
     CommandFilter,
@@ -29,69 +29,59 @@ from robotcore.safety import (
 )
 
 
-class WheelMotor(Motor):
-    """One wheel of a drive: what it is told passes the safety stage together with the other wheel's command.
+def wheel_output(name: str, stage: CommandFilter, *, is_left: bool) -> MotorOutput:
+    """Return the output for one wheel of a drive. Its command passes the filter with the other wheel's command.
 
-    `set_velocity` returns what would be sent as the tick stands; a later command for the other wheel may still
-    scale both.
+    ``set_velocity`` returns the velocity for the tick so far; a later command for the other wheel may scale both.
+    ``stop`` stops the whole drive, because one wheel that stops alone would turn the robot.
     """
 
-    def __init__(self, inner: Motor, stage: CommandFilter, *, is_left: bool) -> None:
-        super().__init__(inner.name, inner.max_velocity)
-        self._inner, self._stage, self._is_left = inner, stage, is_left
+    def set_velocity(rad_s: float) -> float:
+        asked = stage.asked
+        if is_left:
+            return stage.ask(Wheels(rad_s, asked.right)).left
+        return stage.ask(Wheels(asked.left, rad_s)).right
 
-    def set_velocity(self, rad_s: float) -> float:
-        self._require_open()
-        rad_s, asked = to_float(rad_s), self._stage.asked
-        if self._is_left:
-            return self._stage.ask(Wheels(rad_s, asked.right)).left
-        return self._stage.ask(Wheels(asked.left, rad_s)).right
-
-    def stop(self) -> None:
-        """Stop the whole drive at once: one wheel that stops alone would throw the robot round."""
-        if not self._is_closed:
-            self._stage.stop()
-
-    def close(self) -> None:
-        try:
-            self._inner.close()
-        finally:
-            self._is_closed = True
-
-    def _apply(self, rad_s: float) -> None:
-        self.set_velocity(rad_s)
+    return MotorOutput(name, set_velocity, stage.stop)
 
 
 @dataclass(frozen=True)
 class GuardedDrive:
-    """A drive with the stage that its commands pass; ``motors`` stand before the driver's own.
-
-    ``suspend`` stops it between two ticks, past the layers over its stage: it is no command of the app's.
-    """
+    """A drive, and the safety stage that its commands pass."""
 
     drive: DifferentialDrive
     stage: CommandFilter
+    """The filter that the app's commands enter: the safety filter under the taps."""
     suspend: Callable[[str], None]
-    motors: dict[str, Device]
+    """Stops the drive between two ticks, for a cause that is no command of the app."""
+    outputs: dict[str, MotorOutput]
+    """The output of each wheel for the app, by the motor's name."""
 
     @classmethod
     def over(
         cls,
         devices: Mapping[str, Device],
+        wheels: tuple[MotorOutput, MotorOutput],
+        limit: float,
         description: RobotDescription,
         drive: Drive,
         clock: Clock,
         latch: Latch,
         rate_hz: float,
-        layers: Sequence[Layer],
+        taps: Sequence[Tap],
         brakes: StopGroup,
+        take_guardian_stops: Callable[[], int],
     ) -> GuardedDrive:
-        """Build the drive that ``description`` tells of over the devices that are open, ``layers`` over its stage.
+        """Build the drive that ``description`` describes.
 
-        ``brakes`` are those on the robot's motors.
+        devices: the app's devices, for encoders and range sensors.
+        wheels: the outputs of the left and the right motor.
+        limit: the largest velocity of both wheels, rad/s.
+        taps: the taps that see the drive's commands and the wheel angles.
+        brakes: those on the robot's motors.
+        take_guardian_stops: returns how often the guardian has stopped the motors since the last call.
         """
-        left, right = _motor(devices, drive.left), _motor(devices, drive.right)
-        limit = min(left.max_velocity, right.max_velocity)
+        left, right = wheels
         commanded = CommandIntegrator(clock)
         encoders = _encoders(devices, drive)
         counted = _counted(*encoders) if encoders else None
@@ -102,7 +92,7 @@ class GuardedDrive:
             doubts.append(
                 StuckRangeCheck(latch, ahead, Odometry(drive.geometry, counted).pose, description.safety.stuck_m)
             )
-        bare = SafetyFilter(
+        safety_filter = SafetyFilter(
             clock,
             left,
             right,
@@ -111,17 +101,20 @@ class GuardedDrive:
             latch,
             commanded.turn_at,
             brakes.of(left, right),
+            take_guardian_stops,
         )
-        stage = reduce(lambda stage, layer: layer.command_filter(stage), layers, cast("CommandFilter", bare))
+        stage = reduce(lambda inner, tap: tap.command_filter(inner), taps, cast("CommandFilter", safety_filter))
         reckoned = _up_to_date(*encoders, commanded) if encoders else commanded.angles
-        angles = reduce(lambda read, layer: layer.angles(read), layers, reckoned)
+        angles = reduce(lambda read, tap: tap.angles(read), taps, reckoned)
         odometry = Odometry(drive.geometry, angles)
-        motors: dict[str, Device] = {
-            left.name: WheelMotor(left, stage, is_left=True),
-            right.name: WheelMotor(right, stage, is_left=False),
+        outputs = {
+            left.name: wheel_output(left.name, stage, is_left=True),
+            right.name: wheel_output(right.name, stage, is_left=False),
         }
         reach = description.body.reach_m
-        return cls(DifferentialDrive(drive.geometry, stage, odometry, limit, reach), stage, bare.suspend, motors)
+        return cls(
+            DifferentialDrive(drive.geometry, stage, odometry, limit, reach), stage, safety_filter.suspend, outputs
+        )
 
 
 def _rules(
@@ -184,9 +177,3 @@ def _following(
     return WheelTrackingCheck(
         clock, latch, commanded, turned, motors, encoders, description.safety.follow_s, max(counts)
     )
-
-
-def _motor(devices: Mapping[str, Device], name: str) -> Motor:
-    motor = devices[name]
-    assert isinstance(motor, Motor), f"{name} is a {type(motor).__name__}, the description says motor"
-    return motor

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from random import Random
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robotcore.description import Conditions, Drive
-from robotcore.hal.devices import Camera, Frame, Image, Motor, Range, RangeSensor
-from robotcore.runtime.layers.base import Layer, MotorWrapper, Reader, limit_reading
+from robotcore.hal.devices import Camera, Frame, Image, Range, RangeSensor, Sensor
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, limit_reading
 
 STRIP_STARTS = 1 << 16
 """From how many places a picture's noise may be cut out of its strip."""
@@ -93,20 +95,27 @@ class ImperfectionLayer(Layer):
         wheels = (drive.left, drive.right) if drive else ()
         self._gains = dict(zip(wheels, (conditions.wheel_gain_left, conditions.wheel_gain_right), strict=False))
 
-    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
-        noise = Noise(self._seed, camera.name, self._conditions.camera_noise)
-        effects = list(_effects(self._conditions, noise))
-        return ProcessedFrames(read, effects) if effects else read
-
-    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
-        """Return what reads the range sensor: off by a bias and by noise."""
+    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+        if isinstance(sensor, Camera):
+            noise = Noise(self._seed, sensor.name, self._conditions.camera_noise)
+            effects = list(_effects(self._conditions, noise))
+            return ProcessedFrames(read, effects) if effects else read
         bias, sigma = self._conditions.range_bias_m, self._conditions.range_noise_m
-        return NoisyRange(sensor, read, bias, Noise(self._seed, sensor.name, sigma)) if bias or sigma else read
+        if isinstance(sensor, RangeSensor) and (bias or sigma):
+            return NoisyRange(sensor, read, bias, Noise(self._seed, sensor.name, sigma))
+        return read
 
-    def motor(self, motor: Motor) -> Motor:
-        """Return the motor, whose wheel turns its gain times as fast as it is told."""
+    def motor(self, motor: MotorOutput) -> MotorOutput:
+        """Return an output that sends ``gain`` times the velocity, and returns the velocity without the gain."""
         gain = self._gains.get(motor.name, 1.0)
-        return motor if gain == 1.0 else ScaledMotor(motor, gain)
+        if gain == 1.0:
+            return motor
+
+        def set_velocity(rad_s: float) -> float:
+            motor.set_velocity(gain * rad_s)
+            return rad_s
+
+        return replace(motor, set_velocity=set_velocity)
 
 
 class ProcessedFrames:
@@ -133,17 +142,6 @@ class NoisyRange:
     def __call__(self) -> Range:
         reading = self._read()
         return limit_reading(self._sensor, reading, reading.distance + self._bias + self._noise.at(reading.time))
-
-
-class ScaledMotor(MotorWrapper):
-    """A motor that turns its gain times as fast as it is told, up to its limit, and does not know."""
-
-    def __init__(self, inner: Motor, gain: float) -> None:
-        super().__init__(inner)
-        self._gain = gain
-
-    def _apply(self, rad_s: float) -> None:
-        self._inner.set_velocity(self._gain * rad_s)
 
 
 def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:

@@ -1,38 +1,44 @@
-"""A motor outside the drive, as the app uses it."""
+"""The safety stage of a motor outside the drive."""
 
 from __future__ import annotations
 
 import math
 from threading import RLock
 
-from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
-from robotcore.hal.devices import Motor, invalid_velocity
-from robotcore.runtime.layers.base import MotorWrapper
+from robotcore.hal.devices import invalid_velocity
+from robotcore.runtime.layers.base import MotorOutput
 from robotcore.safety import Deadman, Latch, StopGroup
 from robotcore.safety.deadman import TimedLock
 
 
-class StandaloneMotor(MotorWrapper):
-    """A motor whose command is sent at once and lives one lease, as a drive's does: it is cut where nobody renews it.
+class StandaloneGuard:
+    """Guards a motor that belongs to no drive. Each command is sent at once, and expires after one lease.
 
-    NaN latches, and what is latched moves no more. In a tick that lasts longer than a lease, commands are ignored.
+    A velocity that is not finite trips the latch, and a tripped latch stops the motor for good. In a tick that lasts
+    longer than a lease, commands are ignored.
     """
 
-    def __init__(self, inner: Motor, clock: TickClock, lease: float, latch: Latch, brakes: StopGroup) -> None:
-        super().__init__(inner)
+    def __init__(
+        self, motor: MotorOutput, max_velocity: float, clock: TickClock, lease: float, latch: Latch, brakes: StopGroup
+    ) -> None:
+        self._motor, self._max_velocity = motor, max_velocity
         self._clock, self._latch, self._brakes = clock, latch, brakes
         self._lock = RLock()
         self._deadman = Deadman(clock, lease, self._cut, self._lock, brakes.reserve)
         self._halts = 0
         latch.call(self.stop)
 
+    @property
+    def output(self) -> MotorOutput:
+        """The guarded output."""
+        return MotorOutput(self._motor.name, self.set_velocity, self.stop)
+
     def set_velocity(self, rad_s: float) -> float:
-        self._require_open()
+        """Send a velocity in rad/s, limited to the motor's maximum; return the velocity that the motor accepted."""
         self._latch.check()
-        rad_s = to_float(rad_s)
         if not math.isfinite(rad_s):
-            self._latch.trip(invalid_velocity(self.name, rad_s))
+            self._latch.trip(invalid_velocity(self._motor.name, rad_s))
         if rad_s == 0:
             self.stop()
             return 0.0
@@ -42,22 +48,20 @@ class StandaloneMotor(MotorWrapper):
                 return 0.0
             halts = self._halts
             self._deadman.renew(self._clock.now())
-            sent = self._inner.set_velocity(rad_s)
+            sent = self._motor.set_velocity(max(-self._max_velocity, min(rad_s, self._max_velocity)))
             if self._halts == halts and not self._latch.error:
                 return sent
         self.stop()
         return 0.0
 
     def stop(self) -> None:
-        """Stop at once. Where that hangs or fails, the deadman is the next to try."""
-        if self._is_closed:
-            return
+        """Stop at once. If that hangs or fails, the deadman tries again."""
         with TimedLock(self._lock):
             self._halt()
             self._deadman.rest()
 
     def suspend(self, cause: str) -> None:
-        """Stop between two ticks; what it was for is told of drives alone."""
+        """Stop between two ticks. Only a drive reports the ``cause``."""
         self.stop()
 
     def _cut(self, expiry: float) -> None:
@@ -66,6 +70,3 @@ class StandaloneMotor(MotorWrapper):
     def _halt(self) -> None:
         self._halts += 1
         self._brakes.apply()
-
-    def _apply(self, rad_s: float) -> None:
-        self.set_velocity(rad_s)

@@ -7,11 +7,11 @@ import pytest
 
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
-from robotcore.hal.devices import Camera, Frame
+from robotcore.hal.devices import Camera, SampleT, Sensor
 from robotcore.recording import Recording, read
-from robotcore.recording.layer import RecordingLayer, TickEvents
+from robotcore.recording.layer import RecordingTap, TickEvents
 from robotcore.recording.recorder import Recorder
-from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.layers.base import Reader, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
@@ -24,7 +24,7 @@ class Witness:
     """Sees what the recorder sees, and keeps it in memory."""
 
     def __init__(self) -> None:
-        self.layer = RecordingLayer(lambda: True)
+        self.layer = RecordingTap(lambda: True)
         self.ticks: list[tuple[TickRecord, TickEvents]] = []
         self.poses: list[Pose] = []
         self.result: RunResult | None = None
@@ -40,16 +40,19 @@ class Witness:
         self.result = result
 
 
-class Blinking(Layer):
+class Blinking(Tap):
     """A camera that fails at every fourth read."""
 
     reads = 0
 
-    def camera(self, camera: Camera, read: Reader[Frame]) -> Reader[Frame]:
-        def blinking() -> Frame:
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        if not isinstance(sensor, Camera):
+            return read
+
+        def blinking() -> SampleT:
             self.reads += 1
             if self.reads % 4 == 0:
-                raise DeviceError(camera.name, "no picture came")
+                raise DeviceError(sensor.name, "no picture came")
             return read()
 
         return blinking
@@ -66,7 +69,7 @@ class Recorded:
         return read(self.file)
 
 
-def record(file: Path, *below: Layer, is_jpeg: bool = False, app: str = UNRULY, **asked: Any) -> Recorded:
+def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = UNRULY, **asked: Any) -> Recorded:
     """Run the unruly app, or another, and record it."""
     recorder, witness = Recorder(file, is_jpeg=is_jpeg), Witness()
     run(RunRequest(app, **{"seed": 3, **asked}), [recorder, witness], [*below, recorder.layer, witness.layer])

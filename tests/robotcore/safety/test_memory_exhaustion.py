@@ -13,7 +13,8 @@ from robotcore.errors import EmergencyStopError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.runtime.layers.standalone_motor import StandaloneMotor
+from robotcore.runtime.layers.base import MotorOutput
+from robotcore.runtime.layers.standalone_motor import StandaloneGuard
 from robotcore.safety import Deadman, Latch, SafetyFilter, StopGroup
 from robotcore.safety.reserve import Reserve
 from robotcore.threads import is_out_of_memory
@@ -44,7 +45,9 @@ class Robot:
         self.brakes = StopGroup.on(*self.motors, reserve=self.reserve)
         self.latch.call(self.brakes.apply_apart)
         self.stage = SafetyFilter(ticks, left, right, [], LEASE_S, self.latch, brakes=self.brakes.of(left, right))
-        self.gripper = StandaloneMotor(gripper, ticks, LEASE_S, self.latch, self.brakes.of(gripper))
+        self.gripper = StandaloneGuard(
+            MotorOutput.of(gripper), 12.0, ticks, LEASE_S, self.latch, self.brakes.of(gripper)
+        )
         self.stage.ask(Wheels(2.0, 2.0))
         self.stage.commit()
         self.gripper.set_velocity(2.0)

@@ -13,7 +13,7 @@ from robotcore import RunRequest, run
 from robotcore.description import load_world
 from robotcore.errors import UsageError
 from robotcore.hal.devices import Frame, Image
-from robotcore.runtime.layers.devices import LayeredCamera, LayeredDisplay
+from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.session import Run
 from robotcore.view.canvas import BAD, FAIR, GOOD, assign_state_colours
 from robotcore.view.overhead import MapTransform, Track
@@ -186,8 +186,8 @@ def test_shows_the_apps_own_picture_before_the_cameras() -> None:
     recorder = Looker()
     run(RunRequest("mark-green", world="open", seed=3, settings={"duration_s": 0.2}), [recorder])
     display, camera = recorder.run.robot.display, recorder.run.robot.camera
-    assert isinstance(display, LayeredDisplay)
-    assert isinstance(camera, LayeredCamera)
+    assert isinstance(display, AppDisplay)
+    assert isinstance(camera, AppSensor)
     assert camera.latest is not None
     assert find_last_image(recorder.run.robot) is display.latest is not camera.latest.image
 

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from robotcore import RunRequest, run
-from robotcore.hal.devices import Range
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
@@ -69,9 +69,12 @@ def test_on_a_robot_no_pace_is_reported_for_it_has_none_but_its_own() -> None:
 
 @pytest.mark.parametrize("distance, words", [(0.84, "0.84 m ahead"), (math.inf, "nothing ahead")])
 def test_the_line_tells_the_range_that_was_read(monkeypatch: pytest.MonkeyPatch, distance: float, words: str) -> None:
-    monkeypatch.setattr("robotcore.runtime.layers.devices.LayeredRangeSensor.latest", Range(distance, 0.0, 0))
     progress = Painted()
     run(REQUEST, [progress])
+    sensor = next(each for each in progress.last_run.robot.devices.values() if isinstance(each, RangeSensor))
+    monkeypatch.setattr(sensor, "latest", Range(distance, 0.0, 0))
+    progress._run = progress.last_run
+    progress.tick(TickRecord(11, 0.55, "cruise", None, None, ()))
     assert words in progress.lines[-1]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.recording import GroundTruthSample, Metadata, RecordedError, RecordedSample, Recording, SampleKey, Tick
-from robotcore.recording.layer import RecordingLayer
+from robotcore.recording.layer import RecordingTap
 from robotcore.recording.recording import build_metadata
 from robotcore.recording.writer import TickBuilder
 from robotcore.runtime.result import RunResult
@@ -20,7 +20,7 @@ class Memory:
     """An observer that keeps what its tap notes."""
 
     def __init__(self) -> None:
-        self.layer = RecordingLayer(lambda: True)
+        self.layer = RecordingTap(lambda: True)
         self.ticks: list[Tick] = []
         self.samples: dict[SampleKey, RecordedSample] = {}
         self.truth: list[GroundTruthSample] = []

@@ -13,11 +13,11 @@ from benchmarks.replayed.disturbances import Disturbance, EmergencyStop
 from drivers.kinematic.backend import KinematicBackend
 from robotcore.errors import DeviceError
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Display, Image, Range, RangeSensor
+from robotcore.hal.devices import Display, Image, RangeSensor, SampleT, Sensor
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording
 from robotcore.recording.replay import evaluate, replay
-from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.layers.base import Reader, Show, Tap
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import NullMotor
@@ -95,14 +95,17 @@ class TestMotorOutsideTheDrive:
         assert rehearsed.first_difference.tick == 0
 
 
-class Deaf(Layer):
+class Deaf(Tap):
     """A range sensor whose first read in each third tick fails; whoever asks again is answered."""
 
     def __init__(self) -> None:
         self._ticks = self._reads = 0
 
-    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
-        def reader() -> Range:
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        if not isinstance(sensor, RangeSensor):
+            return read
+
+        def reader() -> SampleT:
             self._reads += 1
             if self._ticks % 3 == 0 and self._reads == 1:
                 raise DeviceError(sensor.name, "no echo")
@@ -129,30 +132,23 @@ def test_app_is_not_given_the_error_that_the_guard_was_given() -> None:
     require_equal(recording)
 
 
-class Dark(Layer):
+class Dark(Tap):
     """A display that fails to show every fifth picture."""
 
-    def display(self, display: Display) -> Display:
-        return Flickering(display)
+    _count = 0
+
+    def display(self, display: Display, show: Show) -> Show:
+        def flicker(image: Image) -> None:
+            self._count += 1
+            if self._count % 5 == 0:
+                raise DeviceError(display.name, "it is dark")
+            show(image)
+
+        return flicker
 
     def begin(self, run: object) -> None: ...
     def tick(self, record: TickRecord) -> None: ...
     def end(self, result: object) -> None: ...
-
-
-class Flickering(Display):
-    def __init__(self, inner: Display) -> None:
-        super().__init__(inner.name)
-        self._inner, self._count = inner, 0
-
-    def _show(self, image: Image) -> None:
-        self._count += 1
-        if self._count % 5 == 0:
-            raise DeviceError(self.name, "it is dark")
-        self._inner.show(image)
-
-    def _release(self) -> None:
-        self._inner.close()
 
 
 def test_display_that_failed_fails_again_at_the_same_picture() -> None:

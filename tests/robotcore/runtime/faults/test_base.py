@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 
@@ -8,7 +9,7 @@ from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor, SampleT, Sensor
 from robotcore.runtime.faults.planning import DeviceFilter
 from robotcore.runtime.faults.readings import Stuck
-from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
 from tests.robotcore.fakes import NullCamera, NullEncoder, NullMotor, NullRange
 
 Failing = Camera | RangeSensor | Encoder | Motor
@@ -24,21 +25,17 @@ class Noting(Layer):
         self.names.append(sensor.name)
         return read
 
-    def motor(self, motor: Motor) -> Motor:
+    def motor(self, motor: MotorOutput) -> MotorOutput:
         self.names.append(motor.name)
         return motor
 
 
 def put_over(layer: Layer, device: Failing) -> None:
-    match device:
-        case Camera():
-            layer.camera(device, device.read)
-        case RangeSensor():
-            layer.range_sensor(device, device.read)
-        case Encoder():
-            layer.encoder(device, device.read)
-        case Motor():
-            layer.motor(device)
+    if isinstance(device, Motor):
+        layer.motor(MotorOutput.of(device))
+    else:
+        sensor: Sensor[Any] = device
+        layer.sensor(sensor, sensor.read)
 
 
 @pytest.mark.parametrize("made", [NullCamera, NullRange, NullEncoder, lambda _, name: NullMotor(name)])

@@ -7,6 +7,7 @@ import pytest
 
 from robotcore.errors import DeviceClosedError, DeviceError, InvalidCommandError
 from robotcore.runtime.faults.motors import FaultyMotor
+from robotcore.runtime.layers.base import MotorOutput
 from robotcore.safety.deadman import LOCK_TIMEOUT_S
 from tests.robotcore.fakes import NullMotor
 from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
@@ -62,19 +63,21 @@ def test_the_deadman_stops_it(effect: str) -> None:
 def test_what_is_no_number_stops_it() -> None:
     motor = NullMotor("left_motor")
     with pytest.raises(InvalidCommandError):
-        FaultyMotor(motor, lambda: 0.5).set_velocity(math.nan)
+        FaultyMotor(MotorOutput.of(motor), lambda: 0.5).set_velocity(math.nan)
     assert motor.sent == [0.0]
 
 
 def test_closing_stops_and_closes_the_motor_once() -> None:
-    motor = NullMotor("left_motor")
-    faulty_one = FaultyMotor(motor, lambda: 0.5)
-    faulty_one.close()
-    faulty_one.close()
-    faulty_one.stop()
-    assert (motor.sent[-1], motor.releases) == (0.0, 1)
+    rig = faulty("left_motor weak=0.5")
+    rig.robot.drive.set_wheels(4.0, 4.0)
+    rig.commit()
+    left = rig.robot.motors["left_motor"]
+    left.close()
+    left.close()
+    left.stop()
+    assert (rig.left.sent[-1], rig.left.releases) == (0.0, 1)
     with pytest.raises(DeviceClosedError):
-        faulty_one.set_velocity(1.0)
+        left.set_velocity(1.0)
 
 
 def test_a_motor_that_breaks_when_its_fault_begins_is_reported() -> None:
@@ -88,7 +91,7 @@ def test_a_motor_that_breaks_when_its_fault_begins_is_reported() -> None:
 
 def test_a_stop_that_could_not_wait_for_a_call_that_hangs_is_sent_again_after_it() -> None:
     motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
-    weak = FaultyMotor(motor, lambda: next(gains))
+    weak = FaultyMotor(MotorOutput.of(motor), lambda: next(gains))
     weak.set_velocity(4.0)
     stopping = Thread(target=weak.stop)
 
@@ -106,7 +109,7 @@ def test_a_stop_that_could_not_wait_for_a_call_that_hangs_is_sent_again_after_it
 def test_a_stop_from_another_thread_counts_where_the_motor_is_just_being_reported_anew() -> None:
     """A deadman on a real clock stops from a thread of its own."""
     motor, gains = NullMotor("left_motor"), iter((1.0, 0.5, 0.5))
-    weak = FaultyMotor(motor, lambda: next(gains))
+    weak = FaultyMotor(MotorOutput.of(motor), lambda: next(gains))
     weak.set_velocity(4.0)
     stopping = Thread(target=weak.stop)
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import EntryPoint
-from typing import Annotated
+from typing import Annotated, Any
 
 import pytest
 from pydantic import Field
@@ -16,7 +16,7 @@ from robotcore import plugins
 from robotcore.cli.main import execute
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.hal.devices import Range, RangeSensor
+from robotcore.hal.devices import Sensor
 from robotcore.hal.robot import Role
 from robotcore.runtime.faults import Fault, FaultContext, Kind, plan_faults
 from robotcore.runtime.faults.planning import Target, load_fault
@@ -146,7 +146,7 @@ class Biased(Layer):
     def __init__(self, fault: Bias) -> None:
         self._fault = fault
 
-    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
+    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
         return lambda: replace(read(), distance=read().distance + self._fault.value)
 
 

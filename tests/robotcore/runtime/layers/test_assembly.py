@@ -7,12 +7,12 @@ import pytest
 from robotcore.description import Conditions, load_robot
 from robotcore.errors import DeviceClosedError, DeviceGroupError, StaleSampleError, UnmetNeedError
 from robotcore.geometry import Wheels
-from robotcore.hal.devices import Camera, Device, Display, Range, RangeSensor
+from robotcore.hal.devices import Camera, Device, Display, RangeSensor, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble, needed_devices
-from robotcore.runtime.layers.base import Layer, Reader
+from robotcore.runtime.layers.base import Reader, Show, Tap
 from robotcore.safety import CommandFilter
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
 
@@ -250,22 +250,22 @@ def test_another_clock_may_stand_in_for_the_backends() -> None:
     assert paced._wall.now() >= 0.05
 
 
-class Spy(Layer):
+class Spy(Tap):
     """Notes what passes it."""
 
     def __init__(self) -> None:
         self.seen: list[object] = []
 
-    def range_sensor(self, sensor: RangeSensor, read: Reader[Range]) -> Reader[Range]:
-        def noting() -> Range:
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        def noting() -> SampleT:
             self.seen.append(sensor.name)
             return read()
 
         return noting
 
-    def display(self, display: Display) -> Display:
+    def display(self, display: Display, show: Show) -> Show:
         self.seen.append(display.name)
-        return display
+        return show
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
         ask = inner.ask

@@ -7,8 +7,9 @@ import pytest
 from robotcore.errors import BackendError, DeviceError, StaleSampleError
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.devices import Range
-from robotcore.runtime.layers.base import TickCache
+from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeReader
+from robotcore.runtime.layers.devices import AppSensor, wrap_sensor
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 from tests.robotcore.fakes import NullMotor, NullRange
 
@@ -23,24 +24,30 @@ def counting() -> Callable[[], Range]:
     return lambda: next(samples)
 
 
+def layered(clock: TickClock, read: Callable[[], Range]) -> AppSensor[Range]:
+    sensor = wrap_sensor(NullRange(clock), clock, read)
+    assert isinstance(sensor, AppSensor)
+    return sensor
+
+
 def test_within_a_tick_the_sample_is_one(clock: TickClock) -> None:
-    read = TickCache(clock, counting())
-    assert read() is read()
+    read = layered(clock, counting())
+    assert read.read() is read.read()
     clock.sleep_until(0.05)
-    assert read().sequence == 1
+    assert read.read().sequence == 1
 
 
 def test_a_tick_without_a_read_takes_no_sample(clock: TickClock) -> None:
-    read = TickCache(clock, counting())
+    read = layered(clock, counting())
     for tick in range(1, 5):
         clock.sleep_until(tick / 20)
-    assert read().sequence == 0
+    assert read.read().sequence == 0
 
 
 def test_the_latest_can_be_looked_at_without_reading(clock: TickClock) -> None:
-    read = TickCache(clock, counting())
+    read = layered(clock, counting())
     assert read.latest is None
-    sample = read()
+    sample = read.read()
     clock.sleep_until(0.05)
     assert read.latest is sample
 
@@ -54,10 +61,10 @@ def test_a_read_that_failed_is_tried_again(clock: TickClock) -> None:
             raise outcome
         return outcome
 
-    once = TickCache(clock, read)
+    once = layered(clock, read)
     with pytest.raises(DeviceError):
-        once()
-    assert once().distance == 1.0
+        once.read()
+    assert once.read().distance == 1.0
 
 
 def test_a_sample_of_just_the_limit_is_fresh_enough(clock: TickClock) -> None:
@@ -107,7 +114,7 @@ def bench() -> Bench:
 def test_a_motor_is_named_while_it_is_reported_or_stopped(bench: Bench) -> None:
     inner = NullMotor("left_motor")
     inner.on_command = bench.note
-    motor = bench.layer.motor(inner)
+    motor = bench.layer.motor(MotorOutput.of(inner))
     assert motor.set_velocity(99.0) == 12.0
     motor.stop()
     assert [error.partition(".")[0] for error in bench.errors()] == ["left_motor: has not answered for 1"] * 2
@@ -130,7 +137,7 @@ def test_nothing_is_noted_any_more_when_a_driver_raises(bench: Bench) -> None:
     inner = NullMotor("left_motor")
     inner.is_broken = True
     with pytest.raises(DeviceError):
-        bench.layer.motor(inner).set_velocity(1.0)
+        bench.layer.motor(MotorOutput.of(inner)).set_velocity(1.0)
     assert bench.where.call is None
 
 

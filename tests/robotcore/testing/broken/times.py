@@ -4,7 +4,7 @@ import itertools
 from dataclasses import replace
 
 from robotcore.hal.backend import Setup
-from robotcore.hal.devices import Range, RangeSensor, Sensor
+from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.testing import Gate
 from tests.robotcore.testing.broken.sensing import saying
@@ -24,22 +24,6 @@ def sleeping(robot: Robot) -> None:
         return sample
 
     saying(RangeSensor, sleep)(robot)
-
-
-class Unlayered(Sensor[Range]):
-    """A range sensor that is none by its class."""
-
-    def __init__(self, inner: RangeSensor) -> None:
-        super().__init__(inner.name)
-        self._inner = inner
-
-    def _newest(self) -> Range:
-        return replace(self._inner.read())
-
-
-def of_an_unknown_kind(robot: Robot) -> None:
-    if "nose" in robot.devices:
-        robot.devices["nose"] = Unlayered(robot.range)
 
 
 class WaitsForHardware(Sound):
@@ -74,9 +58,6 @@ BROKEN_SAMPLES = (
     ),
     broken("the sequence counts reads", "sample_read_twice_is_the_same", counting_reads),
     broken("reading lets time pass", "reading_lets_no_time_pass", sleeping),
-    broken(
-        "a sensor is of no kind that the layers know", "within_a_tick_a_device_gives_one_sample", of_an_unknown_kind
-    ),
     Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), WaitsForHardware),
 )
 
