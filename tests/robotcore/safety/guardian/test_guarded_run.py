@@ -51,7 +51,7 @@ def test_a_tracer_that_keeps_the_watchdog_from_ending_a_run_is_reported(start: S
     out, err = running.end()
     result = json.loads(out)
     assert result["outcome"] == "success"
-    check_text(re.sub(r"for [\d.]+ s, in .*?:\d+", "for … s, in …", result["notes"][0]))
+    check_text(re.sub(r"within [\d.]+ s, (.*), at .*?:\d+", r"within … s, \1, at …", result["notes"][0]))
     assert result["notes"][0] in err
 
 
