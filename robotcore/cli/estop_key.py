@@ -1,4 +1,4 @@
-"""The e-stop in the terminal: the space bar."""
+"""The space bar of the terminal as the e-stop of a run."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ HINT = "space: stop"
 PRESSED = "the space bar was pressed in the terminal"
 BUFFER = 64
 CLOSING_S = 1.0
-"""Nobody who closes this waits longer for the thread that listens."""
+"""The longest wait for the reading thread, in seconds."""
 
-LOOK_S = 0.1
-"""How often to look whether there is still somebody to listen for, and whether the terminal is ours."""
+POLL_S = 0.1
+"""Seconds between two checks of the run and of the foreground process group."""
 
 
 def can_listen() -> bool:
-    """Return whether somebody can press keys: standard input is a terminal, and this job is in front of it."""
+    """Return whether standard input is a terminal and this job is in its foreground."""
     if os.name != "posix" or sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
         return False
-    return _is_in_front(sys.stdin.fileno())
+    return _is_in_foreground(sys.stdin.fileno())
 
 
 class EmergencyStopKey:
-    """An observer: while a run lasts, the space bar is its e-stop; the terminal is then put back as it was.
+    """An observer that makes the space bar the e-stop of a run, and restores the terminal after it.
 
-    A key comes at once and is not shown (``cbreak``). The program may be suspended and go on, in front or behind; in
-    the background it leaves the terminal alone, for its keys are somebody else's, and so it does while Python's own
-    debugger asks there for a command. An app that reads the terminal gets what it reads.
+    The terminal is in ``cbreak`` mode: a key is read at once and is not shown. While the job is in the background or
+    suspended, or Python's debugger reads a command, the terminal is in its former mode. An app can still read from
+    standard input.
     """
 
     def __init__(self) -> None:
@@ -52,8 +52,8 @@ class EmergencyStopKey:
         self._thread: Thread | None = None
 
     def hint(self) -> str:
-        """Return what the key does, while the terminal is ours; else nothing, for it does nothing."""
-        return HINT if self._before is not None and _is_in_front(self._terminal) else ""
+        """Return a hint for the user while the key works, else an empty text."""
+        return HINT if self._before is not None and _is_in_foreground(self._terminal) else ""
 
     def begin(self, run: Run) -> None:
         self._run = run
@@ -61,74 +61,74 @@ class EmergencyStopKey:
         self._thread = start_thread(self._listen, "space bar")
 
     def tick(self, record: TickRecord) -> None:
-        """Keys come between ticks too."""
+        """Do nothing: a thread reads the keys."""
 
     def end(self, result: RunResult) -> None:
         self.close()
 
     def close(self) -> None:
-        """Listen no more, and put the terminal back. May be called again."""
+        """Stop reading keys, and restore the terminal. May be called again."""
         self._is_over.set()
         self.pause()
         if self._thread:
             self._thread.join(CLOSING_S)
 
     def pause(self) -> None:
-        """Make the terminal again what it was, until it is to `go_on`."""
+        """Restore the terminal until `go_on`."""
         import termios
 
-        with self._lock, suppress(termios.error), _unstopped():
+        with self._lock, suppress(termios.error), _block_job_signals():
             self._is_paused = True
             if self._before is not None:
                 termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)
                 self._before = None
 
     def go_on(self) -> None:
-        """Let keys come at once again, as soon as the terminal is ours."""
+        """Take the terminal again, as soon as the job is in the foreground."""
         self._is_paused = self._is_over.is_set()
         self._take()
 
     def _listen(self) -> None:
-        with suppress(OSError), _unstopped(), _keys_of(self._terminal) as keys:  # a terminal that is gone
+        with suppress(OSError), _block_job_signals(), _open_keys(self._terminal) as keys:  # the terminal may vanish
             while not self._is_over.is_set():
-                if KEY in self._pressed(keys) and self._run:
+                if KEY in self._read_keys(keys) and self._run:
                     self._run.emergency.press(PRESSED)
 
-    def _pressed(self, keys: int) -> bytes:
-        """Return the keys that were pressed, after a short while at most."""
-        if not _is_in_front(self._terminal):
-            self._is_over.wait(LOOK_S)
+    def _read_keys(self, keys: int) -> bytes:
+        """Return the keys that were pressed, after `POLL_S` at most."""
+        if not _is_in_foreground(self._terminal):
+            self._is_over.wait(POLL_S)
             return b""
         if _is_debugger_asking():
-            self._lend()
+            self._lend_to_debugger()
             return b""
         self._take()
-        is_there, _, _ = select([keys], [], [], LOOK_S)
-        return _read(keys) if is_there and not self._is_over.is_set() else b""
+        ready, _, _ = select([keys], [], [], POLL_S)
+        return _read(keys) if ready and not self._is_over.is_set() else b""
 
     def _take(self) -> None:
-        """Let keys come at once, where the terminal is ours and nobody paused this."""
+        """Put the terminal into ``cbreak`` mode, if the job is in the foreground and not paused."""
         import termios
         import tty
 
         with self._lock, suppress(termios.error):
-            if self._before is None and not self._is_paused and _is_in_front(self._terminal):
+            if self._before is None and not self._is_paused and _is_in_foreground(self._terminal):
                 self._before = termios.tcgetattr(self._terminal)
                 tty.setcbreak(self._terminal, termios.TCSANOW)
 
-    def _lend(self) -> None:
-        """Leave the terminal alone until the debugger has its command."""
+    def _lend_to_debugger(self) -> None:
+        """Restore the terminal until the debugger has read its command."""
         was_paused = self._is_paused
         self.pause()
-        while _is_debugger_asking() and not self._is_over.wait(LOOK_S):
+        while _is_debugger_asking() and not self._is_over.wait(POLL_S):
             pass
         if not was_paused:
             self.go_on()
 
 
 @contextmanager
-def _keys_of(terminal: int) -> Iterator[int]:
-    """Lend a descriptor that never waits for the keys of a terminal; the app's own reading is not changed by it."""
+def _open_keys(terminal: int) -> Iterator[int]:
+    """Open the terminal anew without blocking, so that the app's own descriptor still blocks."""
     keys = os.open(os.ttyname(terminal), os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
     try:
         yield keys
@@ -137,7 +137,7 @@ def _keys_of(terminal: int) -> Iterator[int]:
 
 
 def _read(keys: int) -> bytes:
-    """Return the keys that are there; those that others have taken, or are to have, are theirs."""
+    """Return the keys that can be read now. Another reader may have taken them."""
     with suppress(OSError):
         return os.read(keys, BUFFER)
     return b""
@@ -145,7 +145,7 @@ def _read(keys: int) -> bytes:
 
 def _is_debugger_asking() -> bool:
     """Return whether the main thread is in Python's own debugger."""
-    frame = sys._current_frames().get(main_thread().ident or 0)  # noqa: SLF001  the one way to see another thread
+    frame = sys._current_frames().get(main_thread().ident or 0)  # noqa: SLF001  there is no other way to inspect a thread
     while frame:
         if frame.f_globals.get("__name__") == "bdb":
             return True
@@ -153,15 +153,15 @@ def _is_debugger_asking() -> bool:
     return False
 
 
-def _is_in_front(terminal: int) -> bool:
-    with suppress(OSError):  # it is no terminal of ours
+def _is_in_foreground(terminal: int) -> bool:
+    with suppress(OSError):  # it is not the terminal of this session
         return os.tcgetpgrp(terminal) == os.getpgrp()
     return False
 
 
 @contextmanager
-def _unstopped() -> Iterator[None]:
-    """Let a thread of a job behind set the terminal too, and fail to read it: else the whole job would be stopped."""
+def _block_job_signals() -> Iterator[None]:
+    """Block SIGTTOU and SIGTTIN, which would stop the whole job if it uses the terminal in the background."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTTOU, signal.SIGTTIN])
     try:
         yield

@@ -1,4 +1,4 @@
-"""``robotcore firmware``: our program for a microcontroller that drives the wheels, built and put on it."""
+"""``robotcore firmware`` builds robotcore's program for a microcontroller that drives the wheels, and flashes it."""
 
 from __future__ import annotations
 
@@ -29,23 +29,23 @@ _sketch = click.option(
     "folder",
     metavar="DIR",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Your own copy of the sketch, with your robot's config.h; by default the one that came with robotcore.",
+    help="Your own copy of the sketch, with your robot's config.h. Default: the sketch of robotcore.",
 )
 
 
 @click.group("firmware")
 def command() -> None:
-    """Put our program on an Arduino that drives the wheels."""
+    """Put robotcore's program on an Arduino that drives the wheels."""
 
 
 @command.command("copy")
 @click.argument("into", metavar="DIR", type=click.Path(path_type=Path, file_okay=False))
 def copy(into: Path) -> None:
-    """Copy the sketch into DIR, to write your robot's pins into its config.h."""
+    """Copy the sketch into DIR, so that you can write your robot's pins into its config.h."""
     from robotcore.hardware.firmware.board import copy_sketch
 
     target = copy_sketch(into)
-    write_line(f"{target / 'config.h'}: say there how your robot is wired")
+    write_line(f"{target / 'config.h'}: write the wiring of your robot into this file")
     write_line(f"then: robotcore firmware flash --sketch-dir {target}")
 
 
@@ -53,21 +53,25 @@ def copy(into: Path) -> None:
 @_board
 @_sketch
 @click.option(
-    "--into", type=click.Path(path_type=Path, file_okay=False), default=Path("build/firmware"), show_default=True
+    "--into",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("build/firmware"),
+    show_default=True,
+    help="The folder for the program.",
 )
 def build(name: str, folder: Path | None, into: Path) -> None:
-    """Compile the sketch, with arduino-cli, or with avr-gcc and Debian's Arduino core."""
+    """Compile the sketch with arduino-cli, or with avr-gcc and Debian's Arduino core."""
     from robotcore.hardware.firmware.board import BOARDS, find_sketch
 
-    write_line(str(_built(find_sketch(folder), BOARDS[name], into).image))
+    write_line(str(_build(find_sketch(folder), BOARDS[name], into).image))
 
 
 @command.command("flash")
 @_board
 @_sketch
-@click.option("--port", help="Where the board is, such as /dev/ttyUSB0; not needed where one alone is plugged in.")
+@click.option("--port", help="The board's port, such as /dev/ttyUSB0. Not needed if only one board is plugged in.")
 def flash(name: str, folder: Path | None, port: str | None) -> None:
-    """Compile the sketch, put it on the board, and ask the board what it runs."""
+    """Compile the sketch, flash the board, and read the version that runs on it."""
     from robotcore.hardware.firmware.board import (
         BOARDS,
         find_only_port,
@@ -82,14 +86,14 @@ def flash(name: str, folder: Path | None, port: str | None) -> None:
     require_free(port)
     board, folder = BOARDS[name], find_sketch(folder)
     with TemporaryDirectory(prefix="robotcore-firmware-") as scratch:
-        built = _built(folder, board, Path(scratch))
+        built = _build(folder, board, Path(scratch))
         write_line(f"flashing the {name} at {port} ...")
         tool = write_image(built.image, board, port)
     write_line(f"flashed and verified with {tool}")
     write_line(f"{port} answers: {read_version(port, read_baud(folder))}")
 
 
-def _built(folder: Path, board: Board, into: Path) -> FirmwareImage:
+def _build(folder: Path, board: Board, into: Path) -> FirmwareImage:
     from robotcore.hardware.firmware import toolchain
 
     built = toolchain.build(folder, board, into.absolute())

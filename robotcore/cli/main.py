@@ -1,4 +1,4 @@
-"""The command ``robotcore``: its commands, and how whatever ends one becomes an exit status."""
+"""The command ``robotcore``: its subcommands, and the exit status of each error."""
 
 from __future__ import annotations
 
@@ -12,40 +12,41 @@ from typing import NoReturn, TextIO
 
 import click
 
-from robotcore.cli.lazy_group import LazyGroup
+from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_error, write_failure, write_line, write_lines, write_usage_error
 from robotcore.errors import Interrupted, RobotcoreError
 
 SIGNALLED = 128
-"""A status above this one stands for the signal of the number that is left."""
+"""An exit status above this one is 128 + the number of a signal."""
 
 INTERRUPTED = SIGNALLED + 2
-"""By SIGINT."""
+"""The exit status after SIGINT."""
 
 EXITING_S = 3.0
+"""Seconds for the exit of the interpreter."""
 
 UNWRITTEN = 1
-"""The output could not be written."""
+"""The exit status if the output cannot be written."""
 
 
 @click.group(
     cls=LazyGroup,
     package="robotcore.cli",
-    names=(
-        "new",
+    commands=(
+        "scaffold:new",
         "run",
         "sweep",
-        "replay",
-        "compare",
-        "info",
-        "demo",
-        "apps",
-        "backends",
-        "faults",
-        "robots",
-        "worlds",
-        "check",
-        "export",
+        "recordings:replay",
+        "recordings:compare",
+        "recordings:info",
+        "run:demo",
+        "lists:apps",
+        "lists:backends",
+        "lists:faults",
+        "lists:robots",
+        "lists:worlds",
+        "descriptions:check",
+        "descriptions:export",
         "wiring",
         "doctor",
         "firmware",
@@ -58,25 +59,31 @@ UNWRITTEN = 1
 @click.version_option(package_name="robotcore", prog_name="robotcore", message="%(prog)s %(version)s")
 @click.pass_context
 def robotcore(context: click.Context) -> None:
-    """Write a robot's behaviour once; run the same file in simulation and on the robot."""
+    """Write a robot's behaviour once, and run the same file in simulation and on the robot."""
     if context.invoked_subcommand is None:
         write_lines(context.get_help())
 
 
 def main() -> NoReturn:
-    """Run the command line of this process, and exit."""
+    """Run the command line of this process, and exit with its status."""
     _exit(execute(sys.argv[1:]))
 
 
 def run_app(name: str) -> NoReturn:
-    """Run an app as ``robotcore run NAME`` with this process's arguments, and exit: ``python -m`` on its file."""
+    """Run an app as ``robotcore run NAME`` with this process's arguments, and exit.
+
+    An app's file calls this, so that ``python FILE`` runs the app.
+    """
     _exit(execute(["run", name, *sys.argv[1:]]))
 
 
 def execute(arguments: Sequence[str]) -> int:
-    """Run one command; return its exit status, 128 + n after the signal n.
+    """Run one command and return its exit status, which is 128 + n after the signal n.
 
-    Expected errors are written in a line or two on stderr.
+    A RobotcoreError and a wrong argument are written on stderr. Any other exception is raised.
+
+    >>> execute(["worlds", "--no-such-option"])
+    2
     """
     try:
         status: int | None = robotcore.main(list(arguments), "robotcore", standalone_mode=False)
@@ -95,10 +102,10 @@ def execute(arguments: Sequence[str]) -> int:
 
 
 def _exit(status: int) -> NoReturn:
-    """Exit, or die of the signal that the status stands for, with what was written in safety."""
-    if not _flushed(sys.stdout):
+    """Flush the output, and exit with the status, or by the signal that the status names."""
+    if not _flush(sys.stdout):
         status = status or UNWRITTEN
-    _flushed(sys.stderr)
+    _flush(sys.stderr)
     if status > SIGNALLED:
         from robotcore.runtime.signals import die_of
 
@@ -108,7 +115,7 @@ def _exit(status: int) -> NoReturn:
 
 
 def _limit_exit(status: int) -> None:
-    """End the process in `EXITING_S`: the interpreter waits without a limit for threads that an app has left."""
+    """End the process after `EXITING_S`, since the interpreter waits without limit for threads of the app."""
 
     def end(_number: int, _frame: FrameType | None) -> NoReturn:
         names = [thread.name for thread in threading.enumerate() if thread is not threading.main_thread()]
@@ -120,8 +127,8 @@ def _limit_exit(status: int) -> None:
         signal.setitimer(signal.ITIMER_REAL, EXITING_S)
 
 
-def _flushed(stream: TextIO | None) -> bool:
-    """Return whether what was printed got out; where it cannot, the interpreter must not try again."""
+def _flush(stream: TextIO | None) -> bool:
+    """Flush a stream, and return whether it could be written. Redirect it to the null device if not."""
     if stream is None:
         return True
     try:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Folder(click.Path):
-    """A folder by its name; an empty one, such as a variable of the shell's that nobody has set, is none."""
+    """A folder's name. An empty name, such as that of an unset variable of the shell, is refused."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path, file_okay=False)
@@ -28,22 +28,30 @@ class Folder(click.Path):
 
 
 def pair(value: str) -> tuple[str, str]:
-    """Return ``KEY=VALUE`` as a tuple of the two; only the first ``=`` parts them."""
-    key, _, what = (part.strip() for part in value.partition("="))
+    """Split ``KEY=VALUE`` at the first ``=``.
+
+    >>> pair("path=/a=b")
+    ('path', '/a=b')
+    """
+    key, _, content = (part.strip() for part in value.partition("="))
     if not key or "=" not in value:
         raise click.BadParameter(f"{value!r} is not KEY=VALUE")
-    return key, what
+    return key, content
 
 
 def count(value: str) -> int:
-    """Return a whole number from 1 on."""
+    """Parse a whole number from 1 on."""
     if not value.strip().isdecimal() or not int(value):
-        raise click.BadParameter(f"{value!r} is no count; take a whole number from 1 on")
+        raise click.BadParameter(f"{value!r} is no count. Take a whole number from 1 on")
     return int(value)
 
 
 def size(value: str) -> int:
-    """Return a size in bytes, from 1 on: ``500MB``, ``1.5 GiB``, ``4096``."""
+    """Parse a size in bytes, from 1 on.
+
+    >>> size("500MB"), size("1.5 GiB"), size("4096")
+    (500000000, 1610612736, 4096)
+    """
     from pydantic import ByteSize, TypeAdapter, ValidationError
 
     try:
@@ -51,20 +59,24 @@ def size(value: str) -> int:
     except ValidationError:
         found = ByteSize(0)
     if found < 1:
-        raise click.BadParameter(f"{value!r} is no size; take one such as 500MB or 2GB")
+        raise click.BadParameter(f"{value!r} is no size. Take one such as 500MB or 2GB")
     return int(found)
 
 
 def names(value: str) -> tuple[str, ...]:
-    """Return the names between commas, in order, each once."""
+    """Split names at commas, in order, without repetitions.
+
+    >>> names("open, arena,open")
+    ('open', 'arena')
+    """
     found = tuple(dict.fromkeys(name for part in value.split(",") if (name := part.strip())))
     if not found:
-        raise click.BadParameter("name one or more, separated by commas")
+        raise click.BadParameter("no name is given. Name one or more, separated by commas")
     return found
 
 
 def faults(_context: click.Context, _parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
-    """Return specs of faults in their canonical form, those of a file in its place."""
+    """Parse the specs of ``--fault``, and return their canonical form. A file is replaced by its specs."""
     if not values:
         return ()
     from robotcore.runtime.faults.spec import read_specs
@@ -80,7 +92,7 @@ Command = Callable[..., Any]
 _OPTIONS = (
     click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file."),
     click.option(
-        "--rate", "rate_hz", metavar="HZ", type=float, default=20.0, show_default=True, help="Ticks a second."
+        "--rate", "rate_hz", metavar="HZ", type=float, default=20.0, show_default=True, help="Ticks per second."
     ),
     click.option(
         "--timeout",
@@ -89,15 +101,15 @@ _OPTIONS = (
         type=float,
         default=120.0,
         show_default=True,
-        help="Give up a run after this time on the robot's clock.",
+        help="End a run after this time on the robot's clock.",
     ),
     click.option(
-        "--randomise", "--randomize", is_flag=True, help="Draw looks, light, sensors and wheels from the seed too."
+        "--randomise", "--randomize", is_flag=True, help="Draw colours, light, sensors and wheels from the seed too."
     ),
     click.option(
         "--judge",
         metavar="APP",
-        help="Let this app's verify judge the end of a run, instead of APP's own: a name, or a file.",
+        help="An app, by name or file, whose verify replaces that of APP.",
     ),
     click.option(
         "--fault",
@@ -105,7 +117,7 @@ _OPTIONS = (
         metavar="SPEC",
         multiple=True,
         callback=faults,
-        help='Let something fail: "camera drop=0.2 after=5", or a .toml file; see `robotcore faults`.',
+        help='Inject a fault, such as "camera drop=0.2 after=5", or those of a .toml file; see `robotcore faults`.',
     ),
     click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app."),
     click.option(
@@ -115,25 +127,30 @@ _OPTIONS = (
 
 
 def run_options(command: Command) -> Command:
-    """Give a command these options, named as the fields of a `RunRequest`."""
+    """Add the options of a run to a command, named as the fields of a `RunRequest`."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
 
 
 def connection_options(command: Command) -> Command:
-    """Give a command ``--port`` and ``--option``; `merge_options` puts together what it takes for them."""
-    option = click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="Of the backend.")
-    return click.option("--port", help="Short for --option port=…: where the robot is plugged in.")(option(command))
+    """Add ``--port`` and ``--option`` to a command, which merges their values by `merge_options`."""
+    option = click.option(
+        "--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend."
+    )
+    return click.option("--port", help="Short for --option port=…, such as a serial port.")(option(command))
 
 
 def merge_options(port: str | None, options: tuple[tuple[str, str], ...]) -> dict[str, str]:
-    """Return the options of a backend."""
+    """Return the options of a backend, with ``port`` if it is given."""
     return {**dict(options), **({} if port is None else {"port": port})}
 
 
 def load_connected_robot(backend: Backend, robot: str, options: Mapping[str, str]) -> RobotDescription:
-    """Return a robot as it is plugged in; raises UsageError where an option says nothing of that."""
+    """Load a robot with the options of its connection.
+
+    Raises UnknownNameError if an option is not one of the backend's `connection_options`.
+    """
     for unknown in sorted(options.keys() - backend.connection_options):
         raise UnknownNameError("option", unknown, sorted(backend.connection_options))
     return backend.load_robot(robot, options)

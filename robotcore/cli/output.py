@@ -1,4 +1,4 @@
-"""What the command line writes: lines, tables, JSON, findings and errors, with control characters escaped."""
+"""Write lines, tables, JSON, findings and errors, with control characters escaped."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ PIPED_WIDTH = 160
 INDENT = "  "
 
 _STYLES = re.compile(r"(\x1b\[[0-9;]*m)")
-"""What `click.style` adds."""
+"""The escape sequences that `click.style` adds."""
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
-"""The option that every list has."""
+"""The option ``--json`` of a command."""
 
 
 def write_json(data: Any) -> None:
-    """Write one line of JSON, in which every control character is an escape."""
+    """Write one line of JSON. Its control characters are escaped."""
     click.echo(json.dumps(data))
 
 
 def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = False) -> None:
-    """Write a text in one line, on stderr if ``is_error``; a line break in it is escaped too.
+    """Write a text in one line, with its control characters and line breaks escaped.
 
-    ``is_styled`` keeps the colours of `click.style`. The caller has escaped the words in between. A stderr that cannot
-    be written is passed over: it must not keep a result from stdout, nor change an exit status.
+    is_error: write on stderr. A failure to write there is ignored, so that the result still reaches stdout.
+    is_styled: keep the colours of `click.style`. The caller must have escaped the words in between.
     """
     parts = _STYLES.split(text) if is_styled else [text]
     line = "".join(part if index % 2 else escape(part, keep="\t") for index, part in enumerate(parts))
@@ -48,23 +48,23 @@ def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = Fals
 
 
 def write_lines(text: str, *, indent: str = "", is_error: bool = False) -> None:
-    """Write each line of a text after ``indent``; with `INDENT`, no line of an app looks like one of ours."""
+    """Write each line of a text after ``indent``. With `INDENT`, no line of an app looks like one of robotcore."""
     for line in text.split("\n"):
         write_line(f"{indent}{line}" if line else "", is_error=is_error)
 
 
 def write_content(text: str) -> None:
-    """Write the content of a file as it is, for another program."""
+    """Write the content of a file without a change, for another program."""
     click.echo(text, nl=False)
 
 
 def redirect_prints(*, as_json: bool) -> AbstractContextManager[object]:
-    """While entered, what an app prints goes to stderr where stdout is for a line of JSON alone."""
+    """Return a context in which prints of an app go to stderr if stdout is for JSON."""
     return redirect_stdout(sys.stderr) if as_json else nullcontext()
 
 
 def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]) -> None:
-    """Write a table; its first column holds names."""
+    """Write a table. Its first column holds names."""
     from rich import box
     from rich.table import Table
 
@@ -77,7 +77,7 @@ def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]
 
 
 def write(renderable: RenderableType) -> None:
-    """Write what rich can draw: coloured and as wide as the terminal, or plain and in long lines."""
+    """Write a renderable of rich: coloured and as wide as the terminal, or plain and `PIPED_WIDTH` wide in a pipe."""
     from rich.console import Console
 
     width = None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH
@@ -98,25 +98,25 @@ class _EscapedRenderable:
             yield segment._replace(text=escape(segment.text, keep="\n"))
 
 
-def write_failure(fault: str) -> None:
-    """Say on stderr what went wrong; what follows its first line is indented."""
-    first, *others = fault.split("\n")
+def write_failure(message: str) -> None:
+    """Write an error message on stderr. Lines after the first one are indented."""
+    first, *others = message.split("\n")
     write_line(f"{click.style('error:', fg='red', bold=True)} {escape(first)}", is_error=True, is_styled=True)
     for line in others:
         write_line(f"{INDENT}{line}", is_error=True)
 
 
 def write_error(error: RobotcoreError | Interrupted) -> None:
-    """Say on stderr what was raised; where an app's own code did, after its traceback. Each fault of a file is one."""
+    """Write an error on stderr: each fault of a file in its own line, and an app's error after its traceback."""
     if isinstance(error, BehaviourError) and error.traceback:
         write_lines(error.traceback.rstrip("\n"), indent=INDENT, is_error=True)
     faults = str(error).split("\n") if isinstance(error, DescriptionError) else [str(error)]
-    for fault in faults:
-        write_failure(fault)
+    for each in faults:
+        write_failure(each)
 
 
 def write_usage_error(error: click.ClickException) -> None:
-    """Say on stderr what was wrong with the arguments, and where they are explained."""
+    """Write an error in the arguments on stderr, and the command that explains them."""
     context = getattr(error, "ctx", None)
     write_failure(error.format_message())
     write_line(f"Try '{context.command_path if context else 'robotcore'} --help'.", is_error=True)
@@ -127,7 +127,7 @@ NEWLINE, FINDING_INDENT, FINDING_WIDTH = "\n", 23, 1000
 
 
 def write_finding(finding: Finding) -> None:
-    """Write a finding, and its remedy below it, as wide as the terminal, or in long lines."""
+    """Write a finding and its remedy, as wide as the terminal, or in long lines in a pipe."""
     from shutil import get_terminal_size
 
     width = max(get_terminal_size().columns, 2 * FINDING_INDENT) if sys.stdout.isatty() else FINDING_WIDTH

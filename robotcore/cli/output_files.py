@@ -1,4 +1,4 @@
-"""Files that a command writes: they differ from its inputs, and the recording of a run."""
+"""Check the names of files that a command writes, and finish the recording of a run."""
 
 from __future__ import annotations
 
@@ -16,19 +16,29 @@ if TYPE_CHECKING:
 
 
 def require_apart(option: str, output: Path | None, *inputs: Path | str) -> None:
-    """Raise UsageError where an output is a file that the command reads, by whatever name or link."""
+    """Raise UsageError if an output is a file that the command reads, also under another name or by a link."""
     if output and any(is_same(output, file) for file in inputs):
-        raise UsageError(f"{option} {output}: this is the file that is read. Name another one")
+        raise UsageError(
+            f"{option} {output}: the command reads this file. Name another one",
+            kind="output-is-input",
+            option=option,
+            file=str(output),
+        )
 
 
 def require_ending(option: str, output: Path | None, endings: Collection[str]) -> None:
-    """Raise UsageError where an output is to be written under an ending of another kind of file; a folder has none."""
+    """Raise UsageError if an output has none of these suffixes. A folder may have any name."""
     if output and not output.is_dir() and output.suffix.lower() not in endings:
-        raise UsageError(f"{option} {output}: it is written as {' or '.join(endings)}. Give it that ending")
+        raise UsageError(
+            f"{option} {output}: the format is {' or '.join(endings)}. Give the file that suffix",
+            kind="wrong-suffix",
+            option=option,
+            file=str(output),
+        )
 
 
 def is_same(file: Path, named: Path | str) -> bool:
-    """Return whether both are there, and one file."""
+    """Return whether both names are of one existing file."""
     try:
         return file.samefile(named)
     except (OSError, ValueError):
@@ -38,17 +48,31 @@ def is_same(file: Path, named: Path | str) -> bool:
 def make_recorder(
     file: Path | None, options: Mapping[str, str], *, is_jpeg: bool, limit: int | None = None
 ) -> Recorder | None:
-    """Return what records the run into a file; refuse now one that could not be written then.
+    """Return an observer that records the run, or None without a file.
 
-    So is one that an option of the backend names: a replay would be recorded over what it reads.
+    file: the recording to write.
+    options: the backend's options. A file among them must not be the recording.
+    is_jpeg: record the camera as JPEG.
+    limit: the largest size of the file in bytes.
+
+    Raises UsageError if the file cannot be written.
     """
     if file is None:
         for option, is_given in (("--record-jpeg", is_jpeg), ("--record-limit", limit)):
             if is_given:
-                raise UsageError(f"{option} says how to record, and nothing is recorded. Add --record FILE.mcap")
+                raise UsageError(
+                    f"{option} has no effect without a recording. Add --record FILE.mcap",
+                    kind="option-without-effect",
+                    option=option,
+                )
         return None
     if any(is_same(file, value) for value in options.values()):
-        raise UsageError(f"--record {file}: the backend reads this file. Name another one")
+        raise UsageError(
+            f"--record {file}: the backend reads this file. Name another one",
+            kind="output-is-input",
+            option="--record",
+            file=str(file),
+        )
     from robotcore.recording.mcap_file import require_recordable
     from robotcore.recording.recorder import Recorder
 
@@ -57,12 +81,12 @@ def make_recorder(
 
 
 def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, str]:
-    """Return the result, and a line on the recording if there is one.
+    """Return the result, and a line about the recording if there is one.
 
-    A run whose recording is not whole has not done all that was asked of it.
+    A run whose recording is incomplete has exit status 1 at least.
     """
     if fault := recorder.fault:
-        write_failure(f"the recording is not whole: {fault}")
+        write_failure(f"the recording is incomplete: {fault}")
         return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(fault)), ""
     if not recorder.has_begun:
         return result, ""

@@ -1,4 +1,4 @@
-"""``robotcore run``: one app, on one backend, to its end."""
+"""``robotcore run`` runs one app on one backend; ``robotcore demo`` runs the main example in the best simulator."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.json_answers import RunCommand, prepare_result, write_result
+from robotcore.cli.command_classes import RunCommand, prepare_result, write_result
 from robotcore.cli.options import run_options, size
 from robotcore.cli.output import redirect_prints, write_failure, write_line
 from robotcore.cli.output_files import finish_recording, make_recorder
@@ -20,6 +20,7 @@ from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.deploy.systemd_notify import Notifier
+    from robotcore.hal.backend import Backend
     from robotcore.recording.recorder import Recorder
     from robotcore.runtime.result import RunResult
     from robotcore.runtime.session import Observer
@@ -28,10 +29,16 @@ if TYPE_CHECKING:
     from robotcore.view.progress import Progress
 
 
+_FIRST_SIMULATOR = "pybullet"
+"""The demo tries this one first: its camera needs no OpenGL, so it works wherever it is installed."""
+
+
 @click.command("run", cls=RunCommand)
 @click.argument("app")
-@click.option("--backend", default="kinematic", show_default=True, help="What it runs on; see `robotcore backends`.")
-@click.option("--world", help="A world's name, or its .toml file. Simulators take arena where it is left out.")
+@click.option(
+    "--backend", default="kinematic", show_default=True, help="The simulator or robot; see `robotcore backends`."
+)
+@click.option("--world", help="A world's name, or its .toml file. Default in simulators: arena.")
 @click.option("--seed", type=int, help="Draw the world anew from this number.")
 @run_options
 @click.option("--host", help="Short for --option host=…")
@@ -43,16 +50,16 @@ if TYPE_CHECKING:
     "--record", metavar="FILE", type=click.Path(path_type=Path), help="Record the run as an .mcap file, for Foxglove."
 )
 @click.option(
-    "--record-jpeg", is_flag=True, help="Record the camera as JPEG: a smaller file, which cannot be replayed."
+    "--record-jpeg", is_flag=True, help="Record the camera as JPEG. The file is smaller, and cannot be replayed."
 )
 @click.option(
     "--record-limit",
     metavar="SIZE",
     type=size,
-    help="End the recording, not the run, when its file has that size: 500MB.",
+    help="End the recording when its file has this size, such as 500MB. The run goes on.",
 )
-@click.option("--gui", is_flag=True, help="Open the simulator's window, at the pace of real time.")
-@click.option("--realtime", is_flag=True, help="Hold simulated time to the pace of real time.")
+@click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
+@click.option("--realtime", is_flag=True, help="Slow simulated time down to real time.")
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 def command(
     picture: Path | None,
@@ -61,41 +68,42 @@ def command(
     record_jpeg: bool,
     record_limit: int | None,
     as_json: bool,
-    **asked: Any,
+    **values: Any,
 ) -> int:
-    """Run APP on a backend; tell how it ended. In front of a terminal, the space bar is the e-stop.
+    """Run APP on a backend, and print its result. In a terminal, the space bar is the e-stop.
 
-    Exit status: 0 success, 1 failure, timeout or a success that the simulator does not see, 2 wrong usage, 3 a device
-    or backend failed, 4 the safety stage stopped it, 5 the app raised, 128 + the signal's number when interrupted.
+    Exit status: 0 success, 1 failure, timeout or a success that the simulator does not confirm, 2 wrong usage, 3 a
+    device or backend failed, 4 the safety stage stopped the run, 5 the app raised, 128 + the signal's number when
+    interrupted.
     """
     from robotcore.deploy.systemd_notify import Notifier
     from robotcore.runtime.signals import SignalGuard
 
     with SignalGuard() as interrupts:
-        drawer = _drawer(picture)
-        recorder = make_recorder(record, dict(asked["options"]), is_jpeg=record_jpeg, limit=record_limit)
+        drawer = _make_picture_recorder(picture)
+        recorder = make_recorder(record, dict(values["options"]), is_jpeg=record_jpeg, limit=record_limit)
         notifier = Notifier.of(os.environ)
-        on_forced_exit = _last_words(recorder, notifier, as_json=as_json)
+        on_forced_exit = _make_forced_exit_handler(recorder, notifier, as_json=as_json)
         prepare_result(as_json=as_json)
         with redirect_prints(as_json=as_json):
-            result = _run(asked, drawer, recorder, notifier, interrupts, on_forced_exit)
+            result = _run(values, drawer, recorder, notifier, interrupts, on_forced_exit)
         interrupts.mask()
-        made = []
+        written = []
         if picture and drawer:
-            result, drawn = _with_picture(result, drawer, picture)
-            made += [f"The picture: {drawn}"] if drawn else []
+            result, is_saved = _save_picture(result, drawer, picture)
+            written += [f"The picture: {picture}"] if is_saved else []
         if recorder:
             result, recorded = finish_recording(result, recorder)
-            made += [recorded] if recorded else []
+            written += [recorded] if recorded else []
         result = notifier.choose_exit_status(result) if notifier else result
-        return _finish(result, made, as_json=as_json)
+        return _finish(result, written, as_json=as_json)
 
 
-def _finish(result: RunResult, made: list[str], *, as_json: bool) -> int:
-    """Tell how the run ended and what it left; return its exit status, whether or not somebody can hear it."""
+def _finish(result: RunResult, written: list[str], *, as_json: bool) -> int:
+    """Write the result and the names of the written files. Return the exit status, also if stdout is closed."""
     try:
         write_result(result, as_json=as_json)
-        for line in made:
+        for line in written:
             write_line(line, is_error=as_json)
     except BrokenPipeError:
         return result.exit_status or 1
@@ -105,20 +113,20 @@ def _finish(result: RunResult, made: list[str], *, as_json: bool) -> int:
     return result.exit_status
 
 
-def _with_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> tuple[RunResult, Path | None]:
-    """Save the picture; return where it is, if a run began, and the result.
+def _save_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> tuple[RunResult, bool]:
+    """Save the picture if the run began. Return the result, and whether the picture was saved.
 
-    A run whose picture could not be written has not done all that was asked of it.
+    A run whose picture cannot be written has exit status 1 at least.
     """
     try:
-        return result, picture if drawer.save(picture) else None
+        return result, drawer.save(picture)
     except UsageError as error:
         write_failure(str(error))
-        return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(error)), None
+        return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(error)), False
 
 
-def _drawer(picture: Path | None) -> PictureRecorder | None:
-    """Return what watches the run for its picture; refuse now a file that could not be written then."""
+def _make_picture_recorder(picture: Path | None) -> PictureRecorder | None:
+    """Return an observer that draws the run. Raise UsageError if the file cannot be written."""
     if picture is None:
         return None
     from robotcore.view.picture import PictureRecorder, require_writable
@@ -128,7 +136,7 @@ def _drawer(picture: Path | None) -> PictureRecorder | None:
 
 
 def _run(
-    asked: dict[str, Any],
+    values: dict[str, Any],
     drawer: PictureRecorder | None,
     recorder: Recorder | None,
     notifier: Notifier | None,
@@ -140,29 +148,31 @@ def _run(
 
     with ExitStack() as stack:
         in_terminal: list[EmergencyStopKey | Progress] = []
-        bar = stack.enter_context(closing(EmergencyStopKey())) if can_listen() else None
-        if bar:
-            in_terminal.append(bar)
+        estop_key = stack.enter_context(closing(EmergencyStopKey())) if can_listen() else None
+        if estop_key:
+            in_terminal.append(estop_key)
         if sys.stderr and sys.stderr.isatty():
             from robotcore.view.progress import Progress
 
-            in_terminal.append(stack.enter_context(closing(Progress(hint=bar.hint if bar else str))))
+            in_terminal.append(stack.enter_context(closing(Progress(hint=estop_key.hint if estop_key else str))))
         interrupts.set_suspension_hooks(
             lambda: [each.pause() for each in in_terminal], lambda: [each.go_on() for each in in_terminal]
         )
         observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal) if each]
         taps = [recorder.layer] if recorder else []
-        return run(RunRequest(**_requested(**asked)), observers, taps, on_forced_exit=on_forced_exit)
+        return run(RunRequest(**_build_request_fields(**values)), observers, taps, on_forced_exit=on_forced_exit)
 
 
-def _last_words(recorder: Recorder | None, notifier: Notifier | None, *, as_json: bool) -> Callable[[RunResult], None]:
-    """Return what tells the end of a process that ends itself, and ends a service; standard output is what it is now.
+def _make_forced_exit_handler(
+    recorder: Recorder | None, notifier: Notifier | None, *, as_json: bool
+) -> Callable[[RunResult], None]:
+    """Return a function that writes the result before a forced exit, on the present standard output.
 
-    A service has an exit status of its own, see `Notifier.choose_exit_status`.
+    A service exits in this function, since its exit status may differ (see `Notifier.choose_exit_status`).
     """
     stdout = sys.stdout
 
-    def tell_the_last(result: RunResult) -> None:
+    def report_forced_exit(result: RunResult) -> None:
         result, recorded = finish_recording(result, recorder) if recorder else (result, "")
         result = notifier.choose_exit_status(result) if notifier else result
         with redirect_stdout(stdout):
@@ -170,11 +180,56 @@ def _last_words(recorder: Recorder | None, notifier: Notifier | None, *, as_json
         if notifier:
             os._exit(status)
 
-    return tell_the_last
+    return report_forced_exit
 
 
-def _requested(host: str | None, port: str | None, **asked: Any) -> dict[str, Any]:
-    """Return the fields of a request: ``--host`` and ``--port`` are options of the backend too."""
+def _build_request_fields(host: str | None, port: str | None, **values: Any) -> dict[str, Any]:
+    """Return the fields of a RunRequest. ``--host`` and ``--port`` become options of the backend."""
     short = {"host": host, "port": port}
-    options = {**dict(asked["options"]), **{key: value for key, value in short.items() if value is not None}}
-    return {**asked, "options": options, "settings": dict(asked["settings"])}
+    options = {**dict(values["options"]), **{key: value for key, value in short.items() if value is not None}}
+    return {**values, "options": options, "settings": dict(values["settings"])}
+
+
+@click.command("demo")
+@click.option("--seed", type=int, default=7, show_default=True, help="Draw the world anew from this number.")
+@click.option("--gui", is_flag=True, help="Open the simulator's window.")
+@click.option(
+    "--picture", type=click.Path(path_type=Path), default=Path("demo.png"), show_default=True, help="The file to draw."
+)
+def demo(seed: int, picture: Path, *, gui: bool) -> int:
+    """Watch the rover find the green ball.
+
+    Chooses the best simulator that works here, prints why, and draws a picture of the run.
+    """
+    from robotcore.cli.main import execute
+
+    backend, why = choose_simulator()
+    arguments = ["run", "green-search", "--backend", backend, "--seed", str(seed), "--picture", str(picture)]
+    arguments += ["--gui"] if gui else []
+    write_line(why)
+    write_line(f"$ robotcore {' '.join(arguments)}")
+    return execute(arguments)
+
+
+def choose_simulator() -> tuple[str, str]:
+    """Return the first physics simulator that works here, else the built-in one, and the reason in words."""
+    from robotcore.hal.backend import loadable_backends
+
+    physical = [backend for backend in loadable_backends() if backend.brings_physics]
+    failures: list[str] = []
+    for backend in sorted(physical, key=lambda backend: backend.name != _FIRST_SIMULATOR):
+        if not (failure := _find_failure(backend)):
+            return backend.name, " ".join((*failures, f"{backend.name} ({backend.summary}): the demo runs on it."))
+        failures.append(failure)
+    return "kinematic", " ".join((*failures, "The demo runs on the built-in kinematic simulator."))
+
+
+def _find_failure(backend: Backend) -> str:
+    """Return why a simulator cannot be used, and the remedy. Return "" if a robot opens, moves and sees in it."""
+    if not backend.is_installed:
+        return f"{backend.name} is not installed. {backend.remedy}."
+    from robotcore.cli.doctor.smoke_test import diagnose
+    from robotcore.hal.finding import Level
+
+    errors = (finding for finding in diagnose(backend) if finding.level is Level.ERROR)
+    return next((f"{backend.name}: {finding.said}." for finding in errors), "")

@@ -1,4 +1,4 @@
-"""``robotcore stop``: every motor of a robot made to stand, by a process that has nothing of it open."""
+"""``robotcore stop`` stops every motor of a robot, also if another program controls it."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
 
 
 @click.command("stop")
-@click.option("--backend", "name", required=True, help="What the robot runs on, such as raspberrypi.")
+@click.option("--backend", "name", required=True, help="The robot's backend, such as raspberrypi.")
 @click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
 @connection_options
 def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, str], ...]) -> int:
-    """Make every motor of a robot stand, from any process.
+    """Stop every motor of a robot, even one in use.
 
-    Nothing is opened but what stops them. No program is ended for it: what one that lives still holds is named, and the
-    exit status is 3. A backend whose motors turn no longer than their run has nothing to stop.
+    Opens only the lines that stop motors, and ends no program. If another program holds such a line, names it and
+    exits with status 3. On a backend whose motors stop with their run, nothing needs to be stopped.
     """
     from robotcore.hal.backend import load_backend
 
@@ -31,13 +31,13 @@ def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, s
 
 
 def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
-    """Return the robot with its motors alone: nothing else of it is asked how it stops."""
+    """Return a set-up with the robot's motors only."""
     from robotcore.description import MotorDescription
     from robotcore.hal.backend import Setup
 
-    described = backend.load_robot(robot, options)
-    motors = frozenset(device.name for device in described.devices if isinstance(device, MotorDescription))
-    return Setup(described, None, motors, options=options)
+    description = backend.load_robot(robot, options)
+    motors = frozenset(device.name for device in description.devices if isinstance(device, MotorDescription))
+    return Setup(description, None, motors, options=options)
 
 
 def _stop(backend: Backend, setup: Setup) -> int:
@@ -51,8 +51,9 @@ def _stop(backend: Backend, setup: Setup) -> int:
     report = stop_once(cutoffs)
     if report.done:
         write_line(f"{setup.robot.name}: stopped {', '.join(report.done)}")
-    for words in report.messages:
-        write_line(f"{setup.robot.name}: {words}")
+    for message in report.messages:
+        write_line(f"{setup.robot.name}: {message}")
     if report.failed:
-        raise BackendError("\n".join(f"CANNOT STOP {fault}. Cut the motors' supply" for fault in report.failed))
+        message = "\n".join(f"CANNOT STOP {failure}. Cut the motors' supply" for failure in report.failed)
+        raise BackendError(message, kind="motors-not-stopped")
     return 0

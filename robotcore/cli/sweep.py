@@ -1,4 +1,4 @@
-"""``robotcore sweep``: one app in many worlds, on every core or on a cluster."""
+"""``robotcore sweep`` runs one app in many worlds, on every core or on a cluster."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.json_answers import AnsweringCommand
+from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.cli.options import Folder, count, names, run_options
 from robotcore.cli.output import redirect_prints, write_line
 from robotcore.cli.sweep_output import show_resumed, show_sweep
@@ -25,7 +25,7 @@ FOLDER = Folder()
 
 
 class _SweepCommand(AnsweringCommand):
-    """Remembers what was given, for the report."""
+    """A command that keeps its command line for the report."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.obj = shlex.join([*ctx.command_path.split(), *args])
@@ -35,10 +35,19 @@ class _SweepCommand(AnsweringCommand):
 @click.command("sweep", cls=_SweepCommand)
 @click.argument("app")
 @click.option(
-    "--backend", "backends", type=names, default="kinematic", show_default=True, help="One or more, by commas."
+    "--backend",
+    "backends",
+    type=names,
+    default="kinematic",
+    show_default=True,
+    help="One or more, separated by commas.",
 )
-@click.option("--world", "worlds", type=names, default="arena", show_default=True, help="One or more, by commas.")
-@click.option("--seeds", default="1-20", show_default=True, help="Draw the worlds from these: 1-200, or 1,5,9-12.")
+@click.option(
+    "--world", "worlds", type=names, default="arena", show_default=True, help="One or more, separated by commas."
+)
+@click.option(
+    "--seeds", default="1-20", show_default=True, help="Draw the worlds from these seeds: 1-200, or 1,5,9-12."
+)
 @run_options
 @click.option(
     "--jobs",
@@ -51,13 +60,19 @@ class _SweepCommand(AnsweringCommand):
     "wall_timeout_s",
     metavar="SECONDS",
     type=click.FloatRange(0, min_open=True),
-    help="A run that takes longer by the wall clock counts as hung; ten times --timeout and a minute by default.",
+    help="A run that takes longer in real time counts as hung. Default: ten times --timeout and a minute.",
 )
-@click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler that has workers, such as tcp://lab:8786.")
-@click.option("--out", metavar="DIR", type=FOLDER, help="Where the results are kept; sweeps/APP-… if left out.")
+@click.option("--cluster", metavar="ADDRESS", help="The address of a Dask scheduler, such as tcp://lab:8786.")
+@click.option("--out", metavar="DIR", type=FOLDER, help="The folder for the results. Default: sweeps/APP-…")
 @click.option("--fresh", is_flag=True, help="Delete the existing results, and run everything again.")
-@click.option("--report", metavar="DIR", type=FOLDER, help="Write a report, a page for a browser, into this folder.")
-@click.option("--require", "requirements", metavar="BOUND", multiple=True, help='Such as "verified>=0.97".')
+@click.option("--report", metavar="DIR", type=FOLDER, help="Write a report for a browser into this folder.")
+@click.option(
+    "--require",
+    "requirements",
+    metavar="BOUND",
+    multiple=True,
+    help='A bound on the results, such as "verified>=0.97".',
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 @click.pass_obj
 def command(
@@ -79,9 +94,12 @@ def command(
 ) -> int:
     """Run APP in many worlds, and print how often it succeeds.
 
-    Every backend, world and seed is tried, and kept run by run: the same command again goes on where it stopped. Exit
-    status: 0 all was run, 1 a --require was missed, 2 wrong usage or a folder that cannot be used, 3 a backend or the
-    cluster failed or is missing, 5 the app's file or its settings raise, 128 + the signal's number when interrupted.
+    Runs every backend in every world with every seed. Each result is stored at once, so the same command continues an
+    interrupted sweep.
+
+    Exit status: 0 all runs are done, 1 a --require was missed, 2 wrong usage or a folder that cannot be used, 3 a
+    backend or the cluster failed or is missing, 5 the app's file or its settings raise, 128 + the signal's number when
+    interrupted.
     """
     from robotcore.sweep import Results, Sweep
     from robotcore.sweep.preflight import preflight
@@ -117,14 +135,14 @@ def _make_request(
 def _make_engine(
     cluster: str | None, jobs: int | None, wall_timeout_s: float | None, backends: tuple[str, ...]
 ) -> Engine:
-    """Return what carries the runs out; BackendMissingError where what it needs is not installed."""
+    """Return the engine that runs the runs. Raise BackendMissingError if its packages are not installed."""
     if cluster is None:
         from robotcore.sweep.local import LocalEngine, count_cores
 
         return LocalEngine(_limit_jobs(jobs, backends) or count_cores(), wall_timeout_s)
     if jobs is not None:
         raise UsageError(
-            "--jobs is for this machine; a cluster runs as many at a time as it has workers for. Leave one of them out",
+            "--jobs is for this machine; a cluster has a run on each worker. Leave --jobs or --cluster out",
             kind="conflicting-options",
         )
     from robotcore.sweep.cluster import ClusterEngine
@@ -146,7 +164,7 @@ def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 
 
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
-    """Run what is missing; return what kept it from its end, if anything did."""
+    """Run the missing runs. Return the error that ended the sweep, or None."""
     from robotcore.runtime.signals import SignalGuard
     from robotcore.sweep.local import execute
     from robotcore.sweep.summary import SweepProgress

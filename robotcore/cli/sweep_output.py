@@ -1,4 +1,4 @@
-"""Print the end of a sweep: a summary and the missed requirements, or one line of JSON."""
+"""Print the result of a sweep: a summary and the missed requirements, or one line of JSON."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ DIGITS = 6
 
 
 def show_resumed(results: Results, done: int) -> None:
-    """Print, before the first run, how many runs are done already, and since when."""
+    """Print how many runs are done already, and their date."""
     date, total = f"{results.date:%Y-%m-%d %H:%M}", len(results.sweep)
     if done == total:
-        write_line(f"All was run by {date}; --fresh runs it anew.")
+        write_line(f"All runs are done since {date}; --fresh runs them again.")
     else:
-        write_line(f"{done} of {total} runs are kept from {date}; going on.")
+        write_line(f"{done} of {total} runs are done since {date}; the others follow.")
     write_line()
 
 
@@ -42,7 +42,7 @@ def show_sweep(
     *,
     as_json: bool,
 ) -> int:
-    """Print what a sweep reached, and return its exit status.
+    """Print the result of a sweep, and return its exit status.
 
     Requirements are not checked if the sweep did not end.
     """
@@ -50,8 +50,8 @@ def show_sweep(
 
     groups = group_records(results.records())
     failing = [record for record in results.records() if record.is_failure]
-    held_to = [] if ended_by else requirements
-    misses = list_missed(held_to, groups)
+    checked = [] if ended_by else requirements
+    misses = list_missed(checked, groups)
     status = ended_by.exit_status if ended_by else MISSED if misses else 0
     if as_json:
         write_json(
@@ -65,7 +65,7 @@ def show_sweep(
     elif groups:
         _write_summary(results, groups, failing)
         _write_findings(results)
-        _write_passed(list_passed(held_to, groups))
+        _write_passed(list_passed(checked, groups))
     _show_ending(results, groups, misses, ended_by)
     return status
 
@@ -95,7 +95,7 @@ def _make_group_payload(group: Group) -> dict[str, Any]:
 
 
 def _round(value: Any) -> Any:
-    """Return a number without the digits that the arithmetic of binary fractions adds."""
+    """Round a float, or each number of a tuple, to `DIGITS`."""
     if isinstance(value, tuple):
         return [_round(each) for each in value]
     return round(value, DIGITS) if isinstance(value, float) else value
@@ -142,7 +142,7 @@ def _show_ending(
         write_failure(miss)
     if isinstance(ended_by, Interrupted):
         done = sum(group.runs for group in groups)
-        words = f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.resume_hint}."
-        write_line(words, is_error=True)
+        text = f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.resume_hint}."
+        write_line(text, is_error=True)
     elif ended_by:
         write_failure(str(ended_by))

@@ -1,4 +1,4 @@
-"""A connector drawn in the terminal: two columns of pads, as they lie on the board, and what goes to each."""
+"""``robotcore wiring`` shows the wires of a robot, in a table and in a drawing of the board's connector."""
 
 from __future__ import annotations
 
@@ -17,14 +17,17 @@ if TYPE_CHECKING:
 
 
 USES, NAME = 32, 7
-"""How wide what goes to a pad, and what the pad carries, may be: a row has 95 columns."""
+"""The widths of a pad's uses and of its name in characters. A row of the drawing then has 95 columns."""
 
 USED, FREE = "●", "○"
 STYLES = {"signal": "green", "ground": "blue", "reserved": "magenta", "3.3 V": "yellow", "5 V": "red"}
 
 
 def draw_connector(wiring: Wiring) -> Iterator[str]:
-    """Yield the lines of the drawing, none wider than 100 columns; a full dot is a pad to which something goes."""
+    """Yield the lines of the drawing, which are at most 100 columns wide.
+
+    The pads are drawn in two columns, as on the board. A full dot marks a pad with a wire.
+    """
     edge = " " * (USES + NAME + 3)
     yield f"{edge}┌─────────┐"
     for left, right in zip(wiring.pads[::2], wiring.pads[1::2], strict=True):
@@ -35,7 +38,7 @@ def draw_connector(wiring: Wiring) -> Iterator[str]:
 
 
 def _uses(wiring: Wiring, pad: Pad) -> str:
-    """Return which devices' signals go to a pad: ``left_motor + right_motor standby``."""
+    """Return the devices and signals on a pad, such as ``left_motor + right_motor standby``."""
     here = [wire for wire in wiring.wires if wire.pads[:1] == (pad.number,)]
     by_signal = groupby(sorted(here, key=_signal), key=_signal)
     text = ", ".join(f"{' + '.join(wire.device for wire in wires)} {signal}" for signal, wires in by_signal)
@@ -48,39 +51,39 @@ def _signal(wire: Wire) -> str:
 
 
 def _left(pad: Pad, uses: str) -> str:
-    return f"{_bold(f'{uses:>{USES}}')} {_coloured(pad, f'{pad.name:>{NAME}} {_dot(uses)}')}"
+    return f"{_bold(f'{uses:>{USES}}')} {_colour(pad, f'{pad.name:>{NAME}} {_dot(uses)}')}"
 
 
 def _right(pad: Pad, uses: str) -> str:
     name = f"{pad.name:<{NAME}} " if uses else pad.name
-    return f"{_coloured(pad, f'{_dot(uses)} {name}')}{_bold(uses)}"
+    return f"{_colour(pad, f'{_dot(uses)} {name}')}{_bold(uses)}"
 
 
 def _dot(uses: str) -> str:
     return USED if uses else FREE
 
 
-def _coloured(pad: Pad, words: str) -> str:
-    return click.style(words, STYLES.get(pad.name, STYLES.get(pad.kind.value)), bold=USED in words)
+def _colour(pad: Pad, text: str) -> str:
+    return click.style(text, STYLES.get(pad.name, STYLES.get(pad.kind.value)), bold=USED in text)
 
 
-def _bold(words: str) -> str:
-    return click.style(words, bold=True) if words.strip() else words
+def _bold(text: str) -> str:
+    return click.style(text, bold=True) if text.strip() else text
 
 
 @click.command("wiring")
 @click.argument("robot", default="rover")
-@click.option("--backend", default="raspberrypi", show_default=True, help="The board whose wiring to show.")
+@click.option("--backend", default="raspberrypi", show_default=True, help="The board.")
 @connection_options
 @as_json
 def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool) -> None:
     """Show where the wires of ROBOT go.
 
-    As its file says: in a table and on the board's connector, if it has one, with what else there is to know.
+    Prints a table, a drawing of the board's connector if it has one, and notes of the drivers.
     """
-    wiring = _wiring(robot, backend, merge_options(port, options))
+    wiring = _load_wiring(robot, backend, merge_options(port, options))
     if as_json:
-        write_json({"robot": robot, "backend": backend, **_wiring_row(wiring)})
+        write_json({"robot": robot, "backend": backend, **_build_payload(wiring)})
         return
 
     columns = ("device", "signal", "goes to", *(["pad"] if wiring.pads else []), "what it is")
@@ -94,14 +97,18 @@ def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str
         write_lines(note)
 
 
-def _wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:
+def _load_wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:
     from robotcore.errors import UsageError
     from robotcore.hal.backend import load_backend
 
     backend = load_backend(name)
     wiring = backend.wiring(load_connected_robot(backend, robot, options))
     if wiring is None:
-        raise UsageError(f"the backend {name!r} has nothing to wire. Take the real robot's: --backend raspberrypi")
+        raise UsageError(
+            f"the backend {name!r} has no wires. Name that of the real robot: --backend raspberrypi",
+            kind="no-wiring",
+            backend=name,
+        )
     return wiring
 
 
@@ -123,7 +130,7 @@ def _pads(wire: Wire) -> str:
 
 
 def _notes(wiring: Wiring) -> Iterator[str]:
-    """Yield each note in lines of 100 columns, with the devices to which it belongs."""
+    """Yield each note once, with its devices, wrapped to 100 columns."""
     devices: dict[str, list[str]] = {}
     for device, note in wiring.notes:
         devices.setdefault(note, []).append(device)
@@ -131,7 +138,7 @@ def _notes(wiring: Wiring) -> Iterator[str]:
         yield click.wrap_text(f"- {', '.join(names)}: {' '.join(note.split())}", 100, "", "  ")
 
 
-def _wiring_row(wiring: Wiring) -> dict[str, Any]:
+def _build_payload(wiring: Wiring) -> dict[str, Any]:
     from dataclasses import asdict
 
     return {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from robotcore.cli.lazy_group import LazyGroup
+from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_lines
 
 
@@ -12,7 +12,7 @@ from robotcore.cli.output import write_lines
     "deploy",
     cls=LazyGroup,
     package="robotcore.cli.deploy",
-    names=("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch"),
+    commands=("push", "list", "rollback", "status", "logs", "start", "stop", "remove", "fetch"),
     invoke_without_command=True,
 )
 @click.pass_context

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from robotcore.cli.json_answers import AnsweringCommand
+from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
@@ -29,8 +29,10 @@ class DeployCommand(click.Command):
 class AnsweringDeployCommand(AnsweringCommand):
     """A command that, with ``--json``, prints ``host``, ``error`` and ``exit_status`` after an error."""
 
-    def unanswered(self, asked: Mapping[str, Any], error: RobotcoreError | Interrupted) -> dict[str, Any]:
-        return {"host": str(asked.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
+    def build_failure_answer(
+        self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
+    ) -> dict[str, Any]:
+        return {"host": str(parameters.get("host") or ""), "error": str(error), "exit_status": error.exit_status}
 
 
 def robot_arguments(command: Callable[..., Any]) -> Callable[..., Any]:

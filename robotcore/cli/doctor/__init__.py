@@ -1,8 +1,8 @@
-"""``robotcore doctor``: what is right and what is wrong with this machine, and what to do.
+"""``robotcore doctor`` checks this machine, its backends and a robot, and prints a remedy for each fault.
 
 ``--json`` prints ``{"findings": [{"about", "level", "what", "said", "remedy"}, …], "warnings": n, "errors": n,
-"exit_status": n}``: ``about`` is the backend's name or ``machine``, ``level`` one of ok, warning, error, ``remedy``
-empty where there is none to give.
+"exit_status": n}``. ``about`` is the backend's name or ``machine``. ``level`` is ok, warning or error. ``remedy`` may
+be empty.
 """
 
 from __future__ import annotations
@@ -28,23 +28,24 @@ MACHINE = "machine"
 
 
 @click.command("doctor")
-@click.option("--robot", help="A robot by its name or its file, whose devices are looked at too.")
-@click.option("--backend", help="Look at this one only; by default this board's, or all that are no board's.")
+@click.option("--robot", help="Also check the devices of this robot: its name, or its .toml file.")
+@click.option("--backend", help="Check this backend only. Default: the backends of this board, else all.")
 @connection_options
 @as_json
 def command(
     robot: str | None, backend: str | None, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool
 ) -> int:
-    """Look whether this machine can run a robot.
+    """Check whether this machine can run a robot.
 
-    Says what is right, what is wrong and what to do about it; the exit status is 1 where there is an error.
+    Prints each finding, with a remedy if something is wrong. The exit status is 1 if there is an error.
     """
     if (chosen_options := merge_options(port, options)) and not (robot and backend):
         raise UsageError(
-            f"option {next(iter(chosen_options))}: of which robot, on which backend? Add --robot and --backend"
+            f"option {next(iter(chosen_options))} needs a robot and a backend. Add --robot and --backend",
+            kind="option-without-effect",
         )
-    found = _find(robot, backend, chosen_options)
-    findings = list(found if as_json else _shown(found))
+    found = _diagnose(robot, backend, chosen_options)
+    findings = list(found if as_json else _write_each(found))
     levels = [finding.level.value for _, finding in findings]
     warnings, errors = levels.count("warning"), levels.count("error")
     status = 1 if errors else 0
@@ -57,8 +58,8 @@ def command(
     return status
 
 
-def _find(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[AboutFinding]:
-    """Yield what is found, as it is found; what robots are made of is imported after the machine was looked at."""
+def _diagnose(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[AboutFinding]:
+    """Yield the findings as they come. Modules that need NumPy are imported after the check of NumPy."""
     from robotcore.cli.doctor.machine import machine_checks
     from robotcore.hal.finding import findings_of
 
@@ -66,33 +67,33 @@ def _find(robot: str | None, backend: str | None, options: Mapping[str, str]) ->
     yield from ((MACHINE, finding) for finding in found)
     if any(finding.level.value == "error" and finding.what == "NumPy" for finding in found):
         return  # nothing else can be imported
-    described = None if robot is None else _described(robot, backend, options)
-    for name in (backend,) if backend else _chosen():
-        yield from ((name, finding) for finding in _examined(name, described, is_asked=backend is not None))
+    description = None if robot is None else _load_robot(robot, backend, options)
+    for name in (backend,) if backend else _choose_backends():
+        yield from ((name, finding) for finding in _diagnose_backend(name, description, is_chosen=backend is not None))
 
 
-def _described(robot: str, backend: str | None, options: Mapping[str, str]) -> RobotDescription:
+def _load_robot(robot: str, backend: str | None, options: Mapping[str, str]) -> RobotDescription:
     from robotcore.description import load_robot
     from robotcore.hal.backend import load_backend
 
     return load_connected_robot(load_backend(backend), robot, options) if backend and options else load_robot(robot)
 
 
-def _chosen() -> list[str]:
-    """Return the backends of this board; all of them, where this is no board of theirs."""
+def _choose_backends() -> list[str]:
+    """Return the backends of this board, or all backends if this machine is no known board."""
     from contextlib import suppress
 
     from robotcore.hal.backend import load_backend
     from robotcore.plugins import backend_names
 
-    at_home = []
+    native = []
     for name in backend_names():
-        with suppress(Exception):  # `_examined` reports what it raises
-            at_home += [name] if load_backend(name).is_native_host else []
-    return at_home or backend_names()
+        with suppress(Exception):  # `_diagnose_backend` reports the error
+            native += [name] if load_backend(name).is_native_host else []
+    return native or backend_names()
 
 
-def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> Iterator[Finding]:
+def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: bool) -> Iterator[Finding]:
     from dataclasses import replace
 
     from robotcore.cli.doctor.smoke_test import diagnose
@@ -103,21 +104,22 @@ def _examined(name: str, robot: RobotDescription | None, *, is_asked: bool) -> I
     try:
         backend = load_backend(name)
     except BackendMissingError as error:
-        if is_asked:
+        if is_chosen:
             raise
-        yield Finding.error(name, *_halves(str(error)))
+        yield Finding.error(name, *_split_remedy(str(error)), kind=error.kind)
         return
-    is_wanting = is_asked and not backend.is_installed
+    is_missing = is_chosen and not backend.is_installed
     for finding in findings_of([(name, lambda: diagnose(backend, robot))]):
-        yield replace(finding, level=Level.ERROR) if is_wanting and finding.what == name else finding
+        yield replace(finding, level=Level.ERROR) if is_missing and finding.what == name else finding
 
 
-def _halves(message: str) -> tuple[str, str]:
+def _split_remedy(message: str) -> tuple[str, str]:
+    """Split an error message into the fault and the remedy, its last sentence."""
     fault, _, remedy = message.rpartition(". ")
     return fault, remedy
 
 
-def _shown(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
+def _write_each(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
     """Write each finding as it comes."""
     for about, finding in found:
         write_finding(finding)

@@ -1,4 +1,7 @@
-"""What every backend leans on: Python, NumPy, OpenCV."""
+"""Check what every backend needs: Python, NumPy and OpenCV.
+
+This module imports none of them, so that a broken NumPy becomes a finding.
+"""
 
 from __future__ import annotations
 
@@ -9,26 +12,28 @@ from collections.abc import Iterator
 from robotcore.hal.finding import Check, Finding
 
 OLDEST, NEWEST = (3, 10), (3, 13)
-"""Of Python, between which everything is tested."""
+"""The oldest and the newest version of Python with which robotcore is tested."""
 
 
 def machine_checks() -> tuple[tuple[str, Check], ...]:
-    """Return the checks of any machine; none of them imports anything before it is made."""
+    """Return the checks of any machine."""
     return (("Python", python), ("NumPy", numpy), ("OpenCV", opencv))
 
 
 def python() -> Iterator[Finding]:
-    """Look whether this Python is one of those that are tested."""
-    said = f"{platform.python_version()} in {sys.prefix}"
+    """Check whether robotcore is tested with this Python."""
+    version = f"{platform.python_version()} in {sys.prefix}"
     if OLDEST <= sys.version_info[:2] <= NEWEST:
-        yield Finding.ok("Python", said)
+        yield Finding.ok("Python", version, kind="python-tested")
     else:
         tested = " to ".join(f"{major}.{minor}" for major, minor in (OLDEST, NEWEST))
-        yield Finding.warning("Python", f"{said}, with which nothing is tested", f"Take Python {tested}")
+        yield Finding.warning(
+            "Python", f"{version}; robotcore is not tested with it", f"Use Python {tested}", kind="python-untested"
+        )
 
 
 def numpy() -> Iterator[Finding]:
-    """Look whether NumPy can be imported and computes."""
+    """Check whether NumPy can be imported and computes."""
     try:
         import numpy as np
 
@@ -37,11 +42,11 @@ def numpy() -> Iterator[Finding]:
         yield _broken("NumPy", error, "pip install --force-reinstall 'numpy>=1.24'")
     else:
         assert total == 6, total
-        yield Finding.ok("NumPy", np.__version__)
+        yield Finding.ok("NumPy", np.__version__, kind="numpy-works")
 
 
 def opencv() -> Iterator[Finding]:
-    """Look whether OpenCV can be imported, and was built for this NumPy."""
+    """Check whether OpenCV can be imported and works with this NumPy."""
     try:
         import cv2
         import numpy as np
@@ -51,9 +56,9 @@ def opencv() -> Iterator[Finding]:
         remedy = "pip install --force-reinstall opencv-python-headless; on a Pi: sudo apt install python3-opencv"
         yield _broken("OpenCV", error, remedy)
     else:
-        yield Finding.ok("OpenCV", cv2.__version__)
+        yield Finding.ok("OpenCV", cv2.__version__, kind="opencv-works")
 
 
 def _broken(what: str, error: Exception, remedy: str) -> Finding:
     text = " ".join(str(error).split())
-    return Finding.error(what, f"does not work: {type(error).__name__}: {text}", remedy)
+    return Finding.error(what, f"does not work: {type(error).__name__}: {text}", remedy, kind="library-broken")

@@ -1,4 +1,4 @@
-"""A backend tried out: a simulated robot opens, moves and sees."""
+"""The smoke test of a backend: a simulated robot opens, moves and renders a picture."""
 
 from __future__ import annotations
 
@@ -13,68 +13,74 @@ from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot, Role
 
 ROBOT, WORLD = "rover", "open"
-TRIAL_S = 0.25
-"""Of simulated time: long enough for any motor to have turned a wheel."""
+TEST_S = 0.25
+"""Simulated seconds of the test. Each motor turns its wheel in this time."""
 
 VELOCITY_RAD_S = 2.0
 
 
 def diagnose(backend: Backend, robot: RobotDescription | None = None) -> Iterator[Finding]:
-    """Yield a smoke test of the backend if it takes one, and then the backend's own findings."""
+    """Yield the findings of the smoke test, if the backend has one, and of the backend's own checks."""
     if backend.is_smoke_tested:
         yield from smoke_test(backend, robot)
     yield from backend.examine(robot)
 
 
 def smoke_test(backend: Backend, robot: RobotDescription | None) -> Iterator[Finding]:
-    """Yield whether a backend is installed and, if it simulates, whether this robot opens, moves and sees in it."""
+    """Yield whether a backend is installed, and whether a robot works in it.
+
+    backend: a backend that does not simulate is only checked for its installation.
+    robot: the robot to open, by default the rover.
+    """
     if not backend.is_installed:
-        yield Finding.warning(backend.name, "is not installed", backend.remedy)
+        yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
         return
     if not backend.needs_world:
-        yield Finding.ok(backend.name, "is installed")
+        yield Finding.ok(backend.name, "is installed", kind="installed")
         return
-    yield _tried(backend, robot or load_robot(ROBOT))
+    yield _try_robot(backend, robot or load_robot(ROBOT))
     if backend.has_gui:
-        yield _display(backend.name)
+        yield _check_display(backend.name)
 
 
-def _tried(backend: Backend, robot: RobotDescription) -> Finding:
+def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
     setup = Setup(robot, load_world(WORLD), frozenset(device.name for device in robot.devices))
     try:
         with backend.open(setup) as opened:
-            return _driven(backend.name, opened)
+            return _drive(backend.name, opened)
     except DescriptionError as error:
         others = f", and {len(error.others)} more" if error.others else ""
         said = f"cannot open {error.file}: {error.key}: {error.fault}{others}"
-        return Finding.error(backend.name, said, f"robotcore check {robot.file or robot.name}")
+        return Finding.error(backend.name, said, f"robotcore check {robot.file or robot.name}", kind=error.kind)
     except DeviceGroupError as error:
-        return _unopened(backend, "; ".join(map(str, error.failures)))
+        return _build_failure(backend, "; ".join(map(str, error.failures)), error.kind)
     except RobotcoreError as error:
-        return _unopened(backend, str(error))
+        return _build_failure(backend, str(error), error.kind)
     except Exception as error:  # noqa: BLE001  a simulator of another build raises anything
         text = " ".join(str(error).split())
-        return Finding.error(backend.name, f"does not work: {type(error).__name__}: {text}", backend.remedy)
+        return Finding.error(
+            backend.name, f"does not work: {type(error).__name__}: {text}", backend.remedy, kind="simulator-broken"
+        )
 
 
-def _unopened(backend: Backend, text: str) -> Finding:
-    """Return an error in its own words, which end with what to do about it, if anybody knows."""
+def _build_failure(backend: Backend, text: str, kind: str) -> Finding:
+    """Return an error as a finding. The last sentence of its message is the remedy."""
     fault, _, remedy = text.rpartition(". ")
     if not fault:
-        return Finding.error(backend.name, text, f"Try robotcore run green-search --backend {backend.name}")
-    return Finding.error(backend.name, fault, remedy)
+        return Finding.error(backend.name, text, f"Try robotcore run green-search --backend {backend.name}", kind=kind)
+    return Finding.error(backend.name, fault, remedy, kind=kind)
 
 
-def _driven(name: str, robot: Robot) -> Finding:
-    """Let all motors turn and the camera see; what moved is the simulator's word."""
+def _drive(name: str, robot: Robot) -> Finding:
+    """Turn all motors and read the camera. The simulator's own pose shows whether the robot moved."""
     done = ["opens"]
     before = robot.truth.pose() if robot.truth else None
     for motor in robot.motors.values():
         motor.set_velocity(VELOCITY_RAD_S)
-    robot.clock.sleep_until(TRIAL_S)
+    robot.clock.sleep_until(TEST_S)
     if robot.motors and robot.truth:
         if robot.truth.pose() == before:
-            return Finding.error(name, "opens, but nothing moves", "Install it again")
+            return Finding.error(name, "opens, but nothing moves", "Install it again", kind="nothing-moves")
         done.append("moves")
     if robot.has(Role.RANGE):
         robot.range.read()
@@ -82,14 +88,18 @@ def _driven(name: str, robot: Robot) -> Finding:
     if robot.has(Role.CAMERA):
         height, width = robot.camera.read().image.shape[:2]
         done.append(f"renders {width} x {height} pixels")
-    return Finding.ok(name, f"{', '.join(done)}, closes")
+    return Finding.ok(name, f"{', '.join(done)}, closes", kind="works")
 
 
-def _display(name: str) -> Finding:
-    """Look whether a window could open; Linux tells by its environment."""
+def _check_display(name: str) -> Finding:
+    """Check whether a window can open. Only Linux shows this, by the variable DISPLAY."""
     if not sys.platform.startswith("linux"):
-        return Finding.ok("display", f"--backend {name} --gui opens its window")
+        return Finding.ok("display", f"--backend {name} --gui opens its window", kind="display")
     if display := os.environ.get("DISPLAY"):
-        return Finding.ok("display", f"--backend {name} --gui opens its window on {display}, if that is there")
-    remedy = "Sit at the machine, or take ssh -X; without a window: --picture FILE.png"
-    return Finding.warning("display", f"there is none: --backend {name} --gui opens no window", remedy)
+        return Finding.ok(
+            "display", f"--backend {name} --gui opens its window on {display}, if that exists", kind="display"
+        )
+    remedy = "Log in at the machine, or use ssh -X. Without a window, use --picture FILE.png"
+    return Finding.warning(
+        "display", f"there is none, so --backend {name} --gui opens no window", remedy, kind="no-display"
+    )

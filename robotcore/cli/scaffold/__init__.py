@@ -1,5 +1,35 @@
-"""New projects, made from templates: a robot of one's own, and a package with a backend."""
+"""``robotcore new``: make a project or a driver package from a template."""
 
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import click
+
+from robotcore.cli.output import write_line
 from robotcore.cli.scaffold.template import DRIVER, PROJECT, Template, make, require_free
 
-__all__ = ["DRIVER", "PROJECT", "Template", "make", "require_free"]
+__all__ = ["DRIVER", "PROJECT", "Template", "make", "new", "require_free"]
+
+
+@click.command("new")
+@click.argument("folder", metavar="NAME", type=click.Path(path_type=Path))
+@click.option("--driver", "is_driver", is_flag=True, help="Make a package that adds a backend, with its tests.")
+def new(folder: Path, *, is_driver: bool) -> None:
+    """Make a project NAME: an app, a robot, a room, their tests.
+
+    The new project runs, passes its tests and can be deployed without a change. NAME may be a path. Its last part is
+    the project's name.
+    """
+    from robotcore.runtime.signals import SignalGuard
+
+    template = DRIVER if is_driver else PROJECT
+    with SignalGuard():
+        make(template, folder)
+    steps = (template.rename_text(step, folder.name) for step in template.first_steps)
+    write_line(f"{folder} is made. Begin with")
+    write_line(f"  cd {shlex.quote(str(folder))}")
+    for step in steps:
+        write_line(f"  {step}")
+    write_line("README.md explains the next steps.")

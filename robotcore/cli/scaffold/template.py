@@ -1,4 +1,4 @@
-"""New projects and driver packages from templates: free names, and a copy that is whole or not made."""
+"""Make projects and driver packages from templates: check the name, and copy all files or none."""
 
 from __future__ import annotations
 
@@ -25,41 +25,48 @@ if TYPE_CHECKING:
 
 
 CACHES = ("__pycache__", "_cache")
-"""How folders end that installers, test runners and linters leave in a template."""
+"""Suffixes of folders that installers, test runners and linters leave in a template. They are not copied."""
 
 
 @dataclass(frozen=True)
 class Template:
-    """A project in ``templates/FOLDER`` that is to be had under another name than its own, ``stand_in``.
+    """A project in ``templates/FOLDER``, which is copied under a new name.
 
-    It works, and is checked, as it stands. Wherever it spells its name, in a text or as a file's, the new one is put:
-    ``my-robot`` as it is typed, ``my_robot`` as a module, ``MyRobot`` as a class. ``first_steps`` are the commands to
-    type in it first.
+    The template itself is a complete project, and is tested as one. The copy has the new name in texts and in the
+    names of files: ``my-robot`` as a project, ``my_robot`` as a module, ``MyRobot`` as a class.
+
+    >>> PROJECT.rename_text("my-robot: import my_robot", "rover-2")
+    'rover-2: import rover_2'
     """
 
     folder: str
+    """The template's folder in ``templates``."""
+
     stand_in: str
+    """The template's own name, which the new name replaces."""
+
     first_steps: tuple[str, ...]
+    """The commands to type first in the new project."""
 
     @cached_property
     def root(self) -> Traversable:
         """The folder that is copied."""
         return resources.files("robotcore.cli.scaffold").joinpath("templates", self.folder)
 
-    def named(self, text: str, name: str) -> str:
-        """Return a text of the template with the new name in the place of its own."""
-        words = dict(zip(_spelt(self.stand_in), _spelt(name), strict=True))
+    def rename_text(self, text: str, name: str) -> str:
+        """Return a text of the template with the new name in place of the template's."""
+        words = dict(zip(_spellings(self.stand_in), _spellings(name), strict=True))
         return re.sub("|".join(words), lambda found: words[found[0]], text)
 
     def entries(self, folder: Traversable) -> Iterator[Traversable]:
-        """Yield what is to be copied of a folder of the template."""
+        """Yield the files and folders to copy from a folder of the template."""
         return (each for each in folder.iterdir() if not each.name.endswith(CACHES))
 
     @property
-    def own_words(self) -> set[str]:
-        """What its files and folders are called besides; a project of such a name would have two of one name."""
+    def reserved_names(self) -> set[str]:
+        """Names of the template's other files. A project of such a name would have two files of one name."""
         stems = (each.name.partition(".")[0] for each in self.entries(self.root))
-        return {stem for stem in stems if stem not in _spelt(self.stand_in)}
+        return {stem for stem in stems if stem not in _spellings(self.stand_in)}
 
 
 PROJECT = Template(
@@ -82,95 +89,112 @@ DRIVER = Template(
         "robotcore run avoid-obstacles --backend my-board --robot my_board.toml",
     ),
 )
-"""A package with a backend, and the kit's test of it."""
+"""A package with a backend, and its conformance test."""
 
 
 def module_of(name: str) -> str:
-    """Return a project's name as that of a module."""
+    """Return the name of a project's module."""
     return name.replace("-", "_")
 
 
-def _spelt(name: str) -> tuple[str, str, str]:
-    """Return a name as it is typed, as a module's, and as a class's."""
+def _spellings(name: str) -> tuple[str, str, str]:
+    """Return the name of a project, of its module and of its class."""
     return name, module_of(name), "".join(part.capitalize() for part in re.split("[-_]", name))
 
 
 NAME = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
-"""What packages, modules, and robots in their files may all be called."""
+"""Names that a package, a module and a robot can all have."""
 
 
 def require_free(template: Template, folder: Path) -> None:
-    """Raise UsageError where nothing can be made as ``folder``: its last part is no name, or one that is in use."""
+    """Raise UsageError if ``folder`` exists, cannot be made, or has an invalid name or one that is in use."""
     name = folder.name
-    _require_place(folder)
+    _require_absent(folder)
     if not NAME.fullmatch(name):
         raise UsageError(
-            f"{name!r} is no name for a project: take lower-case letters, digits, and single - or _ between them, "
-            f"beginning with a letter{_such_as(name)}"
+            f"{name!r} is no name for a project. Take lower-case letters, digits, and single - or _ between them, "
+            f"beginning with a letter{_format_suggestion(name)}",
+            kind="invalid-project-name",
+            name=name,
+            meant=_suggest_name(name),
         )
-    if use := _use_of(template, name):
-        raise UsageError(f"{name!r} is {use}. Take another name, {name}-{template.folder} for instance")
+    if use := _describe_use(template, name):
+        raise UsageError(
+            f"{name!r} is {use}. Take another name, {name}-{template.folder} for instance",
+            kind="project-name-in-use",
+            name=name,
+            use=use,
+        )
 
 
-def _require_place(folder: Path) -> None:
-    """Raise UsageError where there is something of that name, or nowhere to make it."""
+def _require_absent(folder: Path) -> None:
     if os.path.lexists(folder):
-        raise UsageError(f"{folder} is there already, and stays as it is. Take another name, or move it away")
+        raise UsageError(
+            f"{folder} exists already, and was not changed. Take another name, or move it away", kind="folder-exists"
+        )
     if not os.path.isdir(folder.parent):  # noqa: PTH112  it takes any name, however long
-        raise UsageError(f"{folder.parent} is no folder, so nothing can be made in it. Make it first")
+        raise UsageError(f"{folder.parent} is no folder. Make it first", kind="no-such-folder")
 
 
-def _such_as(name: str) -> str:
-    """Return the name that was probably meant, in words."""
+def _suggest_name(name: str) -> str:
+    """Return a valid name that resembles ``name``, or nothing if there is none."""
     meant = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
-    return f"; {meant} for instance" if NAME.fullmatch(meant) else ""
+    return meant if NAME.fullmatch(meant) else ""
 
 
-def _use_of(template: Template, name: str) -> str:
-    """Return what a name already stands for, in words; nothing where it is free."""
+def _format_suggestion(name: str) -> str:
+    meant = _suggest_name(name)
+    return f"; {meant} for instance" if meant else ""
+
+
+def _describe_use(template: Template, name: str) -> str:
+    """Return the present use of a name in words, or nothing if the name is free."""
     module = module_of(name)
     if iskeyword(module):
-        return "a word of Python's own"
-    if module in template.own_words:
-        return "the name of something in every new project"
+        return "a keyword of Python"
+    if module in template.reserved_names:
+        return "the name of a file in every new project"
     if module in sys.stdlib_module_names or find_spec(module):
-        return "the name of a Python module in use, for which the new one would be taken"
+        return "the name of an installed Python module"
     return _use_as_backend(name) if template is DRIVER else ""
 
 
 def _use_as_backend(name: str) -> str:
-    """Return what a backend's name already stands for: another one, or a part of every robot's file."""
     from robotcore.description import RobotDescription
     from robotcore.plugins import backend_names
 
     if name in backend_names():
-        return "the name of a backend that is installed"
-    return "a part of every robot's file" if name in RobotDescription.model_fields else ""
+        return "the name of an installed backend"
+    return "a key of every robot's file" if name in RobotDescription.model_fields else ""
 
 
 def make(template: Template, folder: Path) -> None:
-    """Make the template's project as ``folder``, named after it.
+    """Make a project from a template.
 
-    It is written in a folder beside, and renamed when it is whole: whatever ends this, it is whole or it is not there.
-    Raises UsageError where the name cannot be, or the files cannot be written.
+    template: the template to copy.
+    folder: the new project's folder, which must not exist. Its last part is the project's name.
+
+    The files are written into a temporary folder, which is renamed at the end. So ``folder`` is complete or does not
+    exist. Raises UsageError if the name is invalid or in use, or the files cannot be written.
     """
     require_free(template, folder)
     try:
-        with TemporaryDirectory(prefix=".new-", dir=folder.parent) as beside:
-            whole = Path(beside, folder.name)
-            _copy(template, template.root, whole, folder.name)
-            whole.rename(folder)
+        with TemporaryDirectory(prefix=".new-", dir=folder.parent) as scratch:
+            made = Path(scratch, folder.name)
+            _copy(template, template.root, made, folder.name)
+            made.rename(folder)
     except OSError as error:
         raise UsageError(
-            f"{folder} cannot be made: {error.strerror}. Nothing is left of it; make room, or take another folder"
+            f"{folder} cannot be made: {error.strerror}. No file is left. Make room, or take another folder",
+            kind="folder-unwritable",
         ) from error
 
 
 def _copy(template: Template, source: Traversable, target: Path, name: str) -> None:
     target.mkdir()
     for each in template.entries(source):
-        made = target / template.named(each.name, name)
+        made = target / template.rename_text(each.name, name)
         if each.is_dir():
             _copy(template, each, made, name)
         else:
-            made.write_text(template.named(each.read_text(encoding="utf-8"), name), encoding="utf-8")
+            made.write_text(template.rename_text(each.read_text(encoding="utf-8"), name), encoding="utf-8")

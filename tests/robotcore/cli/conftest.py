@@ -15,7 +15,9 @@ from robotcore.sweep import Sweep
 from robotcore.sweep.single_run import RunOutput, perform
 
 
-class Told(NamedTuple):
+class Answer(NamedTuple):
+    """The exit status and the output of a command."""
+
     status: int
     out: str
     err: str
@@ -26,27 +28,32 @@ class Told(NamedTuple):
         assert len(lines) == 1
         return json.loads(lines[0])
 
+    @property
+    def plain_err(self) -> str:
+        """The output on stderr without the lines of markers that Python 3.11 and newer add to tracebacks."""
+        return "".join(line for line in self.err.splitlines(keepends=True) if line.strip(" \n~^") or line == "\n")
 
-Cli = Callable[..., Told]
+
+Cli = Callable[..., Answer]
 AppFile = Callable[[str], str]
 
 
 @pytest.fixture
 def cli(capfd: pytest.CaptureFixture[str]) -> Cli:
-    """The command line in this process."""
+    """Run a command in this process, and return its answer."""
 
-    def run(*arguments: str) -> Told:
+    def run(*arguments: str) -> Answer:
         status = execute(arguments)
-        return Told(status, *capfd.readouterr())
+        return Answer(status, *capfd.readouterr())
 
     return run
 
 
 @pytest.fixture
 def app_file(tmp_path: Path) -> AppFile:
-    """A file with an app whose third tick does what is asked for."""
+    """Write an app whose third tick executes some lines of Python, and return its file."""
 
-    def write(deed: str) -> str:
+    def write(lines: str) -> str:
         file = tmp_path / "odd.py"
         file.write_text(
             f"""
@@ -61,7 +68,7 @@ class Odd(Behaviour):
         self.ticks += 1
         robot.drive.set_velocity(0.1, 0.0)
         if self.ticks == 3:
-            {deed}
+            {lines}
         return Status.RUNNING
 """
         )
@@ -72,7 +79,7 @@ class Odd(Behaviour):
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
-    """What is run, in this process: other processes have tests of their own."""
+    """Run the runs of a sweep in this process, and return their requests."""
     requests: list[RunRequest] = []
 
     def perform_here(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[RunOutput]:
@@ -92,7 +99,7 @@ class Recorded(NamedTuple):
 
 @pytest.fixture(scope="session")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
-    """A whole run of the main job, and what it told of itself."""
+    """Record a complete run of green-search."""
     file = tmp_path_factory.mktemp("recorded") / "search.mcap"
     with redirect_stdout(StringIO()) as out:
         assert execute(["run", "green-search", "--seed", "7", "--record", str(file), "--json"]) == 0
@@ -102,12 +109,13 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
 
 @pytest.fixture(scope="session")
 def search(recorded: Recorded) -> Path:
+    """Return the file of the complete run."""
     return recorded.file
 
 
 @pytest.fixture(scope="session")
 def brief(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A second of looking at a ball, small enough to be damaged often."""
+    """Record one second of mark-green: a small file, which tests damage often."""
     file = tmp_path_factory.mktemp("recorded") / "brief.mcap"
     arguments = ["run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "1", "--json"]
     assert execute([*arguments, "--record", str(file)]) == 1

@@ -1,7 +1,7 @@
-"""What a shell does with one job in its terminal: ``python -m tests.robotcore.cli.shell front|behind COMMAND…``.
+"""A shell with one job in its terminal: ``python -m tests.robotcore.cli.shell front|behind COMMAND…``.
 
-Prints ``stopped`` when the job is; for each byte that then comes through descriptor `CONTROL` it lets the job go on, in
-front. At the job's end it prints ``exited`` and the status.
+Prints ``stopped`` if the job is stopped. Each byte from descriptor `CONTROL` then continues the job in the
+foreground. At the end of the job, prints ``exited`` and the status.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ def main(place: str, *command: str) -> None:
         os.tcsetpgrp(TERMINAL, os.getpgrp())
         if not os.WIFSTOPPED(status):
             break
-        say("stopped")
+        write_line("stopped")
         os.read(CONTROL, 1)
         os.tcsetpgrp(TERMINAL, job.pid)
         os.kill(job.pid, signal.SIGCONT)
-    say(f"exited {os.waitstatus_to_exitcode(status)}")
+    write_line(f"exited {os.waitstatus_to_exitcode(status)}")
 
 
-def say(line: str) -> None:
+def write_line(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 

@@ -1,4 +1,4 @@
-"""``robotcore check --backend``: what of a robot is there in a scene."""
+"""``robotcore check --backend`` looks for the devices of a robot in a scene."""
 
 from __future__ import annotations
 
@@ -11,57 +11,62 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.finding import Finding
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.simulation.remote_scene.memory import MemoryBackend
+from tests.texts import CheckText
 
-JOINT = Finding.ok("left_motor", "/rover/leftMotor, a joint")
-LOST = Finding.error("nose", "the scene has no object '/nose'", "Did you mean '/rover/nose'?")
+JOINT = Finding.ok("left_motor", "/rover/leftMotor, a joint", kind="object-found")
+LOST = Finding.error("nose", "the scene has no object '/nose'", "Did you mean '/rover/nose'?", kind="object-missing")
 
 
-class Looking(MemoryBackend):
-    found = (JOINT,)
-    asked: Setup
+class SceneBackend(MemoryBackend):
+    findings = (JOINT,)
+    setups: list[Setup] = []  # noqa: RUF012
 
     def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
-        Looking.asked = setup
-        yield from self.found
+        self.setups.append(setup)
+        yield from self.findings
 
 
 @pytest.fixture(autouse=True)
 def _registered(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("robotcore.hal.backend.load_backend", lambda _name: Looking())
+    monkeypatch.setattr("robotcore.hal.backend.load_backend", lambda _name: SceneBackend())
 
 
-def test_what_is_there_is_reported_device_by_device(cli: Cli) -> None:
+def test_devices_in_the_scene_are_listed(cli: Cli, check_text: CheckText) -> None:
     answer = cli("check", "rover", "--backend", "memory", "--port", "19997", "--option", "stepped=false")
     assert (answer.status, answer.err) == (0, "")
-    assert answer.out.splitlines()[1].split() == ["ok", "left_motor", "/rover/leftMotor,", "a", "joint"]
-    assert Looking.asked.robot.name == "rover"
-    assert Looking.asked.options == {"port": "19997", "stepped": "false"}
+    check_text(answer.out)
+    assert SceneBackend.setups[-1].robot.name == "rover"
+    assert SceneBackend.setups[-1].options == {"port": "19997", "stepped": "false"}
 
 
-def test_what_is_missing_fails_and_is_reported_with_what_to_do(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Looking, "found", (LOST, JOINT))
+def test_missing_device_is_exit_1_with_its_remedy(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    monkeypatch.setattr(SceneBackend, "findings", (LOST, JOINT))
     answer = cli("check", "rover", "--backend", "memory")
     assert answer.status == 1
-    assert "the scene has no object '/nose'" in answer.out
-    assert "→ Did you mean '/rover/nose'?" in answer.out
+    check_text(answer.out)
 
 
-def test_simulator_that_does_not_answer_is_the_backends_failure(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    def dead(*_: object) -> Iterator[Finding]:
+def test_simulator_that_does_not_answer_is_exit_3(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    def fail(*_: object) -> Iterator[Finding]:
         raise BackendError("nobody answers at 127.0.0.1:19997")
 
-    monkeypatch.setattr(Looking, "inspect_scene", dead)
+    monkeypatch.setattr(SceneBackend, "inspect_scene", fail)
     answer = cli("check", "rover", "--backend", "memory")
-    assert (answer.status, answer.err) == (3, "error: nobody answers at 127.0.0.1:19997\n")
+    assert answer.status == 3
+    check_text(answer.err)
 
 
-def test_backend_that_joins_no_scene_has_nothing_to_look_at(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(Looking, "inspect_scene")
+def test_backend_without_a_scene_is_refused(cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+    monkeypatch.delattr(SceneBackend, "inspect_scene")
     answer = cli("check", "rover", "--backend", "memory")
     assert answer.status == 2
-    assert "nothing to look at" in answer.err
+    check_text(answer.err)
 
 
-@pytest.mark.parametrize("asked", [("arena", "--backend", "memory"), ("rover", "--port", "19997")])
-def test_what_means_nothing_together_is_refused(cli: Cli, asked: tuple[str, ...]) -> None:
-    assert cli("check", *asked).status == 2
+@pytest.mark.parametrize("arguments", [("arena", "--backend", "memory"), ("rover", "--port", "19997")])
+def test_options_that_do_not_go_together_are_refused(cli: Cli, arguments: tuple[str, ...]) -> None:
+    assert cli("check", *arguments).status == 2

@@ -6,61 +6,73 @@ import pytest
 
 from drivers.mujoco.backend import MujocoBackend
 from drivers.pybullet.backend import PyBulletBackend
-from robotcore.cli.demo import chosen_backend
 from robotcore.cli.main import execute
+from robotcore.cli.run import choose_simulator
 from robotcore.hal.backend import Backend
 from robotcore.hal.finding import Finding
+from tests.texts import CheckText
 
 Simulator = type[Backend]
 
 
-def works(monkeypatch: pytest.MonkeyPatch, simulator: Simulator, *, fault: str = "") -> None:
-    found = Finding.error(simulator.name, fault, "") if fault else Finding.ok(simulator.name, "works")
+def set_working(monkeypatch: pytest.MonkeyPatch, simulator: Simulator, *, failure: str = "") -> None:
+    kind = "broken" if failure else "works"
+    finding = (
+        Finding.error(simulator.name, failure, "", kind=kind)
+        if failure
+        else Finding.ok(simulator.name, "works", kind=kind)
+    )
     monkeypatch.setattr(simulator, "is_installed", True)
-    monkeypatch.setattr(simulator, "examine", lambda *_: [found])
+    monkeypatch.setattr(simulator, "examine", lambda *_: [finding])
 
 
-def is_missing(monkeypatch: pytest.MonkeyPatch, *simulators: Simulator) -> None:
+def set_missing(monkeypatch: pytest.MonkeyPatch, *simulators: Simulator) -> None:
     for simulator in simulators:
         monkeypatch.setattr(simulator, "is_installed", False)
 
 
-def test_takes_the_physics_simulator_that_needs_no_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
-    works(monkeypatch, PyBulletBackend)
-    works(monkeypatch, MujocoBackend)
-    assert chosen_backend() == ("pybullet", "pybullet (Bullet rigid-body physics, in process): the demo runs on it.")
+def test_takes_the_physics_simulator_that_needs_no_opengl(
+    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    set_working(monkeypatch, PyBulletBackend)
+    set_working(monkeypatch, MujocoBackend)
+    backend, why = choose_simulator()
+    assert backend == "pybullet"
+    check_text(why)
 
 
-def test_takes_mujoco_where_there_is_no_pybullet_and_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    is_missing(monkeypatch, PyBulletBackend)
-    works(monkeypatch, MujocoBackend)
-    backend, why = chosen_backend()
+def test_takes_mujoco_if_pybullet_is_missing_and_says_why(
+    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    set_missing(monkeypatch, PyBulletBackend)
+    set_working(monkeypatch, MujocoBackend)
+    backend, why = choose_simulator()
     assert backend == "mujoco"
-    assert why.startswith("pybullet is not installed. ")
-    assert why.endswith(f" mujoco ({MujocoBackend.summary}): the demo runs on it.")
+    check_text(why)
 
 
-def test_takes_no_simulator_that_does_not_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    is_missing(monkeypatch, PyBulletBackend)
-    works(monkeypatch, MujocoBackend, fault="eye: there is no OpenGL. Install libegl1")
-    backend, why = chosen_backend()
+def test_takes_no_simulator_that_does_not_work(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+    set_missing(monkeypatch, PyBulletBackend)
+    set_working(monkeypatch, MujocoBackend, failure="eye: there is no OpenGL. Install libegl1")
+    backend, why = choose_simulator()
     assert backend == "kinematic"
-    assert "mujoco: eye: there is no OpenGL. Install libegl1. The demo runs on the built-in" in why
+    check_text(why)
 
 
-def test_says_why_it_takes_the_built_in_simulator_instead(monkeypatch: pytest.MonkeyPatch) -> None:
-    is_missing(monkeypatch, PyBulletBackend, MujocoBackend)
-    backend, why = chosen_backend()
+def test_says_why_it_takes_the_built_in_simulator_instead(
+    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    set_missing(monkeypatch, PyBulletBackend, MujocoBackend)
+    backend, why = choose_simulator()
     assert backend == "kinematic"
-    assert why.startswith("pybullet is not installed. ")
-    assert "mujoco is not installed. " in why
+    check_text(why)
 
 
 def test_finds_the_ball_and_leaves_a_picture(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    is_missing(monkeypatch, PyBulletBackend, MujocoBackend)
+    set_missing(monkeypatch, PyBulletBackend, MujocoBackend)
     picture = tmp_path / "demo.png"
     assert execute(["demo", "--picture", str(picture)]) == 0
     assert picture.stat().st_size > 10_000
-    assert "--backend kinematic --seed 7" in capfd.readouterr().out
+    assert "\n$ robotcore run green-search --backend kinematic --seed 7 " in capfd.readouterr().out

@@ -55,7 +55,7 @@ DEBUGGED = READING.replace('print("heard", repr(input("go on? ")), flush=True)',
 
 JUST_BEHIND = """
 from robotcore.cli import estop_key, main
-estop_key._is_in_front = lambda terminal: True
+estop_key._is_in_foreground = lambda terminal: True
 estop_key.EmergencyStopKey._take = lambda self: None
 main.main()
 """
@@ -241,7 +241,7 @@ def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.Em
     """A space bar in this process, which is in front of the terminal."""
     with os.fdopen(os.dup(terminal.slave)) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
-        monkeypatch.setattr(keys, "_is_in_front", lambda _: True)
+        monkeypatch.setattr(keys, "_is_in_foreground", lambda _: True)
         yield keys.EmergencyStopKey()
 
 
@@ -250,8 +250,8 @@ def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(
 ) -> None:
     terminal.type(b" ")  # so that it need not wait
     bar.pause()
-    with keys._keys_of(terminal.slave) as there:
-        bar._pressed(there)
+    with keys._open_keys(terminal.slave) as there:
+        bar._read_keys(there)
     assert terminal.is_as_it_was
     bar.go_on()
     assert terminal.is_raw
@@ -266,9 +266,9 @@ def test_the_key_is_offered_only_while_the_terminal_is_ours(
     assert not bar.hint()
     bar.go_on()
     assert bar.hint() == "space: stop"
-    monkeypatch.setattr(keys, "_is_in_front", lambda _: False)
+    monkeypatch.setattr(keys, "_is_in_foreground", lambda _: False)
     assert not bar.hint()
-    monkeypatch.setattr(keys, "_is_in_front", lambda _: True)
+    monkeypatch.setattr(keys, "_is_in_foreground", lambda _: True)
     bar.pause()
     assert not bar.hint()
 

@@ -9,6 +9,7 @@ import pytest
 from robotcore.hal.backend import Backend, Exported
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.description import files
+from tests.texts import CheckText
 
 TEXTURED = """name = "hall"
 [floor]
@@ -66,49 +67,48 @@ def test_names_no_picture_by_what_is_no_unicode(cli: Cli, tmp_path: Path) -> Non
 
 
 @pytest.mark.usefixtures("_pictured")
-def test_says_what_is_left_out_beside_what_goes_to_stdout(cli: Cli) -> None:
+def test_says_what_is_left_out_beside_what_goes_to_stdout(cli: Cli, check_text: CheckText) -> None:
     answer = cli("export", "rover", "--format", "mjcf")
-    assert (answer.status, answer.out, answer.err) == (0, "<model/>\n", "note: 1 texture left out\n")
+    assert (answer.status, answer.out) == (0, "<model/>\n")
+    check_text(answer.err)
 
 
-def test_says_that_urdf_knows_no_patterns(cli: Cli, tmp_path: Path) -> None:
+def test_says_that_urdf_knows_no_patterns(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     (tmp_path / "hall.toml").write_text(TEXTURED)
     answer = cli("export", "rover", "--world", str(tmp_path / "hall.toml"))
-    assert (answer.status, answer.err) == (0, "note: URDF knows no patterns: each surface has its one colour\n")
+    assert answer.status == 0
+    check_text(answer.err)
     assert cli("export", "rover", "--world", "arena").err == ""
 
 
-@pytest.mark.parametrize(
-    "asked, status, said",
-    [
-        (["--format", "mjfc"], 2, "unknown format 'mjfc'. Did you mean 'mjcf'?"),
-        (["--world", "aren"], 2, "unknown world 'aren'. Did you mean 'arena'?"),
-        (["--seed", "7"], 2, "--seed draws a world, and there is none. Name one, for example --world arena"),
-    ],
-)
-def test_tells_in_a_line_what_cannot_be(cli: Cli, asked: list[str], status: int, said: str) -> None:
-    assert cli("export", "rover", *asked) == (status, "", f"error: {said}\n")
+@pytest.mark.parametrize("asked, status", [(["--format", "mjfc"], 2), (["--world", "aren"], 2), (["--seed", "7"], 2)])
+def test_tells_in_a_line_what_cannot_be(cli: Cli, asked: list[str], status: int, check_text: CheckText) -> None:
+    answer = cli("export", "rover", *asked)
+    assert (answer.status, answer.out) == (status, "")
+    check_text(answer.err)
 
 
-def test_tells_how_to_install_a_simulator_that_is_missing(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tells_how_to_install_a_simulator_that_is_missing(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
     monkeypatch.setattr("drivers.mujoco.backend.MujocoBackend.modules", ("no_such_simulator",))
     answer = cli("export", "rover", "--format", "mjcf")
     assert (answer.status, answer.out) == (3, "")
-    assert answer.err == "error: the backend 'mujoco' is not installed. pip install \"robotcore[sim]\"\n"
+    check_text(answer.err)
 
 
-def test_says_where_it_cannot_write(cli: Cli, tmp_path: Path) -> None:
+def test_says_where_it_cannot_write(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     answer = cli("export", "rover", "--output", str(tmp_path / "missing" / "rover.urdf"))
     assert answer.status == 2
-    assert "missing/rover.urdf: No such file or directory. Name a file that can be written" in answer.err
+    check_text(answer.err)
 
 
 @pytest.mark.usefixtures("_pictured")
-def test_says_which_file_is_in_the_way_of_the_pictures(cli: Cli, tmp_path: Path) -> None:
+def test_says_which_file_is_in_the_way_of_the_pictures(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     (tmp_path / "hall_textures").touch()
     answer = cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))
     assert answer.status == 2
-    assert f"{tmp_path / 'hall_textures'}: File exists" in answer.err
+    check_text(answer.err)
     assert len(answer.err.splitlines()) == 1
 
 
@@ -119,7 +119,9 @@ def test_leaves_no_model_without_the_pictures_that_it_names(cli: Cli, tmp_path: 
     assert not (tmp_path / "hall.xml").exists()
 
 
-def test_leaves_no_half_of_a_model_on_a_full_disk(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_leaves_no_half_of_a_model_on_a_full_disk(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
     file = tmp_path / "rover.urdf"
 
     def fill(to: Path, content: bytes) -> None:
@@ -130,9 +132,7 @@ def test_leaves_no_half_of_a_model_on_a_full_disk(cli: Cli, tmp_path: Path, monk
     monkeypatch.setattr(Path, "write_bytes", fill)
     answer = cli("export", "rover", "--output", str(file))
     assert answer.status == 2
-    assert answer.err == (
-        f"error: {file}: No space left on device. Name a file that can be written, where there is room\n"
-    )
+    check_text(answer.err)
     assert not file.exists()
 
 
@@ -151,13 +151,14 @@ def test_leaves_a_file_that_it_may_not_write_as_it_was(
 
 
 @pytest.mark.parametrize("read", ["robot", "world"])
-def test_writes_over_no_description_that_it_reads(cli: Cli, tmp_path: Path, read: str) -> None:
+def test_writes_over_no_description_that_it_reads(cli: Cli, tmp_path: Path, read: str, check_text: CheckText) -> None:
     robot, world = tmp_path / "robot.toml", tmp_path / "world.toml"
     robot.write_text(files.ROVER, encoding="utf-8")
     world.write_text(files.ARENA, encoding="utf-8")
     output = tmp_path / f"{read}.toml"
     answer = cli("export", str(robot), "--world", str(world), "--output", str(output))
-    assert answer == (2, "", f"error: --output {output}: this is the file that is read. Name another one\n")
+    assert (answer.status, answer.out) == (2, "")
+    check_text(answer.err)
     assert (robot.read_text(), world.read_text()) == (files.ROVER, files.ARENA)
 
 

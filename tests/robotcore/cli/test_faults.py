@@ -10,41 +10,30 @@ from robotcore.errors import BackendError
 from robotcore.runtime.faults import plan_faults
 from robotcore.sweep.single_run import make_failed_output
 from tests.robotcore.cli.conftest import Cli
+from tests.texts import CheckText
 
 SHORT = ("avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 ROVER = load_robot("rover")
 
 
-def test_a_run_tells_its_faults_in_their_canonical_form(cli: Cli, tmp_path: Path) -> None:
+def test_a_run_tells_its_faults_in_their_canonical_form(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "faults.toml"
     file.write_text('[[fault]]\ntarget = "left_motor"\neffect = "weak"\nvalue = 0.60\n')
     asked = ("--fault", str(file), "--fault", "range  no-echo=0.10  after=60")
     assert cli("run", *SHORT, *asked, "--json").json["faults"] == ["left_motor weak=0.6", "range no_echo=0.1 after=60"]
     answer = cli("run", *SHORT, *asked).out
-    assert "with faults: left_motor weak=0.6" in answer
-    assert "ended before: range no_echo=0.1 after=60" in answer
+    check_text("\n".join(line for line in answer.splitlines() if "=0." in line))
 
 
 @pytest.mark.parametrize("command", ["run", "sweep"])
-@pytest.mark.parametrize(
-    "spec, lines",
-    [
-        ("range", ["'range': an effect is missing. Write TARGET EFFECT[=VALUE]", "Try"]),
-        ("range dorp=1", ["--fault 'range dorp=1': unknown effect 'dorp'. Did you mean 'drop'?", "robotcore faults"]),
-        ("range drop=2", ["'range drop=2': drop should be at most 1", 'Write it as "range drop=PROBABILITY']),
-        ("camera drop=1", ["'camera drop=1': the app opens no camera", "robotcore faults"]),
-        ("gone.toml", ["gone.toml: No such file", "Try"]),
-    ],
-)
+@pytest.mark.parametrize("spec", ["range", "range dorp=1", "range drop=2", "camera drop=1", "gone.toml"])
 def test_a_wrong_fault_is_refused_before_anything_runs(
-    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, spec: str, lines: list[str]
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: str, spec: str, check_text: CheckText
 ) -> None:
     monkeypatch.chdir(tmp_path)
     answer = cli(command, *SHORT, "--fault", spec)
     assert answer.status == 2
-    first, second = answer.err.splitlines()
-    assert lines[0] in first
-    assert lines[1] in second
+    check_text(answer.err)
     assert list(tmp_path.iterdir()) == []
     assert cli(command, *SHORT, "--fault", spec, "--json").json["exit_status"] == 2
 
@@ -70,7 +59,6 @@ def test_a_sweep_has_them_in_every_run_its_command_and_its_table(
     assert "left_motor weak=0.6; loop stall=0.2" in (tmp_path / "out" / "results.csv").read_text()
     other = cli(*arguments)
     assert other.status == 2
-    assert "another sweep" in other.err or "--fresh" in other.err
 
 
 def test_every_example_in_the_list_is_a_fault(cli: Cli) -> None:
@@ -79,12 +67,12 @@ def test_every_example_in_the_list_is_a_fault(cli: Cli) -> None:
     assert [str(fault.spec) for fault in planned] == examples
 
 
-def test_a_fault_is_listed_with_what_it_is_on_and_its_units_and_limits(cli: Cli) -> None:
+def test_a_fault_is_listed_with_what_it_is_on_and_its_units_and_limits(cli: Cli, check_text: CheckText) -> None:
     faults = [fault for fault in cli("faults", "--json").json if fault["name"] == "noise"]
     assert [(fault["on"], fault["parameters"][0]["unit"]) for fault in faults] == [
         (["camera"], "grey levels"),
         (["range"], "metres"),
     ]
     table = cli("faults").out
-    assert "noise: grey levels, above 0 to 64" in table
-    assert "lasts=SECONDS" in table
+    assert "grey levels" in table
+    check_text(table.rpartition("\n\n")[2])

@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from robotcore.errors import BackendError
-from tests.robotcore.cli.conftest import Cli, Told
+from tests.robotcore.cli.conftest import Answer, Cli
 from tests.robotcore.sweep.conftest import SWEEP
+from tests.texts import CheckText
 
 BOTH = pytest.mark.parametrize("command", ["run", "sweep"])
 
@@ -21,53 +22,55 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def _answer(answer: Told) -> tuple[str, str, int]:
+def _answer(answer: Answer) -> tuple[str, str, int]:
     assert answer.json["exit_status"] == answer.status
     return answer.json["app"], answer.json["error"], answer.status
 
 
 @BOTH
 @pytest.mark.parametrize(
-    "arguments, status, fault",
+    "arguments, status",
     [
-        (["green-serch"], 2, "Did you mean 'green-search'?"),
-        (["gone.py"], 2, "gone.py: there is no such file"),
-        (["green-search", "--world", "arenna"], 2, "Did you mean 'arena'?"),
-        (["green-search", "--wrold", "arena"], 2, "No such option"),
-        (["green-search", "--rate", "often"], 2, "'often' is not a valid"),
-        ([], 2, "Missing argument 'APP'"),
+        (["green-serch"], 2),
+        (["gone.py"], 2),
+        (["green-search", "--world", "arenna"], 2),
+        (["green-search", "--rate", "often"], 2),
+        ([], 2),
     ],
 )
 def test_what_cannot_begin_is_reported_in_one_line_of_json_and_on_stderr(
-    cli: Cli, command: str, arguments: list[str], status: int, fault: str
+    cli: Cli, command: str, arguments: list[str], status: int, check_text: CheckText
 ) -> None:
     answer = cli(command, *arguments, "--json")
-    app, error, exit_status = _answer(answer)
+    app, _, exit_status = _answer(answer)
     assert (app, exit_status) == ("".join(arguments[:1]), status)
-    assert fault in error
-    assert error in answer.err
+    check_text(answer.err)
 
 
 @BOTH
-def test_an_app_file_that_cannot_be_imported_is_reported_with_its_traceback(cli: Cli, command: str) -> None:
+def test_an_app_file_that_cannot_be_imported_is_reported_with_its_traceback(
+    cli: Cli, command: str, check_text: CheckText
+) -> None:
     Path("odd.py").write_text("x = (\n")
     answer = cli(command, "odd.py", "--json")
     assert _answer(answer) == ("odd.py", answer.err.splitlines()[-1].removeprefix("error: "), 5)
-    assert "SyntaxError" in answer.json["error"]
+    check_text(answer.json["error"])
     assert re.match(r' +File ".*odd\.py", line 1\n +x = \(\n', answer.err), "and nothing of what imports it"
 
 
-def test_options_that_do_not_go_together_are_reported(cli: Cli) -> None:
+def test_options_that_do_not_go_together_are_reported(cli: Cli, check_text: CheckText) -> None:
     app, error, status = _answer(cli("sweep", "green-search", "--cluster", "tcp://lab:8786", "--jobs", "2", "--json"))
     assert (app, status) == ("green-search", 2)
-    assert "--jobs is for this machine" in error
+    check_text(error)
 
 
-def test_a_missing_backend_is_reported_with_its_remedy(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_backend_is_reported_with_its_remedy(
+    cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
     monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.modules", ("no_such_simulator",))
     app, error, status = _answer(cli("run", "green-search", "--json"))
     assert (app, status) == ("green-search", 3)
-    assert "kinematic" in error
+    check_text(error)
 
 
 def test_a_folder_that_is_refused_and_a_backend_that_fails_in_the_middle_are_reported(
@@ -84,28 +87,33 @@ def test_a_folder_that_is_refused_and_a_backend_that_fails_in_the_middle_are_rep
 
 
 @BOTH
-def test_without_json_nothing_is_on_stdout(cli: Cli, command: str) -> None:
+def test_without_json_nothing_is_on_stdout(cli: Cli, command: str, check_text: CheckText) -> None:
     answer = cli(command, "green-serch")
     assert (answer.status, answer.out) == (2, "")
-    assert "Did you mean" in answer.err
+    check_text(answer.err)
 
 
 @BOTH
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_before_the_first_run_has_its_line_too(cli: Cli, command: str, number: signal.Signals) -> None:
+def test_a_signal_before_the_first_run_has_its_line_too(
+    cli: Cli, command: str, number: signal.Signals, check_text: CheckText
+) -> None:
     process = {"run": "os.getpid()", "sweep": SWEEP}[command]  # a sweep looks at the app in another process
     Path("odd.py").write_text(f"import os\nos.kill({process}, {int(number)})\nwhile True: ...\n")
     answer = cli(command, "odd.py", "--json")
-    assert _answer(answer) == ("odd.py", f"interrupted by {number.name}", 128 + number)
-    assert answer.err == f"error: interrupted by {number.name}\n"
+    app, _, status = _answer(answer)
+    assert (app, status) == ("odd.py", 128 + number)
+    check_text(answer.err)
 
 
 @BOTH
-def test_what_an_app_prints_while_it_is_looked_at_does_not_get_into_the_json(cli: Cli, command: str) -> None:
+def test_what_an_app_prints_while_it_is_looked_at_does_not_get_into_the_json(
+    cli: Cli, command: str, check_text: CheckText
+) -> None:
     Path("odd.py").write_text("print('hello')\n1 / 0\n")
     answer = cli(command, "odd.py", "--json")
     assert answer.json["exit_status"] == 5
-    assert answer.err.startswith("hello\n")
+    check_text(answer.plain_err)
 
 
 def test_a_line_that_nobody_reads_leaves_the_exit_status_as_it_is() -> None:

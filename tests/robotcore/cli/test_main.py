@@ -7,12 +7,14 @@ import shutil
 import signal
 import subprocess
 import sys
+from inspect import cleandoc
 
 import click
 import pytest
 
 from robotcore.cli.main import robotcore, run_app
 from tests.robotcore.cli.conftest import AppFile, Cli
+from tests.texts import CheckText
 
 HEAVY = ("numpy", "cv2", "pydantic", "rich")
 
@@ -31,9 +33,30 @@ def test_no_arguments_show_the_help(cli: Cli) -> None:
     assert cli() == cli("--help")
 
 
-def test_every_command_explains_itself(cli: Cli) -> None:
-    for name in robotcore.list_commands(click.Context(robotcore)):
-        assert cli(name, "--help").out.startswith(f"Usage: robotcore {name}")
+def list_commands(group: click.Group = robotcore, *above: str) -> list[tuple[str, ...]]:
+    """Return the names of each command and subcommand."""
+    names: list[tuple[str, ...]] = []
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        names.append((*above, name))
+        if isinstance(command, click.Group):
+            names += list_commands(command, *above, name)
+    return names
+
+
+@pytest.mark.parametrize("names", list_commands(), ids=" ".join)
+def test_every_command_has_a_help_text(cli: Cli, names: tuple[str, ...], check_text: CheckText) -> None:
+    """The snapshot has the texts of the command, but not their layout, which depends on click's version."""
+    command: click.Command = robotcore
+    for name in names:
+        assert isinstance(command, click.Group)
+        command = command.get_command(click.Context(command), name) or command
+    options = (each for each in command.params if isinstance(each, click.Option))
+    check_text(
+        "\n".join([f"{cleandoc(command.help or '')}\n", *(f"{' '.join(each.opts)}: {each.help}" for each in options)])
+    )
+    assert cli(*names, "--help").out.startswith(f"Usage: robotcore {' '.join(names)} ")
 
 
 def test_version_names_the_program(cli: Cli) -> None:
@@ -49,15 +72,17 @@ def test_help_imports_nothing_heavy() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_unknown_command_offers_the_nearest(cli: Cli) -> None:
-    assert cli("bakends") == (2, "", "error: unknown command 'bakends'. Did you mean 'backends'?\n")
+def test_unknown_command_offers_the_nearest(cli: Cli, check_text: CheckText) -> None:
+    answer = cli("bakends")
+    assert (answer.status, answer.out) == (2, "")
+    check_text(answer.err)
 
 
 def test_unknown_option_is_reported_in_two_lines(cli: Cli) -> None:
     answer = cli("run", "--sead", "3")
     assert answer.status == 2
-    assert answer.err.startswith("error: No such option")
-    assert answer.err.splitlines()[1] == "Try 'robotcore run --help'."
+    assert "--sead" in answer.err
+    assert "robotcore run --help" in answer.err.splitlines()[1]
 
 
 def test_a_pipe_that_is_closed_early_is_no_noise() -> None:
@@ -106,10 +131,10 @@ def test_ctrl_c_ends_a_shells_loop_too(app_file: AppFile) -> None:
 
 
 def test_an_app_file_runs_itself_with_the_arguments_of_the_process(
-    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:
     monkeypatch.setattr(sys, "argv", ["green_search.py", "--backend", "nowhere"])
     with pytest.raises(SystemExit) as ended:
         run_app("green-search")
     assert ended.value.code == 2
-    assert "unknown backend 'nowhere'" in capfd.readouterr().err
+    check_text(capfd.readouterr().err)

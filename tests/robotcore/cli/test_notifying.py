@@ -12,6 +12,7 @@ import pytest
 from robotcore.deploy.agent.units import SERVICE, UNIT_TEXTS
 from robotcore.deploy.systemd_notify import FAILED
 from tests.robotcore.cli.conftest import AppFile, Cli
+from tests.texts import CheckText
 
 
 @pytest.fixture
@@ -24,16 +25,18 @@ def address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return path
 
 
-def test_a_run_tells_systemd_and_hides_it_from_what_the_app_starts(cli: Cli, app_file: AppFile, address: str) -> None:
+def test_a_run_tells_systemd_and_hides_it_from_what_the_app_starts(
+    cli: Cli, app_file: AppFile, address: str, check_text: CheckText
+) -> None:
     app = app_file("raise ValueError(sorted(each for each in os.environ if each.startswith(('NOTIFY', 'WATCHDOG'))))")
     with socket(AF_UNIX, SOCK_DGRAM) as systemd:
         systemd.bind(address)
         answer = cli("run", app, "--world", "open", "--json")
         heard = [systemd.recv(4096).decode() for _ in range(4)]
-    assert answer.json["reason"] == "Odd raised ValueError: []"
     assert heard[:2] == ["READY=1", "WATCHDOG=1"]
     assert heard[2].startswith("STATUS=")
-    assert heard[3].splitlines()[::2] == ["STOPPING=1", "STATUS=error: Odd raised ValueError: []"]
+    assert heard[3].splitlines()[::2] == ["STOPPING=1", f"STATUS=error: {answer.json['reason']}"]
+    check_text(answer.json["reason"])
 
 
 @pytest.fixture
@@ -64,7 +67,6 @@ def test_a_service_that_hangs_is_reported_from_one_that_the_safety_stage_stopped
     command = (sys.executable, "-m", "robotcore", "run", app_file(deed), "--world", "open", "--robot", hasty)
     environment = {**os.environ, "WATCHDOG_PID": ""}
     answer = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert ".step did not return within" in answer.stderr
     assert answer.returncode == 5
 
 

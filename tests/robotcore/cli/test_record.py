@@ -13,6 +13,7 @@ from robotcore.cli.output_files import finish_recording
 from robotcore.recording import read
 from robotcore.recording.recorder import Recorder
 from tests.robotcore.cli.conftest import AppFile, Cli
+from tests.texts import CheckText
 
 DEAF = """
             from threading import Event
@@ -36,21 +37,23 @@ def test_a_run_is_recorded_and_says_where(cli: Cli, tmp_path: Path) -> None:
     assert recording.metadata.settings["duration_s"] == 0.5
 
 
-def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path) -> None:
+def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     answer = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
     assert answer.json["outcome"] == "success"
     assert answer.json["dropped_pictures"] == 0
-    assert "The recording: " in answer.err
+    check_text(answer.err)
 
 
-def test_pictures_that_were_dropped_are_counted(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pictures_that_were_dropped_are_counted(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
     monkeypatch.setattr("robotcore.recording.recorder.WriteQueue.has_room", lambda _: False)
     file = tmp_path / "run.mcap"
     command = ("run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "0.3")
     answer = cli(*command, "--record", str(file), "--json")
     assert answer.json["dropped_pictures"] > 0
-    assert f"{answer.json['dropped_pictures']} picture(s) dropped" in answer.err
+    check_text(answer.err, hide=[f"{answer.json['dropped_pictures']} picture"])
     assert cli("info", str(file), "--json").json["dropped_pictures"] == answer.json["dropped_pictures"]
 
 
@@ -66,70 +69,77 @@ def test_an_app_that_never_comes_back_leaves_its_recording_and_is_reported_with_
     assert json.loads(ended.stdout)["interventions"] == len(in_ticks) + 1
 
 
-def test_a_recording_whose_end_was_not_awaited_says_so(tmp_path: Path) -> None:
+def test_a_recording_whose_end_was_not_awaited_says_so(tmp_path: Path, check_text: CheckText) -> None:
     is_written = threading.Event()
     recorder = Recorder(tmp_path / "run.mcap")
     recorder._thread = threading.Thread(target=is_written.wait)
     recorder._thread.start()
     _, answer = finish_recording(RUN, recorder)
-    assert answer == f"The recording: {recorder.path}, cut: its end was not awaited"
+    check_text(answer)
     is_written.set()
     recorder._thread.join()
 
 
-def test_a_recording_that_has_its_limit_is_reported_and_is_no_fault(cli: Cli, tmp_path: Path) -> None:
+def test_a_recording_that_has_its_limit_is_reported_and_is_no_fault(
+    cli: Cli, tmp_path: Path, check_text: CheckText
+) -> None:
     file = tmp_path / "run.mcap"
     answer = cli(*SHORT, "--record", str(file), "--record-limit", "1 kB")
     assert (answer.status, answer.err) == (0, "")
-    why = "its limit of 0.001 MB was reached after 0.0 s, and the run went on"
-    assert answer.out.endswith(f"The recording: {file}; {why}\n")
     about = cli("info", str(file), "--json").json
-    assert (about["whole"], about["ticks"], about["outcome"], about["reason"]) == (True, 1, None, why)
+    why = about["reason"]
+    assert answer.out.endswith(f"The recording: {file}; {why}\n")
+    assert (about["whole"], about["ticks"], about["outcome"]) == (True, 1, None)
+    check_text(why)
     replayed = cli("replay", str(file))
     assert replayed.status == 0
-    assert f"the recording ends here: {why}" in replayed.out
+    assert why in replayed.out
 
 
-def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path) -> None:
+def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "run.mcap"
     assert cli("run", "green-search", "--timeout", "0.2", "--record", str(file), "--record-jpeg").status == 1
-    assert "JPEG" in read(file).why_not
+    check_text(read(file).why_not)
 
 
 @pytest.mark.parametrize(
-    "arguments, fault",
+    "arguments",
     [
-        (("--record", "run.bag"), "run.bag: a recording is an .mcap file. Give it that ending"),
-        (("--record", "gone/run.mcap"), "gone/run.mcap: No such file or directory"),
-        (("--record-limit", "1MB"), "--record-limit says how to record, and nothing is recorded"),
-        (("--record", "run.mcap", "--record-limit", "0"), "'0' is no size; take one such as 500MB or 2GB"),
-        (("--record", "run.mcap", "--record-limit", "5 apples"), "'5 apples' is no size"),
-        (("--record-jpeg",), "--record-jpeg says how to record, and nothing is recorded. Add --record FILE.mcap"),
+        ("--record", "run.bag"),
+        ("--record", "gone/run.mcap"),
+        ("--record-limit", "1MB"),
+        ("--record", "run.mcap", "--record-limit", "0"),
+        ("--record", "run.mcap", "--record-limit", "5 apples"),
+        ("--record-jpeg",),
     ],
 )
 def test_what_could_not_be_recorded_is_refused_before_the_run(
-    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], fault: str
+    cli: Cli,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    arguments: tuple[str, ...],
+    check_text: CheckText,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     answer = cli(*SHORT, *arguments)
     assert (answer.status, answer.out) == (2, "")
-    assert fault in answer.err
+    check_text(answer.err)
 
 
-def test_the_recording_that_is_replayed_is_not_written_over(cli: Cli, tmp_path: Path) -> None:
+def test_the_recording_that_is_replayed_is_not_written_over(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "run.mcap"
     cli(*SHORT, "--record", str(file))
     before = file.read_bytes()
     replayed = ("run", "avoid-obstacles", "--backend", "replay", "--option", f"file={file}")
     answer = cli(*replayed, "--record", str(tmp_path / "." / "run.mcap"))
     assert (answer.status, answer.out) == (2, "")
-    assert "the backend reads this file. Name another one" in answer.err
+    check_text(answer.err)
     assert file.read_bytes() == before
     assert cli(*replayed, "--record", str(tmp_path / "again.mcap"), "--set", "duration_s=0.5").status == 0
 
 
 def test_a_recording_that_is_not_whole_is_a_failure_that_is_reported(
-    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
@@ -138,7 +148,7 @@ def test_a_recording_that_is_not_whole_is_a_failure_that_is_reported(
     answer = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
     assert answer.status == answer.json["exit_status"] == 1
     assert answer.json["outcome"] == "success"
-    assert "No space left on device. Make room" in answer.json["reason"]
+    check_text(answer.json["reason"])
     assert answer.err.count("\n") == 1
 
 
@@ -146,4 +156,4 @@ def test_a_run_that_did_not_begin_leaves_no_recording(cli: Cli, tmp_path: Path) 
     answer = cli("run", "green-search", "--robot", "nobody", "--record", str(tmp_path / "run.mcap"))
     assert answer.status == 2
     assert not (tmp_path / "run.mcap").exists()
-    assert "recording" not in answer.out
+    assert "run.mcap" not in answer.out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,19 +18,17 @@ from benchmarks.hostile_files.mcap_builder import change_json
 from robotcore.recording.chunks import ChunkedFile, ChunkLocation
 from robotcore.view.canvas import GOOD
 from tests.robotcore.cli.conftest import AppFile, Cli, Recorded
+from tests.texts import CheckText
 
 COMMANDS = ("replay", "info", "compare")
 HEAD_BYTES = 9
 """A record of an MCAP file begins with its kind and its length."""
 
 
-def test_same_app_is_bit_equal(cli: Cli, recorded: Recorded) -> None:
+def test_same_app_is_bit_equal(cli: Cli, recorded: Recorded, check_text: CheckText) -> None:
     answers = cli("replay", str(recorded.file))
-    assert answers.status == 0
-    run = f"green-search on kinematic, arena, seed 7\n  {recorded.ticks} ticks, {recorded.time}"
-    assert answers.out.startswith(f"bit-equal  {run}\n  trace ")
-    assert "as recorded" in answers.out
-    assert answers.err == ""
+    assert (answers.status, answers.err) == (0, "")
+    check_text(answers.out, hide=[f"{recorded.ticks} ticks, {recorded.time}", *re.findall("[0-9a-f]{64}", answers.out)])
 
 
 def test_json_is_one_line_with_the_digests(cli: Cli, recorded: Recorded) -> None:
@@ -39,40 +38,44 @@ def test_json_is_one_line_with_the_digests(cli: Cli, recorded: Recorded) -> None
     assert answers["trace_sha256"] == answers["recorded_sha256"]
 
 
-def test_another_setting_is_rehearsed_and_drawn(cli: Cli, search: Path, tmp_path: Path) -> None:
+def test_another_setting_is_evaluated_and_drawn(cli: Cli, search: Path, tmp_path: Path) -> None:
     picture = tmp_path / "other.png"
-    answers = cli("replay", str(search), "--set", "speed_m_s=0.1", "--picture", str(picture))
+    answers = cli("replay", str(search), "--set", "speed_m_s=0.1", "--picture", str(picture), "--json")
     assert answers.status == 0
-    assert "they part in tick" in answers.out
-    assert "ticks differ" in answers.out
+    assert answers.json["parting"]
+    assert answers.json["differing_ticks"] > 0
     drawn = cv2.imread(str(picture))
     assert drawn is not None
     assert drawn.shape == (1000, 1600, 3)
     assert not (drawn[:130, :, ::-1] == GOOD).all(axis=2).any()
 
 
-def test_app_that_needs_another_sensor_is_refused_by_its_name(cli: Cli, brief: Path) -> None:
+def test_app_that_needs_another_sensor_is_refused_by_its_name(cli: Cli, brief: Path, check_text: CheckText) -> None:
     answers = cli("replay", str(brief), "--app", "green-search")
     assert answers.status == 2
-    assert "drive" in answers.err
+    check_text(answers.err)
 
 
-def test_lossy_recording_is_refused_and_rehearsed_with_a_warning(cli: Cli, tmp_path: Path) -> None:
+def test_lossy_recording_is_refused_and_evaluated_with_a_warning(
+    cli: Cli, tmp_path: Path, check_text: CheckText
+) -> None:
     file = str(tmp_path / "lossy.mcap")
     cli("run", "mark-green", "--robot", "lookout", "--timeout", "1", "--record", file, "--record-jpeg")
     refused = cli("replay", file)
     assert refused.status == 2
-    assert "JPEG is not what the app saw" in refused.err
-    answers = cli("replay", file, "--app", "mark-green")
+    check_text(refused.err)
+    answers = cli("replay", file, "--app", "mark-green", "--json")
     assert answers.status == 0
-    assert "JPEG is not what the app saw" in answers.out
+    check_text(answers.json["warning"])
 
 
-def test_comparison_of_a_run_with_itself_is_alike(cli: Cli, search: Path, tmp_path: Path) -> None:
+def test_comparison_of_a_run_with_itself_is_alike(
+    cli: Cli, search: Path, tmp_path: Path, check_text: CheckText
+) -> None:
     picture = tmp_path / "both.png"
     answers = cli("compare", str(search), str(search), "--picture", str(picture))
     assert answers.status == 0
-    assert answers.out.startswith("alike  the same milestones in the same order")
+    check_text(answers.out.splitlines()[0])
     assert picture.stat().st_size > 10_000
 
 
@@ -82,71 +85,67 @@ def test_comparison_of_different_runs_has_exit_status_1(cli: Cli, search: Path, 
     assert (answers.json["first"]["outcome"], answers.json["second"]["outcome"]) == ("success", "timeout")
 
 
-def test_info_tells_the_run_its_devices_and_what_it_is_good_for(cli: Cli, recorded: Recorded) -> None:
+def test_info_shows_the_run_and_its_devices(cli: Cli, recorded: Recorded) -> None:
     answers = cli("info", str(recorded.file))
     assert answers.status == 0
-    for words in (
-        "whole, replayable",
-        f"{recorded.ticks} ticks at 20.00 Hz",
-        "verified by the simulator",
-        "range sensor",
-    ):
-        assert words in answers.out
+    assert f"{recorded.ticks} ticks" in answers.out
+    devices = [line.split()[0] for line in answers.out.rpartition("─\n")[2].splitlines()]
+    assert devices == ["left_motor", "right_motor", "left_encoder", "right_encoder", "nose", "eye", "screen"]
 
 
-def test_error_without_words_is_reported_without_a_colon(cli: Cli, app_file: AppFile) -> None:
+def test_error_without_a_text_is_reported_without_a_colon(cli: Cli, app_file: AppFile, check_text: CheckText) -> None:
     answers = cli("run", app_file("raise ValueError"))
-    assert "Odd raised ValueError\n" in answers.err
+    check_text(answers.plain_err)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("content", [None, b"", b"no recording", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n\x89MCAP0\r\n"])
-def test_what_is_no_recording_is_reported_by_its_file(cli: Cli, tmp_path: Path, command: str, content: Any) -> None:
+def test_what_is_no_recording_is_reported_by_its_file(
+    cli: Cli, tmp_path: Path, command: str, content: Any, check_text: CheckText
+) -> None:
     file = tmp_path / "odd.mcap"
     if content is not None:
         file.write_bytes(content)
     answers = cli(command, *[str(file)] * (2 if command == "compare" else 1))
     assert (answers.status, answers.out) == (2, "")
-    assert answers.err.startswith("error: ")
-    assert "odd.mcap" in answers.err
+    check_text(answers.plain_err)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_missing_extra_is_named_with_its_remedy(
-    cli: Cli, search: Path, monkeypatch: pytest.MonkeyPatch, command: str
+    cli: Cli, search: Path, monkeypatch: pytest.MonkeyPatch, command: str, check_text: CheckText
 ) -> None:
     monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
     answers = cli(command, *[str(search)] * (2 if command == "compare" else 1))
     assert answers.status == 3
-    assert "pip install 'robotcore[record]'" in answers.err
+    check_text(answers.err)
 
 
 def test_damage_is_reported_by_its_time_and_what_came_before_is_replayed(
-    cli: Cli, search: Path, tmp_path: Path
+    cli: Cli, search: Path, tmp_path: Path, check_text: CheckText
 ) -> None:
     file = tmp_path / "damaged.mcap"
     chunk = _middle_chunk(search)
-    file.write_bytes(_flipped(search.read_bytes(), chunk.offset + chunk.length // 2))
+    file.write_bytes(_flip_bit(search.read_bytes(), chunk.offset + chunk.length // 2))
     info, replayed = cli("info", str(file)), cli("replay", str(file))
     answers = cli("info", str(file), "--json").json
     assert (info.status, answers["damaged"], answers["whole"]) == (0, True, False)
-    words = f"the file is damaged at {answers['duration_s']:.1f} s: what comes after is not read"
-    assert f"damaged  {words}" in info.out
-    assert "cut" not in info.out
+    time = f"{answers['duration_s']:.1f} s"
+    (damage,) = (line for line in info.out.splitlines() if line.startswith("damaged  "))
+    check_text(re.sub(r"byte \d+", "byte N", damage), hide=[time])
     assert replayed.status == 0
-    assert replayed.out.startswith("bit-equal")
-    assert f"the recording ends here: {words}" in replayed.out
+    assert time in replayed.out.splitlines()[-1]
+    assert cli("replay", str(file), "--json").json["bit_equal"] is True
 
 
 def test_damage_between_two_chunks_costs_nothing_of_the_run(cli: Cli, recorded: Recorded, tmp_path: Path) -> None:
     file = tmp_path / "damaged.mcap"
     chunk = _middle_chunk(recorded.file)
-    file.write_bytes(_flipped(recorded.file.read_bytes(), chunk.offset + chunk.length + HEAD_BYTES))
-    answers, replayed = cli("info", str(file), "--json").json, cli("replay", str(file))
+    file.write_bytes(_flip_bit(recorded.file.read_bytes(), chunk.offset + chunk.length + HEAD_BYTES))
+    answers, replayed = cli("info", str(file), "--json").json, cli("replay", str(file), "--json")
     assert (answers["damaged"], answers["replayable"], answers["outcome"]) == (True, True, "success")
     assert answers["ticks"] == recorded.ticks
-    assert replayed.status == 0
-    assert replayed.out.startswith("bit-equal")
+    assert (replayed.status, replayed.json["bit_equal"]) == (0, True)
 
 
 damages = st.one_of(
@@ -155,14 +154,14 @@ damages = st.one_of(
 )
 
 
-@pytest.mark.parametrize("command", ["replay", "rehearse", "info", "compare"])
+@pytest.mark.parametrize("command", ["replay", "evaluate", "info", "compare"])
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(damage=st.lists(damages, min_size=1, max_size=3))
 def test_damaged_file_ends_in_a_shorter_recording_or_a_named_error(
     cli: Cli, brief: Path, tmp_path: Path, command: str, damage: list[tuple[str, float, int]]
 ) -> None:
     file = tmp_path / "damaged.mcap"
-    file.write_bytes(_damaged(brief.read_bytes(), damage))
+    file.write_bytes(_damage(brief.read_bytes(), damage))
     answers = cli(*_arguments(command, file, brief, tmp_path))
     assert answers.status in (0, 1, 2, 3)
     assert "Traceback" not in answers.err
@@ -173,23 +172,23 @@ def test_damaged_file_ends_in_a_shorter_recording_or_a_named_error(
 def _arguments(command: str, file: Path, whole: Path, folder: Path) -> list[str]:
     return {
         "replay": ["replay", str(file)],
-        "rehearse": ["replay", str(file), "--app", "mark-green"],
+        "evaluate": ["replay", str(file), "--app", "mark-green"],
         "info": ["info", str(file), "--csv", str(folder), "--picture", str(folder / "a.png")],
         "compare": ["compare", str(whole), str(file)],
     }[command]
 
 
 def _middle_chunk(file: Path) -> ChunkLocation:
-    """How long chunks are depends on how busy the machine was; between them stands an index."""
+    """Return the middle chunk of a file. The length of chunks depends on the load of the machine."""
     places = [place for place, _ in ChunkedFile(file).chunks()]
     return places[len(places) // 2]
 
 
-def _flipped(content: bytes, at: int) -> bytes:
+def _flip_bit(content: bytes, at: int) -> bytes:
     return content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
 
 
-def _damaged(content: bytes, damage: list[tuple[str, float, int]]) -> bytes:
+def _damage(content: bytes, damage: list[tuple[str, float, int]]) -> bytes:
     damaged = bytearray(content)
     for kind, where, bits in damage:
         at = int(where * (len(damaged) - 1)) if damaged else 0
@@ -217,10 +216,10 @@ def test_info_makes_all_that_it_is_asked_for(cli: Cli, recorded: Recorded, tmp_p
     assert film.stat().st_size > 10_000
 
 
-def test_device_without_a_film_is_refused(cli: Cli, search: Path) -> None:
+def test_device_without_a_film_is_refused(cli: Cli, search: Path, check_text: CheckText) -> None:
     answers = cli("info", str(search), "--device", "eye")
     assert answers.status == 2
-    assert "--video" in answers.err
+    check_text(answers.err)
 
 
 @pytest.mark.parametrize(
@@ -236,7 +235,7 @@ def test_device_without_a_film_is_refused(cli: Cli, search: Path) -> None:
     ids=" ".join,
 )
 def test_no_output_is_written_over_the_recording_that_is_read(
-    cli: Cli, brief: Path, tmp_path: Path, arguments: tuple[str, ...]
+    cli: Cli, brief: Path, tmp_path: Path, arguments: tuple[str, ...], check_text: CheckText
 ) -> None:
     file, link, twin = tmp_path / "run.mcap", tmp_path / "link.csv", tmp_path / "twin.png"
     file.write_bytes(brief.read_bytes())
@@ -244,7 +243,7 @@ def test_no_output_is_written_over_the_recording_that_is_read(
     twin.hardlink_to(file)
     answers = cli(*(each.format(file, link, twin) for each in arguments))
     assert (answers.status, answers.out) == (2, "")
-    assert "this is the file that is read. Name another one" in answers.err
+    check_text(answers.err)
     assert file.read_bytes() == brief.read_bytes()
 
 
@@ -259,23 +258,23 @@ def test_recording_named_as_a_table_is_not_written_over_by_its_table_in_its_fold
 
 @pytest.mark.parametrize("option, name", [("--video", "v.txt"), ("--video", "v"), ("--csv", "t.xlsx")])
 def test_output_of_an_ending_that_does_not_fit_is_refused_before_it_is_made(
-    cli: Cli, brief: Path, tmp_path: Path, option: str, name: str
+    cli: Cli, brief: Path, tmp_path: Path, option: str, name: str, check_text: CheckText
 ) -> None:
     answers = cli("info", str(brief), option, str(tmp_path / name))
     assert (answers.status, answers.out) == (2, "")
-    assert "Give it that ending" in answers.err
+    check_text(answers.err)
     assert answers.err.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["v.mp4", "v.avi", "V.MP4"])
-def test_film_is_written_without_a_word_of_the_library(cli: Cli, brief: Path, tmp_path: Path, name: str) -> None:
+def test_film_is_written_without_output_of_the_library(cli: Cli, brief: Path, tmp_path: Path, name: str) -> None:
     answers = cli("info", str(brief), "--video", str(tmp_path / name))
     assert (answers.status, answers.err) == (0, "")
     assert cv2.VideoCapture(str(tmp_path / name)).read()[0]
 
 
-def test_film_that_cannot_be_written_is_reported_without_a_word_of_the_library(
+def test_film_that_cannot_be_written_is_reported_without_output_of_the_library(
     cli: Cli, brief: Path, tmp_path: Path
 ) -> None:
     answers = cli("info", str(brief), "--video", str(tmp_path / "gone" / "v.mp4"))
@@ -283,10 +282,12 @@ def test_film_that_cannot_be_written_is_reported_without_a_word_of_the_library(
     assert answers.err.count("\n") == 1
 
 
-def test_camera_that_is_not_there_offers_the_nearest(cli: Cli, brief: Path, tmp_path: Path) -> None:
+def test_camera_that_is_not_there_offers_the_nearest(
+    cli: Cli, brief: Path, tmp_path: Path, check_text: CheckText
+) -> None:
     answers = cli("info", str(brief), "--video", str(tmp_path / "v.mp4"), "--device", "eey")
     assert answers.status == 2
-    assert "unknown camera or display of the recording 'eey'. Did you mean 'eye'?" in answers.err
+    check_text(answers.err)
 
 
 OUTPUTS = [("--csv", "t.csv"), ("--picture", "p.png"), ("--video", "v.mp4")]
@@ -359,14 +360,14 @@ def test_output_keeps_the_permissions_of_the_file_that_it_replaces(
 
 
 def test_film_of_more_pictures_than_a_film_can_have_is_refused(
-    cli: Cli, brief: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cli: Cli, brief: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     file, film = tmp_path / "long.mcap", tmp_path / "v.mp4"
     monkeypatch.setattr("robotcore.view.video._MOST_PICTURES", 50)
     file.write_bytes(change_json(brief, "/ticks", lambda number, event: event | {"time": 0.05 * number * 60}))
     answer = cli("info", str(file), "--video", str(film), "--device", "eye")
     assert answer.status == 2
-    assert "--video" in answer.err
+    check_text(answer.err)
     assert not film.exists()
 
 
@@ -428,7 +429,7 @@ def test_picture_of_a_recording_with_milestones_or_poses_that_cannot_be_is_drawn
     assert cv2.imread(str(picture)) is not None
 
 
-@pytest.mark.parametrize("arguments", [(), ("--set", "duration_s=1")], ids=["held", "rehearsed"])
+@pytest.mark.parametrize("arguments", [(), ("--set", "duration_s=1")], ids=["verified", "evaluated"])
 def test_damaged_picture_is_a_failure_of_its_device_and_not_of_the_app(
     cli: Cli, brief: Path, tmp_path: Path, arguments: tuple[str, ...]
 ) -> None:
@@ -436,5 +437,4 @@ def test_damaged_picture_is_a_failure_of_its_device_and_not_of_the_app(
     name_files()["picture-0x0"](brief, file)
     answer = cli("replay", str(file), *arguments, "--json")
     assert answer.json["exit_status"] in (1, 3)
-    assert "damaged" in answer.out
     assert "Traceback" not in answer.err

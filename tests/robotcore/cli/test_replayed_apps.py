@@ -1,14 +1,16 @@
-"""``robotcore replay`` with apps of the user's own: files that change, go, raise, or leave to chance."""
+"""``robotcore replay`` with an app file that has changed, is missing, raises, or decides by chance."""
 
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
 
 from benchmarks.hostile_files.mcap_builder import change_json
 from tests.robotcore.cli.conftest import AppFile, Cli
+from tests.texts import CheckText
 
 CHOOSING = """
 from __future__ import annotations
@@ -66,90 +68,98 @@ def set_in(file: Path, settings: dict[str, object], app: str = "choosing.py") ->
     return str(forged)
 
 
-def test_own_app_that_has_changed_since_is_reported_where(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def hide_samples(output: str) -> str:
+    """Return an output without samples and other numbers that the platform may change."""
+    return re.sub(r"read in this tick:[^)]*\)(;[^)]*\))*", "read in this tick: …", re.sub(r"\d+\.\d{4,}", "…", output))
+
+
+def test_own_app_that_has_changed_since_is_reported_where(
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
+) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     assert cli("run", app, "--timeout", "1", "--record", file).status == 1
     same = cli("replay", file)
     assert same.status == 0
-    assert "was recorded" not in same.out
+    assert cli("replay", file, "--json").json["app_changed"] is False
     app_file("robot.drive.set_velocity(0.125, 0.0)")
     answers = cli("replay", file, "--app", app)
     assert answers.status == 1
-    assert "odd.py has changed since it was recorded" in answers.out
-    assert "differs" in answers.out
-    assert "tick 2, at 0.1 s, the command differs" in answers.out
-    assert "before it, 2 of 21 ticks are equal" in answers.out
+    check_text(hide_samples(answers.out))
     assert cli("replay", file, "--app", app, "--json").json["deviation"]["tick"] == 2
 
 
-def test_own_app_that_has_changed_but_decides_the_same_is_reported(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_own_app_that_has_changed_but_decides_the_same_is_reported(
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
+) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
     app_file("...")
     answers = cli("replay", file, "--app", app)
     assert answers.status == 0
-    assert "odd.py has changed since it was recorded" in answers.out
+    check_text(answers.out.splitlines()[-1])
     assert cli("replay", file, "--app", app, "--json").json["app_changed"] is True
 
 
-def test_own_app_that_is_the_same_but_decides_otherwise_is_asked_for_chance(
-    cli: Cli, app_file: AppFile, tmp_path: Path
+def test_own_app_that_is_the_same_but_decides_otherwise_may_depend_on_chance(
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
     chance = "robot.drive.set_velocity(int.from_bytes(os.urandom(3), 'big') * 1e-8, 0.0)"
     file = str(tmp_path / "own.mcap")
     cli("run", app_file(chance), "--timeout", "1", "--record", file)
     answers = cli("replay", file)
     assert answers.status == 1
-    assert "odd.py is the file that was recorded: does it use random numbers, the time, or another file?" in answers.out
+    check_text(answers.out.splitlines()[-1])
 
 
-def test_own_app_that_is_gone_is_named_with_what_to_do(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_own_app_that_is_gone_is_named_with_what_to_do(
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
+) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
     Path(app).unlink()
     answers = cli("replay", file)
     assert answers.status == 2
-    assert f"own.mcap: its app, {app}, is not here. Replay it from the folder that it was run in" in answers.err
+    check_text(answers.err)
     assert cli("replay", file, "--set", "speed=1").err == answers.err
 
 
-def test_own_app_that_raises_now_is_reported_with_its_traceback(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_own_app_that_raises_now_is_reported_with_its_traceback(
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
+) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
     cli("run", app, "--timeout", "1", "--record", file)
     app_file("1 / 0")
     answers = cli("replay", file, "--app", app)
     assert answers.status == 1
-    assert "Odd raised ZeroDivisionError" in answers.out
-    assert "odd.py" in answers.err
+    check_text(hide_samples(answers.out))
+    check_text(answers.plain_err)
 
 
-def test_app_that_raised_then_is_replayed_without_a_word_of_it(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_app_that_raised_in_the_recording_is_replayed_silently(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     file = str(tmp_path / "own.mcap")
     assert cli("run", app_file("1 / 0"), "--record", file).status == 5
     answers = cli("replay", file)
     assert (answers.status, answers.err) == (0, "")
 
 
-def test_run_that_a_signal_ended_says_so(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_run_that_a_signal_ended_says_so(cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText) -> None:
     file = str(tmp_path / "own.mcap")
     app = app_file("os.kill(os.getpid(), signal.SIGTERM)")
     assert cli("run", app, "--record", file).status == 143
     app_file("pass")
     answers = cli("replay", file, "--app", app)
     assert answers.status == 0
-    assert "the recording ends here: interrupted by SIGTERM" in answers.out
+    check_text(answers.out, hide=re.findall("[0-9a-f]{64}", answers.out))
 
 
 def test_end_that_alone_differs_is_reported_beside_what_was_decided(
-    cli: Cli, app_file: AppFile, tmp_path: Path
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
     app, file = app_file("return Status.SUCCESS"), str(tmp_path / "own.mcap")
     cli("run", app, "--record", file)
     app_file("return Status.FAILURE")
     answers = cli("replay", file, "--app", app)
-    assert "the end differs" in answers.out
-    assert "before it" not in answers.out
-    assert "all that was decided in 3 ticks is equal" in answers.out
+    check_text(hide_samples(answers.out))
 
 
 def test_app_that_changed_within_a_second_and_is_as_long_is_taken_as_it_is(
@@ -163,7 +173,7 @@ def test_app_that_changed_within_a_second_and_is_as_long_is_taken_as_it_is(
     assert cli("replay", file, "--app", app).status == 1
 
 
-@pytest.mark.parametrize("arguments", [(), ("--set", "speed=1")], ids=["held", "rehearsed"])
+@pytest.mark.parametrize("arguments", [(), ("--set", "speed=1")], ids=["verified", "evaluated"])
 @pytest.mark.parametrize("place", ["absolute", "relative", "above", "beside"])
 def test_file_that_holds_another_text_than_was_recorded_is_not_run(
     cli: Cli,
@@ -201,7 +211,7 @@ def test_file_whose_text_was_not_recorded_is_not_run(cli: Cli, app_file: AppFile
     assert cli("replay", str(file), "--app", app).status == 0
 
 
-def test_own_app_that_was_moved_is_held_where_it_is_named(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_own_app_that_was_moved_is_verified_where_it_is_named(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     file, elsewhere = str(tmp_path / "own.mcap"), tmp_path / "elsewhere"
     app = Path(app_file("return Status.SUCCESS"))
     cli("run", str(app), "--record", file)
@@ -211,7 +221,7 @@ def test_own_app_that_was_moved_is_held_where_it_is_named(cli: Cli, app_file: Ap
     assert (answer["bit_equal"], answer["app_changed"]) == (True, False)
 
 
-def test_another_named_file_rehearses(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_another_named_file_is_evaluated(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = Path(app_file("return Status.SUCCESS")), str(tmp_path / "own.mcap")
     cli("run", str(app), "--record", file)
     other = tmp_path / "other.py"
@@ -222,16 +232,20 @@ def test_another_named_file_rehearses(cli: Cli, app_file: AppFile, tmp_path: Pat
 @pytest.mark.parametrize(
     "settings", [{"log": "evil"}, {"place": "evil"}, {"thing": "1"}, {"thing": [1]}, {"speed": 0.1, "log": ""}], ids=str
 )
-@pytest.mark.parametrize("arguments", [(), ("--set", "speed=1")], ids=["held", "rehearsed"])
+@pytest.mark.parametrize("arguments", [(), ("--set", "speed=1")], ids=["verified", "evaluated"])
 def test_text_that_a_recording_sets_reaches_no_app_that_the_user_has_not_named(
-    cli: Cli, project: Path, chosen: Path, settings: dict[str, object], arguments: tuple[str, ...]
+    cli: Cli,
+    project: Path,
+    chosen: Path,
+    settings: dict[str, object],
+    arguments: tuple[str, ...],
+    check_text: CheckText,
 ) -> None:
     file = set_in(chosen, settings)
     before = sorted(project.iterdir())
     answer = cli("replay", file, *arguments)
     assert (answer.status, answer.out) == (2, "")
-    assert repr(list(settings)[-1]) in answer.err
-    assert "--app choosing.py" in answer.err
+    check_text(answer.err)
     assert sorted(each for each in project.iterdir() if each.name != "__pycache__") == before
 
 
@@ -263,7 +277,7 @@ def test_text_that_the_user_sets_takes_the_place_of_the_recorded_one(cli: Cli, p
 
 @pytest.mark.parametrize("place", ["outside", "above", "link", "site-packages", "environment"])
 def test_recorded_text_is_not_run_outside_of_the_project(
-    cli: Cli, project: Path, chosen: Path, monkeypatch: pytest.MonkeyPatch, place: str
+    cli: Cli, project: Path, chosen: Path, monkeypatch: pytest.MonkeyPatch, place: str, check_text: CheckText
 ) -> None:
     elsewhere, work = project / "elsewhere.py", project / "work"
     (work / "site-packages").mkdir(parents=True)
@@ -279,7 +293,7 @@ def test_recorded_text_is_not_run_outside_of_the_project(
     answer = cli("replay", set_in(chosen, {}, app))
     assert (answer.status, answer.out) == (2, "")
     assert "imported" not in answer.err
-    assert f"--app {app}" in answer.err
+    check_text(answer.err)
     assert cli("replay", set_in(chosen, {}, app), "--app", app).status == 0
 
 

@@ -10,6 +10,7 @@ import pytest
 from robotcore import RunRequest
 from robotcore.cli.run import command
 from tests.robotcore.cli.conftest import AppFile, Cli
+from tests.texts import CheckText
 
 KEYS = {
     *("app", "backend", "robot", "world", "seed", "outcome", "exit_status", "reason", "verified", "sim_time_s"),
@@ -34,7 +35,7 @@ def test_randomise_tells_in_json_what_was_drawn_and_runs_alike_twice(cli: Cli) -
     assert one["trace_sha256"] == again["trace_sha256"]
 
 
-def test_what_an_app_prints_does_not_get_into_the_json(cli: Cli, tmp_path: Path) -> None:
+def test_what_an_app_prints_does_not_get_into_the_json(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     app = tmp_path / "talkative.py"
     app.write_text(
         "from robotcore import Behaviour, Status\n"
@@ -45,7 +46,7 @@ def test_what_an_app_prints_does_not_get_into_the_json(cli: Cli, tmp_path: Path)
     )
     answer = cli("run", str(app), "--json")
     assert answer.json["outcome"] == "success"
-    assert "hello" in answer.err
+    check_text(answer.err)
 
 
 def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
@@ -54,15 +55,16 @@ def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
     assert answer.err == ""
 
 
-def test_a_success_that_the_simulator_does_not_see_is_not_one(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_a_success_that_the_simulator_does_not_see_is_not_one(
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
+) -> None:
     judge = tmp_path / "judge.py"
     app = Path(app_file("return Status.SUCCESS"))
     judge.write_text(app.read_text() + "\n    def verify(self, truth):\n        return False\n")
     answer = cli("run", str(judge))
     assert (answer.status, answer.err) == (1, "")
-    assert answer.out.startswith("success  ")
-    assert "\n  the simulator does not agree, " in answer.out
-    assert "\n  the judge does not agree, " in cli("run", str(app), "--judge", str(judge)).out
+    verdicts = [answer.out.splitlines()[1], cli("run", str(app), "--judge", str(judge)).out.splitlines()[1]]
+    check_text("\n".join(each.partition(",")[0] for each in verdicts))
     result = cli("run", str(app), "--judge", str(judge), "--json").json
     assert [result[key] for key in ("outcome", "verified", "judge", "exit_status")] == ["success", False, str(judge), 1]
 
@@ -73,44 +75,43 @@ def test_timeout_is_a_failure(cli: Cli) -> None:
 
 
 @pytest.mark.parametrize(
-    "arguments, status, fault",
+    "arguments, status",
     [
-        (["green-serch"], 2, "unknown app 'green-serch'. Did you mean 'green-search'?"),
-        (["green-search", "--backend", "kinematik"], 2, "Did you mean 'kinematic'?"),
-        (["green-search", "--robot", "rovr"], 2, "Did you mean 'rover'?"),
-        (["green-search", "--world", "arenna"], 2, "Did you mean 'arena'?"),
-        (["green-search", "--robot", "lookout"], 2, "the robot 'lookout' has no"),
-        (["green-search", "--set", "sped_m_s=1"], 2, "Did you mean 'speed_m_s'?"),
-        (["green-search", "--set", "speed_m_s"], 2, "'speed_m_s' is not KEY=VALUE"),
-        (["green-search", "--set", "speed_m_s=fast"], 2, "setting speed_m_s"),
-        (["green-search", "--option", "color=red"], 2, "unknown option 'color'"),
-        (["green-search", "--rate", "often"], 2, "'often' is not a valid"),
-        (["green-search", "--rate", "nan"], 2, "rate"),
-        (["green-search", "--timeout", "-1"], 2, "timeout"),
-        (["green-search", "--wrold", "open"], 2, "No such option"),
-        ([], 2, "Missing argument 'APP'"),
+        (["green-serch"], 2),
+        (["green-search", "--backend", "kinematik"], 2),
+        (["green-search", "--robot", "rovr"], 2),
+        (["green-search", "--world", "arenna"], 2),
+        (["green-search", "--robot", "lookout"], 2),
+        (["green-search", "--set", "sped_m_s=1"], 2),
+        (["green-search", "--set", "speed_m_s"], 2),
+        (["green-search", "--set", "speed_m_s=fast"], 2),
+        (["green-search", "--option", "color=red"], 2),
+        (["green-search", "--rate", "often"], 2),
+        (["green-search", "--rate", "nan"], 2),
+        (["green-search", "--timeout", "-1"], 2),
+        ([], 2),
     ],
 )
 def test_what_cannot_be_run_is_reported_on_stderr_and_in_json(
-    cli: Cli, arguments: list[str], status: int, fault: str
+    cli: Cli, arguments: list[str], status: int, check_text: CheckText
 ) -> None:
     answer = cli("run", *arguments, "--json")
     assert answer.status == answer.json["exit_status"] == status
     assert answer.json["outcome"] == "error"
     assert answer.json["app"] == "".join(arguments[:1])
-    assert fault in answer.json["reason"]
-    assert fault in answer.err
+    check_text(answer.err)
     assert len(answer.err.splitlines()) <= 2
 
 
-def test_an_app_that_raises_shows_its_own_part_of_the_traceback(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_an_app_that_raises_shows_its_own_part_of_the_traceback(
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
+) -> None:
     answer = cli("run", app_file("1 / 0"), "--json")
     assert (answer.status, answer.json["outcome"], answer.json["ticks"]) == (5, "error", 3)
-    assert answer.err.startswith("  Traceback (most recent call last):\n    File ")
+    check_text(answer.plain_err)
     assert [line for line in answer.err.splitlines() if "File " in line] == [
         f'    File "{tmp_path}/odd.py", line 13, in step'
     ]
-    assert answer.err.splitlines()[-1] == "error: Odd raised ZeroDivisionError: division by zero"
 
 
 def test_a_traceback_goes_on_from_the_app_into_what_it_calls(cli: Cli, app_file: AppFile) -> None:
@@ -119,20 +120,20 @@ def test_a_traceback_goes_on_from_the_app_into_what_it_calls(cli: Cli, app_file:
     assert ("odd.py" in first, "robotcore" in second) == (True, True)
 
 
-def test_an_app_that_exits_when_it_is_imported_is_reported(cli: Cli, tmp_path: Path) -> None:
+def test_an_app_that_exits_when_it_is_imported_is_reported(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     app = tmp_path / "script.py"
     app.write_text("exit()")
     answer = cli("run", str(app))
     assert (answer.status, answer.out) == (2, "")
-    assert answer.err.startswith(f"error: {app} ends its process when it is imported, by exit(). Put that code")
+    check_text(answer.err)
 
 
-def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: AppFile) -> None:
+def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: AppFile, check_text: CheckText) -> None:
     app = Path(app_file("pass"))
     app.write_text(app.read_text() + "\n    def __init__(self):\n        exit(0)\n")
     answer = cli("run", str(app))
     assert (answer.status, answer.out) == (5, "")
-    assert answer.err.endswith("error: Odd raised SystemExit: 0\n")
+    check_text(answer.plain_err)
 
 
 def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: AppFile) -> None:
@@ -181,9 +182,10 @@ def test_picture_is_a_png_of_the_run(cli: Cli, tmp_path: Path) -> None:
     assert picture.shape == (1000, 1600, 3)
 
 
-def test_where_the_picture_is_does_not_get_into_the_json(cli: Cli, tmp_path: Path) -> None:
+def test_where_the_picture_is_does_not_get_into_the_json(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     answer = cli(*SHORT, "--picture", str(tmp_path / "run.png"), "--json")
-    assert (answer.json["exit_status"], answer.err) == (0, f"The picture: {tmp_path / 'run.png'}\n")
+    assert answer.json["exit_status"] == 0
+    check_text(answer.err)
 
 
 @pytest.mark.parametrize("name", ["missing/run.png", "run.jpg", "folder.png"])
@@ -199,7 +201,7 @@ def test_picture_that_cannot_be_written_is_refused_before_the_run(
 
 def test_a_run_that_did_not_begin_leaves_no_picture(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "run.png"
-    assert "picture" not in cli("run", "green-serch", "--picture", str(file)).out
+    assert cli("run", "green-serch", "--picture", str(file)).out == ""
     assert not file.exists()
 
 

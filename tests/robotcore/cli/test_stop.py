@@ -10,6 +10,7 @@ from robotcore.hal.cutoff import CutoffSpec
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.safety.guardian.doubles import RecordingBackend, cutoff
 from tests.robotcore.safety.guardian.recorder import notes
+from tests.texts import CheckText
 
 
 class Unopened(RecordingBackend):
@@ -37,48 +38,55 @@ def given(monkeypatch: pytest.MonkeyPatch, backend: Unopened) -> Unopened:
 
 
 def test_every_motor_is_stopped_and_nothing_else_is_asked_for(
-    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
+    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     backend = given(monkeypatch, Unopened(diary))
     answer = cli("stop", "--backend", "recording", "--option", "port=7")
-    assert answer == (0, "rover: stopped left_motor, right_motor\n", "")
+    assert (answer.status, answer.err) == (0, "")
+    check_text(answer.out)
     assert {"stop left_motor", "stop right_motor"} <= {note.what for note in notes(diary)}
     (setup,) = backend.asked
     assert (sorted(setup.devices), dict(setup.options)) == (["left_motor", "right_motor"], {"port": "7"})
 
 
 def test_a_motor_that_cannot_be_stopped_is_named_and_the_others_are_stopped(
-    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
+    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     given(monkeypatch, Unopened(diary, failing="left_motor"))
     answer = cli("stop", "--backend", "recording")
-    assert (answer.status, answer.out) == (3, "rover: stopped right_motor\n")
-    assert answer.err == "error: CANNOT STOP left_motor: OSError: no stop. Cut the motors' supply\n"
+    assert answer.status == 3
+    check_text(answer.out)
+    check_text(answer.err)
 
 
 def test_a_motor_of_which_nobody_can_tell_is_not_said_to_be_stopped(
-    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch
+    cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     given(monkeypatch, Unopened(diary, failing="left_motor", manner="is unsure"))
     answer = cli("stop", "--backend", "recording")
-    assert answer == (0, "rover: stopped right_motor\nrover: left_motor: nobody can tell\n", "")
+    assert (answer.status, answer.err) == (0, "")
+    check_text(answer.out)
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "virtualpi", "mock"])
-def test_where_motors_turn_no_longer_than_their_run_there_is_nothing_to_stop(cli: Cli, backend: str) -> None:
-    assert cli("stop", "--backend", backend) == (0, f"rover: nothing to stop on {backend}\n", "")
+def test_where_motors_turn_no_longer_than_their_run_there_is_nothing_to_stop(
+    cli: Cli, backend: str, check_text: CheckText
+) -> None:
+    answer = cli("stop", "--backend", backend)
+    assert (answer.status, answer.err) == (0, "")
+    check_text(answer.out)
 
 
 @pytest.mark.parametrize(
-    "arguments, fault",
+    "arguments",
     [
-        ((), "Missing option '--backend'"),
-        (("--backend", "raspberypi"), "Did you mean 'raspberrypi'?"),
-        (("--backend", "raspberrypi", "--robot", "gone.toml"), "gone.toml"),
-        (("--backend", "raspberrypi", "--option", "port=7"), "unknown option 'port'"),
+        (),
+        ("--backend", "raspberypi"),
+        ("--backend", "raspberrypi", "--robot", "gone.toml"),
+        ("--backend", "raspberrypi", "--option", "port=7"),
     ],
 )
-def test_what_is_asked_for_wrongly_is_refused(cli: Cli, arguments: tuple[str, ...], fault: str) -> None:
+def test_what_is_asked_for_wrongly_is_refused(cli: Cli, arguments: tuple[str, ...], check_text: CheckText) -> None:
     answer = cli("stop", *arguments)
     assert (answer.status, answer.out) == (2, "")
-    assert fault in answer.err
+    check_text(answer.err)

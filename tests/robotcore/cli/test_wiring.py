@@ -8,6 +8,7 @@ from robotcore.cli.wiring import FREE, USED, draw_connector
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.hardware.device_drivers import EYE, NECK, register, robot_file
+from tests.texts import CheckText
 
 LONG = "a_device_with_a_name_that_nobody_would_want_to_write"
 
@@ -57,27 +58,26 @@ def test_json_tells_wires_pads_and_notes(cli: Cli, post: str) -> None:
     assert answer["notes"][0] == {"device": "neck", "note": "Push it in all the way."}
 
 
-def test_a_backend_without_wires_says_which_has_some(cli: Cli) -> None:
+def test_a_backend_without_wires_says_which_has_some(cli: Cli, check_text: CheckText) -> None:
     answer = cli("wiring", "rover", "--backend", "kinematic")
     assert (answer.status, answer.out) == (2, "")
-    assert (
-        answer.err
-        == "error: the backend 'kinematic' has nothing to wire. Take the real robot's: --backend raspberrypi\n"
-    )
+    check_text(answer.err)
 
 
-def test_a_robot_that_is_connected_wrongly_is_reported_all_its_faults(cli: Cli, post: str) -> None:
+def test_a_robot_that_is_connected_wrongly_is_reported_all_its_faults(
+    cli: Cli, post: str, check_text: CheckText
+) -> None:
     Path(post).write_text(robot_file(NECK + EYE.replace("2", "1")))
     answer = cli("wiring", post, "--backend", "plugboard")
     assert (answer.status, answer.out) == (2, "")
-    assert "plugboard.eye.pin: hole 1 is already plugboard.neck.pin" in answer.err
+    check_text(answer.err)
 
 
-def test_a_robot_without_the_section_says_what_is_missing(cli: Cli, post: str) -> None:
+def test_a_robot_without_the_section_says_what_is_missing(cli: Cli, post: str, check_text: CheckText) -> None:
     Path(post).write_text(robot_file(""))
     answer = cli("wiring", post)
     assert answer.status == 2
-    assert "raspberrypi: is missing. Say how each device is connected, from [raspberrypi.neck] on" in answer.err
+    check_text(answer.err)
 
 
 def row(*wires: Wire) -> str:
@@ -104,7 +104,7 @@ def test_a_wire_is_drawn_at_its_best_pad_only() -> None:
     assert drawn.count(FREE) == 2
 
 
-def test_a_place_is_refused_by_a_backend_that_takes_none(cli: Cli, post: str) -> None:
+def test_a_place_is_refused_by_a_backend_that_takes_none(cli: Cli, post: str, check_text: CheckText) -> None:
     answer = cli("wiring", post, "--backend", "plugboard", "--port", "7")
     assert answer.status == 2
-    assert "unknown option 'port'" in answer.err
+    check_text(answer.err)

@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.robotcore.cli.conftest import Cli, Told
+from tests.robotcore.cli.conftest import Answer, Cli
 from tests.robotcore.deploy.conftest import add_action
 from tests.robotcore.deploy.sshd import Sshd, serving
 
 __all__ = ["add_action"]
 
-Deploy = Callable[..., Told]
+Deploy = Callable[..., Answer]
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
 def deploy(cli: Cli, robot: Sshd) -> Deploy:
     """Runs a command of ``robotcore deploy`` against the robot."""
 
-    def run(command: str, *arguments: str) -> Told:
+    def run(command: str, *arguments: str) -> Answer:
         return cli("deploy", command, robot.host, "--ssh-config", str(robot.config), *arguments)
 
     return run

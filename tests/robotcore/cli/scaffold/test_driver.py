@@ -1,4 +1,4 @@
-"""A new driver package works as it is made, on a board that is made up."""
+"""A new driver package passes its tests and runs an app, on an invented board."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ TESTS = ("pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist")
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    """A driver package, in a folder with a space."""
+    """A new driver package in a folder with a space."""
     folder = tmp_path / "all my boards" / "tiny-board"
     folder.parent.mkdir()
     assert execute(["new", "--driver", str(folder)]) == 0
     return folder
 
 
-def installed(package: Path) -> str:
-    """Let whoever has the package's folder on the path find its entry points; return the folder."""
+def install(package: Path) -> str:
+    """Write the metadata of an installed package, so that its entry points are found. Return its folder."""
     points = tomllib.loads((package / "pyproject.toml").read_text())["project"]["entry-points"]
     lines = [
         f"[{group}]\n" + "".join(f"{key} = {value}\n" for key, value in named.items())
@@ -42,7 +42,7 @@ def installed(package: Path) -> str:
 
 
 def test_passes_the_conformance_kit_and_runs_an_app(package: Path, typed: Typed) -> None:
-    answer = typed(package, *TESTS, path=installed(package)).stdout
+    answer = typed(package, *TESTS, path=install(package)).stdout
     assert "48 passed" in answer
     assert "failed" not in answer
 
@@ -56,6 +56,6 @@ def test_its_tests_say_what_is_filled_in_wrong_and_how_to_install_it(package: Pa
 
 
 def test_its_backend_is_found_and_runs_with_the_shipped_robot(package: Path, typed: Typed) -> None:
-    ran = typed(package, "robotcore", "run", "avoid-obstacles", "--backend", "tiny-board", path=installed(package))
+    ran = typed(package, "robotcore", "run", "avoid-obstacles", "--backend", "tiny-board", path=install(package))
     assert ran.returncode == 0, ran.stderr
     assert "success  avoid-obstacles on tiny-board" in ran.stdout

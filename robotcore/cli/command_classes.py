@@ -1,0 +1,145 @@
+"""Classes of commands: a group that imports its commands lazily, and commands that answer in one line of JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.output import write, write_content, write_error, write_failure, write_json, write_line
+from robotcore.errors import Interrupted, RobotcoreError, UnknownNameError, UsageError
+
+if TYPE_CHECKING:
+    from robotcore.runtime.result import RunResult
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command's module only if the command is used.
+
+    package: the package with the modules of the commands.
+    commands: in the order of the help. ``"run"`` is the function ``command`` of the module ``run``.
+        ``"lists:apps"`` is the function ``apps`` of the module ``lists``.
+    """
+
+    def __init__(self, *args: Any, package: str, commands: Sequence[str], **more: Any) -> None:
+        super().__init__(*args, **more)
+        self._package = package
+        self._places = {name.rpartition(":")[2]: name for name in commands}
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self._places)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in self._places:
+            return None
+        module, _, function = self._places[cmd_name].partition(":")
+        command: click.Command = getattr(import_module(f"{self._package}.{module}"), function or "command")
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command. Raise UnknownNameError, which offers the nearest name, if there is none."""
+        if args[0] not in self._places and not args[0].startswith("-"):
+            raise UnknownNameError("command", args[0], list(self._places))
+        return super().resolve_command(ctx, args)
+
+
+class AnsweringCommand(click.Command):
+    """A command that answers in one line of JSON with ``--json``, also if it fails.
+
+    The answer to a failure has the keys ``app``, ``error`` and ``exit_status``. The error is raised again, and
+    written on stderr. While the command runs, a signal raises Interrupted.
+    """
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        given = list(args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            if "--json" in given:
+                self._write_answer(self._parse_leniently(ctx, given), UsageError(error.format_message()))
+            raise
+
+    def invoke(self, ctx: click.Context) -> Any:
+        from robotcore.runtime.signals import SignalGuard
+
+        with SignalGuard():
+            try:
+                return super().invoke(ctx)
+            except (RobotcoreError, Interrupted) as error:
+                if ctx.params["as_json"]:
+                    self._write_answer(ctx.params, error)
+                raise
+
+    def build_failure_answer(
+        self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
+    ) -> dict[str, Any]:
+        """Return the answer of a command that failed.
+
+        parameters: the command's parameters by name. Invalid ones are missing.
+        """
+        return {"app": parameters.get("app") or "", "error": str(error), "exit_status": error.exit_status}
+
+    def _parse_leniently(self, ctx: click.Context, given: list[str]) -> dict[str, Any]:
+        """Return the valid parameters of an invalid command line."""
+        return self.make_context(
+            ctx.info_name, given, resilient_parsing=True, ignore_unknown_options=True, allow_extra_args=True
+        ).params
+
+    def _write_answer(self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted) -> None:
+        with suppress(OSError):  # stdout is closed; the exit status reports the failure
+            write_json(self.build_failure_answer(parameters, error))
+
+
+class RunCommand(AnsweringCommand):
+    """A command that answers with all keys of a RunResult, also if the run did not begin."""
+
+    def build_failure_answer(
+        self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
+    ) -> dict[str, Any]:
+        result = json.loads(_build_result_without_run(parameters, error).to_json())
+        return {**result, **super().build_failure_answer(parameters, error)}
+
+
+def prepare_result(*, as_json: bool) -> None:
+    """Import what `write_result` needs. After the run, file descriptors and memory may be used up."""
+    if not as_json:
+        import robotcore.view.text  # noqa: F401
+
+
+def write_result(result: RunResult, *, as_json: bool) -> None:
+    """Write the result of a run on stdout, and its notes and its error on stderr."""
+    for note in result.notes:
+        write_line(f"note: {note}", is_error=True)
+    if isinstance(result.error, RobotcoreError):
+        write_error(result.error)
+    elif result.error and not result.ticks:
+        write_failure(result.reason)
+    if as_json:
+        write_content(f"{result.to_json()}\n")
+    elif result.ticks:
+        from robotcore.view.text import format_summary
+
+        write(format_summary(result))
+
+
+def _build_result_without_run(parameters: Mapping[str, Any], error: RobotcoreError | Interrupted) -> RunResult:
+    """Return the result of a run that failed before its first tick."""
+    from robotcore.runtime.result import Outcome, RunResult
+
+    return RunResult(
+        app=parameters.get("app") or "",
+        backend=parameters.get("backend") or "",
+        robot=parameters.get("robot") or "",
+        world=parameters.get("world"),
+        seed=parameters.get("seed"),
+        outcome=Outcome.INTERRUPTED if isinstance(error, Interrupted) else Outcome.ERROR,
+        exit_status=error.exit_status,
+        reason=str(error),
+        faults=list(parameters.get("faults") or ()),
+    )

@@ -1,0 +1,215 @@
+"""Commands that list what is installed: ``apps``, ``backends``, ``faults``, ``robots`` and ``worlds``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robotcore.cli.output import as_json, write_json, write_lines, write_table
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from robotcore.runtime.faults.spec import Parameter
+    from robotcore.runtime.settings import Setting
+
+_COMMON_PARAMETERS = """\
+Every fault takes after=SECONDS, when it begins, and lasts=SECONDS, how long it lasts, on the robot's clock.
+With every=SECONDS, a fault comes again and again, and lasts=SECONDS limits the whole time of this."""
+
+
+@click.command("apps")
+@as_json
+def apps(*, as_json: bool) -> None:
+    """List the apps, the devices that they need and their settings."""
+    from robotcore.plugins import app_names
+
+    rows = [_app_row(name) for name in app_names()]
+    if as_json:
+        write_json(rows)
+    else:
+        write_table(("app", "needs", "settings", "what it does"), map(_app_cells, rows))
+
+
+@click.command("backends")
+@as_json
+def backends(*, as_json: bool) -> None:
+    """List the backends, and which of them are installed."""
+    from robotcore.plugins import backend_names
+
+    rows = [_backend_row(name) for name in backend_names()]
+    if as_json:
+        write_json(rows)
+    else:
+        write_table(("backend", "", "capabilities", "what it is"), map(_backend_cells, rows))
+
+
+@click.command("faults")
+@as_json
+def faults(*, as_json: bool) -> None:
+    """List the faults that --fault injects, and their targets."""
+    from robotcore.plugins import fault_names
+
+    rows = [_fault_row(name) for name in fault_names()]
+    if as_json:
+        write_json(rows)
+    else:
+        write_table(("fault", "on", "parameters", "example", "what it does"), map(_fault_cells, rows))
+        write_lines(f"\n{_COMMON_PARAMETERS}")
+
+
+@click.command("robots")
+@as_json
+def robots(*, as_json: bool) -> None:
+    """List the robots that --robot finds by name."""
+    from robotcore.description import robot_names
+
+    rows = [_robot_row(name) for name in robot_names()]
+    if as_json:
+        write_json(rows)
+    else:
+        cells = ((each["name"], "\n".join(each["devices"]), each["summary"]) for each in rows)
+        write_table(("robot", "devices", "what it is"), cells)
+
+
+@click.command("worlds")
+@as_json
+def worlds(*, as_json: bool) -> None:
+    """List the worlds that --world finds by name."""
+    from robotcore.description import world_names
+
+    rows = [_world_row(name) for name in world_names()]
+    if as_json:
+        write_json(rows)
+    else:
+        write_table(("world", "floor", "obstacles", "targets", "what it is"), map(_world_cells, rows))
+
+
+def _app_row(name: str) -> dict[str, Any]:
+    from robotcore.errors import BackendMissingError
+    from robotcore.runtime.apps import load_app
+    from robotcore.runtime.settings import settings_of
+
+    try:
+        app = load_app(name)
+    except BackendMissingError as error:
+        return {"name": name, "summary": str(error), "needs": [], "milestones": [], "settings": []}
+    return {
+        "name": name,
+        "summary": (app.__doc__ or "").strip().partition("\n")[0],
+        "needs": sorted(role.value for role in app.needs),
+        "milestones": list(app.milestones),
+        "settings": [_setting_row(setting) for setting in settings_of(app).values()],
+    }
+
+
+def _setting_row(setting: Setting) -> dict[str, Any]:
+    has_plain_default = setting.default is None or isinstance(setting.default, (bool, int, float, str))
+    return {
+        "name": setting.name,
+        "type": _format_type(setting.type),
+        "default": setting.default if has_plain_default else str(setting.default),
+    }
+
+
+def _format_type(kind: Any) -> str:
+    """Return the name of a type, without the limits of an ``Annotated`` type."""
+    bare = getattr(kind, "__origin__", kind) if hasattr(kind, "__metadata__") else kind
+    return bare.__name__ if isinstance(bare, type) else str(bare)
+
+
+def _app_cells(app: dict[str, Any]) -> tuple[str, ...]:
+    settings = "\n".join(f"{each['name']}={each['default']} ({each['type']})" for each in app["settings"])
+    return app["name"], ", ".join(app["needs"]), settings, app["summary"]
+
+
+def _backend_row(name: str) -> dict[str, Any]:
+    from robotcore.errors import BackendMissingError
+    from robotcore.hal.backend import load_backend
+
+    try:
+        backend = load_backend(name)
+    except BackendMissingError as error:
+        return {"name": name, "installed": False, "summary": "", "vouches_for": [], "remedy": str(error)}
+    return {
+        "name": name,
+        "installed": backend.is_installed,
+        "summary": backend.summary,
+        "vouches_for": sorted(capability.value for capability in backend.capabilities),
+        "remedy": None if backend.is_installed else backend.remedy,
+    }
+
+
+def _backend_cells(backend: dict[str, Any]) -> tuple[RenderableType, ...]:
+    from rich.text import Text
+
+    status = Text("installed", "green") if backend["installed"] else Text("missing", "red")
+    summary = "\n".join(filter(None, (backend["summary"], backend["remedy"])))
+    return backend["name"], status, ", ".join(backend["vouches_for"]), summary
+
+
+def _fault_row(name: str) -> dict[str, Any]:
+    from robotcore.errors import BackendMissingError
+    from robotcore.runtime.faults.planning import ROLES, effect_of, load_fault
+    from robotcore.runtime.faults.spec import parameters_of
+
+    effect = effect_of(name)
+    try:
+        fault = load_fault(name)
+    except BackendMissingError as error:
+        return {"name": effect, "on": [], "parameters": [], "example": "", "summary": str(error)}
+    return {
+        "name": effect,
+        "on": [role for kind, role in ROLES.items() if kind in fault.on],
+        "parameters": [_parameter_row(each) for each in parameters_of(effect, fault)],
+        "example": fault.example,
+        "summary": (fault.__doc__ or "").strip().partition("\n")[0],
+    }
+
+
+def _parameter_row(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "unit": parameter.unit,
+        "limits": parameter.limits,
+        "required": parameter.is_required,
+    }
+
+
+def _fault_cells(fault: dict[str, Any]) -> tuple[str, ...]:
+    own = (each for each in fault["parameters"] if each["name"] not in ("after", "lasts"))
+    parameters = "\n".join(f"{each['name']}: {each['unit']}, {each['limits']}" for each in own)
+    return fault["name"], ", ".join(fault["on"]), parameters, fault["example"], fault["summary"]
+
+
+def _robot_row(name: str) -> dict[str, Any]:
+    from robotcore.description import load_robot
+
+    robot = load_robot(name)
+    return {
+        "name": name,
+        "summary": robot.summary,
+        "drives": robot.drive is not None,
+        "devices": [device.name for device in robot.devices],
+    }
+
+
+def _world_row(name: str) -> dict[str, Any]:
+    from robotcore.description import load_world
+
+    world = load_world(name)
+    return {
+        "name": name,
+        "summary": world.summary,
+        "floor_m": [world.floor.length_m, world.floor.width_m],
+        "obstacles": len(world.obstacles),
+        "targets": len(world.targets),
+        "varies": world.variation is not None,
+    }
+
+
+def _world_cells(world: dict[str, Any]) -> tuple[str, ...]:
+    length, width = world["floor_m"]
+    floor = f"{length:g} m x {width:g} m"
+    return world["name"], floor, str(world["obstacles"]), str(world["targets"]), world["summary"]

@@ -1,0 +1,193 @@
+"""Commands on recordings: ``info`` shows one, ``compare`` compares two, ``replay`` decides a recorded run again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robotcore.cli.command_classes import AnsweringCommand
+from robotcore.cli.options import pair
+from robotcore.cli.output import redirect_prints, write, write_json, write_line
+from robotcore.cli.output_files import require_apart, require_ending
+from robotcore.errors import UsageError
+
+if TYPE_CHECKING:
+    from robotcore.recording import Recording
+    from robotcore.recording.replay import Evaluation, ReplayResult
+
+_FILE = click.Path(path_type=Path)
+_as_json = click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
+
+
+@click.command("info", cls=AnsweringCommand)
+@click.argument("file", type=_FILE)
+@click.option("--picture", metavar="FILE", type=_FILE, help="Draw the run, seen from above, as a PNG.")
+@click.option("--csv", "table", metavar="FILE_OR_FOLDER", type=_FILE, help="Write one row per tick, for a spreadsheet.")
+@click.option("--video", metavar="FILE", type=_FILE, help="Write the pictures of a camera or display as an .mp4.")
+@click.option("--device", metavar="NAME", help="The camera or display of --video.")
+@_as_json
+def info(
+    file: Path, picture: Path | None, table: Path | None, video: Path | None, device: str | None, *, as_json: bool
+) -> None:
+    """Show the content of a recording FILE.
+
+    Shows the run, its devices, its end, and whether the file is complete and can be replayed. Options write the
+    recording as a picture, a table or a video.
+    """
+    from robotcore.recording import read
+
+    if device and not video:
+        raise UsageError("--device names the camera of a video. Add --video FILE.mp4", kind="option-without-effect")
+    _require_outputs(file, picture, table, video)
+    recording = read(file)
+    if as_json:
+        from robotcore.recording.contents import summarise_contents
+
+        write_json({"file": str(file), "bytes": file.stat().st_size, **summarise_contents(recording)})
+    else:
+        from robotcore.view.text import format_contents
+
+        write(format_contents(recording, file))
+    if picture:
+        _draw_recording(recording, picture)
+        write_line(f"The picture: {picture}", is_error=as_json)
+    if table:
+        write_line(f"The table: {_write_table(recording, table, file.stem)}", is_error=as_json)
+    if video:
+        _write_video(recording, video, device)
+        write_line(f"The film: {video}", is_error=as_json)
+
+
+@click.command("compare", cls=AnsweringCommand)
+@click.argument("first", type=_FILE)
+@click.argument("second", type=_FILE)
+@click.option("--picture", metavar="FILE", type=_FILE, help="Draw both paths as a PNG.")
+@_as_json
+def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -> int:
+    """Compare two recordings.
+
+    Shows the milestones, outcomes, paths and loop times of both, and the first difference.
+
+    Exit status: 0 if both have the same milestones in the same order and the same outcome, else 1.
+    """
+    from robotcore.recording import read
+    from robotcore.recording.comparison import Comparison, RunSummary
+    from robotcore.view.comparison import format_comparison
+    from robotcore.view.picture import require_writable
+
+    require_apart("--picture", picture, first, second)
+    if picture:
+        require_writable(picture)
+    comparison = Comparison(RunSummary(str(first), read(first)), RunSummary(str(second), read(second)))
+    if as_json:
+        write_json(comparison.to_dict())
+    else:
+        write(format_comparison(comparison))
+    if picture:
+        from robotcore.view.comparison import draw_comparison
+        from robotcore.view.picture import encode_png, save_png
+
+        save_png(encode_png(draw_comparison(comparison)), picture)
+        write_line(f"The picture: {picture}", is_error=as_json)
+    return comparison.exit_status
+
+
+@click.command("replay", cls=AnsweringCommand)
+@click.argument("file", type=_FILE)
+@click.option(
+    "--app",
+    metavar="APP",
+    help="The recorded app's own file, also if it has changed; or another app, which then decides on the recorded "
+    "samples.",
+)
+@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="Another setting of the app.")
+@click.option("--picture", metavar="FILE", type=_FILE, help="Draw the replay as a PNG.")
+@_as_json
+def replay(
+    file: Path, app: str | None, settings: tuple[tuple[str, str], ...], picture: Path | None, *, as_json: bool
+) -> int:
+    """Run the recorded app again and compare its decisions.
+
+    Reports the first decision that differs. An app's file that has changed since the recording runs only if --app
+    names it.
+
+    With another app, or with --set, prints its decisions on the recorded samples.
+
+    Exit status: 0 if all is equal, or another app came to its end; 1 if something differs; else as `robotcore run`.
+    """
+    from robotcore.recording import read
+    from robotcore.view.picture import require_writable
+
+    require_apart("--picture", picture, file)
+    if picture:
+        require_writable(picture)
+    recording = read(file)
+    with redirect_prints(as_json=as_json):
+        result = _replay(recording, file, app, dict(settings))
+    if as_json:
+        write_json({"file": str(file), **result.to_dict()})
+    else:
+        _write_replay(result)
+    if picture:
+        _draw_replay(recording, result, picture)
+        write_line(f"The picture: {picture}", is_error=as_json)
+    return result.exit_status
+
+
+def _require_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:
+    """Raise UsageError if an output would overwrite the recording, or has a wrong suffix."""
+    table_file = table / f"{file.stem}.csv" if table and table.is_dir() else table
+    for option, output in (("--picture", picture), ("--csv", table_file), ("--video", video)):
+        require_apart(option, output, file)
+    require_ending("--csv", table, (".csv",))
+    require_ending("--video", video, (".mp4", ".avi"))
+
+
+def _draw_recording(recording: Recording, picture: Path) -> None:
+    from robotcore.view.picture import build_figure, draw_png, require_writable, save_png
+
+    require_writable(picture)
+    save_png(draw_png(build_figure(recording)), picture)
+
+
+def _write_table(recording: Recording, table: Path, name: str) -> Path:
+    from robotcore.recording.csv_table import write_csv
+
+    return write_csv(recording, table, name)
+
+
+def _write_video(recording: Recording, video: Path, device: str | None) -> None:
+    from robotcore.view.video import write_video
+
+    write_video(recording, video, device)
+
+
+def _replay(recording: Recording, file: Path, app: str | None, settings: dict[str, str]) -> ReplayResult | Evaluation:
+    from robotcore.recording.replay import evaluate, is_recorded_file, replay
+
+    is_same_app = not app or (recording.is_replayable and is_recorded_file(recording, app))
+    if settings or not is_same_app:
+        return evaluate(recording, app, settings, file=file)
+    return replay(recording, file, app=app)
+
+
+def _write_replay(result: ReplayResult | Evaluation) -> None:
+    from robotcore.cli.output import write_error
+    from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RobotcoreError
+    from robotcore.view.text import format_replay
+
+    write(format_replay(result))
+    error = result.result.error
+    is_shown = isinstance(error, (DeviationError, RecordingEndedError)) or not result.exit_status
+    if isinstance(error, (RobotcoreError, Interrupted)) and not is_shown:
+        write_error(error)
+
+
+def _draw_replay(recording: Recording, result: ReplayResult | Evaluation, picture: Path) -> None:
+    from robotcore.recording.replay import Evaluation
+    from robotcore.view.picture import build_figure, draw_png, save_png
+
+    is_evaluation = isinstance(result, Evaluation)
+    save_png(draw_png(build_figure(recording, result.states, result.result, is_evaluation=is_evaluation)), picture)
