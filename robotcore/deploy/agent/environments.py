@@ -122,7 +122,7 @@ def _create_venv(folder: Path, *, with_pip: bool) -> None:
         return
     output = made.stdout + made.stderr
     if "ensurepip is not" in output:
-        raise AgentError("python3-venv is missing on the robot", "There: sudo apt install python3-venv", "venv")
+        raise AgentError("python3-venv is missing on the robot", "On the robot: sudo apt install python3-venv", "venv")
     if measure_free_space(folder) < _EMPTY_BYTES:  # venv does not print why its pip failed
         output = os.strerror(errno.ENOSPC)
     raise explain_failure(output.splitlines(), is_offline=False)
@@ -131,14 +131,14 @@ def _create_venv(folder: Path, *, with_pip: bool) -> None:
 def _is_unchanged(folder: Path, spec: EnvironmentSpec) -> bool:
     try:
         contents = json.loads(folder.joinpath(COMPLETE_FILE).read_text(encoding="utf-8"))
-        made_by, leans_on = (
+        existing, leans_on = (
             EnvironmentSpec(tuple(contents["requirements"]), contents["python"]),
             dict(contents["leans_on"]),
         )
     except (OSError, ValueError, TypeError, KeyError):
         return False
     is_unchanged = all(_read_system_version(name) == version for name, version in leans_on.items())
-    return made_by == spec and is_unchanged and folder.joinpath("bin", "python").exists()
+    return existing == spec and is_unchanged and folder.joinpath("bin", "python").exists()
 
 
 def _read_system_version(distribution: str) -> str | None:
@@ -231,7 +231,7 @@ _COMMON = (
         re.compile(r"ResolutionImpossible"),
         "requirement",
         "the requirements contradict each other",
-        "Loosen the project's requirements; pip install at the desk names the ones in conflict",
+        "Relax the project's requirements. pip install at the desk names those in conflict",
     ),
     _Failure(re.compile(r"Invalid requirement: '?([^'\n]+)"), "requirement", "{} is no requirement", _CORRECT_IT),
 )
@@ -239,14 +239,14 @@ _NETWORK = (
     _Failure(
         re.compile(r"CERTIFICATE_VERIFY_FAILED.*(?:expired|not yet valid)"),
         "network",
-        "for the robot the package index's certificate is out of date",
-        "Set its clock: sudo timedatectl set-ntp true",
+        "the package index's certificate is out of date by the robot's clock",
+        "Set the clock of the robot: sudo timedatectl set-ntp true",
     ),
     _Failure(
         re.compile(r"CERTIFICATE_VERIFY_FAILED"),
         "network",
         "the robot does not trust the package index's certificate",
-        "Give pip there the certificate of your network (pip config set global.cert FILE), or push with --offline",
+        "Give the robot's pip the certificate of your network (pip config set global.cert FILE). Or use --offline",
     ),
     _Failure(
         re.compile(
@@ -282,7 +282,7 @@ def _explain_build(output: str) -> AgentError:
     """Return the error for a package that has no wheel and cannot be built."""
     name = next((filter(None, found.groups()) for found in reversed(list(_BUILT_PACKAGE.finditer(output)))), iter(()))
     reason = _REASON.findall(output)[-1:]
-    fault = f"{next(name, 'a requirement')} has no wheel for {_describe_python()}, and cannot be built there"
+    fault = f"{next(name, 'a requirement')} has no wheel for {_describe_python()}, and cannot be built on the robot"
     remedy = "Use another version, or the system's package if there is one: sudo apt install python3-NAME"
     return AgentError(": ".join([fault, *reason]), remedy, "wheels")
 

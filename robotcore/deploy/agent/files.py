@@ -11,7 +11,7 @@ from pathlib import Path
 FOLDER = "robotcore"
 """The folder below the home. A shell needs no quotes for it."""
 
-MAKE_ROOM = "Make room there: a robot's recordings go home with robotcore deploy fetch --move, df -h tells the rest"
+MAKE_ROOM = "Make room on the robot: fetch its recordings with robotcore deploy fetch --move, and look at df -h"
 """The remedy for a full disk; the desk uses it too."""
 
 _PIECE_BYTES = 1 << 20

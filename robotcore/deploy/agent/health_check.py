@@ -227,7 +227,7 @@ def _judge_state(state: UnitState, ours: str) -> HealthResult | None:
 
 def _explain_not_ready(healthy_within_s: float) -> str:
     more = "if it is only slow, push it with a longer --healthy-within"
-    return f"its first step had not come back within {healthy_within_s:g} s; {more}"
+    return f"it did not complete its first step within {healthy_within_s:g} s; {more}"
 
 
 def _build_unhealthy(reason: str, invocation: str) -> HealthResult:
@@ -303,7 +303,7 @@ def _describe_phase(check: HealthCheck) -> str:
     if releases.read_running() != check.release:
         return ""
     if systemd.read_state(SERVICE).is_up:
-        return f"it is ready; whether it stays so is seen for {check.settle_s:g} s"
+        return f"it is ready, and must keep running for {check.settle_s:g} s"
     return "it starts"
 
 
@@ -314,7 +314,7 @@ def _is_check_running() -> bool:
         words = " / ".join(journal.read_last_lines(HEALTH_CHECK, state.invocation)) or state.describe_end()
         raise AgentError(
             f"the health check of the release failed: {words}",
-            "Look at it there: systemctl --user status robotcore-trial",
+            "On the robot: systemctl --user status robotcore-trial",
             "check-failed",
         )
     return state.has_job or not state.is_down

@@ -24,7 +24,7 @@ def hold_lock(layout: Layout, doing: str, timeout_s: float = TIMEOUT_S) -> Itera
 
     A child process that inherits the handle holds the lock until it ends.
 
-    doing: what this process does; another process that waits in vain reports it.
+    doing: the work of this process, for the error of a process that cannot get the lock.
     timeout_s: how long to wait for the lock, in s; AgentError of the kind ``busy`` is raised after it.
     """
     handle = _acquire(layout, timeout_s)

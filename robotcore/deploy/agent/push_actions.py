@@ -95,9 +95,9 @@ def _measure_missing(layout: Layout, size: int) -> int:
 
 def _build_disk_error(layout: Layout, size: int, missing: int) -> AgentError:
     recorded = files.measure_size(layout.recordings)
-    sizes = f"{files.format_bytes(size)} are to be sent, {files.format_bytes(missing)} are missing"
-    fetch = f"recordings take {files.format_bytes(recorded)}; robotcore deploy fetch --move takes them home"
-    remedy = f"Make room there: {fetch if recorded else 'df -h and du -xh ~ | sort -h show what takes it'}"
+    sizes = f"the upload needs {files.format_bytes(size)}, and {files.format_bytes(missing)} are missing"
+    fetch = f"fetch its recordings, {files.format_bytes(recorded)}: robotcore deploy fetch --move"
+    remedy = f"Make room on the robot: {fetch if recorded else 'df -h and du -xh ~ | sort -h show what fills the disk'}"
     return AgentError(
         f"the robot's disk is full: {sizes}", remedy, "disk", size=size, missing=missing, recorded=recorded
     )
@@ -144,7 +144,7 @@ def install_release(layout: Layout, *, release: str, is_offline: bool = False) -
         environment, how = _provide_environment(layout, manifest, inputs)
         uploads.delete(folder / WHEELS)
         files.replace_link(folder / ENVIRONMENT, f"../../environments/{environment.name}")
-        report_progress("doctor looks at the robot")
+        report_progress("the doctor examines the robot")
         findings = run_doctor(folder, manifest)
         os.sync()
         files.move_path(folder, layout.releases / release)
@@ -233,5 +233,5 @@ def _is_in_service(pid: str) -> bool:
 
 
 def _build_failure(said: str) -> FindingRow:
-    remedy = "Run it at the desk; then push again"
+    remedy = "Run robotcore doctor on the robot, repair what it names, and push again"
     return {"about": "machine", "level": "error", "what": "doctor", "said": said, "remedy": remedy}

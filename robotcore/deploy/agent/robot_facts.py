@@ -144,13 +144,17 @@ def _list_missing(facts: dict[str, object], *, has_environment: bool) -> Iterato
             "architecture",
         )
     if not facts["has_rsync"]:
-        yield "there is no rsync on the robot", "There: sudo apt install rsync", "rsync"
+        yield "rsync is missing on the robot", "On the robot: sudo apt install rsync", "rsync"
     if not facts["has_venv"] and not has_environment:
-        yield "python3-venv is missing on the robot", "There: sudo apt install python3-venv", "venv"
+        yield "python3-venv is missing on the robot", "On the robot: sudo apt install python3-venv", "venv"
     if not enable_lingering():
         yield _describe_no_linger()
     elif not wait_for_user_manager():
-        yield "systemd serves no user sessions on the robot", "There: systemctl --user status says why", "manager"
+        yield (
+            "systemd runs no services of this user on the robot",
+            "For the reason, on the robot: systemctl --user status",
+            "manager",
+        )
 
 
 def require_lingering() -> None:
@@ -161,8 +165,8 @@ def require_lingering() -> None:
 
 def _describe_no_linger() -> tuple[str, str, str]:
     user = read_user()
-    fault = f"lingering is off: nothing of {user}'s runs while they are not logged in"
-    return fault, f"There: sudo loginctl enable-linger {user}", "linger"
+    fault = f"lingering is off, so the services of {user} run only during a login"
+    return fault, f"On the robot: sudo loginctl enable-linger {user}", "linger"
 
 
 def enable_lingering() -> bool:

@@ -70,12 +70,12 @@ def find_action(name: str) -> Action:
 
 
 def _build_remedy(error: OSError) -> str:
-    """Return what to do about an error of the operating system."""
+    """Return the remedy for an error of the operating system."""
     import errno
 
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
         return MAKE_ROOM
-    return "Look at it there"
+    return "Log in to the robot and look at it"
 
 
 class AgentError(Exception):

@@ -54,8 +54,8 @@ def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s:
 def _require_possible(layout: Layout, release: str, healthy_within_s: float) -> None:
     if not 0 < healthy_within_s <= START_LIMIT_S:
         raise AgentError(
-            f"a release cannot be given {healthy_within_s:g} s to come up",
-            f"Give it up to {START_LIMIT_S} s",
+            f"a time limit of {healthy_within_s:g} s is not possible",
+            f"Choose more than 0 s, and at most {START_LIMIT_S} s",
             "time-limit",
             limit_s=START_LIMIT_S,
         )
@@ -105,7 +105,7 @@ def roll_back(
     name = release or _choose_previous(layout)
     if name == releases.read_current(layout):
         raise AgentError(f"{name} is the current release", "Start it: robotcore deploy start", "already-current")
-    report_progress(f"{name} is to run again", release=name)  # the desk resumes with this name after a lost connection
+    report_progress(f"going back to {name}", release=name)  # the desk resumes with this name after a lost connection
     return start_check(layout, name, healthy_within_s, settle_s)
 
 
@@ -120,7 +120,7 @@ def _choose_previous(layout: Layout) -> str:
 
 
 def _list_choices(names: list[str]) -> str:
-    return f"Name one: {', '.join(names)}" if names else "There is none to go back to; send one: robotcore deploy push"
+    return f"Name one: {', '.join(names)}" if names else "The robot has no other one. Send one: robotcore deploy push"
 
 
 def _is_unhealthy(layout: Layout, name: str) -> bool:

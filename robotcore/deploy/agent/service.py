@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None =
     except FileNotFoundError as error:
         return _print_fault(f"{error.filename}: {error.strerror}. Push again")
     except OSError as error:
-        _print_fault(f"{error.filename}: {error.strerror}. Look at the disk there; or push again")
+        _print_fault(f"{error.filename}: {error.strerror}. Check the disk of the robot, or push again")
         return FAILED
     except (AgentError, ValueError, KeyError, TypeError) as error:
         return _print_fault(str(error))

@@ -1,4 +1,4 @@
-"""The user's own systemd: what it is asked, what it tells of a unit, and its failures in words."""
+"""Calls of the user's systemd: control a unit, read its state, and explain a failure."""
 
 from __future__ import annotations
 
@@ -56,6 +56,7 @@ class UnitState:
     status: int = 0
     """The main process's exit status or signal, as in wait(2)."""
     active_since_s: float = 0.0
+    """When the unit became active."""
     alive_at_s: float = 0.0
     """When the unit last reset systemd's watchdog."""
     is_enabled: bool = False
@@ -209,8 +210,8 @@ def _call(*arguments: str) -> subprocess.CompletedProcess[str]:
         )
     except FileNotFoundError as error:
         raise AgentError(
-            "there is no systemd here",
-            "robotcore deploy needs it: Raspberry Pi OS, Debian and Ubuntu have it",
+            "systemd is missing on the robot",
+            "Install a system with it, such as Raspberry Pi OS, Debian or Ubuntu",
             "no-systemd",
         ) from error
     except subprocess.TimeoutExpired as error:
@@ -223,12 +224,12 @@ def _build_error(arguments: tuple[str, ...], stderr: str) -> AgentError:
     if any(text in stderr for text in _NO_BUS_TEXTS):
         user = robot_facts.read_user()
         return AgentError(
-            f"no systemd of {user}'s runs there ({stderr})",
+            f"the systemd of {user} does not run on the robot ({stderr})",
             f"On the robot: sudo loginctl enable-linger {user} && sudo systemctl start user@{os.getuid()}.service",
             MANAGER_GONE,
         )
     return AgentError(
-        f"systemctl --user {' '.join(arguments)}: {stderr.splitlines()[0] if stderr else 'failed'}",
-        "Look at it there: systemctl --user status robotcore",
+        f"systemctl --user {' '.join(arguments)}: {stderr.splitlines()[0].rstrip('.') if stderr else 'failed'}",
+        "On the robot: systemctl --user status robotcore",
         "systemctl",
     )

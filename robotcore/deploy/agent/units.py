@@ -24,7 +24,7 @@ _FINAL_STATUSES = "2 4 6"
 it, or it ended by itself without success (`robotcore.deploy.systemd_notify.FAILED`)."""
 
 _SERVICE = f"""\
-# Written by robotcore deploy. What you want otherwise goes into a drop-in: systemctl --user edit {SERVICE}
+# Written by robotcore deploy. Put changes into a drop-in: systemctl --user edit {SERVICE}
 [Unit]
 Description=The app of this robot
 ConditionPathExists=%h/robotcore/current
@@ -59,7 +59,7 @@ WantedBy=default.target
 _HEALTH_CHECK = """\
 # Written by robotcore deploy.
 [Unit]
-Description=Whether a new release of this robot's app lives, and the way back
+Description=Health check of a new release of this robot's app
 ConditionPathExists=%h/robotcore/trial.json
 StartLimitIntervalSec=60
 StartLimitBurst=20

@@ -46,7 +46,7 @@ from robotcore.deploy.agent.rpc import report_progress
 
 def act(layout, release, is_offline):
     (layout.incoming / release).rename(layout.releases / release)
-    report_progress("doctor looks at the robot")
+    report_progress("the doctor examines the robot")
     fault = {"level": "warning", "what": "disk", "said": "nearly full", "remedy": "Make room"}
     good = {"level": "ok", "what": "Python", "said": "3.11.2", "remedy": ""}
     return {"environment": "kept", "findings": [good, fault]}

@@ -9,7 +9,7 @@ import pytest
 from robotcore.deploy import agent, rpc
 from robotcore.deploy.agent import robot_facts
 from robotcore.deploy.agent.files import Layout
-from tests.robotcore.deploy.agent.systemd_double import systemd as systemd  # noqa: PLC0414  given on
+from tests.robotcore.deploy.agent.systemd_double import systemd as systemd  # noqa: PLC0414  a fixture
 
 
 @pytest.fixture
@@ -19,7 +19,7 @@ def layout(tmp_path: Path) -> Layout:
 
 @pytest.fixture
 def lingering(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A robot whose systemd serves whoever runs the tests from boot on; the sources are there, as in a call."""
+    """The folder of a robot on which the tests' user lingers. The agent's sources are set, as in a call."""
     folder = tmp_path / "linger"
     folder.mkdir()
     folder.joinpath(robot_facts.read_user()).touch()

@@ -1,4 +1,4 @@
-"""Releases as they come from the desk."""
+"""Sample releases, as uploads and installed."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ import json, os, sys
 row = {"about": "machine", "level": "ok", "what": "arguments", "said": " ".join(sys.argv[1:]), "remedy": os.getcwd()}
 print(json.dumps({"findings": [row]}))
 """
-"""A robotcore that tells how it was called."""
+"""A robotcore that prints its arguments."""
 
 
 def send_release(layout: Layout, name: str, *requirements: str, doctor: str = DOCTOR) -> Path:
-    """Put what the desk sends where the desk sends it, and nothing else there."""
+    """Make the complete upload of a release."""
     shutil.rmtree(layout.incoming / name, ignore_errors=True)
     return _fill_release(layout.incoming / name, name, requirements, doctor)
 
 
 def put_release(layout: Layout, name: str) -> Path:
-    """Put a release there as an installation leaves it, with an environment of its own."""
+    """Make an installed release, with an environment of its own."""
     folder = _fill_release(layout.releases / name, name, (), DOCTOR)
     environment = layout.environments / f"digest-{name}"
     environment.mkdir(parents=True)
@@ -40,7 +40,7 @@ def make_current(layout: Layout, name: str) -> None:
 
 
 def read_files(folder: Path) -> dict[str, bytes | str]:
-    """Return all that is below a folder: files with what is in them, links with where they lead; nothing compiled."""
+    """Return the files below a folder with their contents, and links with their targets, without compiled files."""
     return {
         str(path.relative_to(folder)): str(path.readlink()) if path.is_symlink() else path.read_bytes()
         for path in sorted(folder.rglob("*"))

@@ -1,4 +1,4 @@
-"""A systemctl and a journalctl, as programs, that print what the real ones printed; `recorded` has it."""
+"""Doubles of systemctl and journalctl that print recorded output, see `systemd_states`."""
 
 from __future__ import annotations
 
@@ -40,32 +40,32 @@ cat journal
 
 @dataclass(frozen=True)
 class ScriptedSystemd:
-    """What the programs in a folder will print, and what they were asked."""
+    """The output of the doubles in a folder, and the commands that they received."""
 
     folder: Path
 
-    def will_tell(self, *looks: str, unit: str = SERVICE) -> None:
-        """Let a unit be seen like this, look by look; the last one stays."""
+    def set_states(self, *looks: str, unit: str = SERVICE) -> None:
+        """Set the answers to queries of a unit's state, one after the other; the last one stays."""
         for old in self.folder.glob(f"look.{unit}.*"):
             old.unlink()
         for number, look in enumerate(looks, 1):
             self.folder.joinpath(f"look.{unit}.{number}").write_text(format_properties(look))
         self.folder.joinpath(f"seen.{unit}").write_text("0")
 
-    def then(self, look: int, command: str, unit: str = SERVICE) -> None:
-        """Let a shell do something when a unit is looked at for the so-manieth time."""
+    def run_at(self, look: int, command: str, unit: str = SERVICE) -> None:
+        """Run a shell command at the query of a unit's state with this number."""
         self.folder.joinpath(f"then.{unit}.{look}").write_text(command)
 
-    def fails(self, verb: str, words: str) -> None:
-        """Let one of systemctl's verbs fail with these words."""
+    def fail(self, verb: str, words: str) -> None:
+        """Let a command of systemctl fail with this message."""
         self.folder.joinpath(f"fault.{verb}").write_text(words + "\n")
 
-    def writes(self, *lines: str) -> None:
-        """Let the journal have these lines of the app's."""
+    def set_lines(self, *lines: str) -> None:
+        """Set the app's lines in the journal."""
         self.folder.joinpath("journal").write_text("".join(f"{line}\n" for line in lines))
 
-    def tells_of_the_last_end(self, text: str) -> None:
-        """Let the journal have this of systemd's, in JSON, on how the app ended last."""
+    def set_last_end(self, text: str) -> None:
+        """Set systemd's message on the last end of the app, in JSON."""
         self.folder.joinpath("ended").write_text(text)
 
     @property
@@ -75,26 +75,26 @@ class ScriptedSystemd:
         return [line for line in lines if not line.startswith(("show", "is-", "reset-failed"))]
 
     @property
-    def asked(self) -> str:
-        """What the journal was asked for."""
+    def journal_arguments(self) -> str:
+        """The arguments that journalctl received."""
         return self.folder.joinpath("asked").read_text()
 
 
 @pytest.fixture
 def systemd(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ScriptedSystemd:
-    """A systemd that knows the units, neither of which was ever started; nobody waits between two looks."""
+    """A systemd in which neither unit was ever started. Queries follow each other without a pause."""
     folder = tmp_path / "bin"
     folder.mkdir()
     for name, source in (("systemctl", _SYSTEMCTL), ("journalctl", _JOURNALCTL)):
         folder.joinpath(name).write_text(source)
         folder.joinpath(name).chmod(0o755)
     scripted = ScriptedSystemd(folder)
-    scripted.writes()
-    scripted.tells_of_the_last_end("")
+    scripted.set_lines()
+    scripted.set_last_end("")
     folder.joinpath("calls").touch()
     folder.joinpath("system").write_text("running\n")
     for unit in (SERVICE, "robotcore-trial.service"):
-        scripted.will_tell(NEVER_WAS, unit=unit)
+        scripted.set_states(NEVER_WAS, unit=unit)
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "runtime"))
     for module, name in ((health_check, "POLL_S"), (health_check, "FOLLOW_POLL_S"), (journal, "_RETRY_S")):

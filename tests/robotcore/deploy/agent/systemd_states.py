@@ -1,8 +1,8 @@
 """States of ``robotcore.service`` from systemd 252, recorded during health checks on a Debian 12.
 
-Each line is one look: ActiveState, SubState, Result, InvocationID (the first two characters stand for it), NRestarts,
-ExecMainCode, ExecMainStatus, Job, and UnitFileState where it is not enabled. It has told the watchdog just now
-that it is alive, but where a 0 ends the line.
+Each line is one query: ActiveState, SubState, Result, the first two characters of InvocationID, NRestarts,
+ExecMainCode, ExecMainStatus, Job, and UnitFileState if it is not enabled. The watchdog was reset just now, unless a 0
+ends the line.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ UNKNOWN = "Failed to restart robotcore.service: Unit robotcore.service not found
 
 
 def format_properties(line: str) -> str:
-    """Return a look as ``systemctl show`` prints it."""
+    """Return a query's answer in the format of ``systemctl show``."""
     active, sub, result, invocation, restarts, code, status, job, *more = line.replace(" -", " _").split()
     invocation, job, enabled = invocation.strip("_"), job.strip("_"), (*more, "enabled")[0]
     alive_at = more[1] if more[1:] else "9" * 18

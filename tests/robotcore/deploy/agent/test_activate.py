@@ -18,69 +18,69 @@ from tests.robotcore.deploy.agent.sample_releases import NEW, NEWER, OLD, make_c
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd
 from tests.texts import Raises
 
-FAILED_TRIAL = "failed failed exit-code 9a 0 1 2 -"
+FAILED_CHECK = "failed failed exit-code 9a 0 1 2 -"
 FAILED_TO_START_AGAIN = "failed failed exit-code 0c 0 1 1 2140"
-TRIAL_RUNS = "active running success 9a 0 0 0 -"
+CHECK_RUNS = "active running success 9a 0 0 0 -"
 
 pytestmark = pytest.mark.usefixtures("lingering")
 
 
-def conducts(layout: Layout, systemd: ScriptedSystemd, name: str, verdict: HealthResult, then_current: str) -> None:
-    """Let systemd's trial of a release end with a verdict, at the second look at it."""
-    result = {"outcome": verdict.outcome, "reason": verdict.reason, "lines": verdict.lines}
+def script_check(layout: Layout, systemd: ScriptedSystemd, name: str, result: HealthResult, current: str) -> None:
+    """Let systemd's health check of a release end with a result, at the second query of its state."""
+    fields = {"outcome": result.outcome, "reason": result.reason, "lines": result.lines}
     since = shlex.quote('s/.*"since": "\\(.*\\)".*/\\1/p')
     root, release = shlex.quote(str(layout.root)), shlex.quote(str(layout.releases / name))
-    systemd.will_tell(TRIAL_RUNS, TRIAL_RUNS, unit=HEALTH_CHECK)
-    systemd.then(
+    systemd.set_states(CHECK_RUNS, CHECK_RUNS, unit=HEALTH_CHECK)
+    systemd.run_at(
         2,
         f"cd {root}; since=$(sed -n {since} trial.json)\n"
-        f"printf '%s\\n' {shlex.quote(json.dumps(result)[:-1])}', \"since\": \"'$since'\"}}' > {release}/verdict.json\n"
-        f"ln -sfn releases/{then_current} current; rm trial.json",
+        f"printf '%s\\n' {shlex.quote(json.dumps(fields)[:-1])}', \"since\": \"'$since'\"}}' > {release}/verdict.json\n"
+        f"ln -sfn releases/{current} current; rm trial.json",
         unit=HEALTH_CHECK,
     )
 
 
-def test_release_that_lives_is_reported_step_by_step(
+def test_progress_of_a_healthy_release_is_reported(
     layout: Layout, systemd: ScriptedSystemd, capsys: pytest.CaptureFixture[str]
 ) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     put_release(layout, NEW)
-    systemd.will_tell(at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS)
-    conducts(layout, systemd, NEW, HealthResult("healthy"), NEW)
-    runs(layout, systemd, NEW)
-    came = run_actions.activate_release(layout, release=NEW, settle_s=2)
-    assert came == build_report(NEW, "healthy", current=NEW, is_running=True)
-    assert said(capsys) == ["it starts", "it is ready; whether it stays so is seen for 2 s"]
+    systemd.set_states(at.OLD_RUNS, at.NEW_STARTS, at.NEW_RUNS)
+    script_check(layout, systemd, NEW, HealthResult("healthy"), NEW)
+    mark_running(layout, NEW)
+    report = run_actions.activate_release(layout, release=NEW, settle_s=2)
+    assert report == build_report(NEW, "healthy", current=NEW, is_running=True)
+    assert read_progress(capsys) == ["it starts", "it is ready, and must keep running for 2 s"]
 
 
-def test_release_that_does_not_live_is_reported_with_what_runs_again(
+def test_report_on_an_unhealthy_release_names_the_one_that_runs_again(
     layout: Layout, systemd: ScriptedSystemd, capsys: pytest.CaptureFixture[str]
 ) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     put_release(layout, NEW)
-    systemd.will_tell(at.OLD_RUNS, FAILED_TO_START_AGAIN, at.BACK_STARTS, at.BACK_RUNS)
-    conducts(layout, systemd, NEW, HealthResult("unhealthy", "it ended with status 1", ("OSError",)), OLD)
-    came = run_actions.activate_release(layout, release=NEW)
-    assert came == build_report(
+    systemd.set_states(at.OLD_RUNS, FAILED_TO_START_AGAIN, at.BACK_STARTS, at.BACK_RUNS)
+    script_check(layout, systemd, NEW, HealthResult("unhealthy", "it ended with status 1", ("OSError",)), OLD)
+    report = run_actions.activate_release(layout, release=NEW)
+    assert report == build_report(
         NEW, "unhealthy", reason="it ended with status 1", lines=["OSError"], current=OLD, is_running=True
     )
-    assert said(capsys) == [f"{OLD} runs again"]
+    assert read_progress(capsys) == [f"{OLD} runs again"]
 
 
-def test_trial_is_written_down_and_the_robot_seen_to_before_anything_changes(
+def test_check_and_units_are_written_before_the_current_release_changes(
     layout: Layout, systemd: ScriptedSystemd, raises: Raises
 ) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     put_release(layout, NEW)
-    systemd.will_tell(FAILED_TRIAL, unit=HEALTH_CHECK)
+    systemd.set_states(FAILED_CHECK, unit=HEALTH_CHECK)
     with raises(AgentError, "check-failed"):
         run_actions.activate_release(layout, release=NEW, healthy_within_s=7, settle_s=2)
-    tried = health_check.read_pending(layout)
-    assert tried
-    assert (tried.release, tried.previous, tried.healthy_within_s, tried.settle_s) == (NEW, OLD, 7, 2)
+    check = health_check.read_pending(layout)
+    assert check
+    assert (check.release, check.previous, check.healthy_within_s, check.settle_s) == (NEW, OLD, 7, 2)
     assert {unit.name: unit.read_text() for unit in layout.units.iterdir()} == dict(UNIT_TEXTS)
     assert layout.program.exists()
     assert systemd.calls == [
@@ -88,12 +88,12 @@ def test_trial_is_written_down_and_the_robot_seen_to_before_anything_changes(
         "enable robotcore.service robotcore-trial.service",
         "start --no-block robotcore-trial.service",
     ]
-    assert releases.read_current(layout) == OLD, "the trial's own business"
+    assert releases.read_current(layout) == OLD
 
 
-def test_units_that_are_there_are_not_read_again(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_unchanged_units_are_not_reloaded(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, NEW)
-    systemd.will_tell(FAILED_TRIAL, unit=HEALTH_CHECK)
+    systemd.set_states(FAILED_CHECK, unit=HEALTH_CHECK)
     for _ in range(2):
         with pytest.raises(AgentError):
             run_actions.activate_release(layout, release=NEW)
@@ -102,18 +102,18 @@ def test_units_that_are_there_are_not_read_again(layout: Layout, systemd: Script
     assert systemd.calls.count("daemon-reload") == 1
 
 
-def test_trial_that_is_under_way_is_looked_at_once_more(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_second_activation_follows_the_running_check(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, NEW)
     begun = HealthCheck(NEW, None, since="2026-11-21T22:40:03Z")
     begun.begin(layout)
-    conducts(layout, systemd, NEW, HealthResult("healthy"), NEW)
-    runs(layout, systemd, NEW)
+    script_check(layout, systemd, NEW, HealthResult("healthy"), NEW)
+    mark_running(layout, NEW)
     assert run_actions.activate_release(layout, release=NEW)["outcome"] == "healthy"
     assert begun.read_result(layout)
 
 
 @pytest.mark.parametrize("outcome, in_place", [("healthy", NEW), ("unhealthy", OLD), ("stopped", OLD)])
-def test_verdict_that_a_lost_connection_missed_is_reported(
+def test_second_activation_returns_the_stored_result(
     layout: Layout, systemd: ScriptedSystemd, outcome: str, in_place: str
 ) -> None:
     for name in (OLD, NEW):
@@ -126,24 +126,22 @@ def test_verdict_that_a_lost_connection_missed_is_reported(
     assert systemd.calls == []
 
 
-def test_release_after_one_that_was_never_judged_goes_back_to_the_one_before_it(
-    layout: Layout, systemd: ScriptedSystemd
-) -> None:
+def test_release_never_rolls_back_to_one_whose_check_is_not_complete(layout: Layout, systemd: ScriptedSystemd) -> None:
     for name in (OLD, NEW, NEWER):
         put_release(layout, name)
     make_current(layout, NEW)
     HealthCheck(NEW, OLD, was_standing=True, was_enabled=False).begin(layout)
-    systemd.will_tell(FAILED_TRIAL, unit=HEALTH_CHECK)
+    systemd.set_states(FAILED_CHECK, unit=HEALTH_CHECK)
     with pytest.raises(AgentError):
         run_actions.activate_release(layout, release=NEWER)
-    tried = health_check.read_pending(layout)
-    assert tried
-    assert (tried.release, tried.previous, tried.was_standing, tried.was_enabled) == (NEWER, OLD, True, False)
+    check = health_check.read_pending(layout)
+    assert check
+    assert (check.release, check.previous, check.was_standing, check.was_enabled) == (NEWER, OLD, True, False)
 
 
 @pytest.fixture
 def robot(layout: Layout) -> Layout:
-    """A robot with an old release in place, which is healthy, and a new one beside it."""
+    """A robot with a healthy current release and a new one."""
     for name in (OLD, NEW):
         put_release(layout, name)
     HealthResult("healthy").write(layout.releases / OLD)
@@ -151,9 +149,9 @@ def robot(layout: Layout) -> Layout:
     return layout
 
 
-def begun(robot: Layout, systemd: ScriptedSystemd, release: str = NEW) -> dict[str, Any]:
-    """Return what is on trial once a release is activated; it is over as soon as somebody looks."""
-    systemd.then(1, f"mv {shlex.quote(str(robot.health_check))} ./was", unit=HEALTH_CHECK)
+def plan_check(robot: Layout, systemd: ScriptedSystemd, release: str = NEW) -> dict[str, Any]:
+    """Activate a release, and return its health check, which ends at the first query of its state."""
+    systemd.run_at(1, f"mv {shlex.quote(str(robot.health_check))} ./was", unit=HEALTH_CHECK)
     run_actions.activate_release(robot, release=release)
     check: dict[str, Any] = json.loads(systemd.folder.joinpath("was").read_text())
     return check
@@ -175,24 +173,24 @@ def begun(robot: Layout, systemd: ScriptedSystemd, release: str = NEW) -> dict[s
         ([at.NEW_FAILS, at.NEW_WAITS], False, True),
     ],
 )
-def test_release_before_is_to_run_again_only_where_it_ran(
+def test_check_stores_whether_the_previous_release_ran(
     robot: Layout, systemd: ScriptedSystemd, looks: list[str], was_standing: bool, was_enabled: bool
 ) -> None:
-    systemd.will_tell(*looks)
-    check = begun(robot, systemd)
+    systemd.set_states(*looks)
+    check = plan_check(robot, systemd)
     assert (check["release"], check["previous"]) == (NEW, OLD)
     assert (check["was_standing"], check["was_enabled"]) == (was_standing, was_enabled)
 
 
-def test_current_release_that_nothing_is_known_of_goes_back_to_the_healthy_one_before(
+def test_recheck_of_the_current_release_rolls_back_to_the_last_healthy_one(
     robot: Layout, systemd: ScriptedSystemd
 ) -> None:
     make_current(robot, NEW)
-    systemd.will_tell(at.OLD_RUNS)
-    assert begun(robot, systemd)["previous"] == OLD
+    systemd.set_states(at.OLD_RUNS)
+    assert plan_check(robot, systemd)["previous"] == OLD
 
 
-def test_trial_that_somebody_has_ended_is_not_looked_at_for_ever(
+def test_check_without_a_process_is_an_error(
     robot: Layout, systemd: ScriptedSystemd, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(health_check, "ABANDONED_S", 0.0)
@@ -200,27 +198,27 @@ def test_trial_that_somebody_has_ended_is_not_looked_at_for_ever(
         run_actions.activate_release(robot, release=NEW)
 
 
-def test_trial_that_broke_off_goes_on_with_a_start(robot: Layout, systemd: ScriptedSystemd) -> None:
+def test_start_resumes_a_pending_check(robot: Layout, systemd: ScriptedSystemd) -> None:
     HealthCheck(NEW, OLD).begin(robot)
-    systemd.then(1, f"rm {shlex.quote(str(robot.health_check))}", unit=HEALTH_CHECK)
-    systemd.will_tell(at.NEW_RUNS)
+    systemd.run_at(1, f"rm {shlex.quote(str(robot.health_check))}", unit=HEALTH_CHECK)
+    systemd.set_states(at.NEW_RUNS)
     run_actions.start_app(robot)
     assert systemd.calls[-1] == "start --no-block robotcore-trial.service"
 
 
 @pytest.mark.parametrize("within_s", [0.0, -1.0, 121.0, float("nan")])
-def test_time_that_systemd_would_not_give_is_refused(layout: Layout, within_s: float, raises: Raises) -> None:
+def test_impossible_time_limit_is_refused(layout: Layout, within_s: float, raises: Raises) -> None:
     put_release(layout, NEW)
     with raises(AgentError, "time-limit", limit_s=120):
         run_actions.activate_release(layout, release=NEW, healthy_within_s=within_s)
 
 
-def test_release_that_is_not_there_is_refused(layout: Layout, raises: Raises) -> None:
+def test_unknown_release_is_refused(layout: Layout, raises: Raises) -> None:
     with raises(AgentError, "no-release"):
         run_actions.activate_release(layout, release=NEW)
 
 
-def test_robot_whose_systemd_ends_with_the_connection_is_refused_and_nothing_changes(
+def test_robot_without_lingering_is_refused_and_nothing_changes(
     layout: Layout, systemd: ScriptedSystemd, lingering: Path, raises: Raises
 ) -> None:
     next(lingering.iterdir()).unlink()
@@ -233,36 +231,36 @@ def test_robot_whose_systemd_ends_with_the_connection_is_refused_and_nothing_cha
     assert not layout.health_check.exists()
 
 
-def test_rollback_takes_the_last_healthy_release_before(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_rollback_chooses_the_last_healthy_release(layout: Layout, systemd: ScriptedSystemd) -> None:
     for name in (OLD, NEW, NEWER):
         put_release(layout, name)
     HealthResult("healthy").write(layout.releases / OLD)
     HealthResult("unhealthy", "it ended with status 1").write(layout.releases / NEW)
     make_current(layout, NEWER)
-    conducts(layout, systemd, OLD, HealthResult("healthy"), OLD)
+    script_check(layout, systemd, OLD, HealthResult("healthy"), OLD)
     assert run_actions.roll_back(layout)["release"] == OLD
 
 
-def test_rollback_never_goes_on_to_a_newer_release(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_rollback_never_chooses_a_newer_release(layout: Layout, systemd: ScriptedSystemd) -> None:
     for name in (OLD, NEW, NEWER):
         put_release(layout, name)
         HealthResult("healthy").write(layout.releases / name)
     make_current(layout, NEW)
-    conducts(layout, systemd, OLD, HealthResult("healthy"), OLD)
+    script_check(layout, systemd, OLD, HealthResult("healthy"), OLD)
     assert run_actions.roll_back(layout)["release"] == OLD
 
 
-def test_rollback_to_a_named_release_tries_it_whatever_is_known_of_it(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_rollback_checks_a_named_release_again(layout: Layout, systemd: ScriptedSystemd) -> None:
     for name in (OLD, NEW):
         put_release(layout, name)
     HealthResult("unhealthy", "it ended with status 1").write(layout.releases / OLD)
     make_current(layout, NEW)
-    conducts(layout, systemd, OLD, HealthResult("healthy"), OLD)
+    script_check(layout, systemd, OLD, HealthResult("healthy"), OLD)
     assert run_actions.roll_back(layout, release=OLD)["outcome"] == "healthy"
     assert "start --no-block robotcore-trial.service" in systemd.calls
 
 
-def test_rollback_without_a_healthy_release_names_those_that_are_there(layout: Layout, raises: Raises) -> None:
+def test_rollback_without_a_healthy_release_names_the_others(layout: Layout, raises: Raises) -> None:
     for name in (OLD, NEW):
         put_release(layout, name)
     make_current(layout, NEW)
@@ -270,19 +268,19 @@ def test_rollback_without_a_healthy_release_names_those_that_are_there(layout: L
         run_actions.roll_back(layout)
 
 
-def test_rollback_does_not_offer_what_did_not_live(layout: Layout, raises: Raises) -> None:
+def test_rollback_does_not_offer_unhealthy_releases(layout: Layout, raises: Raises) -> None:
     HealthResult("unhealthy", "it ended with status 1").write(put_release(layout, OLD))
     with raises(AgentError, "no-healthy-release", current=None, choices=[]):
         run_actions.roll_back(layout)
 
 
-def test_rollback_to_what_is_not_there_names_what_is(layout: Layout, raises: Raises) -> None:
+def test_rollback_to_an_unknown_release_names_the_known_ones(layout: Layout, raises: Raises) -> None:
     put_release(layout, OLD)
     with raises(AgentError, "name", choices=[OLD]):
         run_actions.roll_back(layout, release=NEW)
 
 
-def test_rollback_to_what_is_in_place_is_refused(layout: Layout, raises: Raises) -> None:
+def test_rollback_to_the_current_release_is_refused(layout: Layout, raises: Raises) -> None:
     put_release(layout, NEW)
     make_current(layout, NEW)
     with raises(AgentError, "already-current"):
@@ -291,16 +289,14 @@ def test_rollback_to_what_is_in_place_is_refused(layout: Layout, raises: Raises)
 
 @pytest.mark.parametrize("name", ["../../../etc", "current", "2026-11-21T22-40-00Z/../..", "$(reboot)"])
 @pytest.mark.parametrize("act, kind", [(run_actions.activate_release, "release-name"), (run_actions.roll_back, "name")])
-def test_name_that_is_none_is_refused_before_a_path_is_made_of_it(
-    layout: Layout, act: Any, kind: str, name: str
-) -> None:
+def test_invalid_name_is_refused(layout: Layout, act: Any, kind: str, name: str) -> None:
     with pytest.raises(AgentError) as refused:
         act(layout, release=name)
     assert refused.value.kind == kind
 
 
-def runs(layout: Layout, systemd: ScriptedSystemd, name: str) -> None:
-    """Let it be noted that a release runs."""
+def mark_running(layout: Layout, name: str) -> None:
+    """Make a release the running one."""
     releases.find_running_link().parent.mkdir(parents=True)
     files.replace_link(releases.find_running_link(), str(layout.releases / name))
 
@@ -311,5 +307,5 @@ def build_report(release: str, outcome: str, **more: Any) -> dict[str, Any]:
     return {"release": release, "outcome": outcome, **nothing, **more}
 
 
-def said(capsys: pytest.CaptureFixture[str]) -> list[str]:
+def read_progress(capsys: pytest.CaptureFixture[str]) -> list[str]:
     return [json.loads(line.removeprefix(MARK))["say"] for line in capsys.readouterr().out.split("\n")[:-1]]

@@ -15,11 +15,11 @@ from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current,
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd
 
 
-def test_a_robot_that_nothing_was_put_on_has_none(layout: Layout) -> None:
+def test_empty_robot_has_no_releases(layout: Layout) -> None:
     assert admin_actions.list_releases(layout) == {"releases": [], "current": None, "on_trial": None}
 
 
-def test_the_newest_comes_first_each_with_what_came_of_it(layout: Layout) -> None:
+def test_releases_are_listed_newest_first_with_their_results(layout: Layout) -> None:
     HealthResult(HEALTHY, "it ended with success").write(put_release(layout, OLD))
     put_release(layout, NEW)
     make_current(layout, OLD)
@@ -31,7 +31,7 @@ def test_the_newest_comes_first_each_with_what_came_of_it(layout: Layout) -> Non
     assert answer["releases"][1]["app"] == "my 'robot'.py"
 
 
-def test_a_release_of_another_format_is_reported_as_such(layout: Layout) -> None:
+def test_release_of_another_format_is_listed_as_unreadable(layout: Layout) -> None:
     file = put_release(layout, OLD) / "release.json"
     file.write_text(file.read_text().replace('"format": 1', '"format": 2'))
     (answer,) = admin_actions.list_releases(layout)["releases"]
@@ -39,17 +39,17 @@ def test_a_release_of_another_format_is_reported_as_such(layout: Layout) -> None
     assert answer["unreadable"] == "release.json has the format 2; this robotcore reads 1"
 
 
-def test_what_is_no_release_is_none(layout: Layout) -> None:
+def test_other_entries_are_not_listed_as_releases(layout: Layout) -> None:
     put_release(layout, OLD)
     (layout.releases / "notes").mkdir()
     assert [each["name"] for each in admin_actions.list_releases(layout)["releases"]] == [OLD]
 
 
-def test_a_robot_that_never_ran_has_none(layout: Layout) -> None:
+def test_empty_robot_has_no_recordings(layout: Layout) -> None:
     assert admin_actions.list_recordings(layout) == {"recordings": []}
 
 
-def test_what_somebody_still_writes_is_reported(layout: Layout) -> None:
+def test_recording_that_is_being_written_is_marked(layout: Layout) -> None:
     layout.recordings.mkdir(parents=True)
     (layout.recordings / "ended 'ü'.mcap").write_bytes(b"whole")
     with (layout.recordings / "running.mcap").open("wb") as file:
@@ -63,14 +63,14 @@ def test_what_somebody_still_writes_is_reported(layout: Layout) -> None:
     assert not any(each["is_being_written"] for each in admin_actions.list_recordings(layout)["recordings"])
 
 
-def test_what_nothing_was_written_into_is_none_once_nobody_writes_it(layout: Layout) -> None:
+def test_empty_closed_file_is_not_listed(layout: Layout) -> None:
     layout.recordings.mkdir(parents=True)
     with (layout.recordings / "begun.mcap").open("wb"):
         assert [each["name"] for each in admin_actions.list_recordings(layout)["recordings"]] == ["begun.mcap"]
     assert admin_actions.list_recordings(layout) == {"recordings": []}
 
 
-def test_links_folders_and_names_that_are_not_text_are_listed_for_the_desk_to_name(layout: Layout) -> None:
+def test_links_folders_and_names_that_are_not_text_are_listed(layout: Layout) -> None:
     layout.recordings.mkdir(parents=True)
     (layout.recordings / "folder").mkdir()
     (layout.recordings / "link.mcap").symlink_to("/etc/hostname")
@@ -83,7 +83,7 @@ def test_links_folders_and_names_that_are_not_text_are_listed_for_the_desk_to_na
     ]
 
 
-def test_only_a_recording_with_the_same_content_that_is_not_being_written_is_erased(layout: Layout) -> None:
+def test_only_closed_recordings_with_equal_content_are_erased(layout: Layout) -> None:
     layout.recordings.mkdir(parents=True)
     for name in ("same.mcap", "other.mcap", "written.mcap"):
         (layout.recordings / name).write_bytes(b"content")
@@ -110,35 +110,35 @@ def robot(layout: Layout) -> Layout:
     return layout
 
 
-def test_what_runs_is_stopped_before_anything_is_taken_away(robot: Layout, systemd: ScriptedSystemd) -> None:
+def test_app_is_stopped_before_anything_is_deleted(robot: Layout, systemd: ScriptedSystemd) -> None:
     assert admin_actions.remove_robotcore(robot) == {"removed": True, "kept": True}
     assert systemd.calls[0] == f"stop {SERVICE} {HEALTH_CHECK}"
     assert systemd.calls[-1] == "daemon-reload"
     assert read_files(robot.home) == {"robotcore/recordings/run.mcap": b""}
 
 
-def test_recordings_go_only_where_that_is_asked_for(robot: Layout, systemd: ScriptedSystemd) -> None:
+def test_recordings_are_deleted_only_on_request(robot: Layout, systemd: ScriptedSystemd) -> None:
     assert admin_actions.remove_robotcore(robot, keeps_recordings=False) == {"removed": True, "kept": False}
     assert not robot.root.exists()
     assert admin_actions.remove_robotcore(robot) == {"removed": False, "kept": False}
 
 
 @pytest.mark.parametrize("refused", ["stop", "disable"])
-def test_where_it_does_not_stop_all_is_still_there(robot: Layout, systemd: ScriptedSystemd, refused: str) -> None:
+def test_nothing_is_deleted_if_the_app_does_not_stop(robot: Layout, systemd: ScriptedSystemd, refused: str) -> None:
     before = read_files(robot.home)
-    systemd.fails(refused, at.NO_BUS)
+    systemd.fail(refused, at.NO_BUS)
     with pytest.raises(AgentError):
         admin_actions.remove_robotcore(robot)
     assert read_files(robot.home) | {"robotcore/lock": b""} == before | {"robotcore/lock": b""}
 
 
-def test_a_removal_that_was_cut_short_is_finished(robot: Layout, systemd: ScriptedSystemd) -> None:
+def test_second_removal_completes_an_interrupted_one(robot: Layout, systemd: ScriptedSystemd) -> None:
     (robot.units / SERVICE).unlink()
     assert admin_actions.remove_robotcore(robot)["removed"]
     assert not any(robot.units.iterdir())
 
 
-def test_a_robot_that_a_push_broke_off_on_has_nothing_to_stop(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_removal_after_a_broken_first_push_stops_nothing(layout: Layout, systemd: ScriptedSystemd) -> None:
     (layout.incoming / OLD).mkdir(parents=True)
     assert admin_actions.remove_robotcore(layout) == {"removed": True, "kept": False}
     assert not systemd.calls

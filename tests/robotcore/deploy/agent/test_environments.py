@@ -68,7 +68,7 @@ def _pip_of_nobody(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name)
 
 
-def test_an_environment_has_what_was_asked_for(environment: Path) -> None:
+def test_environment_has_its_requirements(environment: Path) -> None:
     command: list[Path | str] = [
         environment / "bin" / "python",
         "-c",
@@ -77,7 +77,7 @@ def test_an_environment_has_what_was_asked_for(environment: Path) -> None:
     assert subprocess.run(command, capture_output=True, text=True, check=True).stdout == "1.0\n"
 
 
-def test_the_same_requirements_in_another_order_need_no_other_environment(made: Layout, environment: Path) -> None:
+def test_order_of_requirements_does_not_matter(made: Layout, environment: Path) -> None:
     assert environments.find_environment(made, EnvironmentSpec.of([f" {WIDGET}>=1 ", f"{WIDGET}>=1"])) == environment
     assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=2"])) is None
 
@@ -87,9 +87,7 @@ def test_another_python_needs_another_environment(made: Layout) -> None:
     assert environments.find_environment(made, EnvironmentSpec(ours.requirements, "cpython-399 aarch64")) is None
 
 
-def test_an_environment_that_leans_on_what_the_system_no_longer_has_is_no_longer_taken(
-    made: Layout, environment: Path
-) -> None:
+def test_changed_system_package_makes_an_environment_unusable(made: Layout, environment: Path) -> None:
     contents = json.loads(environment.joinpath(environments.COMPLETE_FILE).read_text())
     environment.joinpath(environments.COMPLETE_FILE).write_text(
         json.dumps({**contents, "leans_on": {"pytest": pytest.__version__}})
@@ -100,12 +98,12 @@ def test_an_environment_that_leans_on_what_the_system_no_longer_has_is_no_longer
 
 
 @pytest.mark.parametrize("contents", ["", "{", "[]", "{}", "7"])
-def test_a_half_of_an_environment_is_never_taken(made: Layout, environment: Path, contents: str) -> None:
+def test_incomplete_environment_is_never_used(made: Layout, environment: Path, contents: str) -> None:
     environment.joinpath(environments.COMPLETE_FILE).write_text(contents)
     assert environments.find_environment(made, EnvironmentSpec.of([f"{WIDGET}>=1"])) is None
 
 
-def test_what_the_system_has_is_reported_and_what_the_release_brings_is_not(environment: Path, tmp_path: Path) -> None:
+def test_system_packages_are_returned_without_those_of_the_release(environment: Path, tmp_path: Path) -> None:
     system, site = tmp_path / "dist-packages", tmp_path / "site"
     for name, folder in (("apt_gadget", system), ("brought_gadget", site)):
         with ZipFile(wheel_in(tmp_path, name, "3.0")) as wheel:
@@ -118,14 +116,14 @@ def test_what_the_system_has_is_reported_and_what_the_release_brings_is_not(envi
     ) == {"apt_gadget"}
 
 
-def test_a_requirement_that_was_not_brought_is_named(environment: Path, tmp_path: Path, raises: Raises) -> None:
+def test_requirement_without_a_wheel_is_named(environment: Path, tmp_path: Path, raises: Raises) -> None:
     with raises(AgentError, "wheels", hide=[platform.python_version(), platform.machine()]):
         environments.install_requirements(
             environment, ["robot-gadget"], environments.PipInputs(tmp_path), report_progress
         )
 
 
-def test_a_place_that_nobody_reaches_is_reported_as_no_network_and_a_password_to_nobody(
+def test_unreachable_address_is_a_network_error_without_its_password(
     environment: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(AgentError) as refused:
@@ -140,7 +138,7 @@ def test_a_place_that_nobody_reaches_is_reported_as_no_network_and_a_password_to
     assert "secret" not in output + str(refused.value)
 
 
-def test_a_requirement_that_looks_like_an_option_is_none(environment: Path, tmp_path: Path, raises: Raises) -> None:
+def test_requirement_that_looks_like_an_option_is_refused(environment: Path, tmp_path: Path, raises: Raises) -> None:
     canary = tmp_path / "canary"
     with raises(AgentError, "requirement"):
         environments.install_requirements(
@@ -149,21 +147,23 @@ def test_a_requirement_that_looks_like_an_option_is_none(environment: Path, tmp_
     assert not canary.exists()
 
 
-def test_pip_ends_with_whoever_no_longer_listens(environment: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pip_is_killed_if_the_report_raises(environment: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PIP_DEFAULT_TIMEOUT", "600")
 
-    def deaf(words: str, **more: object) -> None:
+    def fail_to_report(words: str, **more: object) -> None:
         raise BrokenPipeError
 
     with socket.create_server(("127.0.0.1", 0)) as silent:
         place = f"http://127.0.0.1:{silent.getsockname()[1]}/gadget-1.0-py3-none-any.whl"
         with pytest.raises(BrokenPipeError):
-            environments.install_requirements(environment, [f"gadget @ {place}"], environments.PipInputs(), deaf)
+            environments.install_requirements(
+                environment, [f"gadget @ {place}"], environments.PipInputs(), fail_to_report
+            )
     left = [path for path in Path("/proc").glob("[0-9]*/cwd") if _leads_to(path, environment)]
     assert left == []
 
 
-def test_a_failure_leaves_nothing_of_an_environment(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_environment_is_deleted(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*arguments: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -173,7 +173,7 @@ def test_a_failure_leaves_nothing_of_an_environment(layout: Layout, monkeypatch:
     assert not any(layout.environments.iterdir())
 
 
-def test_what_no_release_needs_goes(layout: Layout) -> None:
+def test_unused_environments_are_deleted(layout: Layout) -> None:
     put_release(layout, OLD)
     unused, half = (layout.environments / name for name in ("digest-unused", "digest-half"))
     for folder in (unused, half):

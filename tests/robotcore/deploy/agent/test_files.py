@@ -9,7 +9,7 @@ import pytest
 from robotcore.deploy.agent import files
 
 
-def test_a_file_is_replaced_and_nothing_is_left_beside_it(tmp_path: Path) -> None:
+def test_file_is_replaced_without_leftovers(tmp_path: Path) -> None:
     file = tmp_path / "trial.json"
     files.write_file(file, "old")
     files.write_file(file, "new")
@@ -17,9 +17,7 @@ def test_a_file_is_replaced_and_nothing_is_left_beside_it(tmp_path: Path) -> Non
     assert file.read_text() == "new"
 
 
-def test_what_cannot_be_written_leaves_what_was_there_and_nothing_else(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_write_keeps_the_old_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def is_full(_: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -31,7 +29,7 @@ def test_what_cannot_be_written_leaves_what_was_there_and_nothing_else(
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("trial.json", "old")]
 
 
-def test_a_link_leads_elsewhere_though_somebody_was_killed_in_the_middle_before(tmp_path: Path) -> None:
+def test_link_is_replaced_after_an_interrupted_attempt(tmp_path: Path) -> None:
     link = tmp_path / "current"
     files.replace_link(link, "releases/old")
     tmp_path.joinpath(f".current.{os.getpid()}").symlink_to("releases/half")
@@ -39,16 +37,16 @@ def test_a_link_leads_elsewhere_though_somebody_was_killed_in_the_middle_before(
     assert [(path.name, str(path.readlink())) for path in tmp_path.iterdir()] == [("current", "releases/new")]
 
 
-def test_content_is_on_the_disk_before_the_name_and_the_folder_after_it(
+def test_content_is_synced_before_the_rename_and_the_folder_after_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: list[tuple[str, bool]] = []
     file, real = tmp_path / "trial.json", os.fsync
 
-    def noted(handle: int) -> None:
+    def record_sync(handle: int) -> None:
         seen.append((Path(f"/proc/self/fd/{handle}").readlink().name, file.exists()))
         real(handle)
 
-    monkeypatch.setattr(os, "fsync", noted)
+    monkeypatch.setattr(os, "fsync", record_sync)
     files.write_file(file, "new")
     assert seen == [(f".trial.json.{os.getpid()}", False), (tmp_path.name, True)]

@@ -54,7 +54,7 @@ def _no_waiting_for_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "sync", lambda: None)
 
 
-def test_what_was_sent_becomes_a_release(layout: Layout) -> None:
+def test_upload_becomes_a_release(layout: Layout) -> None:
     push_actions.begin_upload(layout, release=NEW, size=0)
     sent = read_files(send_release(layout, NEW))
     answer = push_actions.install_release(layout, release=NEW)
@@ -66,7 +66,7 @@ def test_what_was_sent_becomes_a_release(layout: Layout) -> None:
     assert not any(layout.incoming.iterdir())
 
 
-def test_the_environment_is_kept_where_nothing_of_it_has_changed(layout: Layout) -> None:
+def test_unchanged_environment_is_kept(layout: Layout) -> None:
     for name, expected in ((OLD, "made"), (NEW, "kept")):
         push_actions.begin_upload(layout, release=name, size=0)
         send_release(layout, name)
@@ -74,7 +74,7 @@ def test_the_environment_is_kept_where_nothing_of_it_has_changed(layout: Layout)
     assert len(list(layout.environments.iterdir())) == 1
 
 
-def test_wheels_that_were_brought_are_there_for_pip_alone(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_uploaded_wheels_are_deleted_after_the_installation(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
     def make(layout: Layout, _recipe: object, name: str, need: environments.PipInputs, _say: object) -> Path:
         assert need.wheels == layout.incoming / name / "wheels"
         assert need.wheels.joinpath("widget.whl").exists()
@@ -92,7 +92,7 @@ def test_wheels_that_were_brought_are_there_for_pip_alone(layout: Layout, monkey
     }
 
 
-def test_the_doctor_of_what_was_sent_is_asked_in_its_project(layout: Layout) -> None:
+def test_doctor_of_the_release_runs_in_its_project(layout: Layout) -> None:
     push_actions.begin_upload(layout, release=NEW, size=0)
     send_release(layout, NEW)
     (finding,) = push_actions.install_release(layout, release=NEW)["findings"]
@@ -120,7 +120,7 @@ def _without_site(layout: Layout) -> None:
 
 
 @pytest.mark.parametrize("broken", [_without_manifest, _half_a_manifest, _of_another_name, _without_site])
-def test_what_was_not_sent_whole_is_refused(layout: Layout, broken: Callable[[Layout], None], raises: Raises) -> None:
+def test_incomplete_upload_is_refused(layout: Layout, broken: Callable[[Layout], None], raises: Raises) -> None:
     push_actions.begin_upload(layout, release=NEW, size=0)
     send_release(layout, NEW)
     broken(layout)
@@ -130,7 +130,7 @@ def test_what_was_not_sent_whole_is_refused(layout: Layout, broken: Callable[[La
 
 
 @pytest.mark.parametrize("name", ["", "..", "../releases", "current", f"{NEW}/..", f"{NEW}\n", "$(touch x)"])
-def test_a_name_that_leads_elsewhere_is_none(layout: Layout, name: str, check_text: CheckText) -> None:
+def test_invalid_name_is_refused(layout: Layout, name: str, check_text: CheckText) -> None:
     with pytest.raises(ValueError) as error:  # noqa: PT011  its text is in the snapshot
         push_actions.install_release(layout, release=name)
     check_text(error.value)
@@ -140,7 +140,7 @@ def test_a_name_that_leads_elsewhere_is_none(layout: Layout, name: str, check_te
     assert not layout.root.exists()
 
 
-def test_killed_at_any_moment_nothing_that_was_there_is_touched_and_the_next_push_works(layout: Layout) -> None:
+def test_push_killed_at_any_moment_changes_no_release_and_the_next_one_works(layout: Layout) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     before = read_files(layout.releases / OLD)

@@ -37,14 +37,14 @@ def another_at_work(layout: Layout) -> Iterator[subprocess.Popen[str]]:
         process.kill()
 
 
-def test_somebody_else_at_work_is_named(layout: Layout) -> None:
+def test_busy_error_names_the_holder(layout: Layout) -> None:
     with another_at_work(layout) as process, pytest.raises(AgentError) as refused, hold_lock(layout, "push", 0.2):
         pytest.fail("two at a time")
     assert refused.value.kind == "busy"
     assert refused.value.fields["holder"] == f"installation of another release, process {process.pid}"
 
 
-def test_who_is_killed_lets_go(layout: Layout) -> None:
+def test_killed_process_releases_the_lock(layout: Layout) -> None:
     with another_at_work(layout) as process:
         process.kill()
         process.wait()
@@ -52,7 +52,7 @@ def test_who_is_killed_lets_go(layout: Layout) -> None:
             assert layout.lock.read_text() == f"push, process {os.getpid()}"
 
 
-def test_a_child_that_is_given_the_lock_holds_it_when_its_parent_is_gone(layout: Layout, raises: Raises) -> None:
+def test_child_with_the_handle_holds_the_lock_after_its_parent_has_ended(layout: Layout, raises: Raises) -> None:
     with hold_lock(layout, "installation") as handle:
         child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, pass_fds=(handle,))
     with child, raises(AgentError, "busy", hide=[os.getpid()]), hold_lock(layout, "push", 0.2):
@@ -61,7 +61,7 @@ def test_a_child_that_is_given_the_lock_holds_it_when_its_parent_is_gone(layout:
         pass
 
 
-def test_who_waited_for_a_lock_that_was_taken_away_takes_the_new_one(layout: Layout) -> None:
+def test_process_that_waited_for_a_removed_lock_file_locks_the_new_one(layout: Layout) -> None:
     with another_at_work(layout) as process, ThreadPoolExecutor() as pool:
         waiting = pool.submit(_lock_file_of_whoever_waited, layout)
         while not _is_waiting(layout):

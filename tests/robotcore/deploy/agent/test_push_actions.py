@@ -29,7 +29,7 @@ from tests.robotcore.deploy.agent.sample_releases import (
 from tests.texts import CheckText
 
 
-def test_a_robot_tells_what_it_is(layout: Layout) -> None:
+def test_probe_returns_the_facts(layout: Layout) -> None:
     answer = push_actions.probe(layout)
     assert (answer["python"], answer["machine"], answer["bits"]) == (platform.python_version(), platform.machine(), 64)
     assert answer["free_bytes"] > 0
@@ -37,20 +37,20 @@ def test_a_robot_tells_what_it_is(layout: Layout) -> None:
     assert not layout.root.exists()
 
 
-def test_the_release_that_runs_is_reported(layout: Layout) -> None:
+def test_probe_returns_the_current_release(layout: Layout) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     assert push_actions.probe(layout)["release"] == OLD
 
 
-def test_it_is_reported_whether_what_is_required_is_there(layout: Layout) -> None:
+def test_probe_returns_whether_the_environment_exists(layout: Layout) -> None:
     assert not push_actions.probe(layout)["has_environment"]
     environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
     assert push_actions.probe(layout)["has_environment"]
     assert not push_actions.probe(layout, requirements=["numpy"])["has_environment"]
 
 
-def test_a_poor_machine_tells_all_the_same(layout: Layout, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_probe_works_on_a_minimal_system(layout: Layout, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     answer = push_actions.probe(layout)
     assert not any(answer[name] for name in ("has_rsync", "has_user_manager", "reads_journal"))
@@ -67,7 +67,7 @@ def poor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("poor")
-def test_a_push_is_refused_with_all_that_is_missing_and_what_to_do(layout: Layout, check_text: CheckText) -> None:
+def test_push_is_refused_with_every_missing_need(layout: Layout, check_text: CheckText) -> None:
     with pytest.raises(AgentError) as refused:
         push_actions.probe(layout, is_push=True)
     assert refused.value.fields["kinds"] == ("architecture", "rsync", "venv", "linger")
@@ -76,7 +76,7 @@ def test_a_push_is_refused_with_all_that_is_missing_and_what_to_do(layout: Layou
 
 
 @pytest.mark.usefixtures("poor")
-def test_an_environment_that_is_there_needs_no_venv(layout: Layout) -> None:
+def test_existing_environment_needs_no_venv(layout: Layout) -> None:
     environments.make_environment(layout, EnvironmentSpec.of([]), OLD, environments.PipInputs(), report_progress)
     with pytest.raises(AgentError) as refused:
         push_actions.probe(layout, is_push=True)
@@ -84,7 +84,7 @@ def test_an_environment_that_is_there_needs_no_venv(layout: Layout) -> None:
 
 
 @pytest.mark.usefixtures("poor")
-def test_lingering_is_turned_on_where_that_is_allowed(tmp_path: Path) -> None:
+def test_lingering_is_turned_on_if_the_user_may_do_that(tmp_path: Path) -> None:
     loginctl = tmp_path / "loginctl"
     loginctl.write_text(f'#!/bin/sh\necho "$@" > "{tmp_path}/arguments"; : > "{tmp_path}/pi"\n')
     loginctl.chmod(0o755)
@@ -95,7 +95,7 @@ def test_lingering_is_turned_on_where_that_is_allowed(tmp_path: Path) -> None:
 MOUNT = shutil.which("mount")
 
 
-def test_the_first_push_has_nothing_to_copy_from(layout: Layout) -> None:
+def test_first_push_has_no_folder_to_copy_from(layout: Layout) -> None:
     assert push_actions.begin_upload(layout, release=NEW, size=1000) == {
         "release": NEW,
         "to": f"incoming/{NEW}",
@@ -104,7 +104,7 @@ def test_the_first_push_has_nothing_to_copy_from(layout: Layout) -> None:
     assert (layout.incoming / NEW).is_dir()
 
 
-def test_the_next_one_copies_from_what_runs(layout: Layout) -> None:
+def test_next_push_copies_from_the_current_release(layout: Layout) -> None:
     for name in (OLD, NEW):
         put_release(layout, name)
     assert push_actions.begin_upload(layout, release=NEWER, size=1000)["copy_from"] == f"releases/{NEW}"
@@ -112,20 +112,18 @@ def test_the_next_one_copies_from_what_runs(layout: Layout) -> None:
     assert push_actions.begin_upload(layout, release=NEWER, size=1000)["copy_from"] == f"releases/{OLD}"
 
 
-def test_two_pushes_at_once_have_a_name_and_a_folder_each(layout: Layout) -> None:
+def test_simultaneous_pushes_have_different_names_and_folders(layout: Layout) -> None:
     answer = [push_actions.begin_upload(layout, release=OLD, size=1000) for _ in range(3)]
     assert [each["release"] for each in answer] == [OLD, NEW, NEWER]
     assert [each["to"] for each in answer] == [f"incoming/{name}" for name in (OLD, NEW, NEWER)]
 
 
-def test_a_push_from_a_desk_whose_clock_is_slow_is_the_newest_all_the_same(layout: Layout) -> None:
+def test_push_from_a_desk_with_a_slow_clock_has_the_newest_name(layout: Layout) -> None:
     put_release(layout, "2027-12-31T23-59-59Z")
     assert push_actions.begin_upload(layout, release=OLD, size=1000)["release"] == "2028-01-01T00-00-00Z"
 
 
-def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(
-    layout: Layout, check_text: CheckText
-) -> None:
+def test_too_large_upload_is_refused_and_deleted(layout: Layout, check_text: CheckText) -> None:
     before = read_files(put_release(layout, OLD))
     make_current(layout, OLD)
     layout.recordings.mkdir()
@@ -139,13 +137,13 @@ def test_more_than_there_is_room_for_is_refused_and_nothing_is_left_of_it(
     assert not any(layout.incoming.glob(NEW))
 
 
-def test_where_there_are_no_recordings_nobody_is_reported_to_fetch_them(layout: Layout, check_text: CheckText) -> None:
+def test_full_disk_without_recordings_has_another_remedy(layout: Layout, check_text: CheckText) -> None:
     with pytest.raises(AgentError) as refused:
         push_actions.begin_upload(layout, release=NEW, size=10**15)
     check_text(refused.value.remedy)
 
 
-def test_what_was_sent_can_be_thrown_away(layout: Layout) -> None:
+def test_upload_can_be_discarded(layout: Layout) -> None:
     push_actions.begin_upload(layout, release=NEW, size=1000)
     send_release(layout, NEW)
     assert push_actions.discard_upload(layout, release=NEW) == {"discarded": True}
@@ -165,7 +163,7 @@ def small(layout: Layout) -> Iterator[Layout]:
     subprocess.run([str(shutil.which("umount")), layout.root], check=True)
 
 
-def test_on_a_disk_without_a_free_byte_old_releases_make_room(small: Layout) -> None:
+def test_old_releases_are_deleted_on_a_full_disk(small: Layout) -> None:
     for name in (OLD, NEW, NEWER):
         (put_release(small, name) / "big").write_bytes(bytes(42_000_000 if name == OLD else 1000))
     make_current(small, NEW)
@@ -184,7 +182,7 @@ def fill(robot: Layout) -> None:
     assert files.measure_free_space(robot.root) == 0
 
 
-def test_on_a_small_disk_old_releases_make_room(small: Layout) -> None:
+def test_old_releases_are_deleted_on_a_small_disk(small: Layout) -> None:
     for name in (OLD, NEW, NEWER):
         (put_release(small, name) / "big").write_bytes(bytes(9_000_000))
     make_current(small, NEW)
@@ -206,32 +204,32 @@ def crowded(layout: Layout) -> Layout:
     return layout
 
 
-def test_the_newest_stay_and_the_one_that_runs_and_the_one_to_go_back_to(crowded: Layout) -> None:
+def test_newest_current_and_previous_releases_are_kept(crowded: Layout) -> None:
     assert push_actions.prune_releases(crowded, keep=3) == tuple(reversed(NAMES[2:7]))
     assert releases.list_names(crowded) == list(reversed(NAMES[:2] + NAMES[7:]))
 
 
-def test_what_fails_pushes_out_nothing_that_lives(crowded: Layout) -> None:
+def test_failed_releases_displace_no_healthy_ones(crowded: Layout) -> None:
     for name in NAMES[:6]:
         HealthResult(HEALTHY).write(crowded.releases / name)
     make_current(crowded, NAMES[5])
     assert push_actions.prune_releases(crowded) == (NAMES[6], NAMES[0])
 
 
-def test_what_a_trial_is_about_stays(crowded: Layout) -> None:
+def test_releases_of_a_pending_check_are_kept(crowded: Layout) -> None:
     files.write_file(crowded.health_check, f'{{"release": "{NAMES[3]}", "previous": "{NAMES[2]}"}}')
     push_actions.prune_releases(crowded, keep=1)
     assert releases.list_names(crowded) == [NAMES[8], NAMES[3], NAMES[2], NAMES[1], NAMES[0]]
 
 
-def test_environments_go_with_the_last_release_that_needs_them(crowded: Layout) -> None:
+def test_environments_are_deleted_with_their_last_release(crowded: Layout) -> None:
     push_actions.prune_releases(crowded, keep=1)
     assert {path.name for path in crowded.environments.iterdir()} == {
         f"digest-{name}" for name in (NAMES[8], NAMES[1], NAMES[0])
     }
 
 
-def test_nothing_is_pruned_of_what_is_few(crowded: Layout) -> None:
+def test_few_releases_are_all_kept(crowded: Layout) -> None:
     for name in NAMES[4:]:
         HealthResult(HEALTHY).write(crowded.releases / name)
     for name in NAMES[:2]:
@@ -255,20 +253,20 @@ def _processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(push_actions, "_PROC", tmp_path / "proc")
 
 
-def findings_of(layout: Layout, source: str) -> list[push_actions.FindingRow]:
+def run_doctor(layout: Layout, source: str) -> list[push_actions.FindingRow]:
     folder = send_release(layout, NEW, doctor=source)
     (folder / ENVIRONMENT / "bin").mkdir(parents=True)
     (folder / ENVIRONMENT / "bin" / "python").symlink_to(sys.executable)
     return push_actions.run_doctor(folder, Release.read(folder))
 
 
-def finding(said: str) -> str:
+def print_finding(said: str) -> str:
     row = {"about": "raspberrypi", "level": "error", "what": "pins", "said": said, "remedy": "End that program"}
     return f"print({json.dumps(json.dumps({'findings': [row]}))})"
 
 
-def test_a_pin_that_the_running_release_holds_is_no_fault(layout: Layout) -> None:
-    (row,) = findings_of(layout, finding(f"GPIO 17 (left) is held by process {OURS} (python)"))
+def test_pin_of_the_running_release_is_no_error(layout: Layout) -> None:
+    (row,) = run_doctor(layout, print_finding(f"GPIO 17 (left) is held by process {OURS} (python)"))
     assert (row["level"], row["remedy"]) == ("ok", "")
     assert row["said"].startswith("GPIO 17 (left) is held by")
 
@@ -277,8 +275,8 @@ def test_a_pin_that_the_running_release_holds_is_no_fault(layout: Layout) -> Non
     "holder",
     [f"process {ANOTHERS} (python)", f"process {OURS} (x) or process {ANOTHERS} (y)", "process 9 (z)", "somebody"],
 )
-def test_a_pin_that_somebody_else_holds_is_one(layout: Layout, holder: str) -> None:
-    (row,) = findings_of(layout, finding(f"GPIO 17 (left) is held by {holder}"))
+def test_pin_of_another_process_is_an_error(layout: Layout, holder: str) -> None:
+    (row,) = run_doctor(layout, print_finding(f"GPIO 17 (left) is held by {holder}"))
     assert (row["level"], row["remedy"]) == ("error", "End that program")
 
 
@@ -292,11 +290,11 @@ def test_a_pin_that_somebody_else_holds_is_one(layout: Layout, holder: str) -> N
     ],
 )
 def test_a_doctor_that_does_not_run_is_a_finding(layout: Layout, source: str, said: str) -> None:
-    (row,) = findings_of(layout, source)
+    (row,) = run_doctor(layout, source)
     assert (row["level"], row["said"]) == ("error", said)
 
 
 def test_a_doctor_that_hangs_is_a_finding(layout: Layout, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(push_actions, "DOCTOR_TIMEOUT_S", 0.1)
-    (row,) = findings_of(layout, "import time; time.sleep(60)")
+    (row,) = run_doctor(layout, "import time; time.sleep(60)")
     assert row["said"] == "has not ended within 0.1 s"

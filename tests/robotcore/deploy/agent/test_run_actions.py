@@ -31,25 +31,25 @@ pytestmark = pytest.mark.usefixtures("lingering")
         (at.NEVER_WAS, "stopped"),
     ],
 )
-def test_state_is_reported_in_a_word(layout: Layout, systemd: ScriptedSystemd, look: str, state: str) -> None:
-    systemd.will_tell(look)
-    came = run_actions.read_status(layout)
-    assert came["state"] == state
-    assert came["words"] == ("" if state == "stopped" else "searching, 30 s"), "what stands may not be what spoke"
+def test_status_names_the_state(layout: Layout, systemd: ScriptedSystemd, look: str, state: str) -> None:
+    systemd.set_states(look)
+    answer = run_actions.read_status(layout)
+    assert answer["state"] == state
+    assert answer["words"] == ("" if state == "stopped" else "searching, 30 s"), "another release may have set it"
 
 
-def test_what_runs_is_reported_with_what_it_says_of_itself(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_status_of_a_running_app(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     HealthResult("healthy").write(layout.releases / OLD)
     layout.recordings.mkdir()
     layout.recordings.joinpath("run.mcap").write_bytes(bytes(1000))
     layout.recordings.joinpath("full-disk.mcap").touch()
-    systemd.will_tell(at.AGAIN_RUNS)
-    came = run_actions.read_status(layout)
-    assert came.pop("free_bytes") > 0
-    assert came.pop("for_s") == pytest.approx(time.monotonic() - 69920.658494, abs=60)
-    assert came == {
+    systemd.set_states(at.AGAIN_RUNS)
+    answer = run_actions.read_status(layout)
+    assert answer.pop("free_bytes") > 0
+    assert answer.pop("for_s") == pytest.approx(time.monotonic() - 69920.658494, abs=60)
+    assert answer == {
         "release": OLD,
         "verdict": "healthy",
         "on_trial": None,
@@ -65,13 +65,13 @@ def test_what_runs_is_reported_with_what_it_says_of_itself(layout: Layout, syste
     }
 
 
-def test_failure_is_reported_with_the_apps_last_words(layout: Layout, systemd: ScriptedSystemd) -> None:
-    systemd.will_tell(at.UNUSABLE)
-    systemd.writes("\x1b[31mmy_robot.toml: no such motor\x1b[0m", "", "tab\tand \x07bell")
-    came = run_actions.read_status(layout)
-    assert came["reason"] == "it ended with status 2 (it cannot run as it is described)"
-    assert came["lines"] == ["[31mmy_robot.toml: no such motor[0m", "tab and bell"], "nothing moves a terminal's cursor"
-    assert came["for_s"] is None
+def test_status_has_the_last_lines_of_a_failed_app(layout: Layout, systemd: ScriptedSystemd) -> None:
+    systemd.set_states(at.UNUSABLE)
+    systemd.set_lines("\x1b[31mmy_robot.toml: no such motor\x1b[0m", "", "tab\tand \x07bell")
+    answer = run_actions.read_status(layout)
+    assert answer["reason"] == "it ended with status 2 (it cannot run as it is described)"
+    assert answer["lines"] == ["[31mmy_robot.toml: no such motor[0m", "tab and bell"], "control characters are removed"
+    assert answer["for_s"] is None
 
 
 @pytest.mark.parametrize(
@@ -81,24 +81,22 @@ def test_failure_is_reported_with_the_apps_last_words(layout: Layout, systemd: S
         ("killed", "6", "it was ended by SIGABRT"),
     ],
 )
-def test_what_was_started_again_is_reported_with_why(
+def test_status_has_the_reason_of_a_restart(
     layout: Layout, systemd: ScriptedSystemd, how: str, status_: str, reason: str
 ) -> None:
-    systemd.will_tell(at.AGAIN_RUNS)
-    systemd.tells_of_the_last_end(
-        f'{{"EXIT_CODE": "{how}", "EXIT_STATUS": "{status_}", "USER_INVOCATION_ID": "d077"}}\n'
-    )
-    systemd.writes("ValueError: on purpose")
-    came = run_actions.read_status(layout)
-    assert (came["state"], came["reason"], came["lines"]) == ("running", reason, ["ValueError: on purpose"])
-    assert "_SYSTEMD_INVOCATION_ID=d077" in systemd.asked
+    systemd.set_states(at.AGAIN_RUNS)
+    systemd.set_last_end(f'{{"EXIT_CODE": "{how}", "EXIT_STATUS": "{status_}", "USER_INVOCATION_ID": "d077"}}\n')
+    systemd.set_lines("ValueError: on purpose")
+    answer = run_actions.read_status(layout)
+    assert (answer["state"], answer["reason"], answer["lines"]) == ("running", reason, ["ValueError: on purpose"])
+    assert "_SYSTEMD_INVOCATION_ID=d077" in systemd.journal_arguments
 
 
-def test_of_a_dump_of_pythons_the_apps_own_line_is_reported(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_dump_of_an_aborted_python_is_shortened(layout: Layout, systemd: ScriptedSystemd) -> None:
     thread = [f'  File "threading.py", line {number} in run' for number in range(40)]
     frames = ['  File "search.py", line 31 in step', *(f'  File "click/core.py", line {n} in main' for n in range(40))]
-    systemd.will_tell(at.HUNG)
-    systemd.writes(
+    systemd.set_states(at.HUNG)
+    systemd.set_lines(
         "release 2026-11-21T22-40-01Z: search.py on raspberrypi",
         "Fatal Python error: Aborted",
         "",
@@ -119,72 +117,72 @@ def test_of_a_dump_of_pythons_the_apps_own_line_is_reported(layout: Layout, syst
     ]
 
 
-def test_app_whose_words_nobody_may_read_is_reported_with_the_remedy(layout: Layout, systemd: ScriptedSystemd) -> None:
-    systemd.will_tell(at.UNUSABLE)
+def test_unreadable_journal_is_replaced_by_the_remedy(layout: Layout, systemd: ScriptedSystemd) -> None:
+    systemd.set_states(at.UNUSABLE)
     systemd.folder.joinpath("unreadable").write_text("No journal files were opened due to insufficient permissions.\n")
     assert "sudo usermod -aG systemd-journal" in run_actions.read_status(layout)["lines"][0]
 
 
-def test_release_that_did_not_live_is_reported_where_none_is_in_place(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_status_names_the_last_check_if_no_release_is_current(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, NEW)
     HealthResult("unhealthy", "it ended with status 5").write(put_release(layout, OLD))
-    came = run_actions.read_status(layout)
-    assert came["release"] is None
-    assert came["last"] == {"name": OLD, "outcome": "unhealthy", "reason": "it ended with status 5"}
+    answer = run_actions.read_status(layout)
+    assert answer["release"] is None
+    assert answer["last"] == {"name": OLD, "outcome": "unhealthy", "reason": "it ended with status 5"}
 
 
-def test_release_on_trial_is_named(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_status_names_the_release_of_a_pending_check(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, NEW)
     HealthCheck(NEW, None).begin(layout)
-    came = run_actions.read_status(layout)
-    assert (came["on_trial"], came["release"], came["verdict"]) == (NEW, None, None)
+    answer = run_actions.read_status(layout)
+    assert (answer["on_trial"], answer["release"], answer["verdict"]) == (NEW, None, None)
 
 
 STOPS = ["stop robotcore.service robotcore-trial.service", "stop robotcore.service", "disable robotcore.service"]
 
 
-def test_stopped_app_stays_so_after_a_reboot(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_stopped_app_stays_stopped_after_a_reboot(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
     units.install_units(layout)
-    systemd.will_tell(at.STOPPED)
-    came = run_actions.stop_app(layout)
-    assert (came["release"], came["state"]) == (OLD, "stopped")
+    systemd.set_states(at.STOPPED)
+    answer = run_actions.stop_app(layout)
+    assert (answer["release"], answer["state"]) == (OLD, "stopped")
     assert systemd.calls[2:] == STOPS
     calls = systemd.folder.joinpath("calls").read_text().splitlines()
     assert calls[calls.index(STOPS[1]) + 1] == "reset-failed robotcore.service", "what was stopped has not failed"
 
 
-def test_release_on_trial_is_taken_back_and_nothing_is_started(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_stop_during_a_check_rolls_back_and_starts_nothing(layout: Layout, systemd: ScriptedSystemd) -> None:
     for name in (OLD, NEW):
         put_release(layout, name)
     make_current(layout, NEW)
-    begun = HealthCheck(NEW, OLD, since="2026-11-21T22:40:03Z")
+    check = HealthCheck(NEW, OLD, since="2026-11-21T22:40:03Z")
     units.install_units(layout)
-    begun.begin(layout)
-    systemd.will_tell(at.STOPPED)
+    check.begin(layout)
+    systemd.set_states(at.STOPPED)
     run_actions.stop_app(layout)
     assert (releases.read_current(layout), health_check.read_pending(layout)) == (OLD, None)
-    assert begun.read_result(layout) == HealthResult("stopped", "a user stopped it", since=begun.since)
+    assert check.read_result(layout) == HealthResult("stopped", "a user stopped it", since=check.since)
     assert not [call for call in systemd.calls[3:] if "start" in call]
 
 
-def test_robot_that_nothing_was_put_on_stands_already(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_stop_of_an_empty_robot_does_nothing(layout: Layout, systemd: ScriptedSystemd) -> None:
     assert run_actions.stop_app(layout)["release"] is None
     assert systemd.calls == []
 
 
-def test_app_that_does_not_stop_is_reported_of(layout: Layout, systemd: ScriptedSystemd, raises: Raises) -> None:
+def test_app_that_does_not_stop_is_an_error(layout: Layout, systemd: ScriptedSystemd, raises: Raises) -> None:
     units.install_units(layout)
-    systemd.fails("stop", at.NO_BUS)
+    systemd.fail("stop", at.NO_BUS)
     with raises(AgentError, "manager", hide=[robot_facts.read_user(), os.getuid()]):
         run_actions.stop_app(layout)
 
 
-def test_started_app_starts_with_the_robot_too(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_start_enables_the_app_for_each_boot(layout: Layout, systemd: ScriptedSystemd) -> None:
     put_release(layout, OLD)
     make_current(layout, OLD)
-    systemd.will_tell(at.BACK_STARTS, at.BACK_RUNS)
+    systemd.set_states(at.BACK_STARTS, at.BACK_RUNS)
     assert run_actions.start_app(layout)["state"] == "running"
     assert systemd.calls == [
         "daemon-reload",
@@ -193,7 +191,7 @@ def test_started_app_starts_with_the_robot_too(layout: Layout, systemd: Scripted
     ]
 
 
-def test_robot_without_a_release_has_nothing_to_start(layout: Layout, raises: Raises) -> None:
+def test_start_without_a_release_is_refused(layout: Layout, raises: Raises) -> None:
     with raises(AgentError, "no-current-release"):
         run_actions.start_app(layout)
 
@@ -201,23 +199,21 @@ def test_robot_without_a_release_has_nothing_to_start(layout: Layout, raises: Ra
 LINE = "2026-11-21T22:58:38+0000 rover robotcore[9244]: found it"
 
 
-def test_what_the_app_wrote_is_passed_on_as_it_is(
-    layout: Layout, systemd: ScriptedSystemd, capfd: pytest.CaptureFixture[str]
-) -> None:
-    systemd.writes(LINE)
+def test_log_is_printed_unchanged(layout: Layout, systemd: ScriptedSystemd, capfd: pytest.CaptureFixture[str]) -> None:
+    systemd.set_lines(LINE)
     assert run_actions.print_log(layout, lines=7) == {}
     assert capfd.readouterr().out == f"{LINE}\n"
-    assert systemd.asked == "--no-pager --quiet --output=short-iso --lines=7 --user-unit=robotcore.service\n"
+    assert (
+        systemd.journal_arguments == "--no-pager --quiet --output=short-iso --lines=7 --user-unit=robotcore.service\n"
+    )
 
 
-def test_what_it_writes_from_now_on_is_followed(layout: Layout, systemd: ScriptedSystemd) -> None:
+def test_log_is_followed_on_request(layout: Layout, systemd: ScriptedSystemd) -> None:
     run_actions.print_log(layout, follow=True)
-    assert systemd.asked.endswith(" --follow\n")
+    assert systemd.journal_arguments.endswith(" --follow\n")
 
 
-def test_journal_that_nobody_may_read_is_refused_with_the_remedy(
-    layout: Layout, systemd: ScriptedSystemd, raises: Raises
-) -> None:
+def test_log_of_an_unreadable_journal_is_refused(layout: Layout, systemd: ScriptedSystemd, raises: Raises) -> None:
     systemd.folder.joinpath("unreadable").write_text("insufficient permissions\n")
     with raises(AgentError, "journal", hide=[robot_facts.read_user()]):
         run_actions.print_log(layout)

@@ -16,7 +16,7 @@ from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.releases import ENVIRONMENT, SITE, Release
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release
 
-TOLD = """
+REPORT = """
 import json, os, sys
 print(json.dumps({"arguments": sys.argv[1:], "folder": os.getcwd(), "here": __file__, "pid": os.getpid()}))
 """
@@ -43,7 +43,7 @@ def systemd(layout: Layout, tmp_path: Path) -> Systemd:
     return start
 
 
-def fitted(layout: Layout, name: str, source: str = TOLD) -> Path:
+def make_release(layout: Layout, name: str, source: str = REPORT) -> Path:
     """Put a release there that can be run, with this Python."""
     folder = put_release(layout, name)
     folder.joinpath(ENVIRONMENT, "bin").mkdir()
@@ -52,8 +52,8 @@ def fitted(layout: Layout, name: str, source: str = TOLD) -> Path:
     return folder
 
 
-def test_process_that_systemd_starts_becomes_the_app_in_the_projects_folder(layout: Layout, systemd: Systemd) -> None:
-    folder = fitted(layout, OLD)
+def test_process_becomes_the_app_in_the_projects_folder(layout: Layout, systemd: Systemd) -> None:
+    folder = make_release(layout, OLD)
     for name in ("robotcore", "runpy", "json"):
         folder.joinpath("project", f"{name}.py").write_text("raise ImportError('of the project')")
     make_current(layout, OLD)
@@ -69,7 +69,7 @@ def test_process_that_systemd_starts_becomes_the_app_in_the_projects_folder(layo
 
 
 def test_each_run_records_in_a_file_of_its_own(layout: Layout, systemd: Systemd) -> None:
-    fitted(layout, OLD, TOLD + "open(sys.argv[3], 'x').close()\n")
+    make_release(layout, OLD, REPORT + "open(sys.argv[3], 'x').close()\n")
     make_current(layout, OLD)
     for _ in range(3):
         with systemd("run") as process:
@@ -79,20 +79,18 @@ def test_each_run_records_in_a_file_of_its_own(layout: Layout, systemd: Systemd)
     assert len(list(layout.recordings.glob("*.mcap"))) == 3
 
 
-def test_release_that_is_not_to_be_recorded_is_not(layout: Layout, systemd: Systemd) -> None:
-    folder = fitted(layout, OLD)
+def test_release_without_recordings_records_nothing(layout: Layout, systemd: Systemd) -> None:
+    folder = make_release(layout, OLD)
     Release(OLD, "p", "a.py", "r.toml", "raspberrypi", ("run",), (), is_recorded=False).write(folder)
     make_current(layout, OLD)
     with systemd("run") as process:
         assert json.loads(_lines(process)[1])["arguments"] == ["run"]
 
 
-def test_motors_are_stopped_as_the_release_that_ran_has_them_also_after_a_swap(
-    layout: Layout, systemd: Systemd, tmp_path: Path
-) -> None:
+def test_motors_are_stopped_by_the_release_that_ran(layout: Layout, systemd: Systemd, tmp_path: Path) -> None:
     leaves = "import os, sys, pathlib; pathlib.Path.home().joinpath(sys.argv[1] + '.of').write_text(os.getcwd())"
     for name in (OLD, NEW):
-        fitted(layout, name, leaves)
+        make_release(layout, name, leaves)
     make_current(layout, OLD)
     systemd("run").communicate()
     releases.set_current(layout, NEW)
@@ -101,8 +99,8 @@ def test_motors_are_stopped_as_the_release_that_ran_has_them_also_after_a_swap(
     assert layout.home.joinpath("stop.of").read_text() == str(layout.releases / OLD / "project")
 
 
-def test_motors_that_may_still_turn_are_reported_of(layout: Layout, systemd: Systemd) -> None:
-    fitted(layout, OLD, FAILING)
+def test_failed_stop_is_reported(layout: Layout, systemd: Systemd) -> None:
+    make_release(layout, OLD, FAILING)
     make_current(layout, OLD)
     process = systemd("off")
     assert process.communicate()[1] == "robotcore: the motors may still turn: GPIO busy\n\n"
@@ -115,8 +113,8 @@ def test_robot_without_a_release_has_no_motors_to_stop(layout: Layout, systemd: 
 
 
 @pytest.mark.parametrize("lacking", ["release.json", "environment/bin/python"])
-def test_release_that_is_broken_is_refused_for_good(layout: Layout, systemd: Systemd, lacking: str) -> None:
-    folder = fitted(layout, OLD)
+def test_broken_release_is_not_restarted(layout: Layout, systemd: Systemd, lacking: str) -> None:
+    folder = make_release(layout, OLD)
     folder.joinpath(lacking).unlink()
     make_current(layout, OLD)
     process = systemd("run")
@@ -124,8 +122,8 @@ def test_release_that_is_broken_is_refused_for_good(layout: Layout, systemd: Sys
     assert process.returncode == 2, "systemd does not try again"
 
 
-def test_release_that_could_not_be_read_is_tried_again(layout: Layout, systemd: Systemd) -> None:
-    folder = fitted(layout, OLD)
+def test_unreadable_release_is_restarted(layout: Layout, systemd: Systemd) -> None:
+    folder = make_release(layout, OLD)
     folder.joinpath("release.json").unlink()
     folder.joinpath("release.json").mkdir()  # reading it fails, as on a bad card
     make_current(layout, OLD)
@@ -134,7 +132,7 @@ def test_release_that_could_not_be_read_is_tried_again(layout: Layout, systemd: 
     assert process.returncode == 1, "systemd tries again"
 
 
-def test_nothing_on_trial_is_nothing_to_judge(systemd: Systemd) -> None:
+def test_health_check_without_a_pending_one_does_nothing(systemd: Systemd) -> None:
     process = systemd("trial")
     assert (*process.communicate(), process.returncode) == ("", "", 0)
 

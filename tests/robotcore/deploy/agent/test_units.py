@@ -8,7 +8,7 @@ from robotcore.deploy.agent import units
 from robotcore.deploy.agent.files import Layout
 
 
-def test_same_sources_make_the_same_file(layout: Layout) -> None:
+def test_equal_sources_make_an_equal_program(layout: Layout) -> None:
     layout.root.mkdir(parents=True)
     units.install_program(layout, rpc.read_agent_sources())
     before = layout.program.stat()
@@ -16,7 +16,7 @@ def test_same_sources_make_the_same_file(layout: Layout) -> None:
     assert layout.program.stat().st_ino == before.st_ino, "it was not written again"
 
 
-def test_other_sources_replace_it_in_one_step(layout: Layout) -> None:
+def test_changed_sources_replace_the_program(layout: Layout) -> None:
     layout.root.mkdir(parents=True)
     units.install_program(layout, {"robotcore/__init__.py": "old"})
     with layout.program.open("rb") as running:

@@ -32,7 +32,7 @@ def _room(layout: Layout) -> None:
     layout.incoming.mkdir(parents=True)
 
 
-def push_of(layout: Layout, release: str) -> subprocess.Popen[str]:
+def start_push(layout: Layout, release: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-c", BEGIN, str(layout.home), release]
     connection = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert connection.stdout
@@ -40,22 +40,22 @@ def push_of(layout: Layout, release: str) -> subprocess.Popen[str]:
     return connection
 
 
-def test_what_a_living_push_has_sent_is_left_alone(layout: Layout) -> None:
-    with push_of(layout, OLD):
+def test_upload_of_a_running_push_is_kept(layout: Layout) -> None:
+    with start_push(layout, OLD):
         (layout.incoming / OLD / "half").write_text("sent")
         assert not any(uploads.open_upload(layout, NEW).iterdir())
         assert (layout.incoming / OLD / "half").exists()
 
 
-def test_what_a_broken_push_has_sent_need_not_be_sent_again(layout: Layout) -> None:
-    with push_of(layout, OLD) as connection:
+def test_new_push_takes_over_a_broken_upload(layout: Layout) -> None:
+    with start_push(layout, OLD) as connection:
         (layout.incoming / OLD / "half").write_text("sent")
         connection.kill()
     assert [path.name for path in uploads.open_upload(layout, NEW).iterdir()] == ["half"]
     assert not (layout.incoming / OLD).exists()
 
 
-def test_nothing_else_of_broken_pushes_stays(layout: Layout) -> None:
+def test_other_broken_uploads_are_deleted(layout: Layout) -> None:
     for name in ("2026-01-01T00-00-00Z", OLD, f"gone-1-{OLD}"):
         send_release(layout, name)
     (layout.incoming / "somebody's notes").write_text("")
@@ -64,7 +64,7 @@ def test_nothing_else_of_broken_pushes_stays(layout: Layout) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="nothing is kept from root")
-def test_a_folder_that_is_kept_from_being_written_to_can_be_thrown_away(layout: Layout) -> None:
+def test_read_only_folder_can_be_deleted(layout: Layout) -> None:
     folder = put_release(layout, OLD)
     locked = folder / "project" / "locked"
     locked.mkdir()
@@ -76,7 +76,7 @@ def test_a_folder_that_is_kept_from_being_written_to_can_be_thrown_away(layout: 
     assert not any(layout.incoming.iterdir())
 
 
-def test_a_link_is_thrown_away_and_not_what_it_leads_to(layout: Layout, tmp_path: Path) -> None:
+def test_deleted_link_keeps_its_target(layout: Layout, tmp_path: Path) -> None:
     (tmp_path / "kept").touch()
     link = layout.incoming / "link"
     link.symlink_to(tmp_path)
@@ -88,14 +88,14 @@ def test_a_link_is_thrown_away_and_not_what_it_leads_to(layout: Layout, tmp_path
 CAT = str(shutil.which("cat"))
 
 
-def test_a_process_is_known_as_long_as_it_lives() -> None:
+def test_identity_of_a_process_is_alive_until_it_ends() -> None:
     with subprocess.Popen(CAT, stdin=subprocess.PIPE) as cat:
         named = uploads.identify_process(cat.pid)
         assert uploads.is_process_alive(named)
     assert not uploads.is_process_alive(named)
 
 
-def test_another_process_with_the_same_number_is_another_one() -> None:
+def test_process_with_a_reused_number_has_another_identity() -> None:
     boot, pid, started = uploads.identify_process(os.getpid()).split()
     assert uploads.is_process_alive(f"{boot} {pid} {started}")
     assert int(started) > int(uploads.identify_process(1).split()[2])
@@ -103,11 +103,11 @@ def test_another_process_with_the_same_number_is_another_one() -> None:
     assert not uploads.is_process_alive(f"another-boot {pid} {started}")
 
 
-def test_nonsense_is_nobody() -> None:
+def test_invalid_identity_is_not_alive() -> None:
     assert not any(uploads.is_process_alive(named) for named in ("", "boot", "boot x 1", "boot 0 1", "boot -1 1"))
 
 
-def test_a_program_may_be_called_as_it_likes(tmp_path: Path) -> None:
+def test_identity_works_with_any_program_name(tmp_path: Path) -> None:
     program = tmp_path / "a) S 1 (b"
     shutil.copy(CAT, program)
     with subprocess.Popen([program], stdin=subprocess.PIPE) as cat:
