@@ -1,1 +1,1 @@
-"""The real robot: a Raspberry Pi, with motors, sensors and cameras on its pins, buses and ports."""
+"""The real robot: motors, sensors and cameras on the pins, buses and ports of a Raspberry Pi."""

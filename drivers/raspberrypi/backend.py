@@ -1,4 +1,4 @@
-"""The real robot: every device opened by the driver that the robot's description names."""
+"""The backend of the real robot: it opens each device by the driver that the robot's file names."""
 
 from __future__ import annotations
 
@@ -22,17 +22,22 @@ if TYPE_CHECKING:
     from robotcore.hal.wiring import Wiring
 
 SECTION = "raspberrypi"
-"""Where a robot's file says how its devices are connected."""
+"""The section of a robot's file that says how its devices are connected."""
 
 
 class RaspberryPiOptions(StrictModel):
-    """The library that drives the pins, against gpiozero's own setting: lgpio, the only one that serves."""
+    """The options of the backend.
+
+    >>> RaspberryPiOptions(pin_factory="lgpio").pin_factory
+    'lgpio'
+    """
 
     pin_factory: str | None = None
+    """The library that drives the pins, in place of GPIOZERO_PIN_FACTORY. Only lgpio is supported."""
 
 
 class RaspberryPiBackend(Backend):
-    """Opens robots on the pins, buses and ports of the Pi that this runs on."""
+    """Opens robots on the pins, buses and ports of this Raspberry Pi."""
 
     name = "raspberrypi"
     is_smoke_tested = False
@@ -43,24 +48,24 @@ class RaspberryPiBackend(Backend):
     def remedy(self) -> str:
         return f"On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md. {AT_THE_DESK}"
 
-    def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
-        """Return how the devices of those names, by default all, are connected to this board; see `bind_devices`."""
+    def bind(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
+        """Bind the devices of these names, by default all, to drivers and pins; see `bind_devices`."""
         return bind_devices(robot, SECTION, names, on_header)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         return batteries_in(robot, SECTION)
 
     def check(self, robot: RobotDescription) -> str:
-        return count_wires(self.fittings(robot))
+        return count_wires(self.bind(robot))
 
     def warnings(self, robot: RobotDescription) -> list[str]:
-        return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
+        return [f"{binding.name}: {each}" for binding in self.bind(robot) for each in binding.warnings]
 
     @property
     def is_native_host(self) -> bool:
         from drivers.raspberrypi.doctor import is_raspberry_pi
 
-        return not self.needs_world and is_raspberry_pi()  # virtual pins are at home on no board
+        return not self.needs_world and is_raspberry_pi()  # virtual pins need no board
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.raspberrypi.doctor import examine
@@ -71,14 +76,14 @@ class RaspberryPiBackend(Backend):
         return chain(examine(robot, SECTION), findings_of(batteries))
 
     def wiring(self, robot: RobotDescription) -> Wiring:
-        return wiring_of(self.fittings(robot))
+        return wiring_of(self.bind(robot))
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         setup.options_as(RaspberryPiOptions)
-        return static_cutoffs(setup.robot, self.fittings(setup.robot, setup.devices))
+        return static_cutoffs(setup.robot, self.bind(setup.robot, setup.devices))
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(RaspberryPiOptions)
-        self.fittings(setup.robot, setup.devices)  # what is wrong with a file is told before anything is opened
+        self.bind(setup.robot, setup.devices)  # a mistake in the file raises before any device is opened
         pins = open_pins(options.pin_factory)
         return open_robot(setup, SECTION, MonotonicClock(), pins=pins, release=pins.close)

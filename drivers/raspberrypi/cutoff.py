@@ -1,4 +1,4 @@
-"""Cutoffs of motors on GPIO lines: the guardian pulls down a standby line of its own, or the lines of the app."""
+"""Cutoffs of motors on GPIO lines: pull down a standby line that the guardian holds, or the lines of the app."""
 
 from __future__ import annotations
 
@@ -13,18 +13,25 @@ from drivers.raspberrypi.chip import Chip, HeldError
 from robotcore.hal.cutoff import Cutoff
 
 GOING_S = 0.3
-"""A process that ends has let its lines go by then."""
+"""A process that ends has released its lines within this time."""
 
 
 class StandbyLine(Cutoff):
-    """The standby or sleep line of a motor driver's chip (STBY of a TB6612, nSLEEP of a DRV8833): low, nothing turns.
+    """Pulls down the standby line of a motor board (STBY of a TB6612, nSLEEP of a DRV8833), so that its motors stop.
 
-    The guardian alone holds it, so that it falls whatever the app's process does. Motors with a chip in common name the
+    Only the guardian holds the line, so it falls whatever the app's process does. Motors on the same board name the
     same line.
+
+    >>> StandbyLine(22)
+    <StandbyLine GPIO 22>
     """
 
     def __init__(self, line: int) -> None:
         self._line = line
+
+    def __repr__(self) -> str:
+        """Return the line."""
+        return f"<StandbyLine GPIO {self._line}>"
 
     def open(self) -> None:
         self._chip = Chip()
@@ -34,7 +41,7 @@ class StandbyLine(Cutoff):
         self._chip.write(self._line, is_high=True)
 
     def rest(self) -> None:
-        """Let it fall: software PWM may be late by a cycle, and its process suspended before that is over."""
+        """Pull the line low: the software PWM may be late by a cycle, and its process may be suspended before."""
         self.stop()
 
     def stop(self) -> None:
@@ -46,19 +53,30 @@ class StandbyLine(Cutoff):
 
 
 class MotorLines(Cutoff):
-    """The input lines of a motor driver's chip that has no standby line, claimed by the app's process, the ``owner``.
+    """Pulls down the input lines of a motor board without a standby line. The app's process holds these lines.
 
-    They can be had when that process has ended. One that lives while it should have been heard of, and has left motors
-    turning, is ended for it: software PWM is a thread of its own in C, which goes on whatever hangs. One whose motors
-    stand is left alone. The lines are low from then on; they are the guardian's as long as it lives.
+    The guardian can claim them only after that process, the owner, has ended. If the owner is silent and its motors
+    turn, the guardian kills it: software PWM is a thread in C that continues if Python hangs. If the motors stand, the
+    owner is left alone. The guardian holds the claimed lines low until it ends.
 
-    Without an ``owner`` nobody is ended: `stop` takes the lines that are free, and raises HeldError for the others.
+    Without an owner, `stop` claims the free lines, and raises HeldError for the others.
+
+    lines: the GPIOs of the motor.
+    owner: the process that holds the lines; None if there is none to kill.
+
+    >>> MotorLines([17, 27], owner=None)
+    <MotorLines GPIO 17, 27, at rest>
     """
 
     def __init__(self, lines: Sequence[int], owner: int | None) -> None:
         self._lines, self._pid = lines, owner
         self._is_turning = False
         self._report: str | None = None
+
+    def __repr__(self) -> str:
+        """Return the lines, and whether the motor was commanded to turn."""
+        lines = ", ".join(map(str, self._lines))
+        return f"<MotorLines GPIO {lines}, {'turning' if self._is_turning else 'at rest'}>"
 
     def open(self) -> None:
         self._chip = Chip()
@@ -85,36 +103,36 @@ class MotorLines(Cutoff):
             self._owner.close()
 
     def _claim_from(self, owner: Owner) -> None:
-        """Have the owner end, where it must, and claim its lines."""
+        """Claim the owner's lines; kill it first if its motors turn."""
         if self._is_turning:
             self._end(owner)
         if owner.has_ended_within(GOING_S) or self._is_turning:
             self._chip.claim_low(self._lines)
 
     def _end(self, owner: Owner) -> None:
-        """End the owner; what it does by itself already, is not told."""
+        """Kill the owner; report that only if the owner was not ending already."""
         if not owner.is_ending():
-            self._report = f"ended process {self._pid}: it was silent, and held the lines of motors that turned"
+            self._report = f"ended process {self._pid}: it was silent while its motors turned"
         owner.kill()
 
 
 _FLAGS = 6
-"""Where /proc/PID/stat has the flags of a process, counted from behind its name. Source: proc_pid_stat(5)."""
+"""The index of the flags in /proc/PID/stat, counted after the name. Source: proc_pid_stat(5)."""
 
 _IS_EXITING = 0x4
 """PF_EXITING. Source: Linux, include/linux/sched.h."""
 
 
 class Owner:
-    """A process of another's, and never the one that gets its number later."""
+    """Another process. The handle never refers to a later process of the same number."""
 
     def __init__(self, number: int) -> None:
-        """Take hold of a process that lives; ProcessLookupError where it does not."""
+        """Open a handle of a process; raises ProcessLookupError if there is no such process."""
         self._number = number
         self._handle = os.pidfd_open(number)
 
     def is_ending(self) -> bool:
-        """Return whether its end has begun, for whatever reason; threads of it may still be at work."""
+        """Return whether the process is ending or has ended; some of its threads may still run."""
         if self.has_ended_within(0.0):
             return True
         try:
@@ -124,12 +142,12 @@ class Owner:
         return bool(int(stat.rpartition(")")[2].split()[_FLAGS]) & _IS_EXITING)
 
     def kill(self) -> None:
-        """End it, also one that is suspended or hangs."""
+        """Kill the process, even if it is suspended or hangs."""
         with suppress(ProcessLookupError):
             signal.pidfd_send_signal(self._handle, signal.SIGKILL)
 
     def has_ended_within(self, seconds: float) -> bool:
-        """Return whether it has ended, all its files closed, after waiting no longer than this."""
+        """Wait up to this long; return whether the process has ended and closed all its files."""
         return bool(select([self._handle], [], [], seconds)[0])
 
     def close(self) -> None:

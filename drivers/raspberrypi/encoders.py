@@ -1,4 +1,4 @@
-"""Encoders on pins: with two channels (`Quadrature`), and with one (`Pulses`)."""
+"""Encoders on pins: with two channels (`Quadrature`) and with one channel (`Pulses`)."""
 
 from __future__ import annotations
 
@@ -24,45 +24,47 @@ if TYPE_CHECKING:
 
 
 LEVELS = (
-    "Fed with 3.3 V, its outputs fit the pins. One that needs 5 V drives its outputs to 5 V: then each needs a "
-    "divider, 1 kΩ and 2 kΩ to ground."
+    "Supply the encoder with 3.3 V: then its outputs fit the pins. An encoder that needs 5 V drives its outputs to "
+    "5 V, and each output needs a divider, 1 kΩ and 2 kΩ to ground."
 )
-"""What whoever connects an encoder must know."""
+"""The note in an encoder's wiring."""
 
 
 class EncoderSettings(StrictModel):
-    """What a count is, and the electrics of the lines.
-
-    ``counts`` says what the description's ``counts_per_turn`` counts, on a turn of the wheel, gear included: "cycles"
-    of one channel (a data sheet's PPR, a disc's slots), of which every edge is used, or those "edges" themselves
-    (often called CPR). ``pull_up`` connects the Pi's resistors, which outputs need that only pull low; ``bounce_s`` is
-    how long a level has to hold, for contacts.
-    """
+    """The meaning of a count, and the electrical settings of the lines."""
 
     edges_per_cycle: ClassVar[int]
 
     counts: Literal["cycles", "edges"] = "cycles"
+    """The unit of the description's ``counts_per_turn``, for a turn of the wheel, gear included.
+
+    "cycles" are those of one channel: a data sheet's PPR, a disc's slots. "edges" are all edges, often called CPR.
+    """
+
     pull_up: bool = True
+    """Connect the Pi's pull-up resistors, which open-collector outputs need."""
+
     bounce_s: Annotated[float, Field(gt=0, le=0.01)] | None = None
+    """A level counts after it has held for this many seconds, for mechanical contacts."""
 
     def edges_per_turn(self, description: EncoderDescription) -> int:
-        """Return how many edges a turn of the wheel has, on all channels together."""
+        """Return the number of edges in a turn of the wheel, on all channels together."""
         return description.counts_per_turn * (self.edges_per_cycle if self.counts == "cycles" else 1)
 
 
 class Counter(Protocol):
-    """Counts edges, forward up and backward down, as its channels report them."""
+    """Counts edges: forward up, backward down."""
 
     @property
     def edges(self) -> int:
-        """The edges counted by now."""
+        """Return the edges counted by now."""
 
 
 class PinEncoder(Encoder):
-    """Tells the edges counted by now as an angle: true whenever it is read.
+    """Returns the edges counted by now as an angle.
 
-    It cannot tell a wheel that stands from an encoder that is unplugged: both count nothing. A motor that is controlled
-    by it reads it in a thread of its own.
+    A wheel at rest and an unplugged encoder look the same: neither has edges. A motor that is controlled by this
+    encoder reads it in another thread.
     """
 
     def __init__(self, name: str, clock: Clock, counter: Counter, edges_per_turn: int, opened: ExitStack) -> None:
@@ -84,7 +86,7 @@ class PinEncoder(Encoder):
 
 
 def open_input(device: str, number: int, settings: EncoderSettings, pins: Factory, opened: ExitStack) -> Pin:
-    """Return an open input of a device; raises DeviceError."""
+    """Open an input of a device and return its pin; raises DeviceError."""
     from gpiozero import InputDevice
 
     pull = {"pull_up": True} if settings.pull_up else {"pull_up": None, "active_state": True}
@@ -96,26 +98,28 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
 
 
 def watch(device: str, pin: Pin, changed: Callable[[float, int], None], opened: ExitStack) -> None:
-    """Have a bound method told of every edge, with the tick and the level; its object has to be kept."""
+    """Call a bound method with the tick and the level of every edge. gpiozero does not keep its object alive."""
     with translate_pin_errors(device, (int(pin.info.name.removeprefix("GPIO")),)):
         opened.callback(stop_edge_detection, pin)
         pin.when_changed = changed
 
 
 class QuadratureSettings(EncoderSettings):
-    """``a`` leads ``b`` where the wheel turns forward; where it counts the wrong way, swap the two."""
+    """The GPIOs of both channels. If the encoder counts the wrong way, swap the two."""
 
     edges_per_cycle: ClassVar[int] = 4
 
     a: Gpio
+    """The channel that leads if the wheel turns forward."""
+
     b: Gpio
 
 
 class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
     """Counts all four edges of a cycle.
 
-    gpiozero's RotaryEncoder is made for knobs with detents: it counts whole cycles, and loses one with each edge that
-    it misses. A wheel that is to be controlled wants every edge, and no more lost than has to be.
+    gpiozero's RotaryEncoder is made for knobs with detents: it counts whole cycles, and each missed edge costs a whole
+    cycle. The control of a wheel needs every edge.
     """
 
     name = "quadrature"
@@ -145,10 +149,9 @@ class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
 
 
 class QuadratureDecoder:
-    """Counts the edges of two channels: up where ``a`` leads, down where ``b`` does.
+    """Counts the edges of two channels: up if ``a`` leads, down if ``b`` leads.
 
-    It goes by levels, not by edges: one that is missed costs as many as it hid, at most a cycle, and what comes
-    after it counts as it should.
+    It compares levels. So a missed edge costs at most one cycle, and later edges count correctly.
 
     >>> decoder = QuadratureDecoder(a=False, b=False)
     >>> decoder.a_changed(0.0, 1)
@@ -162,41 +165,42 @@ class QuadratureDecoder:
         self._phase = a << 1 | b
 
     def a_changed(self, _tick: float, level: int) -> None:
-        """Take channel ``a``'s new level, 0 or 1."""
-        self._turn(level << 1 | self._phase & 0b01)
+        """Count an edge of channel ``a``; ``level`` is 0 or 1."""
+        self._advance(level << 1 | self._phase & 0b01)
 
     def b_changed(self, _tick: float, level: int) -> None:
-        """Take channel ``b``'s new level, 0 or 1."""
-        self._turn(self._phase & 0b10 | level)
+        """Count an edge of channel ``b``; ``level`` is 0 or 1."""
+        self._advance(self._phase & 0b10 | level)
 
-    def _turn(self, phase: int) -> None:
+    def _advance(self, phase: int) -> None:
         if phase != self._phase:
             self.edges += 1 if _NEXT[self._phase] == phase else -1
             self._phase = phase
 
 
 _NEXT = (0b10, 0b00, 0b11, 0b01)
-"""The phase that follows each, forward: (a, b) goes 00, 10, 11, 01."""
+"""The next phase of each phase in forward direction: (a, b) goes 00, 10, 11, 01."""
 
 
 class PulsesSettings(EncoderSettings):
-    """``gpio`` is the one channel; its rising and falling edges both count."""
+    """The GPIO of the only channel."""
 
     edges_per_cycle: ClassVar[int] = 2
 
     gpio: Gpio
+    """Its rising and falling edges both count."""
 
 
 class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
-    """Counts edges in the direction in which the wheel's motor was last told to turn.
+    """Counts edges in the direction of the last command to the wheel's motor.
 
-    So it is right while the motor turns the wheel, and while the wheel coasts on after a stop; it is wrong where the
-    wheel is pushed, rolls down a slope, or still coasts one way when it is told to turn the other. A `quadrature`
-    encoder is never wrong about that.
+    The count is right while the motor turns the wheel, and while the wheel coasts after a stop. It is wrong if the
+    wheel is pushed, rolls down a slope, or coasts one way after a command to turn the other. A `quadrature` encoder
+    counts right in all these cases.
     """
 
     name = "pulses"
-    summary = "a wheel's encoder with one channel on a GPIO; its motor tells the direction"
+    summary = "a wheel's encoder with one channel on a GPIO; the direction is its motor's"
     described = EncoderDescription
     settings = PulsesSettings
     aliases = ("slotted", "light-barrier")
@@ -213,7 +217,7 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
     def check(self, description: EncoderDescription, settings: PulsesSettings, robot: RobotDescription) -> None:
         if motor_of(description.name, robot) is None:
             raise ValueError(
-                f"{description.name} is on no wheel of the drive, so no motor tells its direction; name it in [drive], "
+                f"{description.name} is on no wheel of the drive, so no motor gives its direction; name it in [drive], "
                 "or take a quadrature encoder"
             )
 
@@ -227,8 +231,8 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
         motor = motor_of(description.name, robot) or ""
         if motor in drivers and not drivers[motor].reports_direction:
             raise ValueError(
-                f"the driver of {motor}, {drivers[motor].name!r}, tells no direction, and {description.name} has "
-                "none of its own; take a quadrature encoder for that wheel"
+                f"the driver of {motor}, {drivers[motor].name!r}, reports no direction, and "
+                f"{description.name} needs one; take a quadrature encoder for that wheel"
             )
 
     def open(self, description: EncoderDescription, settings: PulsesSettings, host: Host) -> Encoder:
@@ -242,9 +246,9 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
 
 
 class PulseCounter:
-    """Counts the edges of one channel in the direction of a motor, looked up among the devices opened by then.
+    """Counts the edges of one channel in the direction of a motor.
 
-    Motors are opened after encoders. One that is not opened turns no wheel: what turns it then is counted as forward.
+    The motor is looked up at each edge, because motors open after encoders. Before that, edges count as forward.
     """
 
     def __init__(self, encoder: str, motor: str, opened: Mapping[str, Device]) -> None:
@@ -253,16 +257,16 @@ class PulseCounter:
 
     @property
     def edges(self) -> int:
-        """The edges counted; raises DeviceError where the motor is one that tells no direction."""
+        """Return the edges counted by now; raises DeviceError if the motor reports no direction."""
         motor = self._opened.get(self._motor)
         if motor and not hasattr(motor, "direction"):
             raise DeviceError(
                 self._encoder,
-                f"the driver of {self._motor} tells no direction. Take a quadrature encoder for its wheel",
+                f"the driver of {self._motor} reports no direction. Take a quadrature encoder for its wheel",
                 kind="no-direction",
             )
         return self._edges
 
     def changed(self, _tick: float, _level: int) -> None:
-        """Take an edge."""
+        """Count an edge."""
         self._edges += getattr(self._opened.get(self._motor), "direction", 1)

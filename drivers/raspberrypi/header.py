@@ -1,7 +1,6 @@
-"""The 40-pin header of every board since the B+: its pads, its GPIOs, its serial port, and the wires to it.
+"""The 40-pin header of every board since the B+: pads, GPIOs, the serial port, and the wires of devices.
 
-Source: https://www.raspberrypi.com/documentation/computers/raspberry-pi.html#gpio, and `pinout`, which comes with
-gpiozero.
+Source: https://www.raspberrypi.com/documentation/computers/raspberry-pi.html#gpio, and gpiozero's `pinout`.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ _LAYOUT = """
     26    20
     GND   21
 """
-"""Pads 1 and 2 in the first row, beside the corner of the board; numbers are GPIOs."""
+"""Pads 1 and 2 are in the first row, next to the board's corner; numbers are GPIOs."""
 
 _NAMED = {
     "3.3V": ("3.3 V", PadKind.POWER),
@@ -46,7 +45,7 @@ _NAMED = {
     "ID_SD": ("ID_SD", PadKind.RESERVED),
     "ID_SC": ("ID_SC", PadKind.RESERVED),
 }
-"""ID_SD and ID_SC are GPIO 0 and 1: the board asks there, when it starts, which HAT it carries."""
+"""ID_SD and ID_SC are GPIO 0 and 1: at its start the board reads there which HAT it carries."""
 
 
 def _pad(number: int, what: str) -> Pad:
@@ -55,35 +54,35 @@ def _pad(number: int, what: str) -> Pad:
 
 
 HEADER = tuple(_pad(number, what) for number, what in enumerate(_LAYOUT.split(), start=1))
-"""Its pads by their numbers, from 1."""
+"""The pads in the order of their numbers, from 1."""
 
 GPIO_NOTES = {
-    (0, 1): "GPIO 0 and 1 are where the Pi asks at its start which HAT it carries. Take others, unless all are taken.",
+    (0, 1): "At its start the Pi reads on GPIO 0 and 1 which HAT it carries. Use them only if all others are taken.",
     (14, 15): (
-        "GPIO 14 and 15 are the serial console's where it is switched on, and 14 sends while the Pi starts. Switch it "
-        "off (sudo raspi-config, Interface Options, Serial Port), or take others."
+        "The serial console uses GPIO 14 and 15 if it is switched on, and GPIO 14 sends while the Pi starts. Switch "
+        "the console off (sudo raspi-config, Interface Options, Serial Port), or take other GPIOs."
     ),
 }
-"""What to know of GPIOs that the Pi uses for something else, whatever is connected to them."""
+"""Notes on GPIOs that the Pi itself uses."""
 
 _RENAMED = {"GPIO 0": "ID_SD", "GPIO 1": "ID_SC"}
 
 
-def wiring_of(fittings: Iterable[DeviceBinding]) -> Wiring:
-    """Return the wires of these devices on the header: of each its signals, then what feeds it."""
-    fittings = tuple(fittings)
+def wiring_of(bindings: Iterable[DeviceBinding]) -> Wiring:
+    """Return the wires of these devices on the header: for each device its signals, then its supply."""
+    bindings = tuple(bindings)
     wires: list[Wire] = []
-    for fitting in fittings:
-        signals = list(_signal_wires(fitting))
+    for binding in bindings:
+        signals = list(_signal_wires(binding))
         wires += signals
-        wires += _supply_wires(fitting, signals, taken=Counter(wire.pads[0] for wire in wires if wire.pads))
-    notes = ((fitting.name, note) for fitting in fittings for note in (*fitting.notes, *_gpio_notes(fitting)))
+        wires += _supply_wires(binding, signals, taken=Counter(wire.pads[0] for wire in wires if wire.pads))
+    notes = ((binding.name, note) for binding in bindings for note in (*binding.notes, *_gpio_notes(binding)))
     return Wiring(HEADER, wires, tuple(notes))
 
 
-def count_wires(fittings: Sequence[DeviceBinding]) -> str:
-    """Return how many devices and wires these are, in words."""
-    return f"{len(fittings)} devices, {sum(len(fitting.connections) for fitting in fittings)} wires"
+def count_wires(bindings: Sequence[DeviceBinding]) -> str:
+    """Return the numbers of devices and wires, such as ``6 devices, 14 wires``."""
+    return f"{len(bindings)} devices, {sum(len(binding.connections) for binding in bindings)} wires"
 
 
 def pads_of(name: str) -> tuple[int, ...]:
@@ -91,35 +90,35 @@ def pads_of(name: str) -> tuple[int, ...]:
     return tuple(pad.number for pad in HEADER if pad.name == name)
 
 
-def _signal_wires(fitting: DeviceBinding) -> Iterator[Wire]:
-    for connection in fitting.connections:
+def _signal_wires(binding: DeviceBinding) -> Iterator[Wire]:
+    for connection in binding.connections:
         for wire in (connection, *lines_of(connection)):
             place = str(wire)
-            yield Wire(fitting.name, _label(fitting), wire.signal, place, pads_of(_RENAMED.get(place, place)))
+            yield Wire(binding.name, _label(binding), wire.signal, place, pads_of(_RENAMED.get(place, place)))
 
 
-def _gpio_notes(fitting: DeviceBinding) -> Iterator[str]:
-    places = {wire.where for wire in _signal_wires(fitting)}
-    if any(map(is_header_port, fitting.connections)):
+def _gpio_notes(binding: DeviceBinding) -> Iterator[str]:
+    places = {wire.where for wire in _signal_wires(binding)}
+    if any(map(is_header_port, binding.connections)):
         yield PORT_NOTE
     yield from (note for gpios, note in GPIO_NOTES.items() if places & {f"GPIO {gpio}" for gpio in gpios})
 
 
-def _supply_wires(fitting: DeviceBinding, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:
-    """Yield what feeds a device, on the pads that fewest wires go to and that are nearest to its signals."""
+def _supply_wires(binding: DeviceBinding, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:
+    """Yield a device's supply wires, on the pads with the fewest wires that are nearest to its signals."""
     rows = [_row(pad) for wire in signals for pad in wire.pads] or [1]
     middle = sum(rows) / len(rows)
-    for name in fitting.driver.supply:
+    for name in binding.driver.supply:
         pads = sorted(pads_of(name), key=lambda pad: (taken[pad], abs(_row(pad) - middle)))
-        yield Wire(fitting.name, _label(fitting), "ground" if name == "ground" else "supply", name, tuple(pads))
+        yield Wire(binding.name, _label(binding), "ground" if name == "ground" else "supply", name, tuple(pads))
 
 
 def _row(pad: int) -> int:
     return (pad + 1) // 2
 
 
-def _label(fitting: DeviceBinding) -> str:
-    return f"{fitting.description.kind.replace('_', ' ')}, {fitting.driver.name}"
+def _label(binding: DeviceBinding) -> str:
+    return f"{binding.description.kind.replace('_', ' ')}, {binding.driver.name}"
 
 
 def _on_header(number: int) -> int:
@@ -134,30 +133,37 @@ def _refuse(number: int | str) -> NoReturn:
 
 
 GPIOS = range(28)
-"""Those on the header, the same on every board since the B+. Source: https://pinout.xyz."""
+"""The GPIOs on the header of every board since the B+. Source: https://pinout.xyz."""
 
 PULLED_UP = range(9)
-"""Inputs with a pull-up, until a program drives them: the others have a pull-down.
+"""GPIOs with a pull-up until a program drives them; the others have a pull-down.
 Source: BCM2835 ARM Peripherals, 6.2, the column Pull; the same on a Pi 5."""
 
 HELD_UP = (2, 3)
-"""Of these, those with a resistor of 1.8 kΩ to 3.3 V on the board besides, for I²C."""
+"""GPIOs with a resistor of 1.8 kΩ to 3.3 V on the board, for I²C."""
 
 Gpio = Annotated[
     int, AfterValidator(_on_header), Field(description="the number of a GPIO on the header (BCM), 0 to 27")
 ]
-"""A pin in a robot's file."""
+"""The type of a GPIO in a robot's file."""
 
 
 def gpio(signal: str, number: int, *, is_shared: bool = False, instead: str = "") -> Connection:
-    """Return the wire from a device's ``signal`` to a GPIO."""
+    """Return the wire from a device's ``signal`` to a GPIO.
+
+    is_shared: whether several devices may use the GPIO.
+    instead: another remedy for a GPIO that is used twice.
+
+    >>> str(gpio("trigger", 23))
+    'GPIO 23'
+    """
     return Connection(signal, "GPIO", str(number), is_shared, instead)
 
 
 def on_header(wire: Connection) -> tuple[Connection, ...]:
-    """Return which pins a wire takes that is a serial port's.
+    """Return the pins that a wire occupies if it is the header's serial port; else none.
 
-    Raises ValueError, the fault, a semicolon and the remedy, for a wire to a GPIO that is none of the header's.
+    Raises ValueError ("fault; remedy") if the wire goes to a GPIO that is not on the header.
     """
     if wire.bus == "GPIO" and wire.where not in map(str, GPIOS):
         _refuse(int(wire.where) if wire.where.isdecimal() else wire.where)
@@ -165,27 +171,27 @@ def on_header(wire: Connection) -> tuple[Connection, ...]:
 
 
 HEADER_PORTS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
-"""``serial0`` up to a Pi 4, where it is one of the other two; ``ttyAMA0`` on a Pi 5."""
+"""The names of the header's port: ``serial0`` up to a Pi 4, a link to one of the other two; ``ttyAMA0`` on a Pi 5."""
 
 _PORT_LINES = (("sends", "14"), ("hears", "15"))
 """TXD and RXD."""
 
 
 PORT_NOTE = (
-    "The port sends on GPIO 14, to the board's RX, and hears on GPIO 15, from its TX, both at 3.3 V: a TX of 5 V, such "
-    "as an Arduino Uno's, needs a divider, 1 kΩ to GPIO 15 and 2 kΩ from there to ground, or the board goes on USB. On "
-    "a Pi 5 the port is /dev/ttyAMA0."
+    "The port sends on GPIO 14, to the board's RX, and receives on GPIO 15, from its TX, both at 3.3 V. A TX of 5 V, "
+    "such as an Arduino Uno's, needs a divider: 1 kΩ to GPIO 15, and 2 kΩ from there to ground. Or connect the board "
+    "by USB. On a Pi 5 the port is /dev/ttyAMA0."
 )
-"""What whoever connects something to it must know."""
+"""The note in the wiring of a device on the header's port."""
 
 
 def is_header_port(wire: Connection) -> bool:
-    """Return whether a device's wire is the port on the header, by the name that it has there."""
+    """Return whether a wire is the header's serial port, by its name."""
     return wire.bus == "serial" and wire.where in HEADER_PORTS
 
 
 def lines_of(wire: Connection) -> tuple[Connection, ...]:
-    """Return the pins that a wire takes as a port; none where it is no port on the header."""
+    """Return the two pins of a wire to the header's serial port; none for other wires."""
     if not is_header_port(wire):
         return ()
     return tuple(

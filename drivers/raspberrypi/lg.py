@@ -1,4 +1,4 @@
-"""lgpio, the library that talks to the kernel's GPIO chips, without what importing it leaves behind."""
+"""Import lgpio, the library for the kernel's GPIO chips, without its side effects; find the header's chip."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from threading import Lock
 from types import ModuleType
 
 FIFO_FOLDER = "LG_WD"
-"""Names the folder in which lgpio makes its FIFO, by default the working directory."""
+"""The environment variable with the folder of lgpio's FIFO, by default the working directory."""
 
-STUB = "pip took an empty one, without gpiochip_open"
-"""PyPI's 0.0.0.2 is the newest that fits where there is neither a wheel nor a compiler: one empty file."""
+STUB = "pip installed an empty lgpio, without gpiochip_open"
+"""pip installs lgpio 0.0.0.2, one empty file, if it finds neither a wheel nor a compiler."""
 
 HEADER_DRIVERS = ("pinctrl-rp1", "pinctrl-bcm2835")
-"""The kernel's drivers of the chip that has the header: on a Pi 5, and before. Source: github.com/raspberrypi/linux."""
+"""The kernel's drivers of the header's chip: on a Pi 5, and on older boards. Source: github.com/raspberrypi/linux."""
 
 _ROOT = Path("/")
 _PI_5 = 0x17
 """The model in a revision code. Source: github.com/raspberrypi/documentation, revision-codes.adoc."""
 
 LINE = "anon_inode:gpio-line"
-"""How the link in /proc/PID/fd of a handle of lines begins. Source: Linux, drivers/gpio/gpiolib-cdev.c."""
+"""In /proc/PID/fd, the link of a handle of GPIO lines begins so. Source: Linux, drivers/gpio/gpiolib-cdev.c."""
 
 _FILES = Path("/proc/self/fd")
 _LOADING = Lock()
-"""The guardian opens its cutoffs at once, each in a thread of its own."""
+"""The guardian's cutoffs import lgpio at the same time, each in a thread."""
 
 
 def load() -> ModuleType:
-    """Import lgpio; raises ImportError where it is missing, or is the empty one of PyPI."""
+    """Import lgpio; raises ImportError if it is missing, or is PyPI's empty one."""
     with _LOADING:
         if "lgpio" not in sys.modules:
             with _private_fifo():
@@ -47,10 +47,10 @@ def load() -> ModuleType:
 
 
 def chip_number(root: Path = _ROOT) -> int:
-    """Return which /dev/gpiochip has the header's pins: the one whose driver is the header's.
+    """Return the number of the /dev/gpiochip with the header's pins, found by the name of its driver.
 
-    A Pi 5 has had it as 4, as 0, and beyond 10, and other chips of its own by these numbers: on them are Wi-Fi and the
-    card's supply. Where the kernel does not tell, it is by the rule of gpiozero's LGPIOFactory.
+    On a Pi 5 the number depends on the kernel: 4, 0, or above 10. The other chips switch Wi-Fi and the card's supply.
+    If the kernel gives no driver, the rule of gpiozero's LGPIOFactory decides.
     Source: https://github.com/raspberrypi/linux/pull/6144, https://github.com/adafruit/Adafruit_Blinka/issues/1119.
     """
     numbers = {driver: number for number, driver in chips(root)}
@@ -59,7 +59,7 @@ def chip_number(root: Path = _ROOT) -> int:
 
 
 def header_driver(root: Path = _ROOT) -> str | None:
-    """Return the name of the kernel's driver of the header, where the kernel tells."""
+    """Return the kernel's driver of the header's chip; None if the kernel names none."""
     drivers = [driver for _, driver in chips(root)]
     return next((driver for driver in HEADER_DRIVERS if driver in drivers), None)
 
@@ -83,10 +83,10 @@ def _chip_by_rule() -> int:
 
 @contextmanager
 def _private_fifo() -> Iterator[None]:
-    """Give lgpio a folder of its own for its FIFO, needed while it is opened, and come back to the working directory.
+    """Give lgpio a temporary folder for its FIFO during the import, and restore the working directory after it.
 
-    The library makes the folder its working directory (lgUtil.c), cannot replace a FIFO there that is another user's,
-    and takes any for its own that a process beside it has just made (lgNotify.c).
+    lgpio makes the folder its working directory (lgUtil.c). It cannot replace a FIFO of another user there, and it
+    uses a FIFO that another process has just made as its own (lgNotify.c).
     """
     before = os.environ.get(FIFO_FOLDER)
     here = os.open(".", os.O_RDONLY)
@@ -103,13 +103,13 @@ def _private_fifo() -> Iterator[None]:
 
 
 def release_lines() -> None:
-    """Let go of every line: a copy of the app's process must not keep motors on that the app has turned on.
+    """Close the handles of all GPIO lines in a fork, which must not hold the lines of motors that turn.
 
-    Each gives way to a file of nothing, so that its number is not given to a file that lgpio would take for its own.
+    /dev/null takes each handle's number, because lgpio would use any other file of that number as its handle.
     """
     nothing = os.open(os.devnull, os.O_RDWR)
     for file in tuple(_FILES.iterdir()):
-        with suppress(OSError):  # the folder's own, gone by now
+        with suppress(OSError):  # the handle of the folder itself is closed by now
             if str(file.readlink()).startswith(LINE):
                 os.dup2(nothing, int(file.name), inheritable=False)
     os.close(nothing)

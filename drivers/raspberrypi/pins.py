@@ -1,4 +1,4 @@
-"""The pin factory (gpiozero's own on lgpio, never another one), and the errors of its pins as errors of a device."""
+"""Open gpiozero's pin factory on lgpio, and translate errors of its pins to errors of a device."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 LGPIO = "lgpio"
 OTHERS = ("rpigpio", "pigpio", "native", "mock")
-"""What gpiozero has besides. The first three go past the kernel, which then knows of no holder of a line."""
+"""gpiozero's other libraries. The first three bypass the kernel, which then cannot name the holder of a line."""
 
 _SETTING = "GPIOZERO_PIN_FACTORY"
 
@@ -33,14 +33,15 @@ _SETTING = "GPIOZERO_PIN_FACTORY"
 def open_pins(library: str | None = None) -> Factory:
     """Return gpiozero's pin factory on lgpio; its ``close`` frees every line.
 
-    Raises UsageError where another library is asked for, here or by gpiozero's own setting: no other process could take
-    its lines and stop the motors. Raises BackendMissingError where lgpio is not installed, BackendError where it cannot
-    get at the pins.
+    library: the name of the library; by default that of GPIOZERO_PIN_FACTORY, else lgpio.
+
+    Raises UsageError for any other library: no other process could take its lines and stop the motors. Raises
+    BackendMissingError if lgpio is not installed, and BackendError if this user cannot open the pins.
     """
     name = library or os.environ.get(_SETTING) or LGPIO
     if name in OTHERS:
         raise UsageError(
-            f"pin factory {name!r}: nobody could stop its motors when this program cannot. Take lgpio: "
+            f"pin factory {name!r}: no other process could stop its motors if this program hangs. Take lgpio: "
             f"--option pin_factory=lgpio, or unset {_SETTING}. {AT_THE_DESK}",
             kind="pin-factory-unsafe",
             pin_factory=name,
@@ -55,7 +56,7 @@ def open_pins(library: str | None = None) -> Factory:
 
 
 def _require_board() -> None:
-    """Raise BackendError where this is no Raspberry Pi: before a library, which elsewhere nobody needs."""
+    """Raise BackendError if this is no Raspberry Pi, before a missing library is reported."""
     from gpiozero.exc import PinUnknownPi
     from gpiozero.pins.local import get_pi_revision
 
@@ -70,7 +71,7 @@ def _on_lgpio() -> Factory:
     from gpiozero.pins.lgpio import LGPIOFactory
 
     try:
-        return LGPIOFactory(chip_number())  # the guardian's too: lines of one number on two chips are different lines
+        return LGPIOFactory(chip_number())  # as the guardian: line 17 of another chip is another line
     except lgpio.error as error:
         raise BackendError(explain_closed_chip(chip_number()), kind="gpio-chip-closed") from error
 
@@ -80,9 +81,9 @@ _REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --sy
 
 @contextmanager
 def translate_pin_errors(device: str, gpios: Sequence[int]) -> Iterator[None]:
-    """Open what a device has on these GPIOs; where that fails, raise DeviceError, with what to do.
+    """Raise errors of the block as DeviceError, with the GPIOs and a remedy.
 
-    Claim them one by one where they are to be told apart: the libraries do not say which one it was.
+    Errors of the libraries do not name the GPIO: claim one GPIO in each block.
     """
     try:
         yield
@@ -93,9 +94,9 @@ def translate_pin_errors(device: str, gpios: Sequence[int]) -> Iterator[None]:
 
 
 def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> DeviceError:
-    """Return the error for what gpiozero or lgpio raised at the pins of a device.
+    """Return the DeviceError for an error of gpiozero or lgpio at the pins of a device.
 
-    The two have no error in common, and lgpio's (``'GPIO busy'``) tells of its kind in words only.
+    The two libraries share no error class, and lgpio gives only a text such as ``'GPIO busy'``.
     """
     from gpiozero import GPIOPinInUse
 
@@ -103,7 +104,7 @@ def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> Devi
     if isinstance(error, GPIOPinInUse):
         return DeviceError(
             device,
-            f"{where} is in use in this program already. Close what has it first",
+            f"{where} is already in use in this program. Close the device that uses it first",
             kind="gpio-in-use",
             gpios=tuple(gpios),
         )
@@ -113,7 +114,7 @@ def build_pin_error(device: str, gpios: Sequence[int], error: Exception) -> Devi
     cause = f"{type(error).__name__}: {error}".removesuffix(": ")
     return DeviceError(
         device,
-        f"{where} failed ({cause}). Look at the wiring in the robot's file, and run robotcore doctor",
+        f"{where} failed ({cause}). Check the wiring in the robot's file, and run robotcore doctor",
         kind="gpio-failed",
         gpios=tuple(gpios),
     )
@@ -124,10 +125,10 @@ _STOP_PAUSE_S = 0.01
 
 
 def stop_edge_detection(pin: Pin) -> None:
-    """Tell nobody of a pin's edges from now on.
+    """Stop the callbacks for a pin's edges.
 
-    lgpio frees the line and claims it anew. Where its own thread is just waiting for edges, the kernel lets the line go
-    only when that is back, and until then it is busy. Raises what the library raises where that goes on for a second.
+    lgpio frees the line and claims it again. The line stays busy until lgpio's own thread returns from its wait for
+    edges. Raises the library's error if the line stays busy for a second.
     """
     for _ in range(_STOP_ATTEMPTS):
         if _try_stop(pin):

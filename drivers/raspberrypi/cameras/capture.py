@@ -1,4 +1,4 @@
-"""Capture in the background: hold the exposure, convert pictures into frames, reopen after a failure."""
+"""Capture pictures in the background: hold the exposure, convert pictures to frames, reopen after a failure."""
 
 from __future__ import annotations
 
@@ -19,35 +19,35 @@ from robotcore.hardware import LatestSample
 from robotcore.threads import start_thread
 
 STEADY_SHOTS = 10
-"""Settled is what has not moved for as many pictures: a third of a second, longer than a camera takes to react."""
+"""Exposure has settled if it is constant in this many pictures, which take longer than a camera's reaction."""
 
 STEADY_RATIO = 1.03
-"""Between the greatest and the smallest of them; the noise of a picture's mean is far below."""
+"""The largest ratio between values that count as constant. The noise of a picture's mean is far smaller."""
 
 DARK = 4.0
-"""So many levels of 255 are added before a ratio is taken: black is noise, and divides by nothing."""
+"""Levels of 255 that are added before a ratio is taken, so that noise in black pictures does not matter."""
 
 FRAMES_IN_FLIGHT = 8
-"""As many pictures may be under way, taken by what was set before: libcamera's queue and the sensor's own delay.
+"""This many pictures after a change may still have the old settings: libcamera's queue and the sensor's delay.
 Source: https://github.com/raspberrypi/libcamera, src/ipa/rpi: two frames of delay; picamera2: six buffers."""
 
 BRIGHTNESS_TOLERANCE = 1.25
-"""A picture whose brightness changes by more when it is held was not held where it was."""
+"""If holding changes the brightness by a larger factor, the camera held other values."""
 
 _log = logging.getLogger(__name__)
 
 
 class ExposureLock:
-    """Brings a source to a picture that stays as it is. What it does not manage is a warning, once."""
+    """Opens a source, waits until its exposure has settled, and holds it. Each problem is logged once."""
 
     def __init__(self, source: Source, settings: CameraSettings, clock: Clock) -> None:
         self._source, self._settings, self._clock = source, settings, clock
         self._warned: set[str] = set()
 
     def begin(self) -> Shot:
-        """Open the source; return its first picture, settled and held where that is asked for."""
+        """Open the source; return its first picture, with held exposure if the settings ask for that."""
         if untaken := self._source.open():
-            self._warn(f"does not take {', '.join(untaken)}; take it out of the robot's file")
+            self._warn(f"does not accept {', '.join(untaken)}; remove it from the robot's file")
         shot = self._source.shoot()
         if not self._settings.lock:
             return shot
@@ -68,10 +68,12 @@ class ExposureLock:
         for _ in range(FRAMES_IN_FLIGHT):
             after = self._source.shoot()
         if refused:
-            self._warn(f"does not let its {' and '.join(refused)} be held; colours may drift as the robot drives")
+            self._warn(f"cannot hold its {' and '.join(refused)}; colours may drift as the robot drives")
         change = (after.image.mean() + DARK) / (before.image.mean() + DARK)
         if not 1 / BRIGHTNESS_TOLERANCE < change < BRIGHTNESS_TOLERANCE:
-            self._warn(f"became {change:.1f} times as bright when it was held; set exposure_s by hand, or lock = false")
+            self._warn(
+                f"became {change:.1f} times as bright when its exposure was held; set exposure_s, or lock = false"
+            )
         return after
 
     def _warn(self, words: str) -> None:
@@ -81,7 +83,7 @@ class ExposureLock:
 
 
 def _is_steady(states: Sequence[ExposureState]) -> bool:
-    """Return whether nothing has moved for long enough, and the camera says nothing else."""
+    """Return whether the values are constant for long enough, and the camera does not report otherwise."""
     if len(states) < STEADY_SHOTS or states[-1].is_settled is False:
         return False
     courses = zip(*(state.values for state in states), strict=True)
@@ -89,17 +91,17 @@ def _is_steady(states: Sequence[ExposureState]) -> bool:
 
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 2.0
-"""A camera that failed is tried again after this long, then after twice as long, up to the longest."""
+"""A camera that failed is opened again after this long, then after twice as long, up to the longest."""
 
 CLOSING_S = 1.0
-"""A camera that hangs does not keep a robot from being closed for longer."""
+"""Closing a robot waits no longer for a camera that hangs."""
 
 
 class CapturingCamera(Camera):
-    """Hands out the newest picture of a source.
+    """Returns the newest picture of a source.
 
-    The work that is polled waits for the next picture. It is due twice a frame, so that it waits for the camera and
-    no picture for it. Where the source fails, `read` raises why, and it is opened again until that succeeds.
+    A background task waits for the next picture. It is due twice a frame, so that no picture waits for the task. If
+    the source fails, `read` raises the error, and the task opens the source again until that succeeds.
     """
 
     def __init__(self, description: CameraDescription, settings: CameraSettings, source: Source, clock: Clock) -> None:
@@ -113,9 +115,9 @@ class CapturingCamera(Camera):
         self._retry_at, self._retry_s = 0.0, RETRY_S
 
     def open(self) -> None:
-        """Wait for the first picture, settled and held; raises DeviceError, and then it is closed again."""
+        """Open the camera and wait for its first picture; if that fails, close the camera and raise DeviceError."""
         try:
-            first = self._attempt(self._begin)
+            first = self._attempt(self._open_source)
         except BaseException:
             self._source.close()
             raise
@@ -134,10 +136,10 @@ class CapturingCamera(Camera):
             return
         closing.join(CLOSING_S)
         if closing.is_alive():
-            _log.warning("%s: the camera hangs; it is let go when it answers, or when the program has ended", self.name)
+            _log.warning("%s: the camera hangs; it will be closed when it answers, or when the program ends", self.name)
 
     def _close_source(self) -> None:
-        """Close the source as soon as nobody waits for a picture of it: no library bears that in between."""
+        """Close the source when the background task does not use it: a close during a capture crashes the libraries."""
         with self._in_use:
             self._source.close()
 
@@ -146,17 +148,17 @@ class CapturingCamera(Camera):
             if self._is_closed or (not self._is_running and self._clock.now() < self._retry_at):
                 return
             try:
-                self._frames.put(self._next() if self._is_running else self._begin())
-            except Exception as failure:  # noqa: BLE001  whatever a camera's library raises, `read` tells it
+                self._frames.put(self._shoot() if self._is_running else self._open_source())
+            except Exception as failure:  # noqa: BLE001  `read` raises every error of the library
                 self._frames.fail(failure)
                 self._schedule_retry()
 
-    def _begin(self) -> Frame:
+    def _open_source(self) -> Frame:
         frame = self._converter.frame(self._exposure_lock.begin())
         self._is_running, self._retry_s = True, RETRY_S
         return frame
 
-    def _next(self) -> Frame:
+    def _shoot(self) -> Frame:
         return self._converter.frame(self._source.shoot())
 
     def _schedule_retry(self) -> None:
@@ -167,7 +169,7 @@ class CapturingCamera(Camera):
 
 
 class FrameConverter:
-    """Turns shots into frames as the camera is described, and numbers them from 0."""
+    """Converts pictures to frames of the described size and orientation, numbered from 0."""
 
     def __init__(self, description: CameraDescription, settings: CameraSettings) -> None:
         self._description = description
@@ -175,7 +177,7 @@ class FrameConverter:
         self._count = 0
 
     def frame(self, shot: Shot) -> Frame:
-        """Return the next frame; raises DeviceError where the shot shows another field of view than is described."""
+        """Return the next frame; raises DeviceError if the picture has another aspect ratio than the description."""
         image = np.ascontiguousarray(self._flip_image(self._resize(shot.image)))
         image.flags.writeable = False
         frame = Frame(image, shot.time, self._count)
@@ -189,8 +191,8 @@ class FrameConverter:
         if abs(description.width_px * height / width - description.height_px) > 1:
             raise DeviceError(
                 description.name,
-                f"it gives {width}x{height} px, the robot's description says "
-                f"{description.width_px}x{description.height_px}: another shape, so another field of view. "
+                f"its pictures have {width}x{height} px, and the robot's description has "
+                f"{description.width_px}x{description.height_px}: another aspect ratio, so another field of view. "
                 "Set width_px and height_px to a size that the camera has",
                 kind="camera-shape",
             )
@@ -208,7 +210,7 @@ class FrameConverter:
 
 
 def _flip_code(settings: CameraSettings) -> int | None:
-    """Return OpenCV's code: 1 about the vertical axis, 0 about the horizontal one, -1 about both, None about none."""
+    """Return the code for `cv2.flip`: 1 mirrors left and right, 0 top and bottom, -1 both; None does not flip."""
     is_mirrored = settings.flip_horizontal != settings.rotate_180
-    is_on_its_head = settings.flip_vertical != settings.rotate_180
-    return {(True, True): -1, (True, False): 1, (False, True): 0}.get((is_mirrored, is_on_its_head))
+    is_upside_down = settings.flip_vertical != settings.rotate_180
+    return {(True, True): -1, (True, False): 1, (False, True): 0}.get((is_mirrored, is_upside_down))

@@ -1,7 +1,7 @@
 """A camera on the Pi's ribbon connector, by picamera2.
 
-What is asked of picamera2: https://github.com/raspberrypi/picamera2, picamera2/picamera2.py and request.py; what the
-controls mean: https://libcamera.org/api-html/namespacelibcamera_1_1controls.html.
+Source of the calls: https://github.com/raspberrypi/picamera2, picamera2/picamera2.py and request.py.
+Source of the controls: https://libcamera.org/api-html/namespacelibcamera_1_1controls.html.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from robotcore.hal.clock import Clock
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 BGR = "RGB888"
-"""picamera2 names a format by its bytes from the last to the first: in an array, this one is blue, green, red.
+"""picamera2 names formats by their bytes in reverse: an array of this format is blue, green, red.
 Source: https://github.com/raspberrypi/picamera2/issues/848."""
 
 PICTURE_TIMEOUT_S = 2.0
-"""A camera that gives no picture for as long hangs; the longest exposure that can be set is half of it."""
+"""A camera without a picture for this long hangs. The longest exposure in a robot's file is half of it."""
 
 SEARCHING = 1
-"""AeState of libcamera 0.5 and newer; before, there was AeLocked."""
+"""A value of AeState, since libcamera 0.5. Older versions have AeLocked."""
 
 SETTINGS = {
     "FrameDurationLimits": "fps",
@@ -35,14 +35,17 @@ SETTINGS = {
     "AnalogueGain": "gain",
     "ColourGains": "colour_gains",
 }
-"""libcamera's controls, and what sets them in a robot's file."""
+"""libcamera's controls, and their keys in a robot's file."""
 
 HELD = {"ExposureTime": "exposure", "AnalogueGain": "gain", "ColourGains": "white balance"}
-"""What exposure and white balance come to: controls, which a picture's metadata tells too."""
+"""The controls that hold exposure and white balance. A picture's metadata has them too."""
 
 
 class CsiSource(Source):
-    """A picture's time is the sensor's: when its first row was read out, after its exposure, to a millisecond."""
+    """Takes pictures by picamera2.
+
+    A picture's time is the sensor's stamp of the first row's readout, after the exposure, to a millisecond.
+    """
 
     def __init__(self, description: CameraDescription, settings: PiCameraSettings, clock: Clock) -> None:
         super().__init__(description.name)
@@ -53,23 +56,23 @@ class CsiSource(Source):
         library, number = import_picamera2(self.name), self._settings.camera
         require_camera(self.name, library, number)
         self._stamps = TimestampConverter(self._clock)
-        asked = _controls(self._settings)
+        requested = _controls(self._settings)
         try:
             self._camera = library.Picamera2(number)
-            known = self._select_known(asked)
+            known = self._select_known(requested)
             self._camera.configure(self._configuration(known))
             self._camera.start()
         except (RuntimeError, OSError) as error:
-            words = f"camera {number} cannot be opened ({error}); is another program using it?"
+            words = f"camera {number} cannot be opened ({error}). End any other program that uses it"
             raise DeviceError(self.name, words, kind="camera-not-opened") from error
-        return [SETTINGS[control] for control in asked if control not in known]
+        return [SETTINGS[control] for control in requested if control not in known]
 
     def shoot(self) -> Shot:
         try:
             request = self._camera.capture_request(wait=PICTURE_TIMEOUT_S)
         except TimedOutError as error:
-            self._camera.cancel_all_and_flush()  # else it could not be closed
-            words = f"has given no picture for {PICTURE_TIMEOUT_S:g} s; with the power off, push its ribbon cable home"
+            self._camera.cancel_all_and_flush()  # otherwise the camera cannot be closed
+            words = f"no picture for {PICTURE_TIMEOUT_S:g} s. Switch the power off, and push its ribbon cable fully in"
             raise DeviceError(self.name, words, kind="camera-silent") from error
         try:
             metadata = request.get_metadata()
@@ -97,7 +100,7 @@ class CsiSource(Source):
                 camera.close()
 
     def _select_known(self, controls: Mapping[str, Any]) -> dict[str, Any]:
-        """Return those of the controls that the camera has; picamera2 refuses the others."""
+        """Return the controls that the camera has; picamera2 refuses others."""
         return {name: value for name, value in controls.items() if name in self._camera.camera_controls}
 
     def _configuration(self, controls: Mapping[str, Any]) -> Any:
@@ -111,7 +114,7 @@ class CsiSource(Source):
 
 
 def _controls(settings: PiCameraSettings) -> dict[str, Any]:
-    """Return what the settings ask for, in libcamera's units: microseconds."""
+    """Return the controls for the settings, in libcamera's unit: microseconds."""
     frame_us = round(1e6 / settings.fps)
     exposure_us = None if settings.exposure_s is None else round(settings.exposure_s * 1e6)
     controls = {
@@ -126,11 +129,11 @@ def _controls(settings: PiCameraSettings) -> dict[str, Any]:
 REMEDY = "On the Pi: sudo apt install python3-picamera2, and a venv made with --system-site-packages"
 
 OTHER_NUMPY = "In the venv: pip install 'numpy<2' 'opencv-python-headless<4.12'"
-"""Raspberry Pi OS 12 builds its picamera2 for NumPy 1.24; a later OpenCV wants NumPy 2."""
+"""Raspberry Pi OS 12 builds picamera2 for NumPy 1.24. A later OpenCV needs NumPy 2."""
 
 
 def import_picamera2(camera: str) -> Any:
-    """Return the module picamera2; raises DeviceError where it is missing, or built for another NumPy."""
+    """Return the module picamera2; raises DeviceError if it is missing, or built for another NumPy."""
     try:
         import picamera2
     except ImportError as error:
@@ -147,34 +150,34 @@ def import_picamera2(camera: str) -> Any:
 
 
 def require_camera(camera: str, library: ModuleType, number: int) -> None:
-    """Raise DeviceError where the Pi has no camera of that number."""
-    there = library.Picamera2.global_camera_info()
-    if number < len(there):
+    """Raise DeviceError if the Pi has no camera of this number."""
+    found = library.Picamera2.global_camera_info()
+    if number < len(found):
         return
-    cameras = ", ".join(f"{index} ({camera['Model']})" for index, camera in enumerate(there))
-    offer = f"there are: {cameras}" if cameras else "there is none: with the power off, look at its ribbon cable"
+    cameras = ", ".join(f"{index} ({camera['Model']})" for index, camera in enumerate(found))
+    offer = f"It has: {cameras}" if cameras else "It has none. Switch the power off, and check the ribbon cable"
     raise DeviceError(
         camera,
-        f"the Pi has no camera {number}; {offer}. rpicam-hello --list-cameras tells the same",
+        f"the Pi has no camera {number}. {offer}. List cameras: rpicam-hello --list-cameras",
         kind="camera-missing",
     )
 
 
 Mode = Mapping[str, Any]
-"""As picamera2 tells it: ``size``, ``bit_depth``, ``fps`` at most, and of the sensor ``crop_limits`` (x, y, w, h)."""
+"""A mode of picamera2: ``size``, ``bit_depth``, the highest ``fps``, and the sensor's ``crop_limits`` (x, y, w, h)."""
 
 
 def widest_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
-    """Return the smallest mode that sees all that the sensor sees, at such a rate or else as fast as it can.
+    """Return the smallest mode that uses the whole sensor at this rate, or else the fastest one.
 
-    By itself, libcamera takes the mode that is nearest to the picture's size: a small picture comes from a crop out of
-    the middle, with half the field of view.
+    Without this, libcamera takes the mode nearest to the picture's size. A small picture would be a crop of the
+    middle, with half the field of view.
     """
     usable = [mode for mode in modes if "crop_limits" in mode]
     if not usable:
         return None
-    seen = max(_area(mode["crop_limits"][2:]) for mode in usable)
-    wide = [mode for mode in usable if _area(mode["crop_limits"][2:]) == seen]
+    widest = max(_area(mode["crop_limits"][2:]) for mode in usable)
+    wide = [mode for mode in usable if _area(mode["crop_limits"][2:]) == widest]
     quick = [mode for mode in wide if mode["fps"] >= fps]
     if not quick:
         return max(wide, key=lambda mode: mode["fps"])
@@ -198,7 +201,6 @@ class PiCamera(DeviceDriver[CameraDescription, PiCameraSettings]):
     remedy = REMEDY
 
     def open(self, description: CameraDescription, settings: PiCameraSettings, host: Host) -> CapturingCamera:
-
         camera = CapturingCamera(description, settings, CsiSource(description, settings, host.clock), host.clock)
         camera.open()
         return camera

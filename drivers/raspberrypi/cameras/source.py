@@ -17,17 +17,23 @@ Seconds = Annotated[float, Field(gt=0, le=1)]
 
 
 class CameraSettings(StrictModel):
-    """How a camera is mounted, and how its exposure and its white balance are found.
-
-    With ``lock``, both are held as soon as they have settled, after ``settle_s`` at the latest: a colour that drifts is
-    the most common reason why a real robot does not see what it looks for. ``exposure_s`` is set by hand.
-    """
+    """The mounting, the exposure and the white balance of a camera."""
 
     fps: Annotated[float, Field(ge=1, le=240)] = 30.0
+    """Pictures a second."""
+
     lock: bool = True
+    """Hold exposure and white balance when they have settled. Drifting colours are a common cause of missed targets."""
+
     settle_s: Annotated[float, Field(gt=0, le=30)] = 2.0
+    """Hold them after this many seconds at the latest."""
+
     exposure_s: Seconds | None = None
+    """A fixed exposure."""
+
     rotate_180: bool = False
+    """The camera is mounted upside down."""
+
     flip_horizontal: bool = False
     flip_vertical: bool = False
 
@@ -37,11 +43,16 @@ Gains = Annotated[tuple[Gain, Gain], Field(description="[red, blue]")]
 
 
 class PiCameraSettings(CameraSettings):
-    """Which of the Pi's cameras, and what is set by hand: the sensor's gain, and the gains of red and of blue."""
+    """The settings of a camera on the Pi's connector."""
 
     camera: Annotated[int, Field(ge=0, le=7)] = 0
+    """Its number, as ``rpicam-hello --list-cameras`` prints it."""
+
     gain: Annotated[float, Field(ge=1, le=64)] | None = None
+    """A fixed gain of the sensor."""
+
     colour_gains: Gains | None = None
+    """A fixed white balance: the gains of red and of blue."""
 
 
 def _path(device: str | int) -> str | int:
@@ -58,16 +69,19 @@ Node = Annotated[
 
 
 class UsbCameraSettings(CameraSettings):
-    """Which camera, and what is set by hand: the gain in the camera's own unit, the white balance in kelvin.
-
-    A name in ``/dev/v4l/by-id`` stays the camera's own whatever else is plugged in. ``pixel_format`` is V4L2's four
-    letters; MJPG lets large pictures through USB at full rate.
-    """
+    """The settings of a camera on USB."""
 
     device: Node = "/dev/video0"
+    """A name in ``/dev/v4l/by-id`` stays the same if other cameras are plugged in."""
+
     pixel_format: Annotated[str, Field(pattern=r"^[A-Z0-9]{4}$")] | None = None
+    """V4L2's four letters. With MJPG, USB can carry large pictures at full rate."""
+
     gain: Annotated[int, Field(ge=0)] | None = None
+    """A fixed gain, in the camera's own unit."""
+
     white_balance_k: Annotated[int, Field(ge=1000, le=20000)] | None = None
+    """A fixed white balance in kelvin."""
 
     @property
     def path(self) -> Path:
@@ -75,27 +89,32 @@ class UsbCameraSettings(CameraSettings):
 
 
 class Shot(NamedTuple):
-    """A picture as the camera took it: BGR, its moment on the robot's clock, and what the camera tells of it."""
+    """A picture from a camera."""
 
     image: Image
+    """BGR, as the camera gives it."""
+
     time: float
+    """The time of capture on the robot's clock, in seconds."""
+
     metadata: Mapping[str, Any] = {}
+    """The camera's data about this picture, such as picamera2's metadata."""
 
 
 class ExposureState(NamedTuple):
-    """How far exposure and white balance have settled.
-
-    ``values`` come to rest then; ``is_found`` is the camera's own word on it, None where it has none.
-    """
+    """The state of exposure and white balance in a picture."""
 
     values: tuple[float, ...]
+    """Values that stay constant when exposure and white balance have settled."""
+
     is_settled: bool | None = None
+    """Whether the camera reports that they have settled; None if it reports nothing."""
 
 
 class Source(ABC):
-    """A camera that takes pictures one after another; one thread at a time uses it.
+    """The interface to a camera's library. Only one thread at a time may use a source.
 
-    Every method but `close` raises DeviceError by the camera's ``name``.
+    Every method except `close` raises DeviceError with the camera's ``name``.
     """
 
     def __init__(self, name: str) -> None:
@@ -103,37 +122,37 @@ class Source(ABC):
 
     @abstractmethod
     def open(self) -> list[str]:
-        """Let it run, with exposure and white balance by itself where they are not set by hand.
+        """Start the camera, with automatic exposure and white balance unless the settings fix them.
 
-        Return the names of the settings that the camera does not take.
+        Return the names of the settings that the camera does not accept.
         """
 
     @abstractmethod
     def shoot(self) -> Shot:
-        """Wait for the next picture, but not for ever; the memory is the caller's."""
+        """Wait for the next picture, up to a time limit, and return it. Its memory belongs to the caller."""
 
     @abstractmethod
     def read_exposure(self, shot: Shot) -> ExposureState:
-        """Return how far it has settled by a shot."""
+        """Return the state of exposure and white balance in a picture."""
 
     @abstractmethod
     def hold(self, shot: Shot) -> list[str]:
-        """Keep exposure and white balance as they are in this shot; return what the camera does not let itself hold."""
+        """Hold exposure and white balance as in this picture; return the names of those that the camera cannot hold."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let the camera go, whatever state it is in; may be called again. Never raises."""
+        """Close the camera in any state, also twice. Never raises."""
 
 
 FRESH_S = 1.0
-"""A camera's first stamp is not older, where it counts on the kernel's clock."""
+"""A camera whose first stamp is older than this does not use the kernel's clock."""
 
 
 class TimestampConverter:
-    """Turns stamps in CLOCK_MONOTONIC, in seconds, into the robot's time.
+    """Converts stamps of CLOCK_MONOTONIC, in seconds, to the robot's time.
 
-    A camera whose first stamp is not of the last second counts from somewhere else: then the picture's arrival is
-    taken, which is later by exposure and transfer, up to two frames. Every later stamp is believed, however old.
+    If a camera's first stamp is older than a second, the camera uses another clock. Then every picture gets the time of
+    its arrival, which is late by exposure and transfer: up to two frames. Otherwise all later stamps are used.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -141,7 +160,7 @@ class TimestampConverter:
         self._is_trusted: bool | None = None
 
     def time_of(self, monotonic_s: float) -> float:
-        """Return the time of capture, never in the future."""
+        """Return the time of capture on the robot's clock; it is never in the future."""
         now, stamped = self._clock.now(), self._clock.time_of(monotonic_s)
         if self._is_trusted is None:
             self._is_trusted = now - stamped < FRESH_S

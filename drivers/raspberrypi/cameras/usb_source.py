@@ -1,4 +1,4 @@
-"""A camera by OpenCV on V4L2, the kernel's interface to cameras."""
+"""A camera on V4L2, the kernel's interface to cameras, by OpenCV."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import Clock
 
 BUFFERS = 2
-"""One is being filled, one waits to be taken: nothing older is in between."""
+"""The camera fills one buffer while the other waits, so that no picture is older than that."""
 
 BROKEN_IN_A_ROW = 5
-"""A cheap cable breaks a picture now and then, and many a camera its first ones."""
+"""Broken pictures in a row that are skipped: cheap cables and starting cameras give some."""
 
 
 class UsbSource(Source):
-    """A picture's time is the kernel's stamp, of its first bytes: after the exposure, to a millisecond.
+    """Takes pictures by OpenCV.
 
-    A camera that was there, and does not answer any more, is lost, whatever the kernel says of it: while its plug is
-    pulled its file may still be there, and when it is in again its file is another user's for a moment.
+    A picture's time is the kernel's stamp of its first bytes: after the exposure, to a millisecond.
+
+    A camera that was open and stops answering raises DeviceLostError for every cause. Its file may outlive the
+    unplugging for a moment, and after plugging in, the file belongs to root for a moment.
     """
 
     def __init__(self, description: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
@@ -42,16 +44,16 @@ class UsbSource(Source):
         self._capture = capture = cv2.VideoCapture(str(path), cv2.CAP_V4L2)
         if not capture.isOpened():
             raise self._build_error(
-                f"{path} cannot be opened as a camera. Is another program using it (fuser {path})? "
-                "v4l2-ctl --list-devices tells which cameras there are"
+                f"{path} cannot be opened as a camera. End any other program that uses it (fuser {path}). "
+                "List cameras: v4l2-ctl --list-devices"
             )
         self._was_there = True
         self._stamps = TimestampConverter(self._clock)
         self._request_format(capture)
-        return UsbControls(capture).set_by_hand(self._settings)
+        return UsbControls(capture).apply(self._settings)
 
     def shoot(self) -> Shot:
-        assert self._capture is not None, "open comes first"
+        assert self._capture is not None, "the camera is not open"
         for _ in range(BROKEN_IN_A_ROW):
             if not self._capture.grab():
                 break
@@ -61,13 +63,13 @@ class UsbSource(Source):
                 return Shot(np.asarray(image, dtype=np.uint8), time)
         path = self._settings.path
         why = explain_unusable(path, was_there=True)
-        raise self._build_error(why or f"{path} gives no more pictures; look at its plug and its cable")
+        raise self._build_error(why or f"{path} gives no more pictures. Check its plug and its cable")
 
     def read_exposure(self, shot: Shot) -> ExposureState:
         return ExposureState(cv2.mean(shot.image)[:3])
 
     def hold(self, shot: Shot) -> list[str]:
-        assert self._capture is not None, "open comes first"
+        assert self._capture is not None, "the camera is not open"
         return UsbControls(self._capture).hold()
 
     def close(self) -> None:
@@ -79,7 +81,7 @@ class UsbSource(Source):
         return (DeviceLostError if self._was_there else DeviceError)(self.name, fault)
 
     def _request_format(self, capture: cv2.VideoCapture) -> None:
-        """Ask for a format, a size and a rate. V4L2 gives the nearest that the camera has, and never refuses."""
+        """Request a format, a size and a rate. V4L2 sets the nearest that the camera has."""
         if self._settings.pixel_format:
             capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self._settings.pixel_format))
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._description.width_px)
@@ -89,47 +91,47 @@ class UsbSource(Source):
 
 
 AUTO, MANUAL, APERTURE_PRIORITY = 0, 1, 3
-"""V4L2_CID_EXPOSURE_AUTO; webcams, whose aperture is fixed, call their automatic aperture priority."""
+"""Values of V4L2_CID_EXPOSURE_AUTO. Webcams have a fixed aperture: their automatic mode is aperture priority."""
 
 EXPOSURE_UNIT_S = 100e-6
-"""V4L2_CID_EXPOSURE_ABSOLUTE counts in it."""
+"""The unit of V4L2_CID_EXPOSURE_ABSOLUTE."""
 
 
 class UsbControls:
-    """What can be set on a capture that is open. A webcam keeps it when it is closed, until it is unplugged."""
+    """The controls of an open capture. A webcam keeps them until it is unplugged."""
 
     def __init__(self, capture: cv2.VideoCapture) -> None:
         self._capture = capture
 
-    def set_by_hand(self, settings: UsbCameraSettings) -> list[str]:
-        """Set what is set by hand, leave the rest to the camera; return the settings that it does not take."""
-        taken = {}
+    def apply(self, settings: UsbCameraSettings) -> list[str]:
+        """Set the fixed settings, and leave the others automatic; return the settings that the camera refuses."""
+        accepted = {}
         if settings.exposure_s is None:
             self._set(cv2.CAP_PROP_AUTO_EXPOSURE, APERTURE_PRIORITY) or self._set(cv2.CAP_PROP_AUTO_EXPOSURE, AUTO)
         else:
-            taken["exposure_s"] = self._expose(max(1, round(settings.exposure_s / EXPOSURE_UNIT_S)))
+            accepted["exposure_s"] = self._set_exposure(max(1, round(settings.exposure_s / EXPOSURE_UNIT_S)))
         if settings.white_balance_k is None:
             self._set(cv2.CAP_PROP_AUTO_WB, 1)
         else:
-            taken["white_balance_k"] = self._balance(settings.white_balance_k)
+            accepted["white_balance_k"] = self._set_white_balance(settings.white_balance_k)
         if settings.gain is not None:
-            taken["gain"] = self._set(cv2.CAP_PROP_GAIN, settings.gain)
-        return [name for name, is_taken in taken.items() if not is_taken]
+            accepted["gain"] = self._set(cv2.CAP_PROP_GAIN, settings.gain)
+        return [name for name, is_accepted in accepted.items() if not is_accepted]
 
     def hold(self) -> list[str]:
-        """Keep exposure and white balance as they are now; return which of them the camera does not let be held."""
+        """Hold exposure and white balance as they are now; return the names of those that the camera cannot hold."""
         exposure = self._capture.get(cv2.CAP_PROP_EXPOSURE)
         kelvin = self._capture.get(cv2.CAP_PROP_WB_TEMPERATURE)
         held = {
-            "exposure": exposure > 0 and self._expose(exposure),
-            "white balance": kelvin > 0 and self._balance(kelvin),
+            "exposure": exposure > 0 and self._set_exposure(exposure),
+            "white balance": kelvin > 0 and self._set_white_balance(kelvin),
         }
-        return [what for what, is_held in held.items() if not is_held]
+        return [name for name, is_held in held.items() if not is_held]
 
-    def _expose(self, units: float) -> bool:
+    def _set_exposure(self, units: float) -> bool:
         return self._set(cv2.CAP_PROP_AUTO_EXPOSURE, MANUAL) and self._set(cv2.CAP_PROP_EXPOSURE, units)
 
-    def _balance(self, kelvin: float) -> bool:
+    def _set_white_balance(self, kelvin: float) -> bool:
         return self._set(cv2.CAP_PROP_AUTO_WB, 0) and self._set(cv2.CAP_PROP_WB_TEMPERATURE, kelvin)
 
     def _set(self, control: int, value: float) -> bool:

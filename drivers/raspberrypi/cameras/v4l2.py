@@ -1,4 +1,4 @@
-"""The driver of a camera on USB, or of whatever else V4L2 knows."""
+"""The driver of a camera on USB, or of another camera that V4L2 supports."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What is right and what is wrong with a Raspberry Pi that is to drive a robot; a file for each subject.
+"""The doctor's checks of a Raspberry Pi; a file for each subject.
 
-Each check is a function of the root of the file system, so that a made-up tree of files stands in for a board.
+Each check takes the root of the file system, so that tests can replace a board by a tree of files.
 """
 
 from drivers.raspberrypi.doctor.board import is_raspberry_pi

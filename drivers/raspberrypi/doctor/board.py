@@ -11,11 +11,11 @@ from robotcore.hal.finding import Finding
 
 MODEL = "proc/device-tree/model"
 BITS = {1: 32, 2: 64}
-"""By the fifth byte of an ELF file. Source: elf(5), EI_CLASS."""
+"""The width of pointers by the fifth byte of an ELF file. Source: elf(5), EI_CLASS."""
 
 
 def model(root: Path) -> str | None:
-    """Return what the board calls itself, such as ``Raspberry Pi 5 Model B Rev 1.0``; None where it does not."""
+    """Return the board's model, such as ``Raspberry Pi 5 Model B Rev 1.0``; None if the board gives none."""
     try:
         return read_text(root / MODEL)
     except OSError:
@@ -23,12 +23,12 @@ def model(root: Path) -> str | None:
 
 
 def is_raspberry_pi(root: Path = Path("/")) -> bool:
-    """Return whether this is one, of whatever model."""
+    """Return whether this board is a Raspberry Pi of any model."""
     return (model(root) or "").startswith("Raspberry Pi")
 
 
 def check_board(root: Path) -> Iterator[Finding]:
-    """Look which board this is, and whether this Python is a 64-bit one: only for that libraries come ready built."""
+    """Check that this Python has 64 bits: libraries are built for no other. Reports the model too."""
     bits = python_bits(root)
     said = f"{model(root)}, {bits}-bit Python"
     if bits == 64:
@@ -39,24 +39,24 @@ def check_board(root: Path) -> Iterator[Finding]:
 
 
 def python_bits(root: Path) -> int:
-    """Return how wide this program's pointers are, whatever the kernel's are."""
+    """Return the width of this program's pointers in bits; the kernel's may differ."""
     with (root / "proc/self/exe").open("rb") as program:
         return BITS[program.read(5)[4]]
 
 
 TESTED = ("bookworm", "trixie")
-"""Releases whose lgpio and picamera2 are known to fit."""
+"""The releases whose lgpio and picamera2 were checked."""
 
 
 def check_release(root: Path) -> Iterator[Finding]:
-    """Look whether the release is one that is known."""
+    """Check that the release is a tested one."""
     about = parse_fields(read_text(root / "etc/os-release"))
     said = about.get("PRETTY_NAME", "a system without a name")
     if about.get("VERSION_CODENAME") in TESTED:
         yield Finding.ok("system", said, kind="system")
     else:
         remedy = f"Take Raspberry Pi OS {' or '.join(name.capitalize() for name in TESTED)}, the 64-bit one"
-        yield Finding.warning("system", f"{said}: nobody has tried it", remedy, kind="system-untested")
+        yield Finding.warning("system", f"{said} is not tested", remedy, kind="system-untested")
 
 
 def parse_fields(text: str) -> dict[str, str]:
@@ -75,25 +75,23 @@ POWER_BITS = {
     THROTTLED: "the chip is throttled",
     WARM: "the chip is at its soft temperature limit",
 }
-"""Of the answer, now; 16 bits further up: at some time since it was started.
+"""The bits of the answer for the present. The bits for the time since the start are 16 higher.
 Source: https://www.raspberrypi.com/documentation/computers/os.html#get_throttled."""
 
 SINCE_START = 16
 STRONGER = "Take a stronger supply and a short, thick cable, and give the motors a battery of their own"
-COOLER = "Let air to the chip, or put a cooler on it"
+COOLER = "Let air reach the chip, or put a cooler on it"
 
 
 def check_power(root: Path, ask: Callable[[Path], str] | None = None) -> Iterator[Finding]:
-    """Look whether the board has, or has had since it was started, too low a voltage or too hot a chip.
+    """Check the voltage and the chip's temperature, now and since the start.
 
-    ``ask`` returns what ``vcgencmd get_throttled`` prints, such as ``throttled=0x50005``.
+    ask: returns the output of ``vcgencmd get_throttled``, such as ``throttled=0x50005``.
     """
     word = int((ask or _ask_vcgencmd)(root / VCGENCMD).strip().rpartition("=")[2], 16)
     now, before = _power_bits(word), _power_bits(word >> SINCE_START)
     if not now | before:
-        yield Finding.ok(
-            POWER, "the voltage and the temperature are right, and have been since the start", kind="power-ok"
-        )
+        yield Finding.ok(POWER, "voltage and temperature have been right since the start", kind="power-ok")
     if now:
         yield _power_finding(Finding.error if LOW in now else Finding.warning, f"{_format_bits(now)} now", now, "now")
     if past := before - now:
@@ -114,30 +112,30 @@ def _power_finding(make: Callable[..., Finding], said: str, bits: set[int], when
 
 
 def _ask_vcgencmd(program: Path) -> str:
-    """Return the firmware's answer; it tells members of the group video only."""
+    """Return the firmware's answer. Only members of the group video get one."""
     command = [str(program), "get_throttled"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=ANSWER_S, check=False)  # noqa: S603
     if done.returncode:
-        raise OSError(f"vcgencmd says: {(done.stderr or done.stdout).strip()}")
+        raise OSError(f"vcgencmd failed: {(done.stderr or done.stdout).strip()}")
     return done.stdout
 
 
 CLOCK = "clock"
 SYNCHRONISED = "run/systemd/timesync/synchronized"
-"""Made by systemd-timesyncd with the first answer of a time server. Source: systemd-timesyncd.service(8)."""
+"""systemd-timesyncd makes this file at the first answer of a time server. Source: systemd-timesyncd.service(8)."""
 
 TIMEDATECTL = "usr/bin/timedatectl"
 
 
 def check_clock(root: Path, ask: Callable[[Path], str] | None = None) -> Iterator[Finding]:
-    """Look whether a time server was heard since the start; runs do not need it, the dates of recordings do.
+    """Check that a time server has set the clock, which the dates of recordings need.
 
-    ``ask`` returns what ``timedatectl`` prints of NTPSynchronized: another program than systemd's may keep the time.
+    ask: returns the output of ``timedatectl`` for NTPSynchronized, for other time programs than systemd's.
     """
     if (root / SYNCHRONISED).exists() or (ask or _ask_timedatectl)(root / TIMEDATECTL).strip() == "yes":
         yield Finding.ok(CLOCK, "set by a time server", kind="clock-synchronised")
     else:
-        said = "no time server was heard since the start: the dates of recordings are wrong"
+        said = "no time server has answered since the start: the dates of recordings are wrong"
         yield Finding.warning(
             CLOCK,
             said,
@@ -150,19 +148,19 @@ def _ask_timedatectl(program: Path) -> str:
     command = [str(program), "show", "--property=NTPSynchronized", "--value"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=ANSWER_S, check=False)  # noqa: S603
     if done.returncode:
-        raise OSError(f"timedatectl says: {done.stderr.strip()}")
+        raise OSError(f"timedatectl failed: {done.stderr.strip()}")
     return done.stdout
 
 
 DISK = "disk"
 ENOUGH_GB, LEAST_GB = 2.0, 0.2
-"""A recording with pictures takes up to a gigabyte in an hour; with nothing free the system itself stops working."""
+"""A recording with pictures takes up to a gigabyte an hour. Without free space the system itself fails."""
 
 DISK_REMEDY = "Delete old recordings; sudo apt clean"
 
 
 def check_disk(root: Path) -> Iterator[Finding]:
-    """Look how much is free where the system is."""
+    """Check the free space on the system's disk."""
     free = shutil.disk_usage(root).free / 1e9
     said = f"{free:.1f} GB are free"
     if free < LEAST_GB:
@@ -174,5 +172,5 @@ def check_disk(root: Path) -> Iterator[Finding]:
 
 
 def read_text(file: Path) -> str:
-    """Return what a file tells, without the NUL that ends a string of the device tree; raises OSError."""
+    """Return a file's text, without the NUL at the end of strings in the device tree; raises OSError."""
     return file.read_text(encoding="utf-8", errors="replace").strip("\0 \n")

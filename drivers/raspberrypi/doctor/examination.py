@@ -1,4 +1,4 @@
-"""All checks of the doctor in their order: the board, the robot's devices, power, disk and clock."""
+"""Run all checks of the doctor: the board, the robot's devices, power, disk and clock."""
 
 from __future__ import annotations
 
@@ -26,14 +26,19 @@ ROOT = Path("/")
 
 
 def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> Iterator[Finding]:
-    """Yield what is right and what is wrong with this Pi, and with the robot's devices on it where there is a robot."""
+    """Yield the findings about this Pi and about the robot's devices.
+
+    robot: None checks the board alone.
+    section: the section of the robot's file with the connections.
+    root: the root of the file system.
+    """
     if not is_raspberry_pi(root):
         remedy = "Run robotcore doctor on the robot; at the desk, --backend virtualpi needs no pins"
         yield Finding.warning(
-            "board", "this is no Raspberry Pi: its pins and cameras are not looked at", remedy, kind="no-raspberry-pi"
+            "board", "this is no Raspberry Pi: its pins and cameras are not checked", remedy, kind="no-raspberry-pi"
         )
         if robot and section in robot.backends:
-            yield from _described(robot, section)
+            yield from _check_file(robot, section)
         return
     before: list[tuple[str, Check]] = [
         ("board", partial(check_board, root)),
@@ -47,29 +52,32 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
         ("disk", partial(check_disk, root)),
         ("clock", partial(check_clock, root)),
     ]
-    yield from findings_of([*before, ("robot", partial(devices, root, robot, section)), *after])
+    yield from findings_of([*before, ("robot", partial(check_devices, root, robot, section)), *after])
 
 
-def devices(root: Path, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
-    """Look whether what the robot's file says of its devices can be, and whether they are there."""
+def check_devices(root: Path, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
+    """Check the robot's file, and that its devices are present."""
     if robot is None:
         yield Finding.warning(
-            "robot", "its devices are not looked at", "Name it: robotcore doctor --robot FILE.toml", kind="no-robot"
+            "robot",
+            "its devices are not checked",
+            "Name the robot: robotcore doctor --robot FILE.toml",
+            kind="no-robot",
         )
         return
-    fittings = yield from _described(robot, section)
-    if fittings is not None:
-        yield from findings_of(_checks(root, fittings))
+    bindings = yield from _check_file(robot, section)
+    if bindings is not None:
+        yield from findings_of(_checks(root, bindings))
 
 
-def _described(robot: RobotDescription, section: str) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
+def _check_file(robot: RobotDescription, section: str) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
     return check_description(robot, partial(bind_devices, robot, section, None, on_header), count_wires)
 
 
-def _checks(root: Path, fittings: Iterable[DeviceBinding]) -> Iterator[tuple[str, Check]]:
-    yield "pins", partial(check_pins, fittings)
-    yield "I2C", partial(check_bus, root, fittings)
-    yield "serial", partial(check_serial, root, fittings)
-    yield "camera", partial(check_cameras, root, fittings)
-    if any("picamera2" in fitting.driver.modules for fitting in fittings):
+def _checks(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[tuple[str, Check]]:
+    yield "pins", partial(check_pins, bindings)
+    yield "I2C", partial(check_bus, root, bindings)
+    yield "serial", partial(check_serial, root, bindings)
+    yield "camera", partial(check_cameras, root, bindings)
+    if any("picamera2" in binding.driver.modules for binding in bindings):
         yield "picamera2", check_picamera2

@@ -1,4 +1,4 @@
-"""Checks of the pins: whether they are free, their library works, and they go low when a program is killed."""
+"""Checks of the pins: are they free, does their library work, and do they go low if a program is killed."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from robotcore.hardware import Connection, DeviceBinding
 
 PINS = "pins"
 IN_USE = 1
-"""Of a line's flags: somebody has it, a program or the kernel. Source: lgpio's manual, gpio_get_line_info."""
+"""A line's flag: a program or the kernel holds it. Source: lgpio's manual, gpio_get_line_info."""
 
 Users = Callable[[Collection[int]], Mapping[int, str]]
-"""Returns of those GPIOs that are not free who has them, in words."""
+"""Returns the holder of each GPIO that is not free, such as ``process 12 (python3)``."""
 
 
 def find_users(gpios: Collection[int]) -> dict[int, str]:
-    """Return of those GPIOs that are not free who has them, by the kernel's word; none of them is touched."""
+    """Return the holder of each GPIO that is not free, as the kernel reports it. No line is changed."""
     from drivers.raspberrypi.chip import find_holder
     from drivers.raspberrypi.lg import chip_number, load
 
@@ -34,9 +34,9 @@ def find_users(gpios: Collection[int]) -> dict[int, str]:
         lgpio.gpiochip_close(chip)
 
 
-def check_pins(fittings: Iterable[DeviceBinding], users: Users = find_users) -> Iterator[Finding]:
-    """Look whether every GPIO of these devices is free; those of a bus are the kernel's."""
-    owners = {int(wire.where): fitting.name for fitting in fittings for wire in _gpio_wires(fitting)}
+def check_pins(bindings: Iterable[DeviceBinding], users: Users = find_users) -> Iterator[Finding]:
+    """Check that every GPIO of these devices is free, except those of a bus, which the kernel holds."""
+    owners = {int(wire.where): binding.name for binding in bindings for wire in _gpio_wires(binding)}
     held = users(sorted(owners)) if owners else {}
     for gpio, holder in held.items():
         said = f"GPIO {gpio} ({owners[gpio]}) is held by {holder}"
@@ -45,22 +45,22 @@ def check_pins(fittings: Iterable[DeviceBinding], users: Users = find_users) -> 
         yield Finding.ok(PINS, f"free: GPIO {', '.join(map(str, sorted(owners)))}", kind="gpios-free")
 
 
-def _gpio_wires(fitting: DeviceBinding) -> Iterator[Connection]:
-    wires = fitting.connections
+def _gpio_wires(binding: DeviceBinding) -> Iterator[Connection]:
+    wires = binding.connections
     if not any(wire.bus == "I2C" for wire in wires):
         yield from (wire for wire in wires if wire.bus == "GPIO")
 
 
 PIN_FACTORY = "pin factory"
 EMPTY_STUB = "0.0.0.2"
-"""The only lgpio that pip has ready built for Python 3.13 on a Pi: nothing is in it, and it hides apt's in a venv."""
+"""The only lgpio that pip offers as a wheel for Python 3.13 on a Pi. It is empty, and hides apt's in a venv."""
 
 OLDEST_GPIOZERO = (2, 0, 1)
-"""As the extra ``pi`` asks for."""
+"""As in the extra ``pi``."""
 
 
 def check_library() -> Iterator[Finding]:
-    """Look whether the library that a run takes is there and gets at the pins; no pin is touched."""
+    """Check that lgpio and gpiozero are installed and can open the pins. No pin is changed."""
     if installed_version("lgpio") == EMPTY_STUB:
         remedy = "pip uninstall lgpio; sudo apt install python3-lgpio, and a venv made with --system-site-packages"
         yield Finding.error(PIN_FACTORY, f"lgpio {EMPTY_STUB} is an empty stub", remedy, kind="lgpio-stub")
@@ -87,7 +87,7 @@ def check_library() -> Iterator[Finding]:
 
 
 def installed_version(package: str) -> str | None:
-    """Return the version of a package that is installed; None where it is not."""
+    """Return the version of an installed package; None if it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -103,27 +103,27 @@ PARAMETERS = "sys/module/{module}/parameters/persist_gpio_outputs"
 ANY_CONTROLLER = "pinctrl_*"
 PERSISTENCE_REMEDY = (
     "Add the line dtparam=strict_gpiod to /boot/firmware/config.txt and restart; "
-    "and let a resistor of 10 kΩ pull the motor board's enable or standby pin down"
+    "and pull the motor board's enable or standby pin down by a resistor of 10 kΩ"
 )
 
 
 def check_persistence(root: Path) -> Iterator[Finding]:
-    """Look whether the kernel lets go of outputs: a motor that was on when its program was killed would stay on.
+    """Check that the kernel releases the outputs of a killed program; otherwise a motor that is on stays on.
 
-    One kernel has the drivers of several boards, and strict_gpiod sets that of its own: only the header's counts.
+    A kernel has drivers for several boards. Only the setting of the header's driver counts, as strict_gpiod sets it.
     """
     module = (header_driver(root) or ANY_CONTROLLER).replace("-", "_")
     settings = {file.parts[-3]: read_text(file) for file in sorted(root.glob(PARAMETERS.format(module=module)))}
     if keeping := [module for module, value in settings.items() if value.upper() in ("Y", "1")]:
-        said = f"outputs keep their level after a program was killed ({', '.join(keeping)}.persist_gpio_outputs=Y)"
+        said = f"outputs keep their level after their program was killed ({', '.join(keeping)}.persist_gpio_outputs=Y)"
         yield Finding.warning(
             KILLED_RUNS,
-            f"{said}: a motor that was on stays on, but for the guardian",
+            f"{said}: unless the guardian stops it, a motor that is on stays on",
             PERSISTENCE_REMEDY,
             kind="outputs-persist",
         )
     elif settings:
-        yield Finding.ok(KILLED_RUNS, "outputs are let go of when their program dies", kind="outputs-released")
+        yield Finding.ok(KILLED_RUNS, "outputs are released when their program dies", kind="outputs-released")
     else:
         said = "this kernel has no parameter persist_gpio_outputs: it may be too old"
         yield Finding.unchecked(KILLED_RUNS, said, f"sudo apt full-upgrade. {PERSISTENCE_REMEDY}")

@@ -1,1 +1,1 @@
-"""Motors on pins: which lines turn them, which duty makes which velocity, and how an encoder corrects it."""
+"""Motors on pins: the drivers of motor boards, and their output lines."""

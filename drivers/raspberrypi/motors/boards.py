@@ -16,25 +16,27 @@ if TYPE_CHECKING:
 
 
 INPUTS = (
-    "Which of a board's inputs is which: TB6612: forward AIN1 and BIN1, backward AIN2 and BIN2, standby STBY, and PWMA "
-    "and PWMB to 3.3 V. DRV8833: the same four, standby nSLEEP. L298N: forward IN1 and IN3, backward IN2 and IN4."
+    "The inputs of boards. TB6612: forward AIN1 and BIN1, backward AIN2 and BIN2, standby STBY, and PWMA and PWMB to "
+    "3.3 V. DRV8833: the same four, standby nSLEEP. L298N: forward IN1 and IN3, backward IN2 and IN4."
 )
-"""What whoever connects one must know besides."""
+"""The note in the wiring of an H-bridge."""
 
 
 class HBridgeSettings(MotorSettings):
-    """``forward`` high turns one way, ``backward`` high the other; ``enable`` is high while the motor is open.
-
-    Where a wheel turns the wrong way, swap the two.
-    """
+    """The GPIOs of an H-bridge. If a wheel turns the wrong way, swap ``forward`` and ``backward``."""
 
     forward: Gpio
+    """High to turn forward."""
+
     backward: Gpio
+    """High to turn backward."""
+
     enable: Gpio | None = None
+    """High while the motor is open."""
 
 
 class HBridge(MotorDriver[HBridgeSettings]):
-    """PWM on the input of the direction, the other one low."""
+    """Opens motors on an H-bridge: PWM on the input of the direction, the other input low."""
 
     name = "h-bridge"
     summary = "a motor on an H-bridge with two inputs: L298N, DRV8833, TB6612, L9110S"
@@ -62,7 +64,7 @@ class HBridge(MotorDriver[HBridgeSettings]):
 
 
 class TwoInputs(Bridge):
-    """The two inputs of an H-bridge."""
+    """The two PWM inputs of an H-bridge."""
 
     def __init__(
         self,
@@ -76,7 +78,7 @@ class TwoInputs(Bridge):
         self._forward, self._backward = forward, backward
 
     def put(self, duty: float) -> None:
-        if duty > 0:  # what goes low goes first
+        if duty > 0:  # set one input low before the other gets high
             set_low(self._backward)
             self._forward.value = duty
         elif duty < 0:
@@ -90,17 +92,17 @@ class TwoInputs(Bridge):
 
 
 class PhaseEnableSettings(MotorSettings):
-    """``phase`` (PH, DIR) is low to turn forward and high to turn backward; ``enable`` (EN, PWM) gets the duty.
-
-    Where a wheel turns the wrong way, swap the motor's own two wires.
-    """
+    """The GPIOs of a board with a direction input. If a wheel turns the wrong way, swap the motor's own two wires."""
 
     phase: Gpio
+    """PH or DIR: low to turn forward, high to turn backward."""
+
     enable: Gpio
+    """EN or PWM: gets the duty."""
 
 
 class PhaseEnable(MotorDriver[PhaseEnableSettings]):
-    """PWM on one line, the direction on another."""
+    """Opens motors on a board with a direction input: PWM on one line, the direction on another."""
 
     name = "phase-enable"
     summary = "a motor on a board with a direction input and a PWM input: DRV8835, DRV8838, MAX14870"
@@ -121,10 +123,10 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
 
 
 class PhaseAndEnable(Bridge):
-    """A direction and a duty.
+    """The direction input and the PWM input of a board.
 
-    gpiozero's PhaseEnableMotor takes the duty away at every command, which a PWM cycle that begins meanwhile misses;
-    here it goes only where the direction turns.
+    gpiozero's PhaseEnableMotor sets the duty to 0 at every command, so a PWM cycle that begins then is lost. This class
+    sets it to 0 only if the direction changes.
     """
 
     def __init__(

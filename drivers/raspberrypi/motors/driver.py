@@ -1,4 +1,4 @@
-"""The base of the drivers of motors on pins: output lines, bridges, settings, checks and cutoffs."""
+"""The base of the drivers of motors on pins: output lines, settings, checks and cutoffs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,12 @@ if TYPE_CHECKING:
 
 
 def pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opened: ExitStack) -> PWMOutputDevice:
-    """Return a line whose ``value`` is a duty from 0 to 1, low by now; raises DeviceError."""
+    """Open a line whose ``value`` is a duty from 0 to 1, at first 0; raises DeviceError.
+
+    device: the motor's name, for errors.
+    number: the GPIO.
+    opened: closes the line and pulls it down.
+    """
     from gpiozero import PWMOutputDevice
 
     with translate_pin_errors(device, (number,)):
@@ -35,7 +40,7 @@ def pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opene
 
 
 def digital_output(device: str, number: int, pins: Factory, opened: ExitStack, *, is_high: bool) -> DigitalOutputDevice:
-    """Return a line that is high or low; raises DeviceError."""
+    """Open a line that is high or low; raises DeviceError. For the parameters see `pwm_output`."""
     from gpiozero import DigitalOutputDevice
 
     with translate_pin_errors(device, (number,)):
@@ -45,9 +50,9 @@ def digital_output(device: str, number: int, pins: Factory, opened: ExitStack, *
 
 
 def _pull_down(device: str, number: int, pins: Factory) -> None:
-    """Pull a line down that is closed: gpiozero leaves it floating until the Pi is started again.
+    """Pull a closed line down, which gpiozero would leave floating until the Pi starts again.
 
-    A board without resistors of its own, such as one with an L298N, takes a floating input for high or for noise.
+    A board without resistors, such as an L298N's, reads a floating input as high or as noise.
     """
     from gpiozero import PinFixedPull
 
@@ -59,11 +64,11 @@ def _pull_down(device: str, number: int, pins: Factory) -> None:
 
 
 def set_low(output: PWMOutputDevice) -> None:
-    """Make a line low at once, its PWM ready for the next duty.
+    """Set a line low at once, and keep its PWM ready for the next duty.
 
-    lgpio lets a line of duty 0 fall in the course of its cycle: in a process that is suspended before, it stays high.
+    At duty 0, lgpio lets a line fall only within its cycle. If the process is suspended before that, it stays high.
     """
-    if not output.value:  # it has fallen, or was never high
+    if not output.value:  # it is low
         output.off()
         return
     frequency = output.frequency
@@ -71,18 +76,18 @@ def set_low(output: PWMOutputDevice) -> None:
     try:
         output.off()
     finally:
-        output.frequency = frequency  # without one, any duty above 0 would be all of it
+        output.frequency = frequency  # without a frequency, any duty above 0 is full duty
 
 
 class Bridge(Output):
-    """These GPIOs of a motor, and how to let go of them."""
+    """The output lines of one motor, on these GPIOs."""
 
     def __init__(self, motor: str, gpios: Sequence[int], opened: ExitStack) -> None:
         self.motor, self.gpios, self._opened = motor, gpios, opened
 
     @abstractmethod
     def put(self, duty: float) -> None:
-        """Put a duty on the lines; at 0 no line's failure keeps another one from going low."""
+        """Set the lines for a duty from -1 to 1. At 0, each line goes low even if another one fails."""
 
     def turn(self, duty: float) -> None:
         try:
@@ -91,16 +96,16 @@ class Bridge(Output):
             raise build_pin_error(self.motor, self.gpios, error) from error
 
     def close(self) -> None:
-        """Let go of each line, even where another one fails."""
+        """Close each line, even if another one fails."""
         with translate_pin_errors(self.motor, self.gpios):
             self._opened.close()
 
 
 def whole_percent(duty: float) -> float:
-    """Return the nearest duty in whole percent, such that lgpio, which cuts ``int(duty * 100)``, sends just that.
+    """Return the nearest duty in whole percent, such that lgpio's ``int(duty * 100)`` gives this percentage.
 
-    One percent is the resolution of every motor here, on simulated pins too: of
-    ``forward_rad_s / (1 - dead_band)``, so 0.16 rad/s for a wheel of 14 rad/s with a dead band of 0.1.
+    One percent is the resolution of every motor here, on simulated pins too. In rad/s it is 1 % of
+    ``forward_rad_s / (1 - dead_band)``: 0.16 rad/s for a wheel of 14 rad/s with a dead band of 0.1.
 
     >>> int(0.29 * 100), int(whole_percent(0.29) * 100)
     (28, 29)
@@ -114,49 +119,55 @@ _PERCENT = tuple(
 
 
 BATTERY = (
-    "The motors have a battery of their own, never a pad of the header: it gives them too little, and they disturb it. "
-    "Its ground, the motor board's and the Pi's are joined."
+    "The motors need a battery of their own. A pad of the header gives too little current, and the motors disturb it. "
+    "Join the grounds of the battery, the motor board and the Pi."
 )
 PULLED_DOWN = (
-    "A resistor of 10 kΩ from GPIO {line} (standby) to ground keeps the motors off while the Pi starts, and when "
-    "nobody drives that line any more; take off what pulls it up on the motor board."
+    "A resistor of 10 kΩ from GPIO {line} (standby) to ground keeps the motors off while the Pi starts, and if no "
+    "program drives that line. Remove a pull-up of that line on the motor board."
 )
 UNGUARDED = (
-    "There is no standby line: where the kernel keeps outputs (robotcore doctor tells), motors may go on after the "
-    "program and its guardian were killed. STBY, nSLEEP, or an L298N's ENA and ENB joined (jumpers off) can be one: "
-    "standby = GPIO, in place of enable."
+    "There is no standby line. If the kernel keeps outputs (see robotcore doctor), motors may go on after the program "
+    "and its guardian were killed. STBY, nSLEEP, or an L298N's joined ENA and ENB (jumpers off) can be the standby "
+    "line: set standby = GPIO in place of enable."
 )
 RISING = (
-    "GPIO 0 to 8 are pulled up from when the Pi is switched on until a program takes them, and {lines} may turn this "
-    "motor then. Take GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
+    "GPIO 0 to 8 are pulled up from power-on until a program takes them, and {lines} may turn this motor during that "
+    "time. Take GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
 )
-"""What whoever connects a motor must know."""
+"""The notes and the warning in a motor's wiring."""
 
 PAUSE_S = 0.25
-"""An app that is silent for no longer only swaps, collects garbage or waits for a slow card: it is not ended for it."""
+"""A shorter silence of the app does not end it: the app may swap, collect garbage, or wait for a slow card."""
 
 
 class MotorSettings(StrictModel):
-    """A motor's model, the frequency of its PWM, the control by its encoder, and the line that lets its board sleep.
-
-    ``standby`` (TB6612: STBY, DRV8833: nSLEEP) may be shared by motors. No driver claims it: the guardian process holds
-    it high while it watches, so that the motors stand when this process is gone, whatever became of its own lines.
-    """
+    """The settings that all motors on pins share."""
 
     standby: Gpio | None = None
+    """The line that lets the board sleep (TB6612: STBY, DRV8833: nSLEEP). Motors may share it.
+
+    No driver claims it. The guardian process holds it high during a run, so the motors stop if the guardian ends.
+    """
+
     frequency_hz: Annotated[int, Field(ge=10, le=10_000)] = 100
+    """The frequency of the PWM."""
+
     model: Model
+    """The velocity of the wheel at each duty."""
+
     control: Control | None = None
+    """The control by the wheel's encoder; without it the model alone gives the duty."""
 
 
 SettingsT = TypeVar("SettingsT", bound=MotorSettings)
 
 
 class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT]):
-    """Opens a motor on the lines that a subclass knows.
+    """Opens a motor on the lines that a subclass defines.
 
-    lgpio makes PWM in software and begins a command with the next cycle: one that is no stop may be late by
-    ``1 / frequency_hz``.
+    lgpio makes PWM in software, and a command takes effect with the next cycle. A command other than a stop may be
+    late by ``1 / frequency_hz``.
     """
 
     described = MotorDescription
@@ -167,15 +178,15 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
 
     @abstractmethod
     def wires(self, settings: SettingsT) -> Sequence[Connection]:
-        """Return the motor's own lines: where all are low, it stands."""
+        """Return the motor's own lines. If all are low, it stands."""
 
     def turning(self, settings: SettingsT) -> tuple[int, ...]:
-        """Return the GPIOs of which one that is high may turn the motor."""
+        """Return the GPIOs that may turn the motor if one of them is high."""
         return self._gpios(settings)
 
     @abstractmethod
     def bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
-        """Open the motor's own lines, all of them low but such as only enable; raises DeviceError."""
+        """Open the motor's own lines: all low, except lines that only enable; raises DeviceError."""
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         wires = self.wires(settings)
@@ -191,8 +202,8 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
     def check(self, description: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
         if held := [line for line in self._enabling(settings) if line in HELD_UP]:
             raise ValueError(
-                f"GPIO {held[0]} is held high by a resistor on the Pi, so {description.name} may turn when no program "
-                "runs; take another one, best of 9 to 27"
+                f"GPIO {held[0]} is held high by a resistor on the Pi, so {description.name} may turn while no program "
+                "runs; take another GPIO, best of 9 to 27"
             )
         require_drivable(description, settings.model, settings.control, robot)
         if settings.control:
@@ -205,7 +216,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
     def cutoffs(self, description: MotorDescription, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
         from gpiozero.pins.mock import MockFactory
 
-        if isinstance(host.pins, MockFactory):  # nobody else sees these pins
+        if isinstance(host.pins, MockFactory):  # no other process sees these pins
             return ()
         if settings.standby is not None:
             return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:StandbyLine", {"line": settings.standby}),)
@@ -213,7 +224,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, PAUSE_S),)
 
     def _enabling(self, settings: SettingsT) -> tuple[int, ...]:
-        """Return the lines that must be low where nobody drives them, or the motor may turn: standby alone does it."""
+        """Return the lines that may turn the motor if they are high: standby alone, if there is one."""
         return self.turning(settings) if settings.standby is None else (settings.standby,)
 
     def _gpios(self, settings: SettingsT) -> tuple[int, ...]:

@@ -1,1 +1,1 @@
-"""Distances: by sound, timed on two pins, and by light, over I2C."""
+"""Range sensors: ultrasonic modules on two pins, and time-of-flight chips on I2C."""

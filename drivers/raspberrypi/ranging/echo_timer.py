@@ -1,4 +1,4 @@
-"""Time the echo pulses of an ultrasonic module: a distance, nothing in range, or no result."""
+"""Turn the echo pulses of an ultrasonic module into samples: a distance, nothing in range, or no result."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from robotcore.errors import DeviceError
 from robotcore.hardware.polled import RangeSampler
 
 LONGEST_ECHO_S = 0.027
-"""The module hears as far as 4 m, which takes 26 ms at −40 °C; what takes longer may be no echo.
+"""The module's range is 4 m, which takes 26 ms at −40 °C. A longer pulse may be no echo.
 Source: HC-SR04 data sheet, ElecFreaks: ranging distance 2 cm to 4 m."""
 
 SILENCE_S = 0.030
-"""A pulse of at least this length is the module's own time-out: 38 ms by the data sheet, up to 200 ms on copies."""
+"""A pulse of at least this length is the module's time-out: 38 ms by the data sheet, up to 200 ms on copies."""
 
 STUCK_S = 0.3
-"""No module holds its echo high for longer."""
+"""No working module holds its echo high for longer."""
 
 UNANSWERED_CYCLES = 5
-"""So many triggers in a row without an answer are a fault."""
+"""This many triggers in a row without an answer are a fault."""
 
 
 class _Echo(Enum):
@@ -32,19 +32,24 @@ class _Echo(Enum):
 
 
 class EchoTimer:
-    """Judges an ultrasonic module's cycles by the edges of its echo.
+    """Measures the cycles of an ultrasonic module by the edges of its echo.
 
-    A sample comes of one pulse, both edges of it after the same trigger; its time is when the trigger was given, on
-    the clock of ``begin``. Edges may come from any thread, with the ticks of the pin factory; ``elapsed(later,
-    earlier)`` is the time between two of these in seconds, and ``speed`` that of sound in m/s.
+    A sample needs a whole pulse: both edges after the same trigger. Its time is the trigger's, as passed to `begin`.
+    Edges may come from any thread.
+
+    device: the sensor's name, for errors.
+    sampler: gets the distances and failures.
+    speed: of sound, in m/s.
+    cycle_s: the time between two triggers.
+    elapsed: returns the seconds between two ticks of the pin factory, the later one first.
     """
 
     def __init__(
-        self, device: str, findings: RangeSampler, speed: float, cycle_s: float, elapsed: Callable[[Any, Any], float]
+        self, device: str, sampler: RangeSampler, speed: float, cycle_s: float, elapsed: Callable[[Any, Any], float]
     ) -> None:
         self.ended = threading.Event()
-        """Set when nothing more is to come in this cycle."""
-        self._device, self._findings, self._speed = device, findings, speed
+        """Set when the cycle has its result."""
+        self._device, self._sampler, self._speed = device, sampler, speed
         self._cycle_s, self._elapsed = cycle_s, elapsed
         self._lock = threading.Lock()
         self._echo = _Echo.OVER
@@ -54,32 +59,36 @@ class EchoTimer:
         self._unanswered = self._waited = 0
 
     def begin(self, time: float, ticks: Any) -> None:
-        """Close the cycle before, and listen for the echo of the trigger that is given now."""
+        """End the last cycle, and begin one whose trigger comes now.
+
+        time: on the robot's clock, in seconds.
+        ticks: the same time as the pin factory's ticks.
+        """
         with self._lock:
             self._waited = 0
             self._unanswered = self._unanswered + 1 if self._echo is _Echo.AWAITED else 0
-            if self._echo is not _Echo.OVER:  # it did not rise, or an edge was lost
-                self._findings.add_unclear()
+            if self._echo is not _Echo.OVER:  # there was no echo, or an edge was lost
+                self._sampler.add_unclear()
             if self._unanswered >= UNANSWERED_CYCLES:
-                self._findings.fail(DeviceError(self._device, _UNANSWERED, kind="trigger-unanswered"))
+                self._sampler.fail(DeviceError(self._device, _UNANSWERED, kind="trigger-unanswered"))
             self._time, self._triggered, self._echo = time, ticks, _Echo.AWAITED
             self.ended.clear()
 
     def wait(self) -> None:
-        """Let a cycle pass without a trigger: the echo of the last one is still high."""
+        """Pass a cycle without a trigger, because the last echo is still high."""
         with self._lock:
             self._waited += 1
             self.ended.clear()
             if self._waited * self._cycle_s > STUCK_S:
                 self._echo = _Echo.OVER
-                self._findings.fail(DeviceError(self._device, _STUCK, kind="echo-stuck"))
+                self._sampler.fail(DeviceError(self._device, _STUCK, kind="echo-stuck"))
 
     def edge(self, ticks: Any, is_high: bool) -> None:  # noqa: FBT001  gpiozero's pins call it so
-        """Take an edge of the echo; one from before the trigger, or after the pulse, says nothing."""
+        """Take an edge of the echo; edges before the trigger or after the pulse are ignored."""
         with self._lock:
             if self._echo is _Echo.OVER or self._elapsed(ticks, self._triggered) < 0:
                 return
-            self._findings.clear_failure()
+            self._sampler.clear_failure()
             if is_high and self._echo is _Echo.AWAITED:
                 self._risen, self._echo = ticks, _Echo.HIGH
                 return
@@ -89,24 +98,24 @@ class EchoTimer:
             self.ended.set()
 
     def fail(self, error: Exception) -> None:
-        """Let the sensor fail, until it is heard again."""
+        """Let the sensor fail until its next edge."""
         with self._lock:
-            self._findings.fail(error)
+            self._sampler.fail(error)
 
     def stop(self) -> None:
-        """Take no edge any more."""
+        """Ignore all further edges."""
         with self._lock:
             self._echo = _Echo.OVER
 
     def _classify(self, pulse: float) -> None:
-        """Tell what a pulse of that many seconds says; it is NaN where an edge of it is missing."""
+        """Add the sample for a pulse of this many seconds; NaN if one of its edges is missing."""
         if 0 <= pulse <= LONGEST_ECHO_S:
-            self._findings.add_distance(pulse * self._speed / 2, self._time)
+            self._sampler.add_distance(pulse * self._speed / 2, self._time)
         elif SILENCE_S <= pulse <= STUCK_S:
-            self._findings.add_no_echo(self._time)
+            self._sampler.add_no_echo(self._time)
         else:
-            self._findings.add_unclear()
+            self._sampler.add_unclear()
 
 
-_UNANSWERED = "does not answer its trigger; look at its 5 V and its ground, and whether trigger and echo are swapped"
-_STUCK = "its echo stays high; look at the wire and the divider at echo, and switch its 5 V off and on again"
+_UNANSWERED = "does not answer its trigger. Check its 5 V, its ground, and whether trigger and echo are swapped"
+_STUCK = "its echo stays high. Check the wire and the divider at echo, and switch its 5 V off and on again"

@@ -1,4 +1,4 @@
-"""ST's time-of-flight chips, by Adafruit's libraries: what a measurement says, by the chip's own status."""
+"""ST's time-of-flight chips, by Adafruit's libraries: measurements with the chip's own status."""
 
 from __future__ import annotations
 
@@ -15,42 +15,52 @@ from robotcore.errors import DeviceError
 
 
 class RangeStatus(Enum):
-    """What a measurement says."""
+    """The meaning of a measurement."""
 
     TARGET = auto()
-    """Something, at the distance that is told with it."""
+    """A target at the measured distance."""
+
     TOO_NEAR = auto()
+    """A target nearer than the chip can measure."""
+
     BEYOND = auto()
-    """Something, from farther away than can be measured."""
+    """A target farther than the chip can measure."""
+
     NOTHING = auto()
-    """Too little light came back: there is nothing, or it is dark."""
+    """Too little light came back: there is no target, or a dark one."""
+
     UNCLEAR = auto()
+    """The chip gives no valid result."""
+
     BROKEN = auto()
-    """The chip's own check of its laser has failed."""
+    """The chip's own check of its laser failed."""
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """What was seen, and the distance in metres that is told with it."""
+    """A measurement of a chip."""
 
     status: RangeStatus
+
     distance: float
+    """In metres; valid for `RangeStatus.TARGET`."""
 
 
 class LightChip(ABC):
-    """A chip that measures by itself, again and again, from when it is made on. Raises what its library raises.
+    """A chip that measures continuously from its construction on. Errors of its library are not translated here.
 
-    Status and distance are read at once, so that they are of the same measurement; the libraries read one of them, or
-    one after the other.
+    Status and distance are read in one transaction, so they belong to one measurement. The libraries read only one of
+    them, or one after the other.
     """
 
     reach: ClassVar[float]
-    """How far it sees, in metres."""
+    """The longest distance, in metres."""
+
     _result: ClassVar[bytes]
-    """The register of the status; the distance in millimetres follows ``_distance`` bytes later, high byte first."""
+    """The register of the status. The distance in millimetres follows ``_distance`` bytes later, high byte first."""
+
     _distance: ClassVar[int]
     _statuses: ClassVar[Mapping[int, RangeStatus]]
-    """What a status says."""
 
     def __init__(self, bus: Any, address: int, max_range: float) -> None:
         from adafruit_bus_device.i2c_device import I2CDevice
@@ -59,7 +69,7 @@ class LightChip(ABC):
         self._library = self._begin(bus, address, max_range)
 
     def measure(self) -> Measurement | None:
-        """Return the newest measurement, once; None where there is no newer."""
+        """Return the newest measurement once; None if there is no newer one."""
         if not self._library.data_ready:
             return None
         result = bytearray(self._distance + 2)
@@ -72,23 +82,23 @@ class LightChip(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Let the laser rest."""
+        """Stop measuring."""
 
     @abstractmethod
     def _begin(self, bus: Any, address: int, max_range: float) -> Any:
-        """Return the library's sensor, measuring."""
+        """Return the library's sensor, which has started to measure."""
 
     @abstractmethod
     def _status(self, register: int) -> int:
-        """Return the status in its register."""
+        """Return the status that a register's value holds."""
 
     @abstractmethod
     def _clear(self) -> None:
-        """Say that the measurement was taken."""
+        """Let the chip replace the measurement."""
 
 
 class VL53L0XChip(LightChip):
-    """Measures in 33 ms, as the chip is set up by default.
+    """A VL53L0X. A measurement takes 33 ms, the chip's default.
 
     Source: ST's API (STSW-IMG005), VL53L0X_DEVICEERROR_…, VL53L0X_get_pal_range_status and GetRangingMeasurementData.
     """
@@ -124,7 +134,7 @@ class VL53L0XChip(LightChip):
 
 
 class VL53L1XChip(LightChip):
-    """Measures in 50 ms; where a short range is enough, in the mode that daylight disturbs less.
+    """A VL53L1X. A measurement takes 50 ms. For short ranges it uses the mode that daylight disturbs less.
 
     Source: ST's ultra lite driver (STSW-IMG009), VL53L1X_GetRangeStatus and VL53L1X_GetResult, and its manual, UM2510.
     """
@@ -143,7 +153,7 @@ class VL53L1XChip(LightChip):
     }
     _SHORT_REACH = 1.3
     _FIRST_TRANSACTIONS = 300
-    """Setting it up takes 40; the library asks whether it has measured every 10 ms, which takes two."""
+    """The set-up takes 40 transactions. Then the library polls for a measurement every 10 ms, by two transactions."""
 
     def stop(self) -> None:
         self._library.stop_ranging()
@@ -166,9 +176,9 @@ class VL53L1XChip(LightChip):
 
 
 class TransactionLimit:
-    """A bus that raises TimeoutError after so many transactions, unless it is freed by then.
+    """A bus that raises TimeoutError after this many transactions, until `lift` is called.
 
-    Setting up a VL53L1X, its library waits for a first measurement for ever.
+    The library of the VL53L1X waits for the first measurement without a time limit.
     """
 
     def __init__(self, bus: Any, transactions: int) -> None:
@@ -176,11 +186,11 @@ class TransactionLimit:
         self._left: float = transactions
 
     def lift(self) -> None:
-        """Let any number of transactions follow."""
+        """Remove the limit."""
         self._left = math.inf
 
     def try_lock(self) -> bool:
-        """Begin a transaction."""
+        """Begin a transaction; raises TimeoutError at the limit."""
         if self._left <= 0:
             raise TimeoutError("it does not measure")
         self._left -= 1
@@ -191,41 +201,50 @@ class TransactionLimit:
 
 
 _LIBRARY_LOCK = threading.Lock()
-"""Adafruit's libraries have one buffer for all their sensors."""
+"""Adafruit's libraries share one buffer among all sensors."""
 
 
 @dataclass(frozen=True)
 class ChipAddress:
-    """Where a device's chip is: the number of the bus, and its address there."""
+    """The place of a device's chip.
+
+    >>> str(ChipAddress("nose", bus=1, address=0x29))
+    'I2C 0x29 on bus 1'
+    """
 
     device: str
+    """The device's name, for errors."""
+
     bus: int
+    """The number of the I2C bus."""
+
     address: int
+    """The address on the bus, 7 bits."""
 
     def __str__(self) -> str:
         return f"I2C 0x{self.address:02x} on bus {self.bus}"
 
 
 class I2CChip:
-    """A chip that is connected. Making it, and every call, raises DeviceError."""
+    """A connected chip. The constructor and every method except `close` raise DeviceError."""
 
     def __init__(self, kind: type[LightChip], chip_address: ChipAddress, max_range: float) -> None:
         self._chip_address = chip_address
         with _translate_errors(chip_address), ExitStack() as undo:
             from adafruit_extended_bus import ExtendedI2C
 
-            bus = ExtendedI2C(chip_address.bus, frequency=None)  # Linux sets it at boot
+            bus = ExtendedI2C(chip_address.bus, frequency=None)  # Linux sets the frequency at boot
             undo.callback(bus.deinit)
             self._chip = kind(bus, chip_address.address, max_range)
             self._undo = undo.pop_all()
 
     def measure(self) -> Measurement | None:
-        """Return the newest measurement, once; None where there is no newer."""
+        """Return the newest measurement once; None if there is no newer one."""
         with _translate_errors(self._chip_address):
             return self._chip.measure()
 
     def close(self) -> None:
-        """Let the laser rest, if the chip still answers, and let the bus go."""
+        """Stop the laser if the chip still answers, and close the bus."""
         with self._undo, suppress(DeviceError), _translate_errors(self._chip_address):
             self._chip.stop()
 
@@ -240,7 +259,7 @@ def _translate_errors(chip_address: ChipAddress) -> Iterator[None]:
         raise DeviceError(chip_address.device, fault, kind="library-missing") from error
     except Exception as error:
         fault = (
-            f"no answer at {chip_address} ({error}); is I2C switched on (raspi-config), are SDA, SCL, 3.3 V and ground "
-            "connected, and is it the chip that the robot's file names"
+            f"no answer at {chip_address} ({error}). Switch I2C on (raspi-config). Check SDA, SCL, 3.3 V, ground, and "
+            "the chip's name in the robot's file"
         )
         raise DeviceError(chip_address.device, fault, kind="chip-unanswered") from error

@@ -16,12 +16,12 @@ from robotcore.hardware.polled import RangeSampler
 
 
 class Sonar(RangeSensor):
-    """Triggers the module whenever it is its turn; the falling edge of its echo tells the distance."""
+    """An ultrasonic sensor: the scheduler triggers its module, and the echo's length gives the distance."""
 
     def __init__(
         self,
         description: RangeSensorDescription,
-        findings: RangeSampler,
+        sampler: RangeSampler,
         timer: EchoTimer,
         pins: EchoPins,
         clock: Clock,
@@ -34,12 +34,12 @@ class Sonar(RangeSensor):
             max_range=description.max_range_m,
             cone=description.cone_rad,
         )
-        self._findings, self._timer, self._pins = findings, timer, pins
+        self._sampler, self._timer, self._pins = sampler, timer, pins
         self._clock, self._scheduler, self._cycle_s = clock, scheduler, cycle_s
         self._stopping = ExitStack()
 
     def start(self, first_cycles: int) -> None:
-        """Hear something within so many cycles, then go on beside the app; raises DeviceError."""
+        """Wait up to this many cycles for a first result, then continue in the background; raises DeviceError."""
         self._stopping.callback(self._pins.close)
         self._stopping.callback(self._timer.stop)
         self._pins.listen(self._timer.edge)
@@ -47,7 +47,7 @@ class Sonar(RangeSensor):
         for _ in range(first_cycles):
             self._cycle()
             self._timer.ended.wait(self._cycle_s)
-            if self._findings.has_result:
+            if self._sampler.has_result:
                 break
         self._newest()
         self._stopping.callback(self._scheduler.leave, self._cycle)
@@ -56,7 +56,7 @@ class Sonar(RangeSensor):
     def _cycle(self) -> None:
         try:
             self._trigger()
-        except Exception as error:  # noqa: BLE001  told by whoever reads
+        except Exception as error:  # noqa: BLE001  `read` raises it
             self._timer.fail(error)
 
     def _trigger(self) -> None:
@@ -67,21 +67,27 @@ class Sonar(RangeSensor):
         self._pins.trigger()
 
     def _newest(self) -> Range:
-        return self._findings.newest.get()
+        return self._sampler.newest.get()
 
     def _release(self) -> None:
         self._stopping.close()
 
 
 TRIGGER_S = 10e-6
-"""How long the trigger is high at least. Source: HC-SR04 data sheet, ElecFreaks."""
+"""The shortest trigger pulse. Source: HC-SR04 data sheet, ElecFreaks."""
 
 
 class EchoPins:
-    """A trigger and an echo, on gpiozero's pins."""
+    """The trigger and echo pins of a module, by gpiozero."""
 
     def __init__(self, device: str, trigger: int, echo: int, pins: Any) -> None:
-        """Claim both; raises DeviceError."""
+        """Claim both pins; raises DeviceError.
+
+        device: the sensor's name, for errors.
+        trigger: the GPIO of the trigger.
+        echo: the GPIO of the echo.
+        pins: gpiozero's pin factory.
+        """
         from gpiozero import InputDevice, OutputDevice
 
         self._factory = pins
@@ -99,21 +105,21 @@ class EchoPins:
         return bool(self._echo.is_active)
 
     def ticks(self) -> Any:
-        """Return the time as edges have it."""
+        """Return the current time in the unit of edges."""
         return self._factory.ticks()
 
     def listen(self, edge: Callable[[Any, bool], None]) -> None:
-        """Call with the ticks of every edge of the echo, and whether it is high then; pins keep no method alive."""
+        """Call a bound method with the ticks and the level of every edge. Pins do not keep its object alive."""
         self._echo.pin.when_changed = edge
 
     def trigger(self) -> None:
-        """Let the module send its burst."""
+        """Send a trigger pulse."""
         self._trigger.on()
         self._never.wait(TRIGGER_S)
         self._trigger.off()
 
     def close(self) -> None:
-        """Hear no edge any more, and let both go."""
+        """Stop edge detection, and close both pins."""
         with self._undo:
             stop_edge_detection(self._echo.pin)
 
@@ -123,9 +129,9 @@ Cycle = Callable[[], object]
 
 
 class TriggerScheduler:
-    """Lets each module do its cycle when it is its turn, the next one a period later.
+    """Runs the cycles of several modules in turn, one in each period.
 
-    The period is the longest that any of them asks for. Whoever opens or closes a module may call; others wait.
+    The period is the longest of all modules'. Only the opening or closing of a module may call a method.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -135,33 +141,33 @@ class TriggerScheduler:
         self._at = 0
 
     def pause(self) -> None:
-        """Let nobody have a turn until the next module joins or leaves: one that is being opened is to hear itself."""
+        """Pause triggering while a module opens, so that it receives only its own echo."""
         if self._polling:
             self._polling.stop()
             self._polling = None
 
     def join(self, cycle: Cycle, period: float) -> None:
-        """Give a module its turn, from now on."""
+        """Add a module's cycle, and start triggering."""
         self.pause()
         self._modules.append((cycle, period))
-        self._go_on()
+        self._resume()
 
     def leave(self, cycle: Cycle) -> None:
-        """Give a module no turn any more; the one that it is having ends first."""
+        """Remove a module's cycle, after its current cycle has ended."""
         self.pause()
         self._modules = [each for each in self._modules if each[0] != cycle]
-        self._go_on()
+        self._resume()
 
     def close(self) -> None:
-        """End all turns."""
+        """Stop triggering."""
         self.pause()
 
-    def _go_on(self) -> None:
+    def _resume(self) -> None:
         if self._modules:
             period = max(period for _, period in self._modules)
-            self._polling = self._clock.every(period, self._take, "ultrasonic")
+            self._polling = self._clock.every(period, self._run_next, "ultrasonic")
 
-    def _take(self) -> None:
+    def _run_next(self) -> None:
         self._at = (self._at + 1) % len(self._modules)
         cycle, _ = self._modules[self._at]
         cycle()

@@ -32,26 +32,30 @@ _HEADER_BUS, _SDA, _SCL = 1, 2, 3
 """Source: https://pinout.xyz/pinout/i2c."""
 
 _MORE_CYCLES = 20
-"""What the first measurement may take beside a row of those that find nothing."""
+"""The first measurement may take this many cycles longer than a row of cycles without a target."""
 
 
 class TimeOfFlightSettings(StrictModel):
-    """The number of its bus and its address there, how often it is asked, and how it is judged.
-
-    So many ``echo_free_cycles`` in a row, in which too little light came back, vouch for nothing in range; 0: none do.
-    """
+    """The settings of a time-of-flight sensor."""
 
     bus: Annotated[int, Field(ge=0, le=30)] = _HEADER_BUS
+    """The number of the I2C bus."""
+
     address: Annotated[int, Field(ge=0x08, le=0x77)] = 0x29
+    """The address on the bus."""
+
     cycle_s: Annotated[float, Field(ge=0.02, le=1)] = 0.05
+    """The driver reads the chip once in this time."""
+
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 10
+    """After this many cycles in a row with too little light, the sample is `inf`; with 0 never for that reason."""
 
 
 class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
-    """What both chips have in common.
+    """The base of the drivers of both chips.
 
-    `inf` is what the chip itself calls farther than it can measure, or a row of measurements in which too little light
-    came back; a single one of these, as from something dark, is no new sample.
+    A sample is `inf` if the chip reports a target beyond its range, or after a row of measurements with too little
+    light. A single one of these, as from a dark target, gives no new sample.
     """
 
     described = RangeSensorDescription
@@ -64,7 +68,7 @@ class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
     ) -> None:
         if description.max_range_m > self.chip.reach:
             raise ValueError(
-                f"a {self.name.upper()} sees as far as {self.chip.reach:g} m, and max_range_m is "
+                f"the range of a {self.name.upper()} is {self.chip.reach:g} m, but max_range_m is "
                 f"{description.max_range_m:g}; lower it"
             )
         require_timely(settings.echo_free_cycles, settings.cycle_s, robot)
@@ -108,18 +112,20 @@ class VL53L1X(TimeOfFlight):
 
 
 STALLED_S = 1.0
-"""A chip that has measured nothing for so long was without power meanwhile, and measures no more by itself."""
+"""A chip without a measurement for this long has lost power, and does not measure again by itself."""
 
 
 class Lidar(RangeSensor):
-    """Asks its chip once a cycle for what it has measured since; where the chip has failed, it is connected again.
+    """A range sensor that reads its chip once a cycle, and connects it again after a failure.
 
-    ``connect`` raises DeviceError. A sample's time is that of the question before the one it answers: the light that it
-    is made from came later, or at most one measurement (50 ms) earlier.
+    A sample's time is that of the read before it. The light of the sample came after that, or at most one measurement
+    (50 ms) before.
+
+    connect: opens the chip; raises DeviceError.
     """
 
     def __init__(
-        self, description: RangeSensorDescription, findings: RangeSampler, connect: Callable[[], I2CChip], clock: Clock
+        self, description: RangeSensorDescription, sampler: RangeSampler, connect: Callable[[], I2CChip], clock: Clock
     ) -> None:
         super().__init__(
             description.name,
@@ -127,19 +133,19 @@ class Lidar(RangeSensor):
             max_range=description.max_range_m,
             cone=description.cone_rad,
         )
-        self._findings, self._connect, self._clock = findings, connect, clock
+        self._sampler, self._connect, self._clock = sampler, connect, clock
         self._chip: I2CChip | None = None
-        self._asked = self._measured = 0.0
+        self._read_at = self._measured_at = 0.0
         self._stopping = ExitStack()
 
     def start(self, cycle_s: float, first_cycles: int) -> None:
-        """See something within so many cycles, then go on beside the app; raises DeviceError."""
-        self._asked = self._clock.now()
+        """Wait up to this many cycles for a first result, then continue in the background; raises DeviceError."""
+        self._read_at = self._clock.now()
         self._stopping.callback(self._disconnect)
         never = threading.Event()
         for _ in range(first_cycles):
             self._poll()
-            if self._findings.has_result:
+            if self._sampler.has_result:
                 break
             never.wait(cycle_s)
         self._newest()
@@ -147,41 +153,41 @@ class Lidar(RangeSensor):
 
     def _poll(self) -> None:
         try:
-            self._ask()
+            self._read_chip()
         except DeviceError as error:
             self._disconnect()
-            self._findings.fail(error)
+            self._sampler.fail(error)
 
-    def _ask(self) -> None:
-        before, self._asked = self._asked, self._clock.now()
+    def _read_chip(self) -> None:
+        before, self._read_at = self._read_at, self._clock.now()
         if self._chip is None:
-            self._chip, self._measured = self._connect(), self._asked
+            self._chip, self._measured_at = self._connect(), self._read_at
         measurement = self._chip.measure()
         if measurement is not None:
-            self._measured = self._asked
+            self._measured_at = self._read_at
             self._classify(measurement, before)
-        elif self._asked - self._measured > STALLED_S:
-            raise DeviceError(self.name, "has stopped measuring; look at its 3.3 V", kind="chip-stalled")
+        elif self._read_at - self._measured_at > STALLED_S:
+            raise DeviceError(self.name, "has stopped measuring. Check its 3.3 V", kind="chip-stalled")
 
     def _classify(self, measurement: Measurement, time: float) -> None:
         if measurement.status is RangeStatus.BROKEN:
             raise DeviceError(
                 self.name,
-                "says that its laser is broken; switch its 3.3 V off and on, or replace it",
+                "reports a broken laser. Switch its 3.3 V off and on, or replace it",
                 kind="laser-broken",
             )
-        self._findings.clear_failure()
+        self._sampler.clear_failure()
         match measurement.status:
             case RangeStatus.TARGET:
-                self._findings.add_distance(measurement.distance, time)
+                self._sampler.add_distance(measurement.distance, time)
             case RangeStatus.TOO_NEAR:
-                self._findings.add_distance(0.0, time)
+                self._sampler.add_distance(0.0, time)
             case RangeStatus.BEYOND:
-                self._findings.add_distance(math.inf, time)
+                self._sampler.add_distance(math.inf, time)
             case RangeStatus.NOTHING:
-                self._findings.add_no_echo(time)
+                self._sampler.add_no_echo(time)
             case _:
-                self._findings.add_unclear()
+                self._sampler.add_unclear()
 
     def _disconnect(self) -> None:
         chip, self._chip = self._chip, None
@@ -189,7 +195,7 @@ class Lidar(RangeSensor):
             chip.close()
 
     def _newest(self) -> Range:
-        return self._findings.newest.get()
+        return self._sampler.newest.get()
 
     def _release(self) -> None:
         self._stopping.close()

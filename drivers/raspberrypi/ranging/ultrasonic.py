@@ -1,4 +1,4 @@
-"""HC-SR04 and its likes: ultrasonic modules that answer a trigger with a pulse as long as the echo took."""
+"""HC-SR04 and compatible ultrasonic modules, which answer a trigger with a pulse as long as the echo took."""
 
 from __future__ import annotations
 
@@ -21,41 +21,44 @@ REACH_M = 4.0
 """Source: HC-SR04 data sheet, ElecFreaks."""
 
 _VERDICT_CYCLES = 5
-"""What one echo-free cycle may last at the opening: copies end it after 200 ms."""
+"""At the opening, a cycle without an echo may take this many cycles: some copies time out after 200 ms."""
 
 LEVEL = (
-    "The echo is 5 V, and GPIO {echo} takes 3.3 V: 1 kΩ from the echo to GPIO {echo}, and 2 kΩ from there to ground, "
-    "make 3.3 V of it. Without them the board may be destroyed. A module that runs on 3.3 V (HC-SR04P, RCWL-1601) is "
-    "fed from a pad of 3.3 V and needs none."
+    "The echo has 5 V, and GPIO {echo} takes only 3.3 V. Connect 1 kΩ from the echo to GPIO {echo}, and 2 kΩ from "
+    "there to ground; without them the board may be destroyed. A module for 3.3 V (HC-SR04P, RCWL-1601) needs no "
+    "resistors: supply it from a pad of 3.3 V."
 )
-"""What whoever connects one must know."""
+"""The note in a module's wiring."""
 
 
 class UltrasonicSettings(StrictModel):
-    """Its two pins, how often it is triggered, and how it is judged.
-
-    So many ``echo_free_cycles`` in a row vouch for nothing in range; 0: only an echo from beyond does.
-    """
+    """The settings of an ultrasonic module."""
 
     trigger: Gpio
     echo: Gpio
+
     cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.06
+    """The time between two triggers."""
+
     air_temperature_c: Annotated[float, Field(ge=-40, le=60)] = 20.0
+    """For the speed of sound."""
+
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 10
+    """After this many cycles in a row without an echo, the sample is `inf`. With 0 only an echo from beyond is."""
 
 
 class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
-    """Times the echo of an HC-SR04 by the time stamps of its edges, where the pin factory has them by the kernel's.
+    """Opens an HC-SR04, whose echo is timed by the kernel's stamps of its edges.
 
-    A sample's time is when its trigger was given. A lost echo is no new sample; `inf` is an echo from beyond
-    ``max_range_m``, or a row of cycles without one.
+    A sample's time is that of its trigger. A lost echo gives no new sample. A sample is `inf` after an echo from beyond
+    ``max_range_m``, or after a row of cycles without an echo.
 
-    Several modules take turns, each a ``cycle_s``: one that heard another's burst would tell a distance that is too
-    short.
+    Several modules are triggered in turn: a module that received the burst of another one would measure too short a
+    distance.
     """
 
     name = "hc-sr04"
-    summary = "HC-SR04 and its likes: ultrasonic, on a trigger and an echo pin"
+    summary = "HC-SR04 and compatible modules: ultrasonic, on a trigger and an echo pin"
     described = RangeSensorDescription
     settings = UltrasonicSettings
     aliases = ("ultrasonic", "sonar", "rcwl-1601")
@@ -66,7 +69,7 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
     def check(self, description: RangeSensorDescription, settings: UltrasonicSettings, robot: RobotDescription) -> None:
         if description.max_range_m > REACH_M:
             raise ValueError(
-                f"an HC-SR04 hears as far as {REACH_M:g} m, and max_range_m is {description.max_range_m:g}; lower it"
+                f"the range of an HC-SR04 is {REACH_M:g} m, but max_range_m is {description.max_range_m:g}; lower it"
             )
 
     def check_beside(
@@ -86,13 +89,13 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
         return (LEVEL.format(echo=settings.echo),)
 
     def open(self, description: RangeSensorDescription, settings: UltrasonicSettings, host: Host) -> RangeSensor:
-        findings = RangeSampler(description, settings.echo_free_cycles)
+        sampler = RangeSampler(description, settings.echo_free_cycles)
         speed = speed_of_sound(settings.air_temperature_c)
-        timer = EchoTimer(description.name, findings, speed, settings.cycle_s, host.pins.ticks_diff)
+        timer = EchoTimer(description.name, sampler, speed, settings.cycle_s, host.pins.ticks_diff)
         pins = EchoPins(description.name, settings.trigger, settings.echo, host.pins)
         with ExitStack() as undo:
             scheduler = host.shared.take(TriggerScheduler, None, lambda: TriggerScheduler(host.clock))
-            sonar = Sonar(description, findings, timer, pins, host.clock, scheduler, settings.cycle_s)
+            sonar = Sonar(description, sampler, timer, pins, host.clock, scheduler, settings.cycle_s)
             undo.callback(sonar.close)
             sonar.start(_VERDICT_CYCLES * max(settings.echo_free_cycles, 10))
             undo.pop_all()
@@ -100,10 +103,10 @@ class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
 
 
 def speed_of_sound(temperature_c: float) -> float:
-    """Return the speed of sound in dry air, in m/s; 0.6 m/s more for each degree.
+    """Return the speed of sound in dry air, in m/s; it rises by about 0.6 m/s for each degree.
 
-    The square root of the absolute temperature, through 331.45 m/s at 0 °C. Source: G. S. K. Wong, Speed of sound in
-    standard air, J. Acoust. Soc. Am. 79 (1986), 1359. Humid air is up to 0.4 % faster.
+    It is 331.45 m/s at 0 °C, and proportional to the square root of the absolute temperature. Source: G. S. K. Wong,
+    Speed of sound in standard air, J. Acoust. Soc. Am. 79 (1986), 1359. Humid air is up to 0.4 % faster.
 
     >>> round(speed_of_sound(20.0), 1)
     343.4

@@ -1,1 +1,1 @@
-"""A Raspberry Pi that is not there: the same device drivers on virtual pins, with a simulator behind them."""
+"""A virtual Raspberry Pi: the same device drivers on virtual pins, connected to a simulator."""

@@ -1,4 +1,4 @@
-"""The Pi's own device drivers, on virtual pins, with a simulator behind them."""
+"""The backend virtualpi: the Pi's device drivers on virtual pins, connected to a simulator."""
 
 from __future__ import annotations
 
@@ -20,22 +20,30 @@ from robotcore.hardware import open_robot
 
 
 class VirtualPiOptions(StrictModel):
-    """Which simulator is behind the pins, and how many of the echoes are lost."""
+    """The options of the backend.
+
+    >>> VirtualPiOptions(lost_echoes=0.2).simulator
+    'kinematic'
+    """
 
     simulator: str = "kinematic"
+    """The backend that simulates the robot."""
+
     lost_echoes: Annotated[float, Field(ge=0, le=1)] = 0.0
+    """The share of ultrasonic echoes that are lost; the run's seed decides which ones."""
 
 
 class VirtualPiBackend(RaspberryPiBackend):
-    """Opens robots on virtual pins: motors, encoders and ultrasonic sensors by the very drivers that a Pi has.
+    """Opens robots on virtual pins: motors, encoders and ultrasonic sensors use the drivers of the real Pi.
 
-    What is not on pins (cameras, range sensors on a bus, displays) is the simulator's own. ``is_lost`` says of each
-    echo whether it is lost, in place of the option ``lost_echoes``, the share that is lost by the run's seed.
+    Devices that are not on pins (cameras, range sensors on a bus, displays) are the simulator's own.
+
+    is_lost: returns for each echo whether it is lost, in place of the option ``lost_echoes``.
     """
 
     name = "virtualpi"
     is_smoke_tested = True
-    summary = "the Pi's own drivers on virtual pins, with a simulator behind them"
+    summary = "the Pi's own drivers on virtual pins, connected to a simulator"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
 
@@ -47,31 +55,31 @@ class VirtualPiBackend(RaspberryPiBackend):
         return "pip install 'robotcore[pi]'"
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return none: nothing behind virtual pins is fed by a battery."""
+        """Return no battery: no device on virtual pins has one."""
         return frozenset()
 
     def notes(self, setup: Setup) -> list[str]:
         from drivers.raspberrypi.virtual.wiring import SIMULATED, find_unmodelled
 
-        fittings = find_unmodelled(self.fittings(setup.robot, setup.devices))
+        bindings = find_unmodelled(self.bind(setup.robot, setup.devices))
         return [
-            f"{fitting.name}: its driver {fitting.driver.name!r} does not run on {self.name}; the simulator's own "
-            f"{fitting.description.kind.replace('_', ' ')} stands in"
-            for fitting in fittings
-            if not isinstance(fitting.settings, SIMULATED)
+            f"{binding.name}: its driver {binding.driver.name!r} does not run on {self.name}; the simulator's own "
+            f"{binding.description.kind.replace('_', ' ')} stands in"
+            for binding in bindings
+            if not isinstance(binding.settings, SIMULATED)
         ]
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
-        """Yield for which devices of a robot the simulator's own devices stand in."""
+        """Yield the devices of a robot that are replaced by the simulator's own."""
         from drivers.raspberrypi.virtual.wiring import find_unmodelled
 
-        fittings = find_unmodelled(self.fittings(robot)) if robot else ()
-        if names := [f"{fitting.name} ({fitting.driver.name})" for fitting in fittings]:
+        bindings = find_unmodelled(self.bind(robot)) if robot else ()
+        if names := [f"{binding.name} ({binding.driver.name})" for binding in bindings]:
             said = f"the simulator's own device stands in for {', '.join(names)}"
             yield Finding.ok(self.name, said, kind="stand-ins")
 
     def cutoffs(self, setup: Setup) -> tuple[()]:
-        """Return nothing: virtual pins are gone with their process."""
+        """Return no cutoffs: virtual pins end with their process."""
         return ()
 
     def open(self, setup: Setup) -> Robot:
@@ -80,13 +88,13 @@ class VirtualPiBackend(RaspberryPiBackend):
 
         options, setup = setup.options_as(VirtualPiOptions), setup.without_batteries()
         simulator = self._simulator(options.simulator)
-        fittings = self.fittings(setup.robot, setup.devices)
-        built = _replace_devices(setup.robot, map(describe_hardware, fittings))
+        bindings = self.bind(setup.robot, setup.devices)
+        built = _replace_devices(setup.robot, map(describe_hardware, bindings))
         with ExitStack() as undo:
             simulated = undo.enter_context(simulator.open(replace(setup, robot=built, options={})))
             pins = undo.enter_context(VirtualPins(simulated.clock))
             wiring = VirtualWiring(simulated, pins, self._is_lost or _lose_share(options.lost_echoes, setup.seed))
-            on_pins = {fitting.name for fitting in fittings if wiring.connect(fitting)}
+            on_pins = {binding.name for binding in bindings if wiring.connect(binding)}
             release = undo.pop_all().close
         own = {name: device for name, device in simulated.devices.items() if name not in on_pins}
         return open_robot(
@@ -94,11 +102,11 @@ class VirtualPiBackend(RaspberryPiBackend):
         )
 
     def _simulator(self, name: str) -> Backend:
-        """Return the backend that simulates; raises UsageError where it is no simulator in lockstep."""
+        """Return the backend that simulates; raises UsageError if it is no simulator in lockstep."""
         simulator = load_backend(name)
         if isinstance(simulator, RaspberryPiBackend) or not self.capabilities <= simulator.capabilities:
             raise UsageError(
-                f"option simulator: {name!r} is no simulator that runs in lockstep; take kinematic, for one",
+                f"option simulator: {name!r} is no simulator that runs in lockstep. Take kinematic, for example",
                 kind="no-lockstep-simulator",
                 simulator=name,
             )
@@ -113,6 +121,6 @@ def _replace_devices(robot: RobotDescription, devices: Iterable[AnyDevice]) -> R
 
 
 def _lose_share(share: float, seed: int) -> Callable[[], bool]:
-    """Return what loses that share of echoes, the same ones for the same seed."""
+    """Return a function that draws whether an echo is lost; the same seed loses the same echoes."""
     draw = random.Random(seed).random
     return lambda: draw() < share

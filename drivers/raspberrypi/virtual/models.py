@@ -14,14 +14,14 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Encoder, Motor, RangeSensor
 
 PI_4B = "c03115"
-"""The revision code of the board that is made believe.
+"""The revision code of the simulated board.
 Source: https://www.raspberrypi.com/documentation/computers/raspberry-pi.html#raspberry-pi-revision-codes."""
 
 
 class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin that models listen to where the program sets it, and drive where the program listens.
+    """A pin whose other end is a model: the model gets every change of an output, and drives an input.
 
-    Its duty is cut to whole percent, as lgpio does it. It keeps no history.
+    Its duty is cut to whole percent, as by lgpio. It keeps no history.
     """
 
     _state: float
@@ -32,11 +32,11 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         super().__init__(factory, info)
 
     def on_change(self, listener: Callable[[], object]) -> None:
-        """Call whenever the pin's level or duty has changed."""
+        """Call a listener after each change of the pin's level or duty."""
         self._listeners.append(listener)
 
     def drive(self, level: int, ticks: float | None = None) -> None:
-        """Set the level, 0 or 1, from outside; an edge is told as of ``ticks``, by default of now."""
+        """Set the level, 0 or 1, from outside. The edge has the time ``ticks``, by default the current time."""
         self._is_driven = True
         if self._function == "input" and self._change_state(bool(level)):
             if ticks is not None:
@@ -45,17 +45,17 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
                 self._call_when_changed()
 
     def drive_high(self) -> None:
-        """Pull up, where nothing drives the pin."""
+        """Pull the pin up, unless a model drives it."""
         if not self._is_driven:
             super().drive_high()
 
     def drive_low(self) -> None:
-        """Pull down, where nothing drives the pin."""
+        """Pull the pin down, unless a model drives it."""
         if not self._is_driven:
             super().drive_low()
 
     def clear_states(self) -> None:
-        """Begin at now."""
+        """Set the time of the last change to now."""
         self._last_change = self._factory.ticks()
 
     def _set_state(self, value: float) -> None:
@@ -72,7 +72,7 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
 
 
 class VirtualPins(MockFactory):  # type: ignore[misc]  # gpiozero has no types
-    """Makes virtual pins, one a GPIO; its ticks are simulated time in seconds.
+    """A pin factory with a virtual pin for each GPIO. Its ticks are simulated time in seconds.
 
     >>> from gpiozero import LED
     >>> from robotcore.hal.clock import SteppedClock
@@ -96,27 +96,27 @@ QUADRATURE = ((1, 1), (0, 1), (0, 0), (1, 0))
 
 
 class Disc(ABC):
-    """Turns with a wheel, and gives an edge each time that ``radians`` have passed."""
+    """An encoder disc that turns with a wheel, and gives an edge every ``radians``."""
 
     def __init__(self, encoder: Encoder, radians: float) -> None:
         self._encoder, self._radians = encoder, radians
         self._at = 0
 
-    def turn(self) -> None:
-        """Give the edges that have passed since the last turn."""
-        to = round(self._encoder.read().angle / self._radians)
-        step = 1 if to > self._at else -1
-        while self._at != to:
+    def update(self) -> None:
+        """Give the edges since the last call."""
+        target = round(self._encoder.read().angle / self._radians)
+        step = 1 if target > self._at else -1
+        while self._at != target:
             self._at += step
             self._show(self._at)
 
     @abstractmethod
     def _show(self, edge: int) -> None:
-        """Set the channels to what they are after so many edges; backward they are counted down."""
+        """Set the channels to their levels after this many edges; backward edges are negative."""
 
 
 class QuadratureDisc(Disc):
-    """Two channels, a quarter of a cycle apart: they tell the direction."""
+    """A disc with two channels, a quarter of a cycle apart, which show the direction."""
 
     def __init__(self, encoder: Encoder, radians: float, a: VirtualPin, b: VirtualPin) -> None:
         super().__init__(encoder, radians)
@@ -130,7 +130,7 @@ class QuadratureDisc(Disc):
 
 
 class SlottedDisc(Disc):
-    """One channel, which goes up and down whatever the direction."""
+    """A disc with one channel, which does not show the direction."""
 
     def __init__(self, encoder: Encoder, radians: float, pin: VirtualPin) -> None:
         super().__init__(encoder, radians)
@@ -142,16 +142,19 @@ class SlottedDisc(Disc):
 
 
 BURST_S = 450e-6
-"""From the end of the trigger to the rise of the echo: the burst is sent, eight cycles at 40 kHz, and some more."""
+"""From the end of the trigger to the rise of the echo: the burst of eight cycles at 40 kHz, and a pause."""
+
 SILENCE_S = 38e-3
-"""The pulse of an HC-SR04 that heard nothing. Source: its data sheet."""
+"""The pulse of an HC-SR04 without an echo. Source: its data sheet."""
 
 
 class VirtualEcho:
-    """Answers each trigger by what the simulator's ``sensor`` hears at that instant.
+    """An ultrasonic module that answers each trigger by the distance of the simulator's sensor at that instant.
 
-    An echo that ``is_lost``, as one that glances off, is silence to the module. Edges come in the step after they are
-    due, and tell when they were.
+    Edges come in the physics step after they are due, with the time at which they were due.
+
+    speed_of_sound: in m/s.
+    is_lost: returns for each echo whether it is lost, such as one that glances off a wall.
     """
 
     def __init__(
@@ -187,20 +190,20 @@ class VirtualEcho:
         self._echo.drive(0, at)
 
     def _call_at(self, at: float, edge: Callable[[], None]) -> None:
-        if self._clock.now() == 0:  # the robot is being opened: no time can pass, and drivers want a first sample
+        if self._clock.now() == 0:  # at opening no time can pass, and drivers need a first sample
             edge()
         else:
             self._clock.call_at(at, edge)
 
 
 Velocity = Callable[[float], float]
-"""What a motor turns at, in rad/s, at a duty from -1 to 1."""
+"""Returns a motor's velocity in rad/s at a duty from -1 to 1."""
 
 
 def wire_two_inputs(
     motor: Motor, velocity: Velocity, forward: VirtualPin, backward: VirtualPin, enable: VirtualPin | None = None
 ) -> None:
-    """Put an H-bridge on an input for each direction, both alike brake, and perhaps one that lets it work."""
+    """Connect an H-bridge with an input for each direction: equal inputs brake. Without ``enable`` it is always on."""
 
     def duty() -> float:
         return float(forward.state) - float(backward.state) if enable is None or enable.state else 0.0
@@ -209,11 +212,11 @@ def wire_two_inputs(
 
 
 def wire_phase_and_enable(motor: Motor, velocity: Velocity, phase: VirtualPin, enable: VirtualPin) -> None:
-    """Put an H-bridge on an input for the duty, and one that is high to go backward."""
+    """Connect an H-bridge with an input for the duty, and one that is high to turn backward."""
     _turn_on_change(lambda: float(-enable.state if phase.state else enable.state), motor, velocity, phase, enable)
 
 
 def _turn_on_change(duty: Callable[[], float], motor: Motor, velocity: Velocity, *pins: VirtualPin) -> None:
-    """Turn a motor by what its pins ask for, as soon as one of them changes."""
+    """Set a motor's velocity after each change of one of its pins."""
     for pin in pins:
         pin.on_change(lambda: motor.set_velocity(velocity(duty())))

@@ -1,4 +1,4 @@
-"""The wiring of a virtual robot: a model on the other end of each device's pins, with the simulator behind it."""
+"""The wiring of a virtual robot: connect each device's pins to a model, and the model to the simulator."""
 
 from __future__ import annotations
 
@@ -26,34 +26,37 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
 
 MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSettings, UltrasonicSettings)
-"""What `Bench.connect` knows, by the settings of its driver."""
+"""The settings of the devices that `VirtualWiring.connect` supports."""
 
 SIMULATED = (CameraSettings, TimeOfFlightSettings)
-"""Ours that are on no pins: the simulator's own device is meant to stand in."""
+"""The settings of devices on no pins, which the simulator's own devices replace."""
 
 HEARD_M = 4.3
-"""The farthest wall that an HC-SR04 hears."""
+"""The distance of the farthest wall that an HC-SR04 measures."""
 
 
 class VirtualWiring:
-    """Connects pins to the devices that a simulator opened; an echo may be lost on the way."""
+    """Connects pins to the devices of a simulator.
+
+    is_lost: returns for each ultrasonic echo whether it is lost.
+    """
 
     def __init__(self, simulated: Robot, pins: VirtualPins, is_lost: Callable[[], bool]) -> None:
         self._simulated, self._pins, self._is_lost = simulated, pins, is_lost
 
-    def connect(self, fitting: DeviceBinding) -> bool:
-        """Put a model on the other end of a device's pins; return whether there is one."""
+    def connect(self, binding: DeviceBinding) -> bool:
+        """Connect a device's pins to a model; return False if there is no model for it."""
         pin = self._pins.pin
-        match fitting.settings, fitting.description, self._simulated.devices[fitting.name]:
+        match binding.settings, binding.description, self._simulated.devices[binding.name]:
             case HBridgeSettings() as on, _, Motor() as motor:
                 enable = None if on.enable is None else pin(on.enable)
                 wire_two_inputs(motor, on.model.velocity, pin(on.forward), pin(on.backward), enable)
             case PhaseEnableSettings() as on, _, Motor() as motor:
                 wire_phase_and_enable(motor, on.model.velocity, pin(on.phase), pin(on.enable))
             case QuadratureSettings() as on, EncoderDescription() as description, Encoder() as encoder:
-                self._turn(QuadratureDisc(encoder, math.tau / on.edges_per_turn(description), pin(on.a), pin(on.b)))
+                self._schedule(QuadratureDisc(encoder, math.tau / on.edges_per_turn(description), pin(on.a), pin(on.b)))
             case PulsesSettings() as on, EncoderDescription() as description, Encoder() as encoder:
-                self._turn(SlottedDisc(encoder, math.tau / on.edges_per_turn(description), pin(on.gpio)))
+                self._schedule(SlottedDisc(encoder, math.tau / on.edges_per_turn(description), pin(on.gpio)))
             case UltrasonicSettings() as on, _, RangeSensor() as sensor:
                 speed = speed_of_sound(on.air_temperature_c)
                 VirtualEcho(self._simulated.clock, sensor, pin(on.trigger), pin(on.echo), speed, self._is_lost)
@@ -61,30 +64,30 @@ class VirtualWiring:
                 return False
         return True
 
-    def _turn(self, disc: Disc) -> None:
-        """Let a disc turn with every step of the physics."""
+    def _schedule(self, disc: Disc) -> None:
+        """Update a disc in every step of the physics."""
         clock = self._simulated.clock
         step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
-        clock.every(step, disc.turn, "disc")
+        clock.every(step, disc.update, "disc")
 
 
-def find_unmodelled(fittings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
-    """Return the devices for which the simulator's own stand in: their drivers do not run. It has no battery."""
+def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
+    """Return the devices that the simulator's own replace. Batteries are left out: a simulator has none."""
     return [
-        fitting
-        for fitting in fittings
-        if not isinstance(fitting.settings, MODELLED) and not isinstance(fitting.description, BatteryDescription)
+        binding
+        for binding in bindings
+        if not isinstance(binding.settings, MODELLED) and not isinstance(binding.description, BatteryDescription)
     ]
 
 
-def describe_hardware(fitting: DeviceBinding) -> AnyDevice:
-    """Return a device as its hardware is, which tells more than is described.
+def describe_hardware(binding: DeviceBinding) -> AnyDevice:
+    """Return the description of a device's hardware, for the simulator.
 
-    Each edge of an encoder, and walls beyond the maximum, for which an ultrasonic module has echoes too.
+    An encoder has all its edges, and an ultrasonic module also measures walls beyond the described maximum.
     """
-    match fitting.settings, fitting.description:
+    match binding.settings, binding.description:
         case EncoderSettings() as settings, EncoderDescription() as description:
             return description.model_copy(update={"counts_per_turn": settings.edges_per_turn(description)})
         case UltrasonicSettings(), description:
             return description.model_copy(update={"max_range_m": HEARD_M})
-    return fitting.description
+    return binding.description

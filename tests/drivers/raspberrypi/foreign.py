@@ -1,4 +1,4 @@
-"""Device drivers of somebody else's package, and the rover with them."""
+"""Device drivers of another package, and the rover with them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from robotcore.hardware import Connection, DeviceDriver, Host
 
 
 class IrSettings(StrictModel):
-    """Where its output goes: any number, as many a driver has it."""
+    """The GPIO of its output; any number is valid, as in many drivers."""
 
     out: int
 
 
 class IrSwitch(DeviceDriver[RangeSensorDescription, IrSettings]):
-    """Sees something near, or nothing."""
+    """An infrared switch."""
 
     name = "ir-switch"
     summary = "for tests"
@@ -40,7 +40,7 @@ class Nothing(StrictModel):
 
 
 class Hat(DeviceDriver[MotorDescription, Nothing]):
-    """A motor on a board that stands on the header."""
+    """A motor on a board that is plugged onto the header."""
 
     name = "hat"
     summary = "for tests"
@@ -52,7 +52,7 @@ class Hat(DeviceDriver[MotorDescription, Nothing]):
 
 
 def install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the drivers be installed, besides those that are."""
+    """Add the drivers to the installed ones."""
     points = {group: dict(registry._points(group)) for group in (registry.BACKENDS, registry.DEVICES)}
     points[registry.DEVICES] |= {
         kind.name: EntryPoint(kind.name, f"{__name__}:{kind.__name__}", registry.DEVICES) for kind in (IrSwitch, Hat)

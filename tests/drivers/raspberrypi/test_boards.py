@@ -52,7 +52,7 @@ def setup_for(robot: RobotDescription) -> Setup:
     return Setup(robot, worlds.empty(), frozenset(device.name for device in robot.devices), 20.0)
 
 
-def test_both_are_opened_read_and_stopped(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_devices_on_pins_and_on_a_port_work_together(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
     board, clock = WaveshareBoard(2 * RADIUS_M), MonotonicClock()
     powered = Powered(board, pty, clock)
     monkeypatch.setattr(backend, "open_pins", lambda _library: ModulePins(Gate()))
@@ -69,7 +69,7 @@ def test_both_are_opened_read_and_stopped(pty: Pty, monkeypatch: pytest.MonkeyPa
     powered.off()
 
 
-def test_at_the_desk_the_simulators_own_devices_stand_in_for_those_on_a_port_and_it_says_so() -> None:
+def test_on_virtualpi_the_simulator_s_devices_replace_those_on_a_port_with_a_note() -> None:
     setup = setup_for(rover("/dev/serial0"))
     assert any("left_motor: its driver 'waveshare-motor' does not run on virtualpi" in note for note in _notes(setup))
     with VirtualPiBackend().open(setup) as robot:
@@ -81,10 +81,10 @@ def test_at_the_desk_the_simulators_own_devices_stand_in_for_those_on_a_port_and
         assert encoder.read().angle > 0.5
 
 
-def test_a_pin_of_the_ports_own_is_no_others(raises: Raises) -> None:
+def test_a_pin_of_the_port_cannot_be_used_twice(raises: Raises) -> None:
     with raises(DescriptionError):
-        RaspberryPiBackend().fittings(rover("/dev/serial0", trigger=14))
-    RaspberryPiBackend().fittings(rover("/dev/ttyUSB0", trigger=14))
+        RaspberryPiBackend().bind(rover("/dev/serial0", trigger=14))
+    RaspberryPiBackend().bind(rover("/dev/ttyUSB0", trigger=14))
 
 
 def _notes(setup: Setup) -> list[str]:

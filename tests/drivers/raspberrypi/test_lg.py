@@ -64,9 +64,7 @@ def run(code: str, folder: Path, environment: dict[str, str]) -> str:
 
 
 @pytest.mark.parametrize("library", [pytest.param("real", marks=needs_lgpio), "ours"])
-def test_importing_leaves_neither_another_working_directory_nor_a_fifo_nor_a_setting(
-    library: str, tmp_path: Path
-) -> None:
+def test_importing_leaves_no_side_effects(library: str, tmp_path: Path) -> None:
     here, temporary = tmp_path / "here", tmp_path / "tmp"
     here.mkdir()
     temporary.mkdir()
@@ -76,28 +74,29 @@ def test_importing_leaves_neither_another_working_directory_nor_a_fifo_nor_a_set
     assert not [*here.iterdir(), *temporary.iterdir()]
 
 
-def test_threads_that_import_it_at_once_do_not_take_each_other_s_folder_for_a_setting(tmp_path: Path) -> None:
+def test_threads_can_import_at_the_same_time(tmp_path: Path) -> None:
     """As the cutoffs of two motors do, in the guardian."""
     run(AT_ONCE, tmp_path, {**Lines(tmp_path / "dev").environment, "TMPDIR": str(tmp_path)})
 
 
 @needs_lgpio
-def test_the_folder_that_is_set_for_the_fifo_is_used(tmp_path: Path) -> None:
+def test_the_configured_folder_of_the_fifo_is_used(tmp_path: Path) -> None:
     with pytest.raises(AssertionError, match=r"No such file or directory: .*missing"):
         run(LEAVING, tmp_path, environment(LG_WD=str(tmp_path / "missing")))
 
 
-def test_the_empty_one_is_reported_from_a_missing_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pypi_s_empty_lgpio_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "lgpio", ModuleType("lgpio"))
-    with pytest.raises(ImportError, match="pip took an empty one"):
+    with pytest.raises(ImportError) as raised:
         lg.load()
+    assert raised.value.args == (lg.STUB,)
 
 
 @pytest.mark.parametrize(
     "revision, has_chip_4, number",
     [(0xA02082, True, 0), (0xC04170, False, 0), (0xC04170, True, 4)],
 )
-def test_the_header_is_on_chip_4_where_an_early_kernel_of_a_pi_5_has_it_there(
+def test_the_header_is_on_chip_4_with_an_early_kernel_of_a_pi_5(
     revision: int, has_chip_4: bool, number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: revision)
@@ -114,16 +113,14 @@ def test_the_header_is_on_chip_4_where_an_early_kernel_of_a_pi_5_has_it_there(
         ({11: "brcmstb-gpio", 15: "pinctrl-rp1"}, 15),
     ],
 )
-def test_the_header_is_on_the_chip_whose_driver_says_so_whatever_its_number(
-    chips: dict[int, str], number: int, tmp_path: Path
-) -> None:
+def test_the_header_s_chip_is_found_by_its_driver(chips: dict[int, str], number: int, tmp_path: Path) -> None:
     for each, driver in chips.items():
         grow_chip(tmp_path, each, driver)
     assert lg.chip_number(tmp_path) == number
 
 
 @needs_lgpio
-def test_the_lines_of_these_tests_speak_as_lgpio_does(tmp_path: Path) -> None:
+def test_the_double_has_lgpio_s_functions(tmp_path: Path) -> None:
     """In a process of its own, for lgpio's thread never ends."""
     run("from tests.drivers.raspberrypi.test_lg import compare; compare()", tmp_path, environment())
 

@@ -30,8 +30,8 @@ EDGES_A_SECOND = 40.0
 def open_device(name: str, pins: Any, robot: str = "bench") -> Device:
     """Open one device of a robot of the guest's."""
     described = load_robot(str(ROBOTS / f"{robot}.toml"))
-    (fitting,) = bind_devices(described, "raspberrypi", [name])
-    return fitting.open(Host(described, MonotonicClock(), pins))
+    (binding,) = bind_devices(described, "raspberrypi", [name])
+    return binding.open(Host(described, MonotonicClock(), pins))
 
 
 def run_command(app: str, robot: str, *options: str) -> list[str]:

@@ -16,7 +16,7 @@ from robotcore.errors import DeviceClosedError, DeviceError
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.drivers.raspberrypi.cameras.fakes import EYE, FakeSource, LabClock, gone, opened, plain
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 AT_LEAST_S = 30.0
 """No wait in here takes as long unless something hangs."""
@@ -39,20 +39,20 @@ def real_clock() -> Iterator[MonotonicClock]:
     clock.close()
 
 
-def test_the_first_picture_is_there_when_it_is_open(clock: LabClock, source: FakeSource) -> None:
+def test_open_waits_for_the_first_picture(clock: LabClock, source: FakeSource) -> None:
     frame = opened(source, clock).read()
     assert (frame.sequence, frame.time) == (0, 0.0)
     assert clock.now() == 0.0
 
 
-def test_reading_asks_nothing_of_the_camera(clock: LabClock, source: FakeSource) -> None:
+def test_reading_does_not_call_the_camera(clock: LabClock, source: FakeSource) -> None:
     camera = opened(source, clock)
     before = source.shots
     assert camera.read() is camera.read()
     assert source.shots == before
 
 
-def test_the_newest_picture_is_handed_out(clock: LabClock, source: FakeSource) -> None:
+def test_read_returns_the_newest_picture(clock: LabClock, source: FakeSource) -> None:
     camera = opened(source, clock)
     clock.let_pass(0.5)
     frame = camera.read()
@@ -79,9 +79,7 @@ def test_no_picture_but_the_newest_is_kept(clock: LabClock, source: FakeSource) 
     camera.close()
 
 
-def test_a_camera_that_is_gone_is_named_for_as_long_as_it_is(
-    clock: LabClock, source: FakeSource, raises: Raises
-) -> None:
+def test_read_raises_while_the_camera_is_gone(clock: LabClock, source: FakeSource, raises: Raises) -> None:
     camera = opened(source, clock)
     source.failing = gone()
     for _ in range(3):
@@ -90,7 +88,9 @@ def test_a_camera_that_is_gone_is_named_for_as_long_as_it_is(
             camera.read()
 
 
-def test_a_camera_that_comes_back_is_settled_and_held_again_and_counts_on(clock: LabClock, source: FakeSource) -> None:
+def test_a_camera_that_comes_back_holds_its_exposure_again_and_continues_to_count(
+    clock: LabClock, source: FakeSource
+) -> None:
     camera = opened(source, clock)
     last = camera.read().sequence
     source.failing = gone()
@@ -103,7 +103,7 @@ def test_a_camera_that_comes_back_is_settled_and_held_again_and_counts_on(clock:
     assert source.diary == ["open", "hold 100", "close", "open", "hold 120"]
 
 
-def test_it_is_tried_again_ever_more_seldom(clock: LabClock, source: FakeSource) -> None:
+def test_a_failed_camera_is_opened_again_after_longer_and_longer_times(clock: LabClock, source: FakeSource) -> None:
     camera = opened(source, clock)
     source.failing = gone()
     clock.let_pass(0.1)
@@ -121,7 +121,7 @@ def test_it_is_tried_again_ever_more_seldom(clock: LabClock, source: FakeSource)
     assert camera.read()
 
 
-def test_a_camera_that_worked_in_between_is_tried_again_soon(clock: LabClock, source: FakeSource) -> None:
+def test_a_camera_that_worked_meanwhile_is_opened_again_soon(clock: LabClock, source: FakeSource) -> None:
     camera = opened(source, clock)
     for seconds in (10.0, 0.1):
         source.failing = gone()
@@ -131,14 +131,14 @@ def test_a_camera_that_worked_in_between_is_tried_again_soon(clock: LabClock, so
         assert camera.read()
 
 
-def test_every_failure_closes_what_was_open(clock: LabClock, source: FakeSource) -> None:
+def test_every_failure_closes_the_source(clock: LabClock, source: FakeSource) -> None:
     opened(source, clock)
     source.failing = gone()
     clock.let_pass(20.0)
     assert source.diary.count("close") == source.diary.count("open")
 
 
-def test_an_error_that_no_library_should_raise_is_named_by_name(
+def test_an_unexpected_error_is_raised_with_the_device_s_name(
     clock: LabClock, source: FakeSource, raises: Raises
 ) -> None:
     camera = opened(source, clock)
@@ -156,7 +156,7 @@ def test_a_camera_that_cannot_be_opened_is_closed_again(
         raise failure
 
     source.on_shot = fail
-    with pytest.raises(KeyboardInterrupt if isinstance(failure, KeyboardInterrupt) else DeviceError, match=r"eye|^$"):
+    with pytest.raises(KeyboardInterrupt if isinstance(failure, KeyboardInterrupt) else DeviceError):
         opened(source, clock)
     assert source.diary == ["open", "close"]
     clock.let_pass(1.0)
@@ -175,7 +175,7 @@ def test_a_closed_camera_takes_no_more_pictures(clock: LabClock, source: FakeSou
         camera.read()
 
 
-def test_work_that_was_due_as_the_camera_was_closed_does_not_open_it_again(clock: LabClock, source: FakeSource) -> None:
+def test_a_poll_that_was_due_at_closing_does_not_open_the_camera_again(clock: LabClock, source: FakeSource) -> None:
     camera = opened(source, clock)
     source.failing = gone()
     clock.let_pass(0.1)
@@ -209,7 +209,7 @@ class TestInRealTime:
         assert "close" not in source.diary
         release.set()
 
-    def test_a_camera_that_hung_is_let_go_when_it_answers_and_not_before(self, real_clock: MonotonicClock) -> None:
+    def test_a_camera_that_hung_is_closed_when_it_answers(self, real_clock: MonotonicClock) -> None:
         source, hangs, release, closed = FakeSource(real_clock), threading.Event(), threading.Event(), threading.Event()
         source.close = closed.set  # type: ignore[method-assign]
         camera = opened(source, real_clock, fps=240)
@@ -220,17 +220,17 @@ class TestInRealTime:
         release.set()
         assert closed.wait(AT_LEAST_S)
 
-    def test_closing_that_hangs_keeps_nobody(
-        self, real_clock: MonotonicClock, caplog: pytest.LogCaptureFixture
+    def test_a_close_that_hangs_is_not_waited_for(
+        self, real_clock: MonotonicClock, caplog: pytest.LogCaptureFixture, check_text: CheckText
     ) -> None:
         source, release = FakeSource(real_clock), threading.Event()
         source.close = lambda: release.wait(AT_LEAST_S)  # type: ignore[method-assign,assignment]
         camera = opened(source, real_clock)
         camera.close()
         release.set()
-        assert "eye: the camera hangs" in caplog.text
+        check_text("\n".join(caplog.messages))
 
-    def test_pictures_come_by_themselves(self, real_clock: MonotonicClock) -> None:
+    def test_pictures_are_taken_in_the_background(self, real_clock: MonotonicClock) -> None:
         source, many = FakeSource(real_clock), threading.Event()
         source.on_shot = lambda: many.set() if source.shots > 30 else None
         camera = opened(source, real_clock, fps=240)
@@ -267,11 +267,11 @@ def corners_of(image: Image) -> list[int]:
         ({"rotate_180": True, "flip_horizontal": True, "flip_vertical": True}, [1, 2, 3, 4]),
     ],
 )
-def test_a_camera_that_is_mounted_otherwise_gives_an_upright_picture(settings: Any, corners: list[int]) -> None:
+def test_pictures_are_turned_upright_by_the_settings(settings: Any, corners: list[int]) -> None:
     assert corners_of(frame_of(CORNERS, **settings).image) == corners
 
 
-def test_the_picture_is_contiguous_and_nobody_can_write_to_it() -> None:
+def test_the_picture_is_contiguous_and_read_only() -> None:
     image = frame_of(np.repeat(plain(), 2, axis=1)[:, ::2]).image
     assert image.flags.c_contiguous
     assert not image.flags.writeable
@@ -292,12 +292,12 @@ def test_another_size_of_the_same_shape_is_averaged_down() -> None:
 
 
 @pytest.mark.parametrize("width, height", [(48, 24), (24, 32), (32, 30)])
-def test_another_shape_is_refused_for_its_field_of_view(width: int, height: int, raises: Raises) -> None:
+def test_another_aspect_ratio_is_refused(width: int, height: int, raises: Raises) -> None:
     with raises(DeviceError, "camera-shape"):
         frame_of(plain(width=width, height=height))
 
 
-def test_a_shape_that_differs_by_the_rounding_of_a_pixel_only_is_no_other() -> None:
+def test_an_aspect_ratio_may_differ_by_the_rounding_of_a_pixel() -> None:
     description = EYE.model_copy(update={"width_px": 854, "height_px": 480})
     image = FrameConverter(description, CameraSettings()).frame(Shot(plain(width=1920, height=1080), 0.0)).image
     assert image.shape == (480, 854, 3)

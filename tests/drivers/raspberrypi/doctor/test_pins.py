@@ -37,9 +37,7 @@ def versions(monkeypatch: pytest.MonkeyPatch) -> Versions:
     return install
 
 
-def test_the_library_that_opens_is_named_by_its_version_and_closed_again(
-    versions: Versions, check_findings: CheckFindings
-) -> None:
+def test_the_library_is_reported_with_its_version_and_closed(versions: Versions, check_findings: CheckFindings) -> None:
     versions(lgpio="0.2.2.0", gpiozero="2.0.1.post3")
     before = Pins.closed
     check_findings(check_library(), "pin-factory-ok")
@@ -52,7 +50,7 @@ def test_the_empty_lgpio_of_pip_is_an_error(versions: Versions, check_findings: 
 
 
 @pytest.mark.parametrize("name", ["mock", "rpigpio"])
-def test_a_library_that_no_run_would_take_is_an_error_and_no_other_stands_in(
+def test_a_library_that_no_run_would_take_is_an_error(
     versions: Versions, monkeypatch: pytest.MonkeyPatch, name: str, check_findings: CheckFindings
 ) -> None:
     versions(gpiozero="2.0.1")
@@ -78,6 +76,6 @@ def test_a_gpiozero_that_takes_the_wrong_chip_is_an_error(versions: Versions, ve
     assert [each.level for each in check_library()] == ([Level.ERROR] if is_old else []) + [Level.OK]
 
 
-def test_versions_are_those_of_what_is_installed() -> None:
+def test_versions_are_those_of_the_installed_packages() -> None:
     assert installed_version("gpiozero")
     assert installed_version("no-such-package") is None

@@ -22,14 +22,14 @@ from drivers.raspberrypi.header import gpio
 from robotcore.hal.finding import Finding, Level
 from robotcore.hardware import Connection
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
-from tests.drivers.raspberrypi.doctor.trees import fitting
+from tests.drivers.raspberrypi.doctor.trees import binding
 
-NOSE = fitting("nose", gpio("trigger", 16), gpio("echo", 26))
-MOTOR = fitting("left_motor", gpio("forward", 17), gpio("backward", 27))
-LASER = fitting("nose", gpio("SDA", 2, is_shared=True), Connection("address", "I2C", "0x29 on bus 1"))
-ASIDE = fitting("nose", Connection("SDA", "I2C", "SDA of bus 3", is_shared=True))
-EYE = fitting("eye", Connection("camera", "CSI", "0"))
-WEBCAM = fitting("eye", Connection("camera", "USB", "/dev/video0"))
+NOSE = binding("nose", gpio("trigger", 16), gpio("echo", 26))
+MOTOR = binding("left_motor", gpio("forward", 17), gpio("backward", 27))
+LASER = binding("nose", gpio("SDA", 2, is_shared=True), Connection("address", "I2C", "0x29 on bus 1"))
+ASIDE = binding("nose", Connection("SDA", "I2C", "SDA of bus 3", is_shared=True))
+EYE = binding("eye", Connection("camera", "CSI", "0"))
+WEBCAM = binding("eye", Connection("camera", "USB", "/dev/video0"))
 
 
 def test_free_pins_are_ok(check_findings: CheckFindings) -> None:
@@ -43,11 +43,11 @@ def test_free_pins_are_ok(check_findings: CheckFindings) -> None:
     assert asked == [[16, 17, 26, 27]]
 
 
-def test_each_held_pin_is_named_with_its_device_and_its_holder(check_findings: CheckFindings) -> None:
+def test_each_held_pin_is_reported_with_its_device_and_its_holder(check_findings: CheckFindings) -> None:
     check_findings(check_pins([NOSE, MOTOR], lambda _: {26: "process 812 (python3)"}), "gpio-held")
 
 
-def test_a_robot_without_pins_has_nobody_asked() -> None:
+def test_without_pins_the_kernel_is_not_asked() -> None:
     def never(_: Collection[int]) -> Mapping[int, str]:
         pytest.fail("there is nothing to ask")
 
@@ -67,7 +67,7 @@ def test_the_kernel_is_asked_which_lines_are_in_use(monkeypatch: pytest.MonkeyPa
     assert closed == [7]
 
 
-def test_a_bus_counts_only_where_a_device_is_on_it(pi_4: Path, broken: Path, check_findings: CheckFindings) -> None:
+def test_a_bus_is_checked_only_if_a_device_uses_it(pi_4: Path, broken: Path, check_findings: CheckFindings) -> None:
     assert list(check_bus(broken, [NOSE])) == []
     check_findings(check_bus(pi_4, [LASER]), "i2c-on")
 
@@ -82,26 +82,26 @@ def test_another_bus_is_switched_on_by_another_line(pi_4: Path, check_findings: 
     check_findings(check_bus(pi_4, [ASIDE]), "i2c-off")
 
 
-def test_the_lines_of_a_bus_are_the_kernels_own(check_findings: CheckFindings) -> None:
+def test_the_lines_of_a_bus_are_not_checked_as_pins(check_findings: CheckFindings) -> None:
     found = check_pins([LASER, NOSE], lambda gpios: dict.fromkeys(set(gpios) & {2}, "the kernel"))
     check_findings(found, "gpios-free")
 
 
-def test_a_camera_on_the_connector_is_there_when_the_kernel_has_found_its_sensor(
+def test_a_camera_on_the_connector_is_ok_if_the_kernel_has_found_its_sensor(
     pi_4: Path, pi_5: Path, check_findings: CheckFindings
 ) -> None:
     check_findings([*check_cameras(pi_4, [EYE]), *check_cameras(pi_5, [EYE])], "camera-found", "camera-found")
 
 
-def test_which_of_two_connectors_a_sensor_is_on_is_not_made_up(pi_5: Path, check_findings: CheckFindings) -> None:
-    check_findings(check_cameras(pi_5, [fitting("eye", Connection("camera", "CSI", "1"))]), "camera-unnumbered")
+def test_a_sensor_on_an_unknown_connector_is_a_warning(pi_5: Path, check_findings: CheckFindings) -> None:
+    check_findings(check_cameras(pi_5, [binding("eye", Connection("camera", "CSI", "1"))]), "camera-unnumbered")
 
 
-def test_the_video_files_that_every_pi_has_are_no_camera(broken: Path, check_findings: CheckFindings) -> None:
+def test_the_video_files_of_every_pi_are_no_camera(broken: Path, check_findings: CheckFindings) -> None:
     check_findings(check_cameras(broken, [EYE]), "camera-missing")
 
 
-def test_a_camera_on_usb_is_there_when_its_file_is(pi_4: Path, broken: Path) -> None:
+def test_a_camera_on_usb_is_ok_if_its_file_exists(pi_4: Path, broken: Path) -> None:
     assert [each.level for pi in (pi_4, broken) for each in check_cameras(pi, [WEBCAM])] == [Level.OK, Level.ERROR]
 
 
@@ -109,7 +109,7 @@ def test_a_robot_without_camera_needs_none(broken: Path) -> None:
     assert list(check_cameras(broken, [NOSE])) == []
 
 
-def test_picamera2_for_another_numpy_is_reported_from_one_that_is_missing(
+def test_picamera2_for_another_numpy_and_a_missing_one_are_distinguished(
     monkeypatch: pytest.MonkeyPatch, check_findings: CheckFindings
 ) -> None:
     def clashing(_: str) -> object:
@@ -127,7 +127,7 @@ CONSOLE = "coherent_pool=1M console={},115200 console=tty1 root=PARTUUID=1234-02
 def on(root: Path, port: str, *, may_open: bool = True) -> Finding:
     """Return what is found of a robot whose two motors are on a port."""
     wires = Connection("port", "serial", port, is_shared=True, protocol="something")
-    motors = [fitting(name, wires) for name in ("left_motor", "right_motor")]
+    motors = [binding(name, wires) for name in ("left_motor", "right_motor")]
     (found,) = check_serial(root, motors, lambda _: may_open)
     return found
 
@@ -144,16 +144,16 @@ def tell_kernel(root: Path, console: str) -> None:
 
 
 def test_a_robot_without_ports_needs_none(pi_4: Path) -> None:
-    assert list(check_serial(pi_4, [fitting("nose", Connection("trigger", "GPIO", "16"))])) == []
+    assert list(check_serial(pi_4, [binding("nose", Connection("trigger", "GPIO", "16"))])) == []
 
 
 @pytest.mark.parametrize("console", ["tty1", "ttyAMA10"])
-def test_a_port_that_is_there_and_nobody_elses_is_ok(pi_4: Path, console: str, check_findings: CheckFindings) -> None:
+def test_a_free_port_is_ok(pi_4: Path, console: str, check_findings: CheckFindings) -> None:
     tell_kernel(link(pi_4, "serial0", "ttyS0"), console)
     check_findings([on(pi_4, "/dev/serial0")], "port-ok")
 
 
-def test_a_port_on_the_header_that_is_switched_off_is_an_error_with_how_to_switch_it_on(
+def test_a_switched_off_port_on_the_header_is_an_error_with_a_remedy(
     pi_4: Path, pi_5: Path, check_findings: CheckFindings
 ) -> None:
     check_findings([on(pi_4, "/dev/serial0"), on(pi_5, "/dev/ttyAMA0")], "port-missing", "port-missing")
@@ -181,14 +181,12 @@ def test_a_port_that_this_user_may_not_open_is_an_error_with_the_group(
     check_findings([on(pi_4, "/dev/ttyUSB0", may_open=False)], "port-no-permission")
 
 
-def test_a_port_that_is_not_plugged_in_is_reported_with_those_that_are(
-    pi_4: Path, check_findings: CheckFindings
-) -> None:
+def test_a_missing_port_is_reported_with_the_present_ones(pi_4: Path, check_findings: CheckFindings) -> None:
     (pi_4 / "dev/ttyACM0").touch()
     check_findings([on(pi_4, "/dev/ttyUSB0")], "port-missing")
 
 
-def test_a_usb_id_is_looked_for_among_what_is_plugged_in(pi_4: Path) -> None:
+def test_a_usb_id_is_searched_among_the_plugged_in_devices(pi_4: Path) -> None:
     device = pi_4 / "sys/bus/usb/devices/1-1.2"
     device.mkdir(parents=True)
     (device / "idVendor").write_text("10c4\n")
@@ -213,18 +211,18 @@ def test_each_kind_of_device_is_reported_with_its_group(pi_4: Path, check_findin
     check_findings(check_permissions(pi_4, lambda _: False), *kinds)
 
 
-def test_a_user_who_has_not_logged_in_since_is_reported_so(broken: Path, check_findings: CheckFindings) -> None:
+def test_a_new_member_of_a_group_must_log_in_again(broken: Path, check_findings: CheckFindings) -> None:
     check_findings(check_permissions(broken, lambda file: file.name != "gpiochip0"), "no-permission-gpio")
 
 
-def test_a_group_that_does_not_help_is_not_given_as_the_remedy(pi_4: Path, check_findings: CheckFindings) -> None:
+def test_a_group_that_does_not_help_is_not_the_remedy(pi_4: Path, check_findings: CheckFindings) -> None:
     check_findings(check_permissions(pi_4, lambda file: file.name != "i2c-1"), "no-permission-i2c")
 
 
-def test_where_there_are_no_devices_nothing_is_called_right(tmp_path: Path, check_findings: CheckFindings) -> None:
+def test_without_devices_permissions_are_not_ok(tmp_path: Path, check_findings: CheckFindings) -> None:
     check_findings(check_permissions(tmp_path, lambda _: False), "no-devices")
 
 
-def test_a_file_that_is_not_there_may_not_be_opened(tmp_path: Path, pi_4: Path) -> None:
+def test_a_missing_file_may_not_be_opened(tmp_path: Path, pi_4: Path) -> None:
     assert may_open(pi_4 / "dev/gpiochip0")
     assert not may_open(tmp_path / "dev/gpiochip0")

@@ -110,7 +110,7 @@ class Fed(Plugged):
     supply = ("3.3 V", "ground")
 
 
-def fitting(name: str, *wires: Connection, notes: tuple[str, ...] = (), kind: type[Plugged] = Plugged) -> DeviceBinding:
+def binding(name: str, *wires: Connection, notes: tuple[str, ...] = (), kind: type[Plugged] = Plugged) -> DeviceBinding:
     """Return a device of the rover's on these wires."""
     description = next(device for device in load_robot("rover").devices if device.name == name)
     return DeviceBinding(description, kind(wires, notes), StrictModel())

@@ -58,19 +58,19 @@ PULSES = {"driver": "pulses", "gpio": PIN}
 EDGE = math.tau / TURN / 2
 
 
-def test_a_turn_is_as_many_cycles_as_the_description_counts() -> None:
+def test_a_turn_has_the_described_number_of_cycles() -> None:
     wires = Wires(PULSES)
     pulse(wires, TURN)
     assert wires.angle() == pytest.approx(math.tau)
 
 
-def test_a_turn_is_as_many_edges_where_edges_are_counted() -> None:
+def test_a_turn_has_the_described_number_of_edges() -> None:
     wires = Wires({**PULSES, "counts": "edges"})
     pulse(wires, TURN)
     assert wires.angle() == pytest.approx(2 * math.tau)
 
 
-def test_it_counts_in_the_direction_that_the_motor_was_last_reported() -> None:
+def test_it_counts_in_the_direction_of_the_motor_s_last_command() -> None:
     rig = Rig()
     wires = Wires(PULSES, opened={"left_motor": rig.motor})
     angles = []
@@ -90,7 +90,7 @@ def test_the_motor_may_be_opened_after_the_encoder() -> None:
     assert wires.angle() == pytest.approx(-2 * EDGE)
 
 
-def test_a_motor_that_tells_no_direction_is_named(raises: Raises) -> None:
+def test_a_motor_that_reports_no_direction_is_an_error(raises: Raises) -> None:
     wires = Wires(PULSES, opened={"left_motor": Silent("left_motor", 12.0)})
     pulse(wires, 1)
     with raises(DeviceError, "no-direction"):
@@ -103,7 +103,7 @@ def test_an_encoder_on_no_wheel_of_the_drive_is_refused(raises: Raises) -> None:
         bind_devices(robot, "raspberrypi", ["left_encoder"])
 
 
-def test_closing_gives_the_pin_back() -> None:
+def test_closing_frees_the_pin() -> None:
     wires = Wires(PULSES)
     wires.opened["left_encoder"].close()
     opened: dict[str, Device] = {}

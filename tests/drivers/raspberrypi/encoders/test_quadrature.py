@@ -21,19 +21,19 @@ PHASES = ((0, 0), (1, 0), (1, 1), (0, 1))
 """The levels of a and b, one edge after the other, forward."""
 
 
-def test_a_turn_is_as_many_cycles_as_the_description_counts() -> None:
+def test_a_turn_has_the_described_number_of_cycles() -> None:
     wires = Wires(PLAIN)
     turn(wires, 4 * TURN)
     assert wires.angle() == pytest.approx(math.tau)
 
 
-def test_a_turn_is_as_many_edges_where_edges_are_counted() -> None:
+def test_a_turn_has_the_described_number_of_edges() -> None:
     wires = Wires({**PLAIN, "counts": "edges"})
     turn(wires, TURN)
     assert wires.angle() == pytest.approx(math.tau)
 
 
-def test_every_edge_tells() -> None:
+def test_every_edge_counts() -> None:
     wires = Wires(PLAIN)
     angles = []
     for edge in range(4):
@@ -48,14 +48,14 @@ def test_backward_counts_down() -> None:
     assert wires.angle() == pytest.approx(-math.tau)
 
 
-def test_swapping_the_channels_turns_the_sign() -> None:
+def test_swapping_the_channels_changes_the_sign() -> None:
     wires = Wires({**PLAIN, "a": B, "b": A})
     turn(wires, 4 * TURN)
     assert wires.angle() == pytest.approx(-math.tau)
 
 
 @pytest.mark.parametrize("start", range(4))
-def test_wherever_the_wheel_stands_the_angle_begins_at_zero(start: int) -> None:
+def test_the_angle_begins_at_zero_at_every_position_of_the_wheel(start: int) -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     for number, level in zip((A, B), PHASES[start], strict=True):
         pins.pin(number).drive_high() if level else pins.pin(number).drive_low()
@@ -65,7 +65,7 @@ def test_wherever_the_wheel_stands_the_angle_begins_at_zero(start: int) -> None:
     assert wires.angle() == pytest.approx(math.tau / TURN / 4)
 
 
-def test_a_wheel_that_trembles_at_an_edge_stays_where_it_is() -> None:
+def test_a_wheel_that_trembles_at_an_edge_does_not_drift() -> None:
     wires = Wires(PLAIN)
     before = wires.angle()
     for _ in range(10):
@@ -85,7 +85,7 @@ def test_the_count_is_the_sum_of_all_steps(steps: list[int]) -> None:
 
 
 @given(st.integers(0, 40))
-def test_a_missed_edge_costs_a_cycle_at_most_and_what_follows_counts(missed: int) -> None:
+def test_a_missed_edge_costs_at_most_a_cycle(missed: int) -> None:
     decoder = QuadratureDecoder(a=False, b=False)
     for edge in range(1, 101):
         a, b = PHASES[edge % 4]
@@ -97,7 +97,7 @@ def test_a_missed_edge_costs_a_cycle_at_most_and_what_follows_counts(missed: int
     assert decoder.edges - since == 100 - missed - 4
 
 
-def test_a_sample_is_of_the_moment_it_is_read_and_an_instant_has_one() -> None:
+def test_a_sample_is_taken_when_it_is_read_and_once_an_instant() -> None:
     wires = Wires(PLAIN)
     first = wires.encoder.read()
     turn(wires, 1)
@@ -109,12 +109,12 @@ def test_a_sample_is_of_the_moment_it_is_read_and_an_instant_has_one() -> None:
 
 
 @pytest.mark.parametrize("pull_up, pull", [(True, "up"), (False, "floating")])
-def test_the_pull_up_is_as_it_is_asked_for(pull_up: bool, pull: str) -> None:
+def test_the_pull_up_follows_the_settings(pull_up: bool, pull: str) -> None:
     wires = Wires({**PLAIN, "pull_up": pull_up})
     assert [wires.pins.pin(number).pull for number in (A, B)] == [pull, pull]
 
 
-def test_bounce_is_the_pin_s_to_keep_out() -> None:
+def test_the_pin_debounces() -> None:
     wires = Wires({**PLAIN, "bounce_s": 0.002})
     assert [wires.pins.pin(number).bounce for number in (A, B)] == [0.002, 0.002]
 
@@ -126,7 +126,7 @@ class Lasting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         self.function = "input"
 
 
-def test_closing_gives_the_pins_back_and_counts_no_more() -> None:
+def test_closing_frees_the_pins_and_stops_counting() -> None:
     wires = Wires(PLAIN, MockFactory(pin_class=Lasting))
     wires.encoder.close()
     for number in (A, B):
@@ -137,7 +137,7 @@ def test_closing_gives_the_pins_back_and_counts_no_more() -> None:
 
 
 @pytest.mark.parametrize("taken, other", [(A, B), (B, A)])
-def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, other: int, raises: Raises) -> None:
+def test_a_pin_in_use_is_reported_and_the_other_is_freed(taken: int, other: int, raises: Raises) -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     with OutputDevice(taken, pin_factory=pins):
         with raises(DeviceError, "gpio-in-use"):
@@ -145,7 +145,7 @@ def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, o
         InputDevice(other, pin_factory=pins).close()
 
 
-def test_a_pull_that_a_pin_cannot_have_is_reported_with_what_to_do(raises: Raises) -> None:
+def test_a_pull_that_a_pin_cannot_have_is_reported_with_a_remedy(raises: Raises) -> None:
     with raises(DeviceError, "gpio-failed"):
         Wires({**PLAIN, "a": 2, "pull_up": False})
 
@@ -157,7 +157,7 @@ class Deaf(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         raise PinEdgeDetectUnsupported("no edges here")
 
 
-def test_a_pin_that_cannot_tell_of_edges_is_named_and_both_are_given_back(raises: Raises) -> None:
+def test_a_pin_without_edge_detection_is_reported_and_both_are_freed(raises: Raises) -> None:
     pins = MockFactory(pin_class=Deaf)
     with raises(DeviceError, "gpio-failed"):
         Wires(PLAIN, pins)
@@ -166,7 +166,7 @@ def test_a_pin_that_cannot_tell_of_edges_is_named_and_both_are_given_back(raises
 
 
 @pytest.mark.parametrize("wrong", [{"counts": "turns"}, {"bounce_s": 1.0}, {"a": 40}])
-def test_settings_of_no_encoder_are_refused(wrong: dict[str, Any], raises: Raises) -> None:
+def test_invalid_settings_are_refused(wrong: dict[str, Any], raises: Raises) -> None:
     with raises(DescriptionError):
         Wires({**PLAIN, **wrong})
 

@@ -24,8 +24,8 @@ class Wires:
         self.clock = SteppedClock(50.0, lambda steps: None)
         self.opened = {} if opened is None else opened
         robot = rover({"left_encoder": section}, TURN)
-        (self.fitting,) = bind_devices(robot, "raspberrypi", ["left_encoder"])
-        open_devices([self.fitting], Host(robot, self.clock, self.pins, self.opened), self.opened)
+        (self.binding,) = bind_devices(robot, "raspberrypi", ["left_encoder"])
+        open_devices([self.binding], Host(robot, self.clock, self.pins, self.opened), self.opened)
 
     @property
     def encoder(self) -> Encoder:

@@ -46,8 +46,8 @@ class Rig:
         robot = rover({"left_motor": motor, "left_encoder": encoder}, slots)
         self.opened: dict[str, Device] = {}
         self.host = Host(robot, self.clock, self.pins, self.opened)
-        self.fittings = {fitted.name: fitted for fitted in bind_devices(robot, "raspberrypi", names)}
-        open_devices(self.fittings.values(), self.host, self.opened)
+        self.bindings = {binding.name: binding for binding in bind_devices(robot, "raspberrypi", names)}
+        open_devices(self.bindings.values(), self.host, self.opened)
 
     @property
     def motor(self) -> Motor:

@@ -41,7 +41,7 @@ def test_a_velocity_is_a_duty_on_the_pin_of_its_direction(velocity: float, forwa
     assert levels(rig) == pytest.approx((forward, backward))
 
 
-def test_turning_the_other_way_lets_go_of_the_first() -> None:
+def test_a_change_of_direction_sets_the_first_pin_low() -> None:
     rig = Rig()
     rig.motor.set_velocity(7.0)
     rig.motor.set_velocity(-7.0)
@@ -50,7 +50,7 @@ def test_turning_the_other_way_lets_go_of_the_first() -> None:
     assert levels(rig) == pytest.approx((0.55, 0))
 
 
-def test_the_limit_is_the_description_s_and_is_reported() -> None:
+def test_the_limit_is_the_description_s() -> None:
     assert Rig().motor.set_velocity(100.0) == 12.0
 
 
@@ -78,7 +78,7 @@ def test_a_command_like_the_last_is_sent_again(velocity: float) -> None:
     assert levels(rig) == sent
 
 
-def test_pulses_come_at_the_frequency_asked_for() -> None:
+def test_pulses_have_the_frequency_of_the_settings() -> None:
     rig = Rig({**H_BRIDGE, "frequency_hz": 1000})
     assert [rig.pins.pin(number).frequency for number in (FORWARD, BACKWARD)] == [1000, 1000]
 
@@ -103,7 +103,7 @@ def test_the_standby_line_is_left_to_the_guardian() -> None:
     OutputDevice(STANDBY, pin_factory=rig.pins).close()
 
 
-def test_closing_stops_and_gives_every_pin_back() -> None:
+def test_closing_stops_the_motor_and_frees_every_pin() -> None:
     rig = Rig({**H_BRIDGE, "enable": ENABLE})
     rig.motor.set_velocity(7.0)
     rig.close()
@@ -112,13 +112,13 @@ def test_closing_stops_and_gives_every_pin_back() -> None:
         OutputDevice(number, pin_factory=rig.pins).close()
 
 
-def test_lines_that_are_closed_are_pulled_down_and_do_not_float() -> None:
+def test_closed_lines_are_pulled_down() -> None:
     rig = Rig({**H_BRIDGE, "enable": ENABLE})
     rig.close()
     assert [rig.pins.pin(number).pull for number in (FORWARD, BACKWARD, ENABLE)] == ["down"] * 3
 
 
-def test_a_line_that_the_pi_pulls_up_by_a_resistor_is_closed_all_the_same() -> None:
+def test_a_line_with_a_fixed_pull_up_can_be_closed() -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     with ExitStack() as opened:
         pwm_output("left_motor", 2, 100, pins, opened)
@@ -141,15 +141,15 @@ def test_a_line_that_a_resistor_holds_high_is_refused(lines: dict[str, int], rai
         ({"forward": 8, "standby": 22}, False),
     ],
 )
-def test_a_line_that_is_pulled_up_while_the_pi_starts_is_noted(lines: dict[str, int], is_noted: bool) -> None:
-    (fitting,) = bind_devices(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
-    assert any("are pulled up" in note for note in fitting.notes) is is_noted
-    assert bool(fitting.warnings) is is_noted
+def test_a_line_that_is_pulled_up_while_the_pi_starts_has_a_warning(lines: dict[str, int], is_noted: bool) -> None:
+    (binding,) = bind_devices(rover({"left_motor": {**H_BRIDGE, **lines}}), "raspberrypi", ["left_motor"])
+    assert any("are pulled up" in note for note in binding.notes) is is_noted
+    assert bool(binding.warnings) is is_noted
 
 
 @pytest.mark.parametrize("broken, other", [(FORWARD, BACKWARD), (BACKWARD, FORWARD)])
 @pytest.mark.parametrize("leave", [Motor.stop, Motor.close])
-def test_a_pin_that_fails_keeps_the_other_from_nothing(broken: int, other: int, leave: Any, raises: Raises) -> None:
+def test_a_pin_that_fails_does_not_keep_the_other_high(broken: int, other: int, leave: Any, raises: Raises) -> None:
     rig = Rig(pin_class=Unwilling)
     rig.motor.set_velocity(7.0 if other == FORWARD else -7.0)
     assert rig.pins.pin(other).state > 0
@@ -181,7 +181,7 @@ def test_a_line_that_cannot_be_pulled_down_is_reported_alone_and_once(raises: Ra
     assert rig.pins.pin(FORWARD).pull == "down"
 
 
-def test_what_fails_while_it_turns_is_named_by_name_with_what_to_do(raises: Raises) -> None:
+def test_a_failure_while_turning_is_reported_with_a_remedy(raises: Raises) -> None:
     rig = Rig(pin_class=Unwilling)
     rig.pins.pin(BACKWARD).is_broken = True
     with raises(DeviceError, "gpio-failed") as raised:
@@ -191,7 +191,7 @@ def test_what_fails_while_it_turns_is_named_by_name_with_what_to_do(raises: Rais
 
 
 @pytest.mark.parametrize("taken", [FORWARD, BACKWARD, ENABLE])
-def test_a_pin_that_is_in_use_is_named_and_the_others_are_given_back(taken: int, raises: Raises) -> None:
+def test_a_pin_in_use_is_reported_and_the_others_are_freed(taken: int, raises: Raises) -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     with OutputDevice(taken, pin_factory=pins):
         with raises(DeviceError, "gpio-in-use"):
@@ -200,10 +200,10 @@ def test_a_pin_that_is_in_use_is_named_and_the_others_are_given_back(taken: int,
             OutputDevice(number, pin_factory=pins).close()
 
 
-def test_every_wire_has_its_place_and_standby_may_be_shared() -> None:
+def test_every_wire_has_its_gpio_and_standby_may_be_shared() -> None:
     section = {"left_motor": {**H_BRIDGE, "enable": ENABLE, "standby": STANDBY}}
-    (fitting,) = bind_devices(rover(section), "raspberrypi", ["left_motor"])
-    wires = {wire.signal: (str(wire), wire.is_shared) for wire in fitting.connections}
+    (binding,) = bind_devices(rover(section), "raspberrypi", ["left_motor"])
+    wires = {wire.signal: (str(wire), wire.is_shared) for wire in binding.connections}
     assert wires == {
         "forward": ("GPIO 17", False),
         "backward": ("GPIO 27", False),
@@ -223,26 +223,26 @@ def test_a_motor_without_a_model_is_refused(raises: Raises) -> None:
         Rig({"driver": "h-bridge", "forward": FORWARD, "backward": BACKWARD})
 
 
-def test_on_pins_that_nobody_else_sees_there_is_nothing_to_cut_off() -> None:
+def test_mock_pins_have_no_cutoffs() -> None:
     rig = Rig({**H_BRIDGE, "standby": STANDBY})
-    assert rig.fittings["left_motor"].cutoffs(rig.host) == ()
+    assert rig.bindings["left_motor"].cutoffs(rig.host) == ()
 
 
-def test_another_process_stops_it_by_the_standby_line_where_there_is_one() -> None:
+def test_the_cutoff_is_the_standby_line_if_there_is_one() -> None:
     (spec,) = cutoffs({**H_BRIDGE, "standby": STANDBY})
     assert (spec.device, spec.cutoff) == ("left_motor", "drivers.raspberrypi.cutoff:StandbyLine")
     assert spec.parameters == {"line": STANDBY}
     spec.make()
 
 
-def test_another_process_stops_it_by_its_own_lines_where_there_is_no_standby() -> None:
+def test_the_cutoff_is_the_motor_s_lines_without_a_standby_line() -> None:
     (spec,) = cutoffs({**H_BRIDGE, "enable": ENABLE})
     assert spec.cutoff == "drivers.raspberrypi.cutoff:MotorLines"
     assert spec.parameters == {"lines": [FORWARD, BACKWARD, ENABLE], "owner": os.getpid()}
     spec.make()
 
 
-def test_where_nobody_has_it_open_nobody_is_ended_for_its_lines() -> None:
+def test_the_cutoff_of_a_closed_motor_kills_no_process() -> None:
     robot = rover({"left_motor": {**H_BRIDGE, "enable": ENABLE}})
     (spec,) = static_cutoffs(robot, bind_devices(robot, "raspberrypi", ["left_motor"]))
     assert spec.parameters == {"lines": [FORWARD, BACKWARD, ENABLE], "owner": None}
@@ -250,14 +250,14 @@ def test_where_nobody_has_it_open_nobody_is_ended_for_its_lines() -> None:
 
 
 def test_the_driver_is_found_by_its_name() -> None:
-    (fitting,) = bind_devices(rover({"left_motor": H_BRIDGE}), "raspberrypi", ["left_motor"])
-    assert isinstance(fitting.driver, HBridge)
+    (binding,) = bind_devices(rover({"left_motor": H_BRIDGE}), "raspberrypi", ["left_motor"])
+    assert isinstance(binding.driver, HBridge)
 
 
 def cutoffs(section: dict[str, Any]) -> Any:
     robot = rover({"left_motor": section})
-    (fitting,) = bind_devices(robot, "raspberrypi", ["left_motor"])
-    return fitting.cutoffs(Host(robot, Rig().clock, pins=object()))
+    (binding,) = bind_devices(robot, "raspberrypi", ["left_motor"])
+    return binding.cutoffs(Host(robot, Rig().clock, pins=object()))
 
 
 def levels(rig: Rig) -> tuple[float, float]:

@@ -58,7 +58,7 @@ def test_turning_the_other_way_never_has_both_inputs_high(lines: Lines, pins: An
 
 
 @pytest.mark.parametrize("percent", range(-100, 101))
-def test_lgpio_sends_the_whole_percent_that_was_meant(percent: int) -> None:
+def test_lgpio_sends_exactly_the_whole_percent(percent: int) -> None:
     duty = whole_percent(percent / 100)
     assert int(duty * 100) == percent
     assert duty == pytest.approx(percent / 100)

@@ -22,14 +22,14 @@ def test_a_velocity_is_a_duty_and_a_direction(velocity: float, phase: int, enabl
     assert levels(rig) == (phase, pytest.approx(enable))
 
 
-def test_stopping_takes_the_duty_away() -> None:
+def test_stopping_sets_the_duty_to_0() -> None:
     rig = Rig(PHASE_ENABLE)
     rig.motor.set_velocity(-7.0)
     rig.motor.stop()
     assert levels(rig)[1] == 0
 
 
-def test_the_duty_is_away_while_the_direction_turns() -> None:
+def test_the_duty_is_0_while_the_direction_changes() -> None:
     rig = Rig(PHASE_ENABLE, pin_class=Noting)
     rig.motor.set_velocity(7.0)
     sent = rig.pins.sent = []
@@ -45,7 +45,7 @@ def test_a_command_like_the_last_is_sent_again_without_a_gap() -> None:
     assert sent == [(PHASE, 1), (ENABLE, pytest.approx(0.55))]
 
 
-def test_closing_stops_and_gives_every_pin_back() -> None:
+def test_closing_stops_the_motor_and_frees_every_pin() -> None:
     rig = Rig(PHASE_ENABLE)
     rig.motor.set_velocity(-7.0)
     rig.close()
@@ -55,7 +55,7 @@ def test_closing_stops_and_gives_every_pin_back() -> None:
 
 
 @pytest.mark.parametrize("taken, other", [(PHASE, ENABLE), (ENABLE, PHASE)])
-def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, other: int, raises: Raises) -> None:
+def test_a_pin_in_use_is_reported_and_the_other_is_freed(taken: int, other: int, raises: Raises) -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     with OutputDevice(taken, pin_factory=pins):
         with raises(DeviceError, "gpio-in-use"):
@@ -63,9 +63,9 @@ def test_a_pin_that_is_in_use_is_named_and_the_other_is_given_back(taken: int, o
         OutputDevice(other, pin_factory=pins).close()
 
 
-def test_every_wire_has_its_place() -> None:
+def test_every_wire_has_its_gpio() -> None:
     rig = Rig({**PHASE_ENABLE, "standby": 22})
-    wires = {wire.signal: (wire.where, wire.is_shared) for wire in rig.fittings["left_motor"].connections}
+    wires = {wire.signal: (wire.where, wire.is_shared) for wire in rig.bindings["left_motor"].connections}
     assert wires == {"phase": ("23", False), "enable": ("24", False), "standby": ("22", True)}
 
 
@@ -82,7 +82,7 @@ def levels(rig: Rig) -> tuple[Any, Any]:
     return rig.pins.pin(PHASE).state, rig.pins.pin(ENABLE).state
 
 
-def test_only_the_line_that_turns_the_motor_must_not_be_held_high(raises: Raises) -> None:
+def test_only_lines_that_turn_the_motor_must_not_be_held_high(raises: Raises) -> None:
     wires = {"driver": "phase-enable", "phase": 2, "enable": 17, "model": dict(MODEL)}
     assert bind_devices(rover({"left_motor": wires}), "raspberrypi", ["left_motor"])
     with raises(DescriptionError):

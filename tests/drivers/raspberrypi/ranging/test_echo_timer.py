@@ -89,7 +89,7 @@ def pulses(events: list[Event]) -> list[float]:
 
 @UNHURRIED
 @given(event_rows())
-def test_no_value_is_reported_that_no_measured_pulse_supports(events: list[Event]) -> None:
+def test_every_value_comes_from_a_measured_pulse(events: list[Event]) -> None:
     for sample, count in heard(events):
         *_, pulse = row = pulses(events[:count])
         if math.isfinite(sample.distance):
@@ -102,7 +102,7 @@ def test_no_value_is_reported_that_no_measured_pulse_supports(events: list[Event
 
 @UNHURRIED
 @given(event_rows())
-def test_a_sample_is_of_the_newest_trigger_and_each_trigger_gives_one_at_most(events: list[Event]) -> None:
+def test_a_sample_belongs_to_the_newest_trigger_and_each_trigger_gives_at_most_one(events: list[Event]) -> None:
     samples = list(heard(events))
     for sample, count in samples:
         assert sample.time == max(event.ticks for event in events[:count] if event.kind == "trigger")
@@ -110,14 +110,14 @@ def test_a_sample_is_of_the_newest_trigger_and_each_trigger_gives_one_at_most(ev
     assert [sample.sequence for sample, _ in samples] == list(range(len(samples)))
 
 
-def test_edges_before_the_first_trigger_say_nothing() -> None:
+def test_edges_before_the_first_trigger_are_ignored() -> None:
     findings, timer = listening()
     timer.edge(1.0, is_high=True)
     timer.edge(1.005, is_high=False)
     assert not findings.has_result
 
 
-def test_a_cycle_without_a_trigger_is_not_over_before_it_has_begun() -> None:
+def test_a_cycle_without_a_trigger_does_not_end_at_once() -> None:
     _, timer = listening()
     timer.begin(0.0, 1.0)
     timer.edge(1.001, is_high=False)
@@ -127,7 +127,7 @@ def test_a_cycle_without_a_trigger_is_not_over_before_it_has_begun() -> None:
 
 
 @pytest.mark.parametrize("pulse, is_vouched", [(0.0285, False), (0.031, True), (0.299, True), (0.301, False)])
-def test_only_pulses_that_are_a_modules_time_out_make_a_cycle_echo_free(pulse: float, is_vouched: bool) -> None:
+def test_only_pulses_of_a_module_s_time_out_make_a_cycle_echo_free(pulse: float, is_vouched: bool) -> None:
     findings, timer = listening()
     for cycle in range(ECHO_FREE_CYCLES):
         timer.begin(float(cycle), float(cycle))

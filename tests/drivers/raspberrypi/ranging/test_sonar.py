@@ -38,7 +38,7 @@ def pair() -> Pair:
     return Pair([echo_at(1.0), echo_at(0.5)], [echo_at(1.5), echo_at(0.7)])
 
 
-def test_they_are_triggered_one_after_the_other_a_cycle_apart(pair: Pair) -> None:
+def test_modules_are_triggered_in_turn_a_cycle_apart(pair: Pair) -> None:
     pair.open("nose", pair.nose)
     pair.open("tail", pair.tail)
     pair.clock.sleep_until(0.61)
@@ -48,13 +48,13 @@ def test_they_are_triggered_one_after_the_other_a_cycle_apart(pair: Pair) -> Non
     assert len({name for _, name in times[::2]}) == 1
 
 
-def test_each_hears_its_own_echo(pair: Pair) -> None:
+def test_each_module_measures_its_own_echo(pair: Pair) -> None:
     nose, tail = pair.open("nose", pair.nose), pair.open("tail", pair.tail)
     pair.clock.sleep_until(0.13)
     assert (nose.read().distance, tail.read().distance) == pytest.approx((0.5, 0.7))
 
 
-def test_the_longest_cycle_is_everybodys(pair: Pair) -> None:
+def test_the_longest_cycle_is_used_for_all_modules(pair: Pair) -> None:
     pair.open("nose", pair.nose, cycle_s=0.06)
     pair.open("tail", pair.tail, cycle_s=0.1)
     pair.clock.sleep_until(0.45)
@@ -74,7 +74,7 @@ def test_no_module_is_triggered_while_another_is_being_opened(pair: Pair) -> Non
     assert len(pair.nose.triggers) == triggers
 
 
-def test_the_one_that_is_left_has_every_turn(pair: Pair) -> None:
+def test_the_last_open_module_is_triggered_in_every_cycle(pair: Pair) -> None:
     nose, tail = pair.open("nose", pair.nose), pair.open("tail", pair.tail)
     pair.clock.sleep_until(0.13)
     nose.close()

@@ -28,14 +28,14 @@ LOST_RISE: Edges = ((0.003, False),)
 LOST_FALL: Edges = ((0.0005, True),)
 
 
-def test_the_first_sample_is_in_hand_when_it_is_open_and_no_simulated_time_has_passed() -> None:
+def test_open_waits_for_the_first_sample_without_simulated_time() -> None:
     bench = Bench([echo_at(1.0)])
     sample = bench.open().read()
     assert sample.distance == pytest.approx(1.0)
     assert (sample.time, sample.sequence, bench.clock.now()) == (0.0, 0, 0.0)
 
 
-def test_a_distance_is_reported_as_soon_as_its_echo_has_fallen_and_captured_when_it_was_triggered() -> None:
+def test_a_distance_is_available_when_the_echo_ends_with_the_time_of_the_trigger() -> None:
     bench = Bench([echo_at(1.0), echo_at(0.4)])
     sensor = bench.open()
     bench.clock.sleep_until(0.06 + 0.004)
@@ -52,7 +52,7 @@ def test_values_are_not_filtered() -> None:
     assert sensor.read().distance == pytest.approx(1.7)
 
 
-def test_the_edges_own_ticks_count_however_late_they_are_reported() -> None:
+def test_the_ticks_of_edges_count_also_if_edges_are_reported_late() -> None:
     bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
@@ -63,7 +63,7 @@ def test_the_edges_own_ticks_count_however_late_they_are_reported() -> None:
     assert sensor.read().distance == pytest.approx(0.5)
 
 
-def test_edges_from_before_the_trigger_are_not_taken_for_its_echo() -> None:
+def test_edges_before_the_trigger_are_ignored() -> None:
     bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
     sensor = bench.open()
     bench.clock.sleep_until(0.12)
@@ -76,7 +76,7 @@ def test_nearer_than_min_range_reads_min_range() -> None:
     assert Bench([echo_at(0.004)]).open().read().distance == NOSE.min_range_m
 
 
-def test_an_echo_from_beyond_max_range_vouches_for_nothing_in_range() -> None:
+def test_an_echo_from_beyond_max_range_is_inf() -> None:
     bench = Bench([echo_at(NOSE.max_range_m - 0.001), echo_at(NOSE.max_range_m + 0.001), echo_at(4.0)])
     sensor = bench.open()
     assert sensor.read().distance < NOSE.max_range_m
@@ -86,7 +86,7 @@ def test_an_echo_from_beyond_max_range_vouches_for_nothing_in_range() -> None:
     assert (sensor.read().distance, sensor.read().time) == (math.inf, 0.12)
 
 
-def test_what_may_be_an_echo_or_the_modules_time_out_says_nothing() -> None:
+def test_a_pulse_between_echo_and_time_out_gives_no_sample() -> None:
     bench = Bench([echo_at(1.0), pulse(0.0285)], {"echo_free_cycles": 1})
     sensor = bench.open()
     first = sensor.read()
@@ -94,7 +94,7 @@ def test_what_may_be_an_echo_or_the_modules_time_out_says_nothing() -> None:
     assert sensor.read() is first
 
 
-def test_a_lost_echo_is_neither_inf_nor_an_old_value_as_new() -> None:
+def test_a_lost_echo_gives_no_new_sample() -> None:
     bench = Bench([echo_at(1.0), NO_ECHO, NO_ECHO, echo_at(0.9)])
     sensor = bench.open()
     first = sensor.read()
@@ -104,7 +104,7 @@ def test_a_lost_echo_is_neither_inf_nor_an_old_value_as_new() -> None:
     assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.9, 1))
 
 
-def test_a_row_of_echo_free_cycles_vouches_for_nothing_in_range_again_and_again() -> None:
+def test_each_row_of_echo_free_cycles_gives_inf() -> None:
     bench = Bench([echo_at(1.0), NO_ECHO], {"echo_free_cycles": 4})
     sensor = bench.open()
     bench.cycles(3)
@@ -116,7 +116,7 @@ def test_a_row_of_echo_free_cycles_vouches_for_nothing_in_range_again_and_again(
 
 
 @pytest.mark.parametrize("interruption", [echo_at(1.0), NO_ANSWER, LOST_RISE, LOST_FALL, pulse(0.0285)])
-def test_whatever_is_no_echo_free_cycle_ends_the_row(interruption: Edges) -> None:
+def test_every_other_cycle_ends_the_row(interruption: Edges) -> None:
     bench = Bench([echo_at(1.0), *[NO_ECHO] * 3, interruption, *[NO_ECHO] * 3, echo_at(1.0)], {"echo_free_cycles": 4})
     sensor = bench.open()
     for _ in range(7):
@@ -126,25 +126,25 @@ def test_whatever_is_no_echo_free_cycle_ends_the_row(interruption: Edges) -> Non
         assert sensor.read().distance == pytest.approx(1.0)
 
 
-def test_where_echo_free_cycles_is_0_they_never_vouch() -> None:
+def test_with_echo_free_cycles_0_a_row_never_gives_inf() -> None:
     bench = Bench([echo_at(1.0), NO_ECHO], {"echo_free_cycles": 0})
     sensor = bench.open()
     bench.cycles(100)
     assert sensor.read().sequence == 0
 
 
-def test_with_nothing_in_range_at_the_opening_it_opens_with_inf_in_no_simulated_time() -> None:
+def test_with_nothing_in_range_it_opens_with_inf_without_simulated_time() -> None:
     bench = Bench([NO_ECHO])
     assert bench.open().read().distance == math.inf
     assert (bench.clock.now(), len(bench.module.triggers)) == (0.0, 10)
 
 
-def test_with_nothing_to_be_judged_at_the_opening_it_fails_by_name(raises: Raises) -> None:
+def test_without_a_first_result_opening_raises(raises: Raises) -> None:
     with raises(DeviceError):
         Bench([NO_ECHO], {"echo_free_cycles": 0}).open()
 
 
-def test_a_copy_that_times_out_late_is_not_triggered_before_its_echo_is_over() -> None:
+def test_a_module_that_times_out_late_is_not_triggered_before_its_echo_ends() -> None:
     bench = Bench([echo_at(1.0), pulse(0.2)], {"echo_free_cycles": 2})
     sensor = bench.open()
     bench.cycles(5)
@@ -153,7 +153,7 @@ def test_a_copy_that_times_out_late_is_not_triggered_before_its_echo_is_over() -
     assert (sensor.read().distance, sensor.read().time) == pytest.approx((math.inf, 0.30))
 
 
-def test_without_an_answer_at_the_opening_it_fails_by_name_and_lets_its_pins_go(raises: Raises) -> None:
+def test_without_an_answer_opening_raises_and_frees_the_pins(raises: Raises) -> None:
     bench = Bench([NO_ANSWER])
     with raises(DeviceError, "trigger-unanswered"):
         bench.open()
@@ -161,7 +161,7 @@ def test_without_an_answer_at_the_opening_it_fails_by_name_and_lets_its_pins_go(
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
-def test_five_triggers_without_an_answer_fail_it_until_it_answers_again(raises: Raises) -> None:
+def test_after_five_triggers_without_an_answer_read_raises_until_the_module_answers(raises: Raises) -> None:
     bench = Bench([echo_at(1.0), *[NO_ANSWER] * 7, echo_at(0.8)])
     sensor = bench.open()
     bench.cycles(5)
@@ -181,7 +181,7 @@ def test_single_triggers_without_an_answer_are_no_fault() -> None:
         assert sensor.read().sequence == 0
 
 
-def test_when_it_answers_again_without_an_echo_the_newest_sample_is_as_old_as_it_is() -> None:
+def test_an_answer_without_an_echo_keeps_the_last_sample_and_its_time() -> None:
     bench = Bench([echo_at(1.0), *[NO_ANSWER] * 7, NO_ECHO])
     sensor = bench.open()
     first = sensor.read()
@@ -189,7 +189,7 @@ def test_when_it_answers_again_without_an_echo_the_newest_sample_is_as_old_as_it
     assert sensor.read() is first
 
 
-def test_an_echo_that_stays_high_fails_it_untriggered_until_it_has_fallen(raises: Raises) -> None:
+def test_while_the_echo_stays_high_read_raises_and_there_is_no_trigger(raises: Raises) -> None:
     bench = Bench([echo_at(1.0), pulse(0.5), echo_at(0.8)])
     sensor = bench.open()
     bench.cycles(7)
@@ -204,7 +204,7 @@ def test_an_echo_that_stays_high_fails_it_untriggered_until_it_has_fallen(raises
     assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.8, 1))
 
 
-def test_an_echo_that_is_high_from_the_start_fails_the_opening_by_name(raises: Raises) -> None:
+def test_an_echo_that_is_high_from_the_start_makes_opening_raise(raises: Raises) -> None:
     bench = Bench([echo_at(1.0)])
 
     class Shorted(type(bench.module.echo)):  # type: ignore[misc]  # gpiozero has no types
@@ -238,7 +238,7 @@ def test_a_cycle_that_lost_an_edge_gives_no_value(edges: Edges) -> None:
     assert sensor.read().distance == pytest.approx(0.8)
 
 
-def test_noise_after_the_echo_says_nothing() -> None:
+def test_noise_after_the_echo_is_ignored() -> None:
     bench = Bench([echo_at(1.0), (*echo_at(0.5), (0.02, True), (0.021, False))])
     sensor = bench.open()
     bench.cycles()
@@ -294,7 +294,7 @@ def test_on_the_robots_own_clock_a_thread_triggers_it_until_it_is_closed() -> No
     clock.close()
 
 
-def test_pins_that_break_fail_it_by_name_until_they_work_again(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
+def test_while_the_pins_fail_read_raises(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     bench = Bench([echo_at(1.0), echo_at(0.7)])
     sensor = bench.open()
 
@@ -310,7 +310,7 @@ def test_pins_that_break_fail_it_by_name_until_they_work_again(monkeypatch: pyte
     assert sensor.read().distance == pytest.approx(0.7)
 
 
-def test_a_pin_that_is_taken_fails_the_opening_by_name(raises: Raises) -> None:
+def test_a_pin_in_use_makes_opening_raise(raises: Raises) -> None:
     bench = Bench([echo_at(1.0)])
     sensor = bench.open()
     with raises(DeviceError, "gpio-in-use"):
@@ -319,7 +319,7 @@ def test_a_pin_that_is_taken_fails_the_opening_by_name(raises: Raises) -> None:
 
 
 @pytest.mark.parametrize("taken", [TRIGGER, ECHO])
-def test_of_its_two_pins_the_one_that_is_taken_is_reported_and_the_other_let_go(taken: int, raises: Raises) -> None:
+def test_the_pin_in_use_is_reported_and_the_other_is_freed(taken: int, raises: Raises) -> None:
     bench = Bench([echo_at(1.0)])
     with (
         InputDevice(taken, pin_factory=bench.pins),
@@ -329,7 +329,7 @@ def test_of_its_two_pins_the_one_that_is_taken_is_reported_and_the_other_let_go(
     assert bench.open().read().distance == pytest.approx(1.0)
 
 
-def test_its_wires_are_reported() -> None:
+def test_its_wires_are_trigger_and_echo() -> None:
     settings = UltrasonicSettings(trigger=TRIGGER, echo=ECHO)
     assert [f"{wire.signal} {wire}" for wire in Ultrasonic().connections(settings)] == [
         f"trigger GPIO {TRIGGER}",
@@ -337,7 +337,7 @@ def test_its_wires_are_reported() -> None:
     ]
 
 
-def test_a_range_that_it_cannot_hear_is_refused_by_the_robots_file(raises: Raises) -> None:
+def test_a_described_range_beyond_the_module_s_is_refused(raises: Raises) -> None:
     far = NOSE.model_copy(update={"max_range_m": 5.0})
     wires = {"raspberrypi": {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO}}}
     robot = load_robot("rover").model_copy(update={"devices": (far,), "backends": wires})
@@ -345,7 +345,7 @@ def test_a_range_that_it_cannot_hear_is_refused_by_the_robots_file(raises: Raise
         bind_devices(robot, "raspberrypi")
 
 
-def test_a_row_that_takes_longer_than_a_sample_may_be_old_is_refused_by_the_robots_file(raises: Raises) -> None:
+def test_a_row_of_cycles_that_is_longer_than_the_age_limit_is_refused(raises: Raises) -> None:
     wires = {"nose": {"driver": "hc-sr04", "trigger": TRIGGER, "echo": ECHO, "cycle_s": 0.1}}
     robot = load_robot("rover").model_copy(update={"devices": (NOSE,), "backends": {"raspberrypi": wires}})
     with raises(DescriptionError):
@@ -354,7 +354,7 @@ def test_a_row_that_takes_longer_than_a_sample_may_be_old_is_refused_by_the_robo
     assert bind_devices(robot, "raspberrypi")
 
 
-def test_what_takes_turns_takes_longer(raises: Raises) -> None:
+def test_several_modules_make_a_row_longer(raises: Raises) -> None:
     wire = {"driver": "hc-sr04", "echo_free_cycles": 9}
     wires = {"nose": {**wire, "trigger": 16, "echo": 26}, "tail": {**wire, "trigger": 5, "echo": 6}}
     tail = NOSE.model_copy(update={"name": "tail"})

@@ -36,7 +36,7 @@ def test_quadrature_is_counted_by_gpiozero_in_whole_cycles_and_with_its_sign(edg
     disc = QuadratureDisc(wheel, EDGE, pins.pin(5), pins.pin(6))
     with RotaryEncoder(5, 6, max_steps=0, pin_factory=pins) as counter:
         wheel.angle = edges * EDGE
-        disc.turn()
+        disc.update()
         assert counter.steps == (10 if edges > 0 else -10)
 
 
@@ -46,7 +46,7 @@ def test_quadrature_comes_back_to_where_it_was(pins: VirtualPins) -> None:
     with RotaryEncoder(5, 6, max_steps=0, pin_factory=pins) as counter:
         for angle in (0.40, -0.40, 0.0):
             wheel.angle = angle
-            disc.turn()
+            disc.update()
         assert counter.steps == 0
 
 
@@ -56,7 +56,7 @@ def test_one_channel_changes_with_every_edge_of_a_cycle(pins: VirtualPins) -> No
     levels = []
     for edge in range(5):
         wheel.angle = edge * EDGE
-        disc.turn()
+        disc.update()
         levels.append((pins.pin(5).state, pins.pin(6).state))
     assert levels == [(True, True), (False, True), (False, False), (True, False), (True, True)]
 
@@ -73,7 +73,7 @@ def test_slots_rise_and_fall_whatever_the_direction(edges: int, pins: VirtualPin
     with DigitalInputDevice(5, pin_factory=pins) as device:
         device.pin.when_changed = note
         wheel.angle = edges * EDGE
-        disc.turn()
+        disc.update()
         device.pin.when_changed = None
     assert heard == [True, False] * 5
 
@@ -129,7 +129,7 @@ def test_pulse_is_as_long_as_sound_takes_there_and_back(distance: float) -> None
         assert nose.edges[0][0] == pytest.approx(1.00045)
 
 
-def test_silence_is_the_module_s_own_time_out() -> None:
+def test_without_an_echo_the_pulse_is_the_module_s_time_out() -> None:
     with module(math.inf) as nose:
         nose.clock.sleep_until(1.0)
         nose.ping()
@@ -146,7 +146,7 @@ def test_no_edge_comes_before_its_time() -> None:
         assert len(nose.edges) == 1
 
 
-def test_before_time_begins_both_edges_come_at_once_as_often_as_asked() -> None:
+def test_before_time_begins_both_edges_come_at_once() -> None:
     with module(0.5) as nose:
         nose.ping()
         nose.ping()
@@ -154,7 +154,7 @@ def test_before_time_begins_both_edges_come_at_once_as_often_as_asked() -> None:
         assert nose.edges[1][0] - nose.edges[0][0] == pytest.approx(1.0 / SPEED)
 
 
-def test_trigger_is_ignored_while_the_echo_is_out() -> None:
+def test_a_trigger_during_the_echo_is_ignored() -> None:
     with module(1.7) as nose:
         nose.clock.sleep_until(1.0)
         nose.ping()
@@ -164,7 +164,7 @@ def test_trigger_is_ignored_while_the_echo_is_out() -> None:
         assert nose.pulse == pytest.approx(2 * 1.7 / SPEED)
 
 
-def test_lost_echo_is_silence_and_the_next_one_is_heard() -> None:
+def test_after_a_lost_echo_the_next_one_is_measured() -> None:
     with module(0.5) as nose:
         nose.clock.sleep_until(1.0)
         nose.is_lost = True
@@ -213,7 +213,7 @@ def test_wheel_stands_while_its_bridge_is_not_enabled(pins: VirtualPins) -> None
         assert wheel.velocity == 0
 
 
-def test_both_inputs_alike_brake(pins: VirtualPins) -> None:
+def test_equal_inputs_brake(pins: VirtualPins) -> None:
     wheel = FakeMotor()
     wire_two_inputs(wheel, ten_times, pins.pin(17), pins.pin(27))
     with OutputDevice(17, initial_value=True, pin_factory=pins), OutputDevice(27, pin_factory=pins) as backward:

@@ -33,7 +33,7 @@ def test_duty_is_cut_to_whole_percent_as_lgpio_does_it(asked: float, sent: float
         assert pins.pin(17).state == sent
 
 
-def test_listener_hears_of_every_change_and_of_nothing_else(pins: VirtualPins) -> None:
+def test_a_listener_is_called_at_every_change_and_only_then(pins: VirtualPins) -> None:
     heard: list[float] = []
     pin = pins.pin(17)
     pin.on_change(lambda: heard.append(pin.state))
@@ -43,7 +43,7 @@ def test_listener_hears_of_every_change_and_of_nothing_else(pins: VirtualPins) -
     assert heard == [0.5, 0.25, 0.0]
 
 
-def test_pin_that_its_device_lets_go_of_falls_low(pins: VirtualPins) -> None:
+def test_a_closed_pin_falls_low(pins: VirtualPins) -> None:
     output = OutputDevice(17, initial_value=True, pin_factory=pins)
     output.close()
     assert not pins.pin(17).state
@@ -58,7 +58,7 @@ def test_closing_the_factory_lets_every_pin_fall(clock: SteppedClock) -> None:
     output.close()
 
 
-def test_edge_from_outside_comes_with_the_ticks_it_was_at(clock: SteppedClock, pins: VirtualPins) -> None:
+def test_an_edge_from_outside_has_its_ticks(clock: SteppedClock, pins: VirtualPins) -> None:
     edges: list[tuple[float, bool]] = []
 
     def note(ticks: float, is_high: bool) -> None:
@@ -76,13 +76,13 @@ def test_edge_from_outside_comes_with_the_ticks_it_was_at(clock: SteppedClock, p
 
 @pytest.mark.parametrize("pull_up", [True, False])
 @pytest.mark.parametrize("level", [0, 1])
-def test_pull_gives_way_to_what_drives_the_pin(level: int, pull_up: bool, pins: VirtualPins) -> None:
+def test_a_driven_level_overrides_the_pull(level: int, pull_up: bool, pins: VirtualPins) -> None:
     pins.pin(5).drive(level)
     with DigitalInputDevice(5, pull_up=pull_up, pin_factory=pins) as device:
         assert device.pin.state == level
 
 
-def test_pin_that_the_program_drives_is_driven_by_nobody_else(pins: VirtualPins) -> None:
+def test_an_output_ignores_levels_from_outside(pins: VirtualPins) -> None:
     with OutputDevice(5, pin_factory=pins):
         pins.pin(5).drive(1)
         assert not pins.pin(5).state
@@ -100,7 +100,7 @@ def test_robots_do_not_share_pins(clock: SteppedClock, pins: VirtualPins) -> Non
         assert (pins.pin(17).state, other.pin(17).state) == (True, False)
 
 
-def test_gpiozero_s_own_default_is_left_alone(pins: VirtualPins) -> None:
+def test_gpiozero_s_default_factory_is_unchanged(pins: VirtualPins) -> None:
     from gpiozero import Device
 
     before = Device.pin_factory

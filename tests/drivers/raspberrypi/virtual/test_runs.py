@@ -39,7 +39,7 @@ def test_the_ball_that_is_found_in_bullet_is_found_there_through_gpiozero() -> N
     assert searched(seed=7, options={"simulator": "pybullet"}).verified
 
 
-def test_the_ball_is_found_where_a_third_of_the_echoes_is_lost() -> None:
+def test_the_ball_is_found_if_a_third_of_the_echoes_is_lost() -> None:
     result = searched(seed=7, options={"lost_echoes": "0.33"})
     assert result.verified
     assert result.trace_sha256 != found("virtualpi", 7).trace_sha256
@@ -56,7 +56,7 @@ def test_a_recorded_run_replays_to_the_bit() -> None:
     assert replayed.is_equal
 
 
-def test_a_sweep_comes_out_as_its_runs_do() -> None:
+def test_a_sweep_has_the_results_of_its_runs() -> None:
     sweep = Sweep(RunRequest("green-search"), ("virtualpi",), ("arena",), (1, 2))
     digests = {record.result.seed: record.result.trace_sha256 for record in run_sweep(sweep, LocalEngine(2)).records()}
     assert digests == {seed: found("virtualpi", seed).trace_sha256 for seed in (1, 2)}
