@@ -129,7 +129,7 @@ def _search_s(file: Path | None) -> float:
 def _run(file: Path | None, request: RunRequest, *watching: Stopwatch) -> None:
     recorder = Recorder(file) if file else None
     run(request, [*([recorder] if recorder else []), *watching], [recorder.layer] if recorder else [])
-    assert recorder is None or recorder.fault is None
+    assert recorder is None or recorder.failure is None
 
 
 def _simulated_s(file: Path) -> float:

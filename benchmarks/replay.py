@@ -123,8 +123,8 @@ def _case(request: RunRequest, disturbance: Disturbance | None, file: Path) -> C
     clock, recorder = MonotonicClock(), Recorder(file)
     others = [disturbance] if disturbance else []
     run(request, [recorder, *others], [*others, recorder.layer])
-    if recorder.fault:
-        raise recorder.fault
+    if recorder.failure:
+        raise recorder.failure
     recorded = clock.now()
     replayed = replay(read(file), file)
     return Case(request, replayed, recorded, clock.now() - recorded)

@@ -85,9 +85,9 @@ def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, 
 
     A run whose recording is incomplete has exit status 1 at least.
     """
-    if fault := recorder.fault:
-        write_failure(f"the recording is incomplete: {fault}")
-        return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(fault)), ""
+    if failure := recorder.failure:
+        write_failure(f"the recording is incomplete: {failure}")
+        return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(failure)), ""
     if not recorder.has_begun:
         return result, ""
     result = recorder.completed(result)

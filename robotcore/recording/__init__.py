@@ -39,7 +39,22 @@ __all__ = [
 def read(path: Path) -> Recording:
     """Read a recording: the whole file, or the part before a cut or damage.
 
-    Raises BackendMissingError if the extra is not installed, and RecordingError if the file is no recording.
+    Raises BackendMissingError if the extra ``record`` is not installed, and RecordingError if the file is no recording.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> from robotcore import RunRequest, run
+    >>> from robotcore.recording.recorder import Recorder
+    >>> with TemporaryDirectory() as folder:
+    ...     recorder = Recorder(Path(folder, "run.mcap"))
+    ...     result = run(RunRequest("avoid-obstacles", timeout_s=1.0), [recorder], [recorder.layer])
+    ...     recording = read(Path(folder, "run.mcap"))
+    >>> recording
+    <Recording of avoid-obstacles on kinematic: 21 ticks, timeout>
+    >>> last = recording.ticks[-1]
+    >>> last.time
+    1.0
+    >>> [read.device for read in last.reads if read.by is None]
+    ['nose']
     """
     require_extra()
     from robotcore.recording.reader import read_file

@@ -1,7 +1,4 @@
-"""Read the chunks and records of an MCAP file, with limits for hostile files.
-
-Each length in a file is only a claim. The format: https://mcap.dev/spec.
-"""
+"""Read the chunks and records of an MCAP file, which may be hostile. The format: https://mcap.dev/spec."""
 
 from __future__ import annotations
 
@@ -17,38 +14,23 @@ from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
-from pydantic import ValidationError
-from zstandard import CONTENTSIZE_UNKNOWN, ZstdDecompressor, ZstdError, get_frame_parameters
+from zstandard import CONTENTSIZE_UNKNOWN, ZstdDecompressor, get_frame_parameters
 
 from robotcore.errors import RecordingError
-from robotcore.text import escape
-
-DAMAGE = (
-    *(McapError, ZstdError, struct.error, ValueError, LookupError, OverflowError),
-    *(RecursionError, MemoryError),
-)
-"""The errors that malformed bytes can raise while a chunk is read."""
-
-MAX_RECORD_BYTES = 2**26
-"""The most bytes of one record, packed or unpacked.
-
-A chunk of robotcore has 1 MiB and one message more: a picture of at most 60 MB.
-"""
-
-_PROBLEM_LENGTH = 160
+from robotcore.recording.limits import DAMAGE, MAX_RECORD_BYTES, Allowance, format_damage
 
 RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<HIQQ")
 
 
 class Message(NamedTuple):
-    """A message of a channel; ``sequence`` counts the messages of the channel from one."""
+    """A message of a channel."""
 
     channel_id: int
     sequence: int
+    """It counts the messages of the channel, from one."""
     data: memoryview
 
 
@@ -57,89 +39,46 @@ Record = Schema | Channel | Message
 
 @dataclass(frozen=True)
 class ChunkLocation:
-    """The place of a chunk's packed data in the file; ``size`` and ``crc`` are those of the unpacked data."""
+    """The place of a chunk's packed data in the file."""
 
     offset: int
+    """The offset in the file, in bytes."""
     length: int
+    """The length of the packed data, in bytes."""
     size: int
+    """The length of the unpacked data, in bytes."""
     crc: int
+    """The CRC-32 of the unpacked data; 0 if there is none."""
     compression: str
-
-
-class Allowance:
-    """How many records, how much text and how many JSON values may be read, in proportion to the bytes read so far.
-
-    Raises ValueError when one runs out. A recording of robotcore has an index entry of 16 bytes for each record. With
-    its index, a run that stands still has 4 bytes of text and 0.3 values for each byte. Each limit leaves room for
-    about three times as much.
-    """
-
-    MESSAGE_TEXT = 2**22
-
-    def __init__(self) -> None:
-        self._records, self._text, self._values = 2**16, 2**22, 2**16
-
-    def grow(self, read_bytes: int) -> None:
-        """Allow more for bytes that were read."""
-        self._records += read_bytes // 8
-        self._text += 12 * read_bytes
-        self._values += read_bytes
-
-    def take_record(self) -> None:
-        """Count a record."""
-        self._records -= 1
-        if self._records < 0:
-            raise ValueError("more records than a file of this size can have")
-
-    def take_text(self, length: int) -> None:
-        """Count text that becomes objects in memory, in bytes."""
-        self._text -= length
-        if self._text < 0 or length > self.MESSAGE_TEXT:
-            raise ValueError("more text than a file of this size can have")
-
-    def take_values(self, json_text: bytes) -> None:
-        """Count the values of a JSON text: never fewer than it has, as its separators and brackets tell."""
-        self._values -= sum(map(json_text.count, (b",", b"[", b"{")))
-        if self._values < 0:
-            raise ValueError("more values than a file of this size can have")
+    """The name of the compression; empty if the data are not packed."""
 
 
 class Lz4Error(ValueError):
     """A chunk is packed with lz4. The lz4 library cannot limit what it unpacks, and robotcore never writes lz4."""
 
 
-def format_damage(offset: int, error: BaseException) -> str:
-    """Return where a file is damaged and how, in a line."""
-    problem = str(error)
-    if isinstance(error, ValidationError):
-        first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-        problem = ": ".join(filter(None, (".".join(map(str, first["loc"])), first["msg"])))
-    elif isinstance(error, MemoryError):
-        problem = "there is not enough memory for it"
-    elif not problem or isinstance(error, LookupError):
-        problem = f"{type(error).__name__} {problem}".strip()
-    return f"byte {offset}, {escape(problem[:_PROBLEM_LENGTH])}"
+def unpack(location: ChunkLocation, packed: bytes | memoryview) -> bytes | memoryview:
+    """Return the unpacked data of a chunk.
 
-
-def unpack(place: ChunkLocation, packed: bytes | memoryview) -> bytes | memoryview:
-    """Return the content of a chunk; ValueError or ZstdError if it is too large or not what the chunk claims."""
-    if place.size > MAX_RECORD_BYTES:
-        raise ValueError(f"a chunk claims {place.size} bytes, more than {MAX_RECORD_BYTES}")
-    if place.compression == "zstd":
-        packed = _unpack_zstd(packed, place.size)
-    elif place.compression == "lz4":
+    Raises ValueError or ZstdError if the data are too large, or differ from the claims of the chunk.
+    """
+    if location.size > MAX_RECORD_BYTES:
+        raise ValueError(f"a chunk claims {location.size} bytes, more than {MAX_RECORD_BYTES}")
+    if location.compression == "zstd":
+        packed = _unpack_zstd(packed, location.size)
+    elif location.compression == "lz4":
         raise Lz4Error("it is packed with lz4")
-    elif place.compression:
-        raise ValueError(f"a chunk is packed with {place.compression!r}")
-    if len(packed) != place.size:
-        raise ValueError(f"a chunk has {len(packed)} bytes, and claims {place.size}")
-    if place.crc and zlib.crc32(packed) != place.crc:
+    elif location.compression:
+        raise ValueError(f"a chunk is packed with {location.compression!r}")
+    if len(packed) != location.size:
+        raise ValueError(f"a chunk has {len(packed)} bytes, and claims {location.size}")
+    if location.crc and zlib.crc32(packed) != location.crc:
         raise ValueError("the checksum of a chunk is wrong")
     return packed
 
 
 def _unpack_zstd(packed: bytes | memoryview, size: int) -> bytes:
-    """Return what a frame holds. The library obeys the size in the frame before the one that it is given."""
+    """Unpack a frame. The size in the frame is checked first, because the library prefers it to its argument."""
     claimed = get_frame_parameters(packed).content_size
     if claimed not in (size, CONTENTSIZE_UNKNOWN):
         raise ValueError(f"a frame claims {claimed} bytes in a chunk that claims {size}")
@@ -147,7 +86,7 @@ def _unpack_zstd(packed: bytes | memoryview, size: int) -> bytes:
 
 
 def read_records(data: bytes | memoryview, allowance: Allowance | None = None) -> Iterator[Record]:
-    """Yield what is in a chunk; other kinds of records are passed over."""
+    """Yield the schemas, channels and messages of a chunk. Other records are left out."""
     view, at = memoryview(data), 0
     while at < len(view):
         opcode, length = RECORD.unpack_from(view, at)
@@ -171,27 +110,27 @@ def read_records(data: bytes | memoryview, allowance: Allowance | None = None) -
 MAGIC = b"\x89MCAP0\r\n"
 
 _PIECE = 2**20
+"""The most bytes that are read at once to compute a checksum."""
 _NO_KIND = 0
 """No record has this opcode."""
 _CHUNK = struct.Struct("<QQQII")
-"""Times of the first and the last message, size and checksum of what is in it, length of the compression's name."""
+"""First and last message time, unpacked size, checksum, length of the compression's name."""
 _LENGTH = struct.Struct("<Q")
 
 
 class ChunkedFile:
-    """The chunks of a file. After `chunks`, ``is_whole`` says whether its end was reached without damage.
-
-    ``damage`` is the place and the kind of the first damage, empty if there is none. A missing end is no damage.
-    """
+    """The chunks of an MCAP file."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.is_whole = False
+        """Whether `chunks` reached the end of the file without damage."""
         self.damage = ""
+        """The place and the kind of the first damage. Empty if there is none. A missing end is no damage."""
         self.allowance = Allowance()
 
     def chunks(self) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
-        """Yield each chunk and what is in it, until the end or the first that is damaged.
+        """Yield each chunk with its records, until the end or the first damaged chunk.
 
         Reading its records raises one of `DAMAGE` if they are malformed. Raises RecordingError if the file cannot be
         read, or is no MCAP file.
@@ -203,12 +142,12 @@ class ChunkedFile:
                 )
             yield from self._chunks(file)
 
-    def read_again(self, place: ChunkLocation) -> Iterator[Record]:
+    def read_again(self, location: ChunkLocation) -> Iterator[Record]:
         """Return the records of a chunk. Raises RecordingError if the file has changed."""
         try:
             with _open_regular(self._path) as file:
-                file.seek(place.offset)
-                return read_records(unpack(place, file.read(place.length)))
+                file.seek(location.offset)
+                return read_records(unpack(location, file.read(location.length)))
         except RecordingError:
             raise
         except DAMAGE as error:
@@ -231,11 +170,11 @@ class ChunkedFile:
                 return
             crc = None if crc is None else zlib.crc32(head, crc)
             if opcode == Opcode.CHUNK:
-                if (chunk := self._chunk(file, length, at)) is None:
+                if (chunk := self._read_chunk(file, length, at)) is None:
                     return
-                place, body, data = chunk
+                location, body, data = chunk
                 crc = None if crc is None else zlib.crc32(body, crc)
-                yield place, read_records(data, self.allowance)
+                yield location, read_records(data, self.allowance)
             else:
                 if opcode == Opcode.MESSAGE_INDEX and length <= MAX_RECORD_BYTES:
                     self.allowance.grow(length)
@@ -243,15 +182,15 @@ class ChunkedFile:
         if size > len(MAGIC) and _has_end_magic(file):
             self._set_damage(size + RECORD.size, "the end of its data is missing")
 
-    def _chunk(
+    def _read_chunk(
         self, file: BinaryIO, length: int, at: int
     ) -> tuple[ChunkLocation, memoryview, bytes | memoryview] | None:
-        """Return where the data of a chunk stands, its record, and what is in it; None if it is damaged."""
+        """Return the location, the body and the unpacked data of a chunk; None if it is damaged."""
         self.allowance.grow(length)
         try:
-            body = _read_chunk(file, length)
-            place, packed = _parse_chunk(body, at)
-            return place, body, unpack(place, packed)
+            body = _read_body(file, length)
+            location, packed = _parse_chunk(body, at)
+            return location, body, unpack(location, packed)
         except Lz4Error as error:
             remedy = "Pack it with Zstandard: mcap compress --compression zstd"
             raise RecordingError(self._path, "it is packed with lz4", remedy, kind="recording-compression") from error
@@ -272,9 +211,9 @@ class ChunkedFile:
 
 @contextmanager
 def _open_regular(path: Path) -> Iterator[BinaryIO]:
-    """Open a regular file; a FIFO or a device is refused at once."""
+    """Open a regular file. Raises RecordingError at once for a FIFO or a device."""
     try:
-        with open(path, "rb", opener=_open_at_once) as file:
+        with open(path, "rb", opener=_open_nonblocking) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise RecordingError(
                     path, "it is no regular file", "Name one that robotcore has recorded", kind="not-a-regular-file"
@@ -286,13 +225,13 @@ def _open_regular(path: Path) -> Iterator[BinaryIO]:
         ) from error
 
 
-def _open_at_once(path: str, flags: int) -> int:
-    """Open without waiting for the other end of a FIFO."""
+def _open_nonblocking(path: str, flags: int) -> int:
+    """Open a file, without waiting for the other end of a FIFO."""
     return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
 
 
 def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
-    """Go to the end of a record; return the checksum with it, or None if the record is too long to be read."""
+    """Go to the end of a record. Return the checksum of the file up to there; None if the record is too long."""
     if crc is None or length > MAX_RECORD_BYTES:
         file.seek(length, os.SEEK_CUR)
         return None
@@ -301,14 +240,17 @@ def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
     return crc
 
 
-def _read_chunk(file: BinaryIO, length: int) -> memoryview:
+def _read_body(file: BinaryIO, length: int) -> memoryview:
     if length > MAX_RECORD_BYTES:
         raise ValueError(f"a chunk has {length} bytes, more than {MAX_RECORD_BYTES}")
     return memoryview(file.read(length))
 
 
 def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:
-    """Return where the data of a chunk stands, and the data as they are, packed; the record's body begins ``at``."""
+    """Return the location of a chunk's data, and the packed data.
+
+    at: the offset of the record's body in the file, in bytes.
+    """
     *_, size, crc, name_length = _CHUNK.unpack_from(body)
     name_end = _CHUNK.size + name_length
     begin = name_end + _LENGTH.size
@@ -318,6 +260,6 @@ def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:
 
 
 def _has_end_magic(file: BinaryIO) -> bool:
-    """Return whether the last magic is there, which comes after the index."""
+    """Return whether the file ends with the magic that follows the index."""
     file.seek(-len(MAGIC), os.SEEK_END)
     return file.read() == MAGIC

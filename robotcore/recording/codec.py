@@ -34,13 +34,16 @@ def to_json(event: Any) -> bytes:
 
 
 def from_json(kind: type[T], content: bytes) -> T:
-    """Return the event that `to_json` wrote; ValueError where it is none of this kind."""
+    """Return the event that `to_json` wrote. Raises ValueError if the JSON is no event of this class."""
     adapter: TypeAdapter[T] = _adapter(cast("Any", kind))
     return adapter.validate_python(parse_json(content))
 
 
 def parse_json(content: bytes) -> Any:
-    """Return what a JSON text holds; ValueError if a text in it has a lone surrogate, which no library can print."""
+    """Return the value of a JSON text.
+
+    Raises ValueError if a string in it has a lone surrogate, because libraries cannot encode it.
+    """
     payload = json.loads(content.decode())
     if _SURROGATE.search(content):
         json.dumps(payload, ensure_ascii=False).encode()
@@ -49,7 +52,7 @@ def parse_json(content: bytes) -> Any:
 
 @singledispatch
 def to_plain(value: Any) -> Any:
-    """Return a value in what JSON knows: the fields of an object or a named tuple by their names, else its words."""
+    """Return a value as JSON types. An object or a named tuple becomes its fields by name, any other value its text."""
     if is_dataclass(value):
         return _drop_empty({field.name: getattr(value, field.name) for field in fields(value)})
     return _to_text(str(value))
@@ -63,7 +66,7 @@ def _keep(value: Any) -> Any:
 
 @to_plain.register
 def _to_text(value: str) -> str:
-    """Return a text without its class, such as an app's own enumeration; a lone surrogate becomes an escape."""
+    """Return a text as str, even if it is of a subclass such as an enumeration. Escape lone surrogates."""
     return str.encode(value, errors="backslashreplace").decode()
 
 
@@ -109,10 +112,10 @@ _WIDTH, _HEIGHT, _ENCODING, _DATA = 2, 3, 4, 6
 _JPEG = 2
 _CHANNELS = {b"bgr8": 3, b"mono8": 1}
 
-_MOST_FIELDS = 64
-"""Of a message: a picture has seven."""
+_MAX_FIELDS = 64
+"""The most fields of a message. A picture has seven."""
 
-_MOST_PIXELS = 2**24
+_MAX_PIXELS = 2**24
 """The most pixels of a JPEG. A JPEG of few bytes can claim any size; no picture of a camera has more pixels."""
 
 _JPEG_BEGIN = b"\xff\xd8"
@@ -121,11 +124,11 @@ _SIZE = struct.Struct(">HH")
 _LENGTH_BYTES = 2
 _BASELINE = 0xC0
 _BEFORE_SIZE = {0xC4, 0xDB, 0xDD, 0xFE, *range(0xE0, 0xF0)}
-"""Tables, restart interval, comment, application data: the segments that may come before the size."""
+"""The segments that may precede the size: tables, restart interval, comment, application data."""
 
 
 def decode_raw_image(message: bytes | memoryview) -> Image:
-    """Return the picture in a RawImage, read-only; ValueError where there is none."""
+    """Return the picture of a RawImage, read-only. Raises ValueError if it has none."""
     values = dict(read_fields(message))
     width, height = (int.from_bytes(values[field], "little") for field in (_WIDTH, _HEIGHT))
     _require_pixels(width, height)
@@ -135,11 +138,11 @@ def decode_raw_image(message: bytes | memoryview) -> Image:
 
 
 def decode_compressed_image(message: bytes | memoryview) -> Image:
-    """Return the picture in a CompressedImage, read-only; ValueError where there is none."""
+    """Return the picture of a CompressedImage, read-only. Raises ValueError if it has none."""
     content = dict(read_fields(message))[_JPEG]
     width, height = _read_jpeg_size(content)
     _require_pixels(width, height)
-    if width * height > _MOST_PIXELS:
+    if width * height > _MAX_PIXELS:
         raise ValueError(f"a JPEG claims {width} x {height} pixels")
     try:
         image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -157,10 +160,10 @@ def _require_pixels(width: int, height: int) -> None:
 
 
 def _read_jpeg_size(content: memoryview) -> tuple[int, int]:
-    """Return the width and height in the header of a baseline JPEG, which is what robotcore writes.
+    """Return the width and height in the header of a baseline JPEG, which robotcore writes.
 
-    A decoder must find the same size. So anything between two segments is refused, fill bytes included, which a decoder
-    passes over. The segments: ITU-T T.81, annex B.
+    A decoder must find the same size. So no bytes may stand between two segments, not even fill bytes, which a decoder
+    skips. The segments: ITU-T T.81, annex B.
     """
     if content[:2] != _JPEG_BEGIN:
         raise ValueError("it holds no JPEG")
@@ -177,12 +180,12 @@ def _read_jpeg_size(content: memoryview) -> tuple[int, int]:
 
 
 def read_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Yield the number and the bytes of each field, whatever its type.
+    """Yield the number and the bytes of each field of a protobuf message.
 
-    Raises ValueError where the message is cut, or has more fields than a picture.
+    Raises ValueError if the message is cut, or has more than `_MAX_FIELDS` fields.
     """
     left = memoryview(message)
-    for _ in range(_MOST_FIELDS):
+    for _ in range(_MAX_FIELDS):
         if not left:
             return
         tag, left = _read_varint(left)
@@ -192,11 +195,14 @@ def read_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]
         yield tag >> 3, left[:length]
         left = left[length:]
     if left:
-        raise ValueError(f"a message has more than {_MOST_FIELDS} fields")
+        raise ValueError(f"a message has more than {_MAX_FIELDS} fields")
 
 
 def _read_length(kind: int, left: memoryview) -> tuple[int, memoryview]:
-    """Return how many bytes a field of a kind has, and what they begin."""
+    """Return the length of a field in bytes, and the message from the field's content on.
+
+    kind: the wire type of the field.
+    """
     if kind == BYTES:
         return _read_varint(left)
     if kind == VARINT:

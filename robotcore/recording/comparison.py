@@ -25,7 +25,7 @@ Room = tuple[Sequence[object], ...]
 """The length and width of the floor, and the outline of each object, in metres."""
 
 _DIGITS = 4
-"""A tenth of a millimetre."""
+"""The decimal digits of numbers in JSON. For lengths this is a tenth of a millimetre."""
 
 
 @dataclass(frozen=True)

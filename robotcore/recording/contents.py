@@ -82,7 +82,7 @@ PosePath = dict[int, Pose]
 """Poses by tick number. They are in the world, or relative to the start if there is no world."""
 
 
-_MOST_M = 1e6
+_MAX_M = 1e6
 """The longest distance of a pose, in metres. A pose beyond it comes from an invalid encoder value."""
 
 
@@ -99,7 +99,7 @@ def build_true_path(recording: Recording) -> PosePath:
 
 
 def _is_place(pose: Pose) -> bool:
-    return max(abs(pose.x), abs(pose.y)) <= _MOST_M and math.isfinite(pose.heading) and not math.isnan(pose.x + pose.y)
+    return max(abs(pose.x), abs(pose.y)) <= _MAX_M and math.isfinite(pose.heading) and not math.isnan(pose.x + pose.y)
 
 
 def measure_path(path: Iterable[Pose]) -> float:

@@ -1,7 +1,4 @@
-"""Channels, schemas and coordinate frames of a recording, as Foxglove displays them.
-
-A JSON message leaves out empty fields. A number that is not finite is a string.
-"""
+"""The channels and coordinate frames of a recording, as Foxglove displays them."""
 
 from __future__ import annotations
 
@@ -30,85 +27,42 @@ from robotcore.hal.devices import (
 from robotcore.optics import Intrinsics
 from robotcore.recording.codec import to_json
 from robotcore.recording.mcap_file import McapFile
+from robotcore.recording.schemas import ANGLE_SCHEMA, RANGE_SCHEMA, VOLTAGE_SCHEMA, Schema
 
 if TYPE_CHECKING:
     from foxglove.messages import FrameTransform, LaserScan, Quaternion, Timestamp
     from foxglove.messages import Pose as FoxglovePose
 
 
-Schema = dict[str, Any]
-
-_NUMBER: Schema = {"type": "number"}
-_WHOLE: Schema = {"type": "integer"}
-_TEXT: Schema = {"type": "string"}
-
-
-def _object(title: str = "", **properties: Schema) -> Schema:
-    named = {"title": f"robotcore.{title}"} if title else {}
-    return {**named, "type": "object", "properties": properties}
-
-
-def _list(items: Schema) -> Schema:
-    return {"type": "array", "items": items}
-
-
-_WHEELS = _object(left=_NUMBER, right=_NUMBER)
-_POSE = _object(x=_NUMBER, y=_NUMBER, heading=_NUMBER)
-_ERROR = _object(kind=_TEXT, message=_TEXT, attributes=_object())
-_READ = _object(device=_TEXT, sequence=_WHOLE, time=_NUMBER, number=_WHOLE, error=_ERROR, by=_TEXT)
-_INTERVENTION = _object(time=_NUMBER, cause=_TEXT, asked=_WHEELS, sent=_WHEELS)
-
-TICK_SCHEMA = _object(
-    "Tick",
-    number=_WHOLE,
-    time=_NUMBER,
-    state=_TEXT,
-    reads=_list(_READ),
-    asks=_list(_object(asked=_WHEELS, given=_WHEELS, error=_ERROR)),
-    motor_asks=_list(_object(device=_TEXT, asked=_NUMBER, given=_NUMBER, error=_ERROR)),
-    turned=_list(_object(angles=_WHEELS, error=_ERROR)),
-    standing=_list(_WHEELS),
-    pose=_POSE,
-    asked=_WHEELS,
-    sent=_WHEELS,
-    interventions=_list(_INTERVENTION),
-    commit_error=_ERROR,
-    shown=_list(_object(device=_TEXT, number=_WHOLE, error=_ERROR)),
-    error=_ERROR,
-    warnings=_list(_TEXT),
-)
-RANGE_SCHEMA = _object("Range", distance=_NUMBER, time=_NUMBER, sequence=_WHOLE, point=_list(_NUMBER))
-ANGLE_SCHEMA = _object("Angle", angle=_NUMBER, time=_NUMBER, sequence=_WHOLE)
-VOLTAGE_SCHEMA = _object("Voltage", voltage=_NUMBER, time=_NUMBER, sequence=_WHOLE)
-TRUTH_SCHEMA = _object("Truth", tick=_WHOLE, time=_NUMBER, pose=_POSE, contacts=_WHOLE)
-RUN_SCHEMA = _object("Run", request=_object(), devices=_list(_TEXT), started=_TEXT)
-RESULT_SCHEMA = _object("Result", outcome=_TEXT, reason=_TEXT, exit_status=_WHOLE, ticks=_WHOLE)
-END_SCHEMA = _object("End", reason=_TEXT)
-
-
 ODOMETRY, TRUE, BODY = "odom", "truth", "base_link"
-"""Frames: where the robot began, the world in which a simulator knows where it is, and itself (REP 105)."""
+"""The coordinate frames: the start of the robot, the world of a simulator, and the robot's body (REP 105)."""
 
 TRUE_BODY = f"{BODY}_true"
-"""Where the robot is by the simulator's word."""
+"""The frame of the robot's body by the simulator's truth."""
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
 def to_nanoseconds(seconds: float) -> int:
-    """Return a time of the robot's clock in ns; before zero, and where it is no number, zero."""
+    """Return a time in ns. Negative and non-finite times become zero.
+
+    seconds: the time on the robot's clock.
+    """
     return round(1e9 * seconds) if 0 < seconds < math.inf else 0
 
 
 def to_timestamp(seconds: float) -> Timestamp:
-    """Return a time as Foxglove has it."""
+    """Return a time as Foxglove's message."""
     from foxglove.messages import Timestamp
 
     return Timestamp(*divmod(to_nanoseconds(seconds), 1_000_000_000))
 
 
 def to_quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return the turn about x, then y, then z, in radians (Diebel, Representing Attitude, 2006, 5.8)."""
+    """Return a rotation as a quaternion (Diebel, Representing Attitude, 2006, 5.8).
+
+    roll, pitch, yaw: the angles about x, then y, then z, in radians.
+    """
     from foxglove.messages import Quaternion
 
     cr, cp, cy = (math.cos(angle / 2) for angle in (roll, pitch, yaw))
@@ -122,7 +76,7 @@ def to_quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def to_pose_message(pose: Pose) -> FoxglovePose:
-    """Return a pose in the plane as one in space."""
+    """Return a pose in the plane as Foxglove's pose in space."""
     from foxglove.messages import Pose as FoxglovePose
     from foxglove.messages import Vector3
 
@@ -131,7 +85,10 @@ def to_pose_message(pose: Pose) -> FoxglovePose:
 
 
 def build_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
-    """Return where a frame is in the plane of another."""
+    """Return the pose of a frame in the plane of its parent frame.
+
+    time: the time on the robot's clock, in seconds.
+    """
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
@@ -144,7 +101,7 @@ def build_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTr
 
 
 def build_mount_transform(device: str, mount: Mount) -> FrameTransform:
-    """Return where a device sits on the body."""
+    """Return the transform from the robot's body to a device."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
@@ -157,7 +114,7 @@ def build_mount_transform(device: str, mount: Mount) -> FrameTransform:
 
 
 def build_optical_transform(device: str) -> FrameTransform:
-    """Return how a camera's picture lies in its frame: x to the right, y down, z ahead (REP 103)."""
+    """Return the transform from a camera to its pictures: x to the right, y down, z ahead (REP 103)."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
@@ -170,7 +127,7 @@ def build_optical_transform(device: str) -> FrameTransform:
 
 
 def build_optical_name(device: str) -> str:
-    """Return the name of the frame that a camera's picture lies in."""
+    """Return the name of the coordinate frame of a camera's pictures."""
     return f"{device}_optical"
 
 
@@ -179,17 +136,17 @@ DEVICE = "device"
 
 RUN, TICKS, RESULT, END, TRUTH, LOG, POSE = "/run", "/ticks", "/result", "/end", "/truth", "/log", "/pose"
 TRANSFORMS, STATIC_TRANSFORMS = "/tf", "/tf_static"
-"""Apart, as ROS has them: who begins to look in the middle is given the last message of each channel."""
+"""Two channels, as in ROS. A viewer that starts in the middle of a file gets the last message of each channel."""
 
 RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, TRANSFORMS, STATIC_TRANSFORMS}
 
 RAYS = 9
-"""As many as make an arc out of an ultrasonic sensor's cone."""
+"""The number of rays that show an ultrasonic sensor's cone as an arc."""
 
 JPEG_QUALITY = 90
 
 Write = Callable[[Any, float], None]
-"""Logs a sample at a time of the robot's clock."""
+"""Writes a sample with a time of the robot's clock, in seconds."""
 
 
 def build_topic(device: str) -> str:
@@ -199,7 +156,10 @@ def build_topic(device: str) -> str:
 
 
 def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | None:
-    """Return what logs a device's samples; None where it has none."""
+    """Open the channels of a device. Return the function that writes its samples; None if it has no samples.
+
+    is_jpeg: write the camera's pictures as JPEG.
+    """
     match device:
         case Camera():
             _write_calibration(file, device)
@@ -269,13 +229,13 @@ def _write_calibration(file: McapFile, camera: Camera) -> None:
     from foxglove.channels import CameraCalibrationChannel
     from foxglove.messages import CameraCalibration
 
-    seen: Intrinsics = camera.intrinsics
-    f, cx, cy = seen.focal_length, seen.cx, seen.cy
+    intrinsics: Intrinsics = camera.intrinsics
+    f, cx, cy = intrinsics.focal_length, intrinsics.cx, intrinsics.cy
     message = CameraCalibration(
         timestamp=to_timestamp(0.0),
         frame_id=build_optical_name(camera.name),
-        width=seen.width,
-        height=seen.height,
+        width=intrinsics.width,
+        height=intrinsics.height,
         K=[f, 0, cx, 0, f, cy, 0, 0, 1],
         R=[1, 0, 0, 0, 1, 0, 0, 0, 1],
         P=[f, 0, cx, 0, 0, f, cy, 0, 0, 0, 1, 0],
@@ -298,7 +258,7 @@ def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
 
 
 def _build_scan(sensor: RangeSensor, reading: Range) -> LaserScan:
-    """Return a reading as an arc across the sensor's cone: the echo may have come from anywhere on it."""
+    """Return a reading as an arc across the sensor's cone, because the echo may come from any direction in it."""
     from foxglove.messages import LaserScan
 
     return LaserScan(

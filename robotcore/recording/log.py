@@ -12,7 +12,7 @@ from robotcore.runtime.result import RunResult
 
 
 class Level(Enum):
-    """How much a line should worry; the names are those of foxglove.Log."""
+    """The level of a line. The names are those of foxglove.Log."""
 
     Info = 2
     Warning = 3
@@ -20,7 +20,7 @@ class Level(Enum):
 
 
 class LogLine(NamedTuple):
-    """What happened, and how much it should worry."""
+    """A line of the log."""
 
     level: Level
     text: str
@@ -39,7 +39,7 @@ class RunLog:
         self._error: RecordedError | None = None
 
     def list_new(self, tick: Tick) -> Iterator[LogLine]:
-        """Yield what is new in a tick."""
+        """Yield the lines for the new events of a tick."""
         if tick.state in self._awaited:
             self._awaited.discard(tick.state)
             yield LogLine(Level.Info, f"milestone: {tick.state}")
@@ -51,7 +51,7 @@ class RunLog:
         yield from self._changed_error(tick.error)
 
     def _changed_error(self, error: RecordedError | None) -> Iterator[LogLine]:
-        """Yield what broke the tick off; what is waited for breaks off one after the other."""
+        """Yield a line if the tick's error is new, and a line if ticks succeed again."""
         if error and error != self._error:
             yield LogLine(Level.Error, f"{error.kind}: {error.message}")
         if self._error and not error:
@@ -59,7 +59,7 @@ class RunLog:
         self._error = error
 
     def _changed_faults(self, time: float) -> Iterator[LogLine]:
-        """Yield which faults on purpose have come, and which have gone."""
+        """Yield a line for each injected fault that begins or ends."""
         for fault in self._planned:
             if (is_on := fault.is_on(time)) is not (fault.position in self._present):
                 self._present ^= {fault.position}
@@ -96,12 +96,12 @@ class RunLog:
 
 
 def list_dropped(tick: Tick) -> list[str]:
-    """Return the devices whose samples a tick was given, and the recording was not."""
+    """Return the devices whose samples were read in a tick and are missing in the recording."""
     return [read.device for read in tick.reads if read.number is None and not read.error]
 
 
 def build_last_line(result: RunResult) -> LogLine:
-    """Return how the run ended."""
+    """Return the line for the end of a run."""
     text = f"{result.outcome.value}, {result.ticks} ticks" + (f": {result.reason}" if result.reason else "")
     return LogLine(Level.Error if result.exit_status else Level.Info, text)
 

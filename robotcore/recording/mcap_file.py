@@ -1,4 +1,4 @@
-"""Write an MCAP file: channels, attachments, and a flush that makes everything before it survive a crash."""
+"""Write an MCAP file: channels, attachments, metadata. After a flush, a crash loses nothing that came before."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from robotcore.errors import BackendMissingError, RecordingError
 from robotcore.files import require_regular
 
 CHUNK_BYTES = 2**20
-"""Uncompressed; a reader unpacks a whole chunk for one picture in it."""
+"""The size of a chunk before compression, in bytes. To read one picture, a reader unpacks a whole chunk."""
 
 ROOM = "Make room, or name a file elsewhere"
+"""The remedy for a file that cannot be written."""
 
 
 class McapFile:
-    """Writes as foxglove-sdk does; each fault is a RecordingError, and the first one ends it.
+    """Writes an MCAP file with foxglove-sdk. The first error is raised as a RecordingError, and ends the writing.
 
-    Messages are compressed in chunks, each with its checksum. ``flush`` ends a chunk and hands it to the system.
+    Messages are compressed in chunks, each with its checksum. `flush` ends a chunk and gives it to the system.
     """
 
     def __init__(self, path: Path) -> None:
@@ -36,13 +37,13 @@ class McapFile:
 
     @property
     def size(self) -> int:
-        """How many bytes of it there are by now, without what is held back for a whole chunk."""
+        """The bytes written so far, without the present chunk."""
         return self._sink.size
 
     def json(
         self, topic: str, schema: Mapping[str, Any], metadata: Mapping[str, str] | None = None
     ) -> Callable[[bytes, int], None]:
-        """Return what logs JSON on a new channel: the message, and its time in ns."""
+        """Open a channel of JSON messages. Return a function that writes a message with its time in ns."""
         from foxglove import Channel
 
         entries = dict(metadata or {})
@@ -50,7 +51,7 @@ class McapFile:
         return lambda content, at: channel.log(content, log_time=at)
 
     def attach(self, name: str, media_type: str, content: bytes) -> None:
-        """Keep a file in the file."""
+        """Write a file as an attachment."""
         self._try(
             lambda: self._writer.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=content)
         )
@@ -60,11 +61,11 @@ class McapFile:
         self._try(lambda: self._writer.write_metadata(name, dict(entries)))
 
     def flush(self) -> None:
-        """Have all that was logged written by the system; raise what kept something from it."""
+        """Give all messages to the system. Raises RecordingError if some could not be written."""
         self._try(self._writer.flush)
 
     def close(self) -> None:
-        """Write the index, and close. May be called again."""
+        """Write the index, and close the file. May be called again."""
         try:
             self._try(self._writer.close)
         finally:
@@ -77,14 +78,14 @@ class McapFile:
             raise RecordingError(
                 self._path, f"it cannot be written: {error}", ROOM, kind="file-not-writable"
             ) from error
-        if fault := self._sink.fault:
-            raise RecordingError(self._path, str(fault.strerror), ROOM, kind="file-not-writable") from fault
+        if cause := self._sink.error:
+            raise RecordingError(self._path, str(cause.strerror), ROOM, kind="file-not-writable") from cause
 
 
 class _Sink:
-    """The file as the library writes to it.
+    """The file object that the library writes to.
 
-    It keeps the first fault to itself, and takes no more: the library would tell of it on stderr, once a message.
+    It keeps the first error and then discards all bytes. The library would print an error on stderr for each message.
     """
 
     def __init__(self, path: Path) -> None:
@@ -93,38 +94,38 @@ class _Sink:
             self._file = path.open("wb", buffering=0)
         except OSError as error:
             raise build_unwritable_error(path, error) from error
-        self.fault: OSError | None = None
+        self.error: OSError | None = None
         self._at = self.size = 0
 
     def write(self, data: bytes | bytearray) -> int:
         try:
             self._write_all(memoryview(data))
         except OSError as error:
-            self.fault = error
+            self.error = error
         self._at += len(data)
         self.size = max(self.size, self._at)
         return len(data)
 
     def _write_all(self, left: memoryview) -> None:
-        while left and not self.fault:
+        while left and not self.error:
             left = left[self._file.write(left) or 0 :]
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go to an offset, and return it. After a fault, only the number changes."""
+        """Go to an offset, and return it. After an error only the number changes."""
         self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
-        if not self.fault:
+        if not self.error:
             self._file.seek(self._at)
         return self._at
 
     def flush(self) -> None:
-        """Nothing is held back here."""
+        """Do nothing, because the file has no buffer."""
 
     def close(self) -> None:
         self._file.close()
 
 
 def require_recordable(path: Path) -> None:
-    """Raise what would keep a recording from being written there, by opening the file; what was in it stays."""
+    """Raise an error if a recording cannot be written to this file. The file is opened, and its content stays."""
     require_extra()
     if path.suffix.lower() != ".mcap":
         raise RecordingError(path, "a recording is an .mcap file", "Give it that ending", kind="file-ending")
@@ -150,6 +151,6 @@ REMEDY = "pip install 'robotcore[record]'"
 
 
 def require_extra() -> None:
-    """Raise BackendMissingError, with the remedy, where a library is missing; none is imported for it."""
+    """Raise BackendMissingError if a library of the extra is missing. No library is imported."""
     if missing := [name for name in ("foxglove", "mcap") if find_spec(name) is None]:
         raise BackendMissingError(f"recordings need {' and '.join(missing)}. {REMEDY}")

@@ -13,60 +13,62 @@ from mcap.records import Channel, Schema
 from robotcore.errors import RecordingError
 from robotcore.hal.devices import Angle, Frame, Image, Range, Voltage
 from robotcore.recording import foxglove as channels
-from robotcore.recording.chunks import DAMAGE, Allowance, ChunkedFile, ChunkLocation, Message, Record, format_damage
+from robotcore.recording.chunks import ChunkedFile, ChunkLocation, Message, Record
 from robotcore.recording.codec import decode_compressed_image, decode_raw_image, from_json
 from robotcore.recording.events import GroundTruthSample, RecordedSample, SampleKey, Tick
 from robotcore.recording.foxglove import DEVICE
+from robotcore.recording.limits import DAMAGE, Allowance, format_damage
 from robotcore.recording.recording import Metadata, Recording
 from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_number, parse_result, parse_tick
 from robotcore.runtime.result import RunResult
 
-CHUNKS_KEPT = 2
-"""Unpacked; pictures are mostly asked for in the order in which they were taken."""
+CACHED_CHUNKS = 2
+"""The number of unpacked chunks in memory. Pictures are mostly read in the order of the run."""
 
 Unpack = Callable[[memoryview], Image]
+"""Decodes the message of a picture."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """Where a picture is: which message of which channel in a chunk; ``unpack`` makes it a picture again.
+    """The location of a picture in a file."""
 
-    ``time`` and ``sequence`` are those of its Frame.
-    """
-
-    place: ChunkLocation
+    chunk: ChunkLocation
     channel: int
     message: int
+    """The number of the message in its channel, from one."""
     unpack: Unpack
     time: float
+    """The capture time of its Frame, in seconds."""
     sequence: int
+    """The sequence number of its Frame."""
 
 
 class FileSamples(Mapping[SampleKey, RecordedSample]):
-    """Samples by their key; a picture that cannot be read is a RecordingError."""
+    """The samples of a file by their key. Reading a damaged picture raises RecordingError."""
 
     def __init__(
         self, path: Path, numbers: Mapping[SampleKey, RecordedSample], pictures: Mapping[SampleKey, Picture]
     ) -> None:
         self._path, self._numbers, self._pictures = path, numbers, pictures
-        self._messages = lru_cache(CHUNKS_KEPT)(self._read)
+        self._messages = lru_cache(CACHED_CHUNKS)(self._read)
 
     def __getitem__(self, key: SampleKey) -> RecordedSample:
         if key in self._numbers:
             return self._numbers[key]
         picture = self._pictures[key]
         try:
-            messages = self._messages(picture.place)
+            messages = self._messages(picture.chunk)
             image = picture.unpack(messages[picture.channel, picture.message])
         except RecordingError:
             raise
         except DAMAGE as error:
-            problem = f"picture {key.number} of {key.device} is damaged ({format_damage(picture.place.offset, error)})"
+            problem = f"picture {key.number} of {key.device} is damaged ({format_damage(picture.chunk.offset, error)})"
             raise RecordingError(self._path, problem, "Record the run again", kind="recording-damaged") from error
         return Frame(image, picture.time, picture.sequence)
 
     def __contains__(self, key: object) -> bool:
-        """Whether there is such a sample; no picture is read for it."""
+        """Return whether the sample exists, without reading a picture."""
         return key in self._numbers or key in self._pictures
 
     def __iter__(self) -> Iterator[SampleKey]:
@@ -76,8 +78,8 @@ class FileSamples(Mapping[SampleKey, RecordedSample]):
     def __len__(self) -> int:
         return len(self._numbers) + len(self._pictures)
 
-    def _read(self, place: ChunkLocation) -> dict[tuple[int, int], memoryview]:
-        records = ChunkedFile(self._path).read_again(place)
+    def _read(self, chunk: ChunkLocation) -> dict[tuple[int, int], memoryview]:
+        records = ChunkedFile(self._path).read_again(chunk)
         return {(each.channel_id, each.sequence): each.data for each in records if isinstance(each, Message)}
 
 
@@ -96,12 +98,12 @@ _TOPICS = {channels.RUN, channels.TICKS, channels.TRUTH, channels.RESULT, channe
 
 
 def read_file(path: Path) -> Recording:
-    """Return what is in a recording. Raises RecordingError where it is none, or holds nothing of a run."""
+    """Return the recording in a file. Raises RecordingError if it is none, or has no metadata of a run."""
     file, builder, at = ChunkedFile(path), _RecordingBuilder(path), 0
     try:
-        for place, records in file.chunks():
-            at = place.offset
-            builder.add_chunk(place, records, file.allowance)
+        for chunk, records in file.chunks():
+            at = chunk.offset
+            builder.add_chunk(chunk, records, file.allowance)
     except RecordingError:
         raise
     except UnknownFormatError as error:
@@ -112,26 +114,28 @@ def read_file(path: Path) -> Recording:
 
 
 class _PictureLocation(NamedTuple):
-    """A picture's message, and what makes it a picture again."""
+    """The message of a picture, and its decoder."""
 
-    place: ChunkLocation
+    chunk: ChunkLocation
     channel: int
     message: int
     unpack: Unpack
 
 
 class _End(NamedTuple):
-    """Why a recording ends before its run did."""
+    """The message that a recording ends before its run."""
 
     reason: str
 
 
 class _Channel(NamedTuple):
-    """What is kept of a channel."""
+    """A channel of the file."""
 
     topic: str
     device: str | None
+    """The device whose samples it has; None for other channels."""
     schema: str
+    """The name of its schema."""
 
 
 class _RecordingBuilder:
@@ -149,23 +153,22 @@ class _RecordingBuilder:
         self._result: RunResult | None = None
         self._ended_early = ""
 
-    def add_chunk(self, place: ChunkLocation, records: Iterable[Record], allowance: Allowance) -> None:
-        """Take in what is in a chunk; one of `DAMAGE` where that does not fit what was before."""
+    def add_chunk(self, chunk: ChunkLocation, records: Iterable[Record], allowance: Allowance) -> None:
+        """Add the records of a chunk. Raises one of `DAMAGE` if they do not fit the records before."""
         for record in records:
             if isinstance(record, Message):
-                self._add_message(place, self._channels[record.channel_id], record, allowance)
+                self._add_message(chunk, self._channels[record.channel_id], record, allowance)
             elif isinstance(record, Schema):
                 self._schemas[record.id] = record.name
             elif isinstance(record, Channel):
                 schema = self._schemas.get(record.schema_id, "")
                 self._channels[record.id] = _Channel(record.topic, record.metadata.get(DEVICE), schema)
 
-    def _add_message(self, place: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
-        """The library counts the messages of a channel from one."""
+    def _add_message(self, chunk: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
         if channel.device is not None and channel.schema in _PICTURES:
-            key = SampleKey(channel.device, message.sequence - 1)
+            key = SampleKey(channel.device, message.sequence - 1)  # the sequence counts from one
             self._pictures[key] = _PictureLocation(
-                place, message.channel_id, message.sequence, _PICTURES[channel.schema]
+                chunk, message.channel_id, message.sequence, _PICTURES[channel.schema]
             )
         elif channel.device is not None or channel.topic in _TOPICS:
             allowance.take_text(len(message.data))
@@ -188,7 +191,7 @@ class _RecordingBuilder:
             self._ended_early = from_json(_End, content).reason
 
     def build(self, *, is_whole: bool, damage: str) -> Recording:
-        """Return all of it. Raises RecordingError where nothing tells of a run."""
+        """Return the recording. Raises RecordingError if there is no metadata of a run."""
         if self._metadata is None:
             raise _build_no_run_error(self._path, damage, is_whole=is_whole)
         samples = FileSamples(self._path, self._numbers, dict(self._list_pictures()))
@@ -205,16 +208,16 @@ class _RecordingBuilder:
         )
 
     def _list_pictures(self) -> Iterator[tuple[SampleKey, Picture]]:
-        """Yield the pictures that a tick was given or showed, as frames of that time."""
+        """Yield the pictures that the run read or showed, with the time and sequence number of their frames."""
         for tick in self._ticks:
             captured = [(read.key, read.time or 0.0, read.sequence or 0) for read in tick.reads if read.key]
             captured += [(each.key, tick.time, each.key.number) for each in tick.shown if each.key]
             for key, time, sequence in captured:
-                if where := self._pictures.get(key):
-                    yield key, Picture(*where, time, sequence)
+                if location := self._pictures.get(key):
+                    yield key, Picture(*location, time, sequence)
 
     def _jpegs(self) -> set[str]:
-        return {key.device for key, where in self._pictures.items() if where.unpack is decode_compressed_image}
+        return {key.device for key, location in self._pictures.items() if location.unpack is decode_compressed_image}
 
 
 def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> RecordingError:
@@ -229,7 +232,10 @@ def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> Recording
 
 
 def explain_gaps(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:
-    """Say what is missing of that which steered a run, empty where nothing is; ``jpegs`` name devices."""
+    """Return which inputs of the app are missing, as a text. Empty if none is.
+
+    jpegs: the cameras whose pictures are compressed.
+    """
     reads = [read for tick in ticks for read in tick.reads if not read.error]
     if not ticks:
         return "it holds no tick"

@@ -26,7 +26,7 @@ from robotcore.threads import start_thread
 T = TypeVar("T")
 
 QUEUE_BYTES = 32 * 2**20
-"""The most that waits, in bytes: about 140 pictures of 320 x 240."""
+"""The size of the queue in bytes, about 140 pictures of 320 x 240."""
 
 POLL_S = 0.02
 """The period in which each thread checks the queue, in seconds.
@@ -36,7 +36,10 @@ Waking a thread in each tick costs 2 ms on a busy machine; the rest of a tick's 
 
 
 class WriteQueue(Generic[T]):
-    """A queue from the control thread to the writer thread. `put` may wait, but never refuses an entry."""
+    """A queue from the control thread to the writer thread. `put` may wait, but never rejects an entry.
+
+    room: the size above which `has_room` is False, in bytes.
+    """
 
     def __init__(self, room: int = QUEUE_BYTES) -> None:
         self._entries: deque[tuple[T, int]] = deque()
@@ -49,7 +52,11 @@ class WriteQueue(Generic[T]):
         return self._put_bytes - self._taken_bytes < self._room
 
     def put(self, entry: T, size: int, *, waits: bool) -> None:
-        """Hand over an entry of about ``size`` bytes; if ``waits``, return only when there is room again."""
+        """Add an entry.
+
+        size: the approximate size of the entry, in bytes.
+        waits: return only when there is room again.
+        """
         if self._ended.is_set():
             return
         self._put_bytes += size
@@ -58,11 +65,11 @@ class WriteQueue(Generic[T]):
             pass
 
     def end(self) -> None:
-        """Take no more entries, and wake a `put` that waits."""
+        """Discard further entries, and wake a `put` that waits."""
         self._ended.set()
 
     def abandon(self) -> None:
-        """Take no more entries, and discard the rest. Only the reading thread may call it."""
+        """Discard further entries and those in the queue. Only the reading thread may call it."""
         self.end()
         while not self.is_over:
             self.get()
@@ -93,14 +100,20 @@ class Recorder:
     """An observer that writes an ``.mcap`` file: ``session.run(request, [recorder], [recorder.layer])``.
 
     Simulated time waits for the disk. A real robot does not wait: if the disk is too slow, the recorder drops
-    pictures and counts them (``dropped``). An error of the file ends the recording, not the run, and is in ``fault``.
-    A file of ``limit`` bytes ends the recording too, with the reason in ``ended_early``. The file is larger than the
-    limit by one tick, the last chunk and the index.
+    pictures and counts them (``dropped``). An error of the file ends the recording, not the run.
+
+    path: the file, which is overwritten.
+    is_jpeg: write the camera's pictures as JPEG. Such a recording cannot be replayed.
+    limit: the size of the file that ends the recording, in bytes. The file exceeds it by one tick, the last chunk and
+    the index.
+    room: the size of the queue, in bytes.
     """
 
     def __init__(self, path: Path, *, is_jpeg: bool = False, limit: int | None = None, room: int = QUEUE_BYTES) -> None:
-        self.fault: RobotcoreError | None = None
+        self.failure: RobotcoreError | None = None
+        """The error that ended the recording, if one did."""
         self.ended_early = ""
+        """Why the recording ended before the run, if it did."""
         self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
@@ -109,6 +122,10 @@ class Recorder:
         self._result: RunResult | None = None
         self._outer: BaseException | None = None
         self._thread: threading.Thread | None = None
+
+    def __repr__(self) -> str:
+        state = self.failure or self.ended_early or ("writing" if self.is_writing else "not writing")
+        return f"Recorder({str(self.path)!r}: {state})"
 
     @property
     def has_begun(self) -> bool:
@@ -130,30 +147,33 @@ class Recorder:
         return replace(result, dropped_pictures=self.dropped)
 
     def begin(self, run: Run) -> None:
-        about = build_metadata(run)
-        self._run, self._is_stepped, self._outer = run, about.is_stepped, sys.exc_info()[1]
+        """Open the file, write the metadata, and start the writer thread."""
+        metadata = build_metadata(run)
+        self._run, self._is_stepped, self._outer = run, metadata.is_stepped, sys.exc_info()[1]
         try:
             file = McapFile(self.path)
-        except RobotcoreError as fault:
-            self._set_fault(fault)
+        except RobotcoreError as failure:
+            self._set_failure(failure)
             return
         with ExitStack() as undo:
             undo.callback(self._close, file)
-            if writer := self._build_writer(file, run, about):
+            if writer := self._build_writer(file, run, metadata):
                 self._thread = start_thread(partial(self._write, file, writer), "recorder")
                 undo.pop_all()
 
     def tick(self, record: TickRecord) -> None:
+        """Put the tick into the queue."""
         entry = Entry(record, self.layer.take(), self._read_truth(record), self._find_error(record))
         self._queue.put(entry, entry.size, waits=self._is_stepped)
 
     def end(self, result: RunResult) -> None:
+        """Write the result, and wait for the writer thread."""
         self._result = self.completed(result)
         self._queue.end()
         if self._thread:
             self._thread.join(JOIN_S)
             if self._thread.is_alive():
-                self._set_fault(
+                self._set_failure(
                     RecordingError(self.path, "the disk takes no more", "Take another one", kind="disk-hangs")
                 )
 
@@ -174,25 +194,25 @@ class Recorder:
                 return GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts)
         return None
 
-    def _build_writer(self, file: McapFile, run: Run, about: Metadata) -> RecordingWriter | None:
+    def _build_writer(self, file: McapFile, run: Run, metadata: Metadata) -> RecordingWriter | None:
         """Write the start of the file, and return its writer; None if that failed."""
         try:
-            return RecordingWriter(file, run, about, is_jpeg=self._is_jpeg)
+            return RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg)
         except Exception as error:  # noqa: BLE001  any error ends the recording, not the run
-            self._set_fault(self._to_recording_error(error))
+            self._set_failure(self._to_recording_error(error))
             return None
 
     def _write(self, file: McapFile, writer: RecordingWriter) -> None:
         try:
             self._write_all(file, writer)
             file.close()
-        except BaseException as error:  # noqa: BLE001  a library's panic too: the run waits for this thread
-            self._set_fault(self._to_recording_error(error))
+        except BaseException as error:  # noqa: BLE001  also a panic of the library, because the run waits for this thread
+            self._set_failure(self._to_recording_error(error))
         finally:
             self._close(file)
 
     def _write_all(self, file: McapFile, writer: RecordingWriter) -> None:
-        """Write until the end. The first tick is flushed at once, so that a file holds something from then on."""
+        """Write until the end of the queue. The first tick is flushed at once, so that a crash leaves a usable file."""
         clock, due, unsaved = MonotonicClock(), 0.0, 0
         while not self._queue.is_over:
             if entry := self._queue.get():
@@ -223,6 +243,6 @@ class Recorder:
         with suppress(RecordingError):
             file.close()
 
-    def _set_fault(self, fault: RobotcoreError) -> None:
-        self.fault = self.fault or fault
+    def _set_failure(self, failure: RobotcoreError) -> None:
+        self.failure = self.failure or failure
         self._queue.end()

@@ -24,47 +24,51 @@ from robotcore.runtime.plan import MAX_RATE_HZ, MIN_RATE_HZ
 from robotcore.runtime.result import RunResult
 from robotcore.text import escape
 
-MOST_SECONDS = 1e9
-"""Thirty years: no run is longer."""
+MAX_SECONDS = 1e9
+"""The longest time of a run: thirty years."""
 
-_MOST_TICKS = 2**53
-_MOST_ANGLE = 1e12
-_MOST_NAMES = 1000
-"""Of milestones or devices: each is a row of a table."""
-_OF_DEVICES = (BackendError, DeviceError, SafetyStop, UsageError)
-"""What can be raised where a device is read or commanded, besides a RobotcoreError of a kind that is not known here.
+_MAX_TICKS = 2**53
+_MAX_ANGLE = 1e12
+_MAX_NAMES = 1000
+"""The most milestones, and the most devices. Each becomes a row of a table."""
+_DEVICE_ERRORS = (BackendError, DeviceError, SafetyStop, UsageError)
+"""The errors of reading or commanding a device. A later version may add other subclasses of RobotcoreError.
 
-A scripted device raises UsageError for a script that does not fit.
+A scripted device raises UsageError for an invalid script.
 """
-_MOST_SHOWN = 40
+_FORMAT_LENGTH = 40
 """The most characters of a format that a message shows."""
 _SIGNALS = range(129, 193)
+"""The exit statuses of signals."""
 _BATTERY_KEYS = {"lowest_v", "last_v"}
 
 
 class UnknownFormatError(ValueError):
-    """The recording is of a format that this version does not know."""
+    """The recording has a format that this version cannot read."""
 
 
 def parse_metadata(content: bytes) -> Metadata:
-    """Return what was run; UnknownFormatError if a later version wrote it."""
+    """Return the metadata of a run. Raises UnknownFormatError if a later version wrote it."""
     payload = parse_json(content)
     written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
     if written != FORMAT:
-        raise UnknownFormatError(f"its format is {escape(repr(written)[:_MOST_SHOWN])}; this version reads {FORMAT}")
-    about = from_json(Metadata, content)
-    if not MIN_RATE_HZ <= about.request.rate_hz <= MAX_RATE_HZ:
-        raise ValueError(f"rate_hz is {about.request.rate_hz:g}, outside of {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
-    _require_seconds("timeout_s", about.request.timeout_s)
-    _require_faults(about.request.faults)
-    _require_few("devices", about.description.devices)
-    return about
+        raise UnknownFormatError(f"its format is {escape(repr(written)[:_FORMAT_LENGTH])}; this version reads {FORMAT}")
+    metadata = from_json(Metadata, content)
+    if not MIN_RATE_HZ <= metadata.request.rate_hz <= MAX_RATE_HZ:
+        raise ValueError(f"rate_hz is {metadata.request.rate_hz:g}, outside of {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
+    _require_seconds("timeout_s", metadata.request.timeout_s)
+    _require_faults(metadata.request.faults)
+    _require_few("devices", metadata.description.devices)
+    return metadata
 
 
 def parse_tick(content: bytes, before: Tick | None) -> Tick:
-    """Return a tick that can come after the one ``before``."""
+    """Return a tick.
+
+    before: the tick before it, after which it must be possible; None for the first one.
+    """
     tick = from_json(Tick, content)
-    if not 0 <= tick.number < _MOST_TICKS or (before and tick.number != before.number + 1):
+    if not 0 <= tick.number < _MAX_TICKS or (before and tick.number != before.number + 1):
         raise ValueError(f"tick {tick.number} comes {f'after tick {before.number}' if before else 'first'}")
     _require_seconds(f"the time of tick {tick.number}", tick.time)
     if before and tick.time < before.time:
@@ -72,15 +76,15 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
     for turned in tick.turned:
         for angle in turned.angles or ():
             _require_angle(angle)
-    if odd := {error.kind for error in _device_errors(tick) if not _is_of_device(error)}:
-        raise ValueError(f"a device raised {', '.join(sorted(odd))} in tick {tick.number}")
+    if invalid := {error.kind for error in _list_device_errors(tick) if not _is_device_error(error)}:
+        raise ValueError(f"a device raised {', '.join(sorted(invalid))} in tick {tick.number}")
     if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
         raise ValueError(f"tick {tick.number} has an interruption without a signal number")
     return tick
 
 
 def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range | Angle | Voltage:
-    """Return a sample that is no picture."""
+    """Return a sample of a range sensor, an encoder or a battery."""
     sample = from_json(kind, content)
     if isinstance(sample, Angle):
         _require_angle(sample.angle)
@@ -88,8 +92,8 @@ def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range |
 
 
 def parse_result(content: bytes) -> RunResult:
-    """Return how a run ended. Keys that this version does not know are ignored."""
-    valid = _result_model().model_validate(parse_json(content))
+    """Return the result of a run. Unknown keys are ignored."""
+    valid = _build_result_model().model_validate(parse_json(content))
     result = RunResult(**{name: getattr(valid, name) for name in type(valid).model_fields})
     for name in ("sim_time_s", "wall_time_s"):
         _require_seconds(name, getattr(result, name))
@@ -104,30 +108,31 @@ def parse_result(content: bytes) -> RunResult:
 
 
 @cache
-def _result_model() -> type[BaseModel]:
-    """Return the model of a result: its fields but the exception, which is in no file."""
+def _build_result_model() -> type[BaseModel]:
+    """Return the model of a result. It has all fields but the exception, which is in no file."""
     kinds = get_type_hints(RunResult)
-    known = {field.name: (kinds[field.name], _default(field)) for field in fields(RunResult) if field.name != "error"}
-    model: type[BaseModel] = create_model("Result", **known)  # type: ignore[call-overload]  # its fields are data here
+    recorded = [field for field in fields(RunResult) if field.name != "error"]
+    types = {field.name: (kinds[field.name], _get_default(field)) for field in recorded}
+    model: type[BaseModel] = create_model("Result", **types)  # type: ignore[call-overload]  # computed fields
     return model
 
 
-def _default(field: Field[Any]) -> Any:
+def _get_default(field: Field[Any]) -> Any:
     if field.default_factory is not MISSING:
         return field.default_factory()
     return ... if field.default is MISSING else field.default
 
 
-def _device_errors(tick: Tick) -> Iterator[RecordedError]:
+def _list_device_errors(tick: Tick) -> Iterator[RecordedError]:
     for events in (tick.reads, tick.asks, tick.motor_asks, tick.turned, tick.shown):
         yield from (event.error for event in events if event.error)
     if tick.commit_error:
         yield tick.commit_error
 
 
-def _is_of_device(error: RecordedError) -> bool:
+def _is_device_error(error: RecordedError) -> bool:
     kind = type(error.rebuild())
-    return kind is RobotcoreError or issubclass(kind, _OF_DEVICES)
+    return kind is RobotcoreError or issubclass(kind, _DEVICE_ERRORS)
 
 
 def _is_signal(error: RecordedError) -> bool:
@@ -135,19 +140,19 @@ def _is_signal(error: RecordedError) -> bool:
 
 
 def _require_angle(angle: float) -> None:
-    """Let NaN pass, which odometry can add up; an infinite angle ends a run before its tick is recorded."""
-    if abs(angle) > _MOST_ANGLE:
+    """Raise ValueError if an angle is too large. NaN is valid; an infinite angle ends a run before its record."""
+    if abs(angle) > _MAX_ANGLE:
         raise ValueError(f"an angle is {angle:g} rad")
 
 
 def _require_seconds(what: str, seconds: float) -> None:
-    if not abs(seconds) <= MOST_SECONDS:
+    if not abs(seconds) <= MAX_SECONDS:
         raise ValueError(f"{what} is {seconds:g} s")
 
 
 def _require_few(what: str, named: Sized) -> None:
-    if len(named) > _MOST_NAMES:
-        raise ValueError(f"{len(named)} {what}, more than {_MOST_NAMES}")
+    if len(named) > _MAX_NAMES:
+        raise ValueError(f"{len(named)} {what}, more than {_MAX_NAMES}")
 
 
 def _require_faults(faults: Any) -> None:

@@ -1,4 +1,4 @@
-"""Convert the events of a run to messages, on the thread that writes."""
+"""Convert the events of a run to messages, in the writer thread."""
 
 from __future__ import annotations
 
@@ -15,14 +15,9 @@ from robotcore.recording.codec import to_json, to_plain
 from robotcore.recording.events import GroundTruthSample, RecordedError, Tick, WheelAngles
 from robotcore.recording.foxglove import (
     BODY,
-    END_SCHEMA,
     ODOMETRY,
-    RESULT_SCHEMA,
-    RUN_SCHEMA,
-    TICK_SCHEMA,
     TRUE,
     TRUE_BODY,
-    TRUTH_SCHEMA,
     build_mount_transform,
     build_optical_transform,
     build_transform,
@@ -35,6 +30,7 @@ from robotcore.recording.layer import TickEvents
 from robotcore.recording.log import Level, LogLine, RunLog, build_last_line
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata
+from robotcore.recording.schemas import END_SCHEMA, RESULT_SCHEMA, RUN_SCHEMA, TICK_SCHEMA, TRUTH_SCHEMA
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
@@ -44,11 +40,11 @@ if TYPE_CHECKING:
 
 
 TICK_BYTES = 4096
-"""What a tick without pictures holds on to, about."""
+"""The approximate size of a tick without pictures, in bytes."""
 
 
 class Entry(NamedTuple):
-    """A tick as it is handed over by the control thread."""
+    """A tick from the control thread."""
 
     record: TickRecord
     events: TickEvents
@@ -57,15 +53,15 @@ class Entry(NamedTuple):
 
     @property
     def size(self) -> int:
-        """About how many bytes it holds on to."""
+        """Its approximate size, in bytes."""
         pictures = (sample.image.nbytes for _, sample in self.events.samples if isinstance(sample, Frame))
         return TICK_BYTES + sum(pictures)
 
 
 class RecordingWriter:
-    """Writes one run into a file: what it was, its ticks, how it ended."""
+    """Writes one run into a file: the metadata, the ticks and the result."""
 
-    def __init__(self, file: McapFile, run: Run, about: Metadata, *, is_jpeg: bool) -> None:
+    def __init__(self, file: McapFile, run: Run, metadata: Metadata, *, is_jpeg: bool) -> None:
         from foxglove.channels import FrameTransformsChannel, LogChannel, PoseInFrameChannel
 
         self._file = file
@@ -80,13 +76,13 @@ class RecordingWriter:
         self._pose = PoseInFrameChannel(channels.POSE, context=file.context)
         self._moving = FrameTransformsChannel(channels.TRANSFORMS, context=file.context)
         self._mounted = FrameTransformsChannel(channels.STATIC_TRANSFORMS, context=file.context)
-        self._tick_builder = TickBuilder(about.description)
+        self._tick_builder = TickBuilder(metadata.description)
         self._run_log = RunLog(run.behaviour.milestones, run.faults)
         self._now = 0.0
-        self._begin(about)
+        self._begin(metadata)
 
     def write(self, entry: Entry) -> None:
-        """Write a tick, after the samples it was given: where a tick is, they are."""
+        """Write a tick after its samples. So a file that has a tick has its samples too."""
         self._now = entry.record.time
         for key, sample in entry.events.samples:
             self._write[key.device](sample, self._now)
@@ -98,31 +94,31 @@ class RecordingWriter:
         self._write_poses(tick.pose, entry.truth)
 
     def end(self, result: RunResult) -> None:
-        """Write how the run ended."""
+        """Write the result."""
         self._write_log([build_last_line(result)])
         self._file.json(channels.RESULT, RESULT_SCHEMA)(result.to_json().encode(), to_nanoseconds(self._now))
         self._file.write_metadata("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
 
     def end_early(self, why: str) -> None:
-        """Write why nothing more comes, though the run goes on."""
+        """Write why the recording ends although the run continues."""
         self._write_log([LogLine(Level.Info, why)])
         self._file.json(channels.END, END_SCHEMA)(json.dumps({"reason": why}).encode(), to_nanoseconds(self._now))
 
-    def _begin(self, about: Metadata) -> None:
+    def _begin(self, metadata: Metadata) -> None:
         from foxglove.messages import FrameTransforms
 
-        self._file.json(channels.RUN, RUN_SCHEMA)(to_json(about), 0)
-        self._file.write_metadata("robotcore.run", _format_request(about))
-        self._file.attach("robot.json", "application/json", _to_readable_json(about.description))
-        if about.world:
-            self._file.attach("world.json", "application/json", _to_readable_json(about.world))
-        if about.source is not None:
-            self._file.attach("app.py", "text/x-python", about.source.encode())
-        self._mounted.log(FrameTransforms(transforms=list(_build_static_transforms(about))), log_time=0)
+        self._file.json(channels.RUN, RUN_SCHEMA)(to_json(metadata), 0)
+        self._file.write_metadata("robotcore.run", _format_request(metadata))
+        self._file.attach("robot.json", "application/json", _to_readable_json(metadata.description))
+        if metadata.world:
+            self._file.attach("world.json", "application/json", _to_readable_json(metadata.world))
+        if metadata.source is not None:
+            self._file.attach("app.py", "text/x-python", metadata.source.encode())
+        self._mounted.log(FrameTransforms(transforms=list(_build_static_transforms(metadata))), log_time=0)
         self._file.flush()
 
     def _write_poses(self, odometry_pose: Pose | None, truth: GroundTruthSample | None) -> None:
-        """Write where the robot believes it is, and where it is."""
+        """Write the pose of the odometry and the true pose."""
         from foxglove.messages import FrameTransforms, PoseInFrame
 
         transforms = []
@@ -147,35 +143,38 @@ class RecordingWriter:
             self._log.log(message, log_time=to_nanoseconds(self._now))
 
 
-def _build_static_transforms(about: Metadata) -> Iterator[FrameTransform]:
-    """Yield where the run began in the world, where sensors sit on the body, and how their pictures lie."""
-    if about.world:
-        yield build_transform(TRUE, ODOMETRY, about.world.start.pose, 0.0)
-    for device in about.description.devices:
+def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
+    """Yield the start of the run in the world, the mounts of the sensors, and the frames of their pictures."""
+    if metadata.world:
+        yield build_transform(TRUE, ODOMETRY, metadata.world.start.pose, 0.0)
+    for device in metadata.description.devices:
         if isinstance(device, (CameraDescription, RangeSensorDescription)):
             yield build_mount_transform(device.name, device.mount)
         if isinstance(device, CameraDescription):
             yield build_optical_transform(device.name)
 
 
-def _format_request(about: Metadata) -> dict[str, str]:
-    """Return what people look for first."""
-    request = to_plain(about.request)
+def _format_request(metadata: Metadata) -> dict[str, str]:
+    """Return the request as texts, for the metadata of the file."""
+    request = to_plain(metadata.request)
     return {name: value if isinstance(value, str) else json.dumps(value) for name, value in request.items()}
 
 
-def _to_readable_json(described: object) -> bytes:
-    return json.dumps(to_plain(described), indent=2).encode()
+def _to_readable_json(description: object) -> bytes:
+    return json.dumps(to_plain(description), indent=2).encode()
 
 
 class TickBuilder:
-    """The ticks of one run, made in turn."""
+    """Builds the ticks of one run, one after the other."""
 
     def __init__(self, description: RobotDescription) -> None:
         self._odometry = OdometryTracker(description.drive.geometry) if description.drive else None
 
     def build(self, record: TickRecord, events: TickEvents, error: RecordedError | None) -> Tick:
-        """Return a tick as it is recorded; ``error`` is what ended the run in it."""
+        """Return a tick for the file.
+
+        error: the error that ended the run in this tick, if one did.
+        """
         return Tick(
             number=record.tick,
             time=record.time,
@@ -185,7 +184,7 @@ class TickBuilder:
             motor_asks=tuple(events.motor_asks),
             turned=tuple(events.turned),
             standing=tuple(events.standing),
-            pose=self._odometry.after(events.turned) if self._odometry and events.turned else None,
+            pose=self._odometry.advance(events.turned) if self._odometry and events.turned else None,
             asked=record.asked,
             sent=record.sent,
             interventions=record.interventions,
@@ -197,15 +196,15 @@ class TickBuilder:
 
 
 class OdometryTracker:
-    """Where the wheels' angles took the robot: the drive's own odometry, over the angles that it read."""
+    """Computes the pose from the recorded wheel angles, with the odometry of the drive."""
 
     def __init__(self, geometry: DifferentialGeometry) -> None:
         self._angles = Wheels(0.0, 0.0)
         self._odometry = Odometry(geometry, lambda: self._angles)
         self._pose = Pose(0.0, 0.0, 0.0)
 
-    def after(self, turned: Iterable[WheelAngles]) -> Pose:
-        """Return the pose after what the odometry read in a tick."""
+    def advance(self, turned: Iterable[WheelAngles]) -> Pose:
+        """Return the pose after the wheel angles of a tick."""
         for each in turned:
             if each.angles:
                 self._angles = each.angles

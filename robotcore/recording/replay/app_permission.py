@@ -1,7 +1,7 @@
-"""Decide if the app that a recording names may run.
+"""Decide whether the app that a recording names may run.
 
-A recording is data, and may come from anybody. It runs a file only if the user could have meant that file. If the
-user names the app's file, it runs with any recording.
+A recording is data from any source. It must not make a replay run an arbitrary file. If the user names the app's file,
+the file runs with any recording.
 """
 
 from __future__ import annotations
@@ -28,10 +28,13 @@ _HARMLESS = (int, float, Enum, NoneType)
 
 
 def require_recorded_app(recording: Recording, file: Path | str, given: Container[str] = ()) -> None:
-    """Raise RecordingError unless the recorded app can run without the user naming it; an installed app can.
+    """Raise RecordingError if the recorded app must not run without the user naming it.
 
-    A file can if it lies below the current folder and not among installed packages, holds the recorded text, and gets
-    no text from the recording as a setting. Settings that the user has ``given`` are not the recording's.
+    An installed app may run. A file may run if it lies below the current folder and not among installed packages, has
+    the recorded text, and gets no text from the recording as a setting.
+
+    file: the name of the recording in messages.
+    given: the names of the settings that the user gives. They do not come from the recording.
     """
     app = recording.metadata.request.app
     if not is_app_file(app):
@@ -84,8 +87,8 @@ def _find_open_setting(recording: Recording, given: Container[str]) -> str | Non
     if all(isinstance(value, (int, float, NoneType)) for value in recorded.values()):
         return None
     known = settings_of(load_app_file(request.app))
-    kept = ((known[name], value) for name, value in recorded.items() if name in known)
-    return next((setting.name for setting, value in kept if _is_open(setting, value)), None)
+    pairs = ((known[name], value) for name, value in recorded.items() if name in known)
+    return next((setting.name for setting, value in pairs if _is_open(setting, value)), None)
 
 
 def _is_open(setting: Setting, value: Any) -> bool:

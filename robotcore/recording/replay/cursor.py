@@ -35,14 +35,17 @@ from robotcore.text import escape
 
 @dataclass(frozen=True)
 class Deviation:
-    """The first difference of a replay, with the samples of its tick. ``time`` is in seconds on the robot's clock."""
+    """The first difference of a replay."""
 
     tick: int
     time: float
+    """The robot's time, in seconds."""
     what: str
+    """What differs, such as ``the command``."""
     recorded: str
     replayed: str
     reads: tuple[str, ...]
+    """The reads of the recorded run in this tick."""
 
     @classmethod
     def of(
@@ -178,20 +181,24 @@ def _take(left: deque[EventT]) -> EventT | None:
 
 
 class ReplayCursor:
-    """The ticks of a recording, one after the other. ``equal_ticks`` counts the equal ones, ``trace`` hashes them.
+    """The position of a replay in its recording.
 
-    Every `raise_if_ended` raises the error that ended the replay, even if the app catches it.
+    Every `raise_if_ended` raises the error that ended the replay, even if the app caught it before.
     """
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self.current = TickReader(recording.ticks[0])
+        """The recorded tick to compare with."""
         self.deviation: Deviation | None = None
+        """The first difference, if there is one."""
         self.trace = Trace(())
+        """The trace of the equal ticks."""
         self._ended_by: RobotcoreError | None = None
 
     @property
     def equal_ticks(self) -> int:
+        """The number of equal ticks so far."""
         return self.trace.ticks
 
     @property

@@ -27,11 +27,13 @@ from robotcore.safety import Latch
 
 @dataclass(frozen=True)
 class FirstDifference:
-    """The first tick in which the other app decides differently. ``time`` is in seconds."""
+    """The first tick in which the other app decides differently."""
 
     tick: int
     time: float
+    """The robot's time, in seconds."""
     what: str
+    """What differs, such as ``the command``."""
     recorded: str
     evaluated: str
 
@@ -64,8 +66,12 @@ class Evaluation:
     states: Sequence[str]
     """The state of the app in each tick."""
 
+    def __repr__(self) -> str:
+        return f"<Evaluation of {self.result.app}: {self.differing} of {self.ticks} ticks differ>"
+
     @property
     def ticks(self) -> int:
+        """The number of ticks of the app."""
         return len(self.states)
 
     @property
@@ -75,6 +81,7 @@ class Evaluation:
 
     @property
     def warning(self) -> str:
+        """Why the recording lacks inputs of its run; empty if it has all."""
         return self.recording.why_not
 
     @property
@@ -111,9 +118,12 @@ def evaluate(
     file: Path | str = "",
     observers: Sequence[Observer] = (),
 ) -> Evaluation:
-    """Run an app on the samples of a recording, with its own safety stage. A difference is no error.
+    """Run an app on the samples of a recording, with its own command filter. A difference is no error.
 
-    The recorded app keeps its recorded settings, except for the given ones.
+    app: the app; None is the recorded one.
+    settings: the settings of the app. The recorded app keeps its other recorded settings.
+    file: the name of the recording in messages.
+    observers: they get the run, each tick and the result.
     """
     require_ticks(recording, file)
     if app is None:

@@ -44,6 +44,10 @@ class ReplayResult:
     has_app_changed: bool | None = None
     """Whether the app's file differs from the recorded text; None if no text was recorded."""
 
+    def __repr__(self) -> str:
+        verdict = f"{self.deviation.what} differs in tick {self.deviation.tick}" if self.deviation else "no difference"
+        return f"<ReplayResult of {self.result.app}: {self.ticks} equal ticks, {verdict}>"
+
     @property
     def ended_by(self) -> str:
         """The external cause that ended the recording, such as a signal or a cut file; empty if there is none."""
@@ -100,9 +104,11 @@ def replay(
 ) -> ReplayResult:
     """Run the recorded app on its recorded samples, and compare each tick with the recorded one.
 
-    ``file`` is the name of the recording in messages. ``app`` names the app's file, which may have changed. Without
-    ``app``, a file runs only if it holds the recorded text. Raises RecordingError if the recording lacks an input of
-    its run, and the app's own error if the app cannot run at all.
+    Raises RecordingError if the recording lacks an input of its run, and the app's own error if the app cannot run.
+
+    file: the name of the recording in messages.
+    observers: they get the run, each tick and the result.
+    app: the app's file, which may have changed. If it is None, a file runs only if it has the recorded text.
     """
     require_ticks(recording, file)
     if not recording.is_replayable:
@@ -143,7 +149,7 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
 def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:
     """Return the request that runs the recorded app, with its recorded settings, on its recording.
 
-    With ``is_held``, the safety rules are the recorded ones.
+    is_held: the drive gives the recorded answers, instead of those of a command filter.
     """
     recorded = recording.metadata.request
     return RunRequest(

@@ -38,7 +38,7 @@ def main(file: str, limit: str | None = None) -> None:
     settings = {"duration_s": 2 if limit else 60}
     request = RunRequest("avoid-obstacles", robot="rover", settings=settings, realtime=not limit)
     run(request, [recorder, Teller()], [recorder.layer])
-    say(str(recorder.fault))
+    say(str(recorder.failure))
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def recorded(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = draini
     recorder = Recorder(file)
     request = RunRequest("avoid-obstacles", "powered", rover, "open", settings={"duration_s": 5.0})
     run(request, [recorder], [recorder.layer])
-    assert recorder.fault is None
+    assert recorder.failure is None
     return read(file)
 
 

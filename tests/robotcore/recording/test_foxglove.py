@@ -10,7 +10,8 @@ import pytest
 from mcap.reader import make_reader
 
 from robotcore.recording.codec import decode_compressed_image, decode_raw_image, read_fields
-from robotcore.recording.foxglove import (
+from robotcore.recording.foxglove import to_nanoseconds, to_quaternion
+from robotcore.recording.schemas import (
     ANGLE_SCHEMA,
     RANGE_SCHEMA,
     RESULT_SCHEMA,
@@ -18,8 +19,6 @@ from robotcore.recording.foxglove import (
     TICK_SCHEMA,
     TRUTH_SCHEMA,
     Schema,
-    to_nanoseconds,
-    to_quaternion,
 )
 from tests.robotcore.recording.conftest import Recorded
 

@@ -95,7 +95,7 @@ def test_a_signal_before_the_first_tick_leaves_a_file_that_is_closed_and_not_cal
     monkeypatch.setattr("robotcore.recording.recorder.RecordingWriter", interrupted)
     recorder = Recorder(file)
     assert run(RunRequest(UNRULY), [recorder], [recorder.layer]).outcome is Outcome.INTERRUPTED
-    assert (recorder.has_begun, recorder.fault) == (False, None)
+    assert (recorder.has_begun, recorder.failure) == (False, None)
     with raises(RecordingError, "recording-without-run"):
         read(file)
 
@@ -117,7 +117,7 @@ def test_a_recording_that_has_its_limit_ends_whole_and_the_run_goes_on(
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", is_lockstep)
     recorder, limit = Recorder(file, limit=200_000), 200_000
     result = run(RunRequest(UNRULY, settings={"ticks": 400}), [recorder], [recorder.layer])
-    assert (result.ticks, recorder.fault, recorder.dropped) == (400, None, 0)
+    assert (result.ticks, recorder.failure, recorder.dropped) == (400, None, 0)
     assert limit <= file.stat().st_size < 2 * limit
     recording = read(file)
     assert (recording.is_cut, recording.is_damaged, recording.result) == (False, False, None)
@@ -137,7 +137,7 @@ def test_a_run_that_ends_below_the_limit_is_recorded_to_its_end(file: Path) -> N
 def test_a_folder_that_is_gone_by_then_is_reported_and_the_run_goes_on(tmp_path: Path) -> None:
     recorded = Recorder(tmp_path / "gone" / "run.mcap")
     assert run(RunRequest(UNRULY), [recorded], [recorded.layer]).ticks == 8
-    assert str(recorded.fault).endswith(
+    assert str(recorded.failure).endswith(
         "No such file or directory. Name a file that can be written, where there is room"
     )
 
@@ -151,8 +151,8 @@ def test_a_fault_of_the_writer_itself_ends_the_recording_and_not_the_run(
     monkeypatch.setattr("robotcore.recording.writer.to_json", failing)
     recorder = Recorder(file)
     assert run(RunRequest(UNRULY), [recorder], [recorder.layer]).ticks == 8
-    assert recorder.fault
-    assert recorder.fault.kind == "recorder-bug"
+    assert recorder.failure
+    assert recorder.failure.kind == "recorder-bug"
 
 
 def test_simulated_time_waits_for_a_disk_that_is_too_slow(file: Path) -> None:

@@ -45,7 +45,7 @@ def test_a_command_that_is_a_number_of_an_array_comes_back(tmp_path: Path) -> No
     app.write_text(DRIVES_BY_AN_ARRAY)
     recorder = Recorder(tmp_path / "run.mcap")
     run(RunRequest(str(app), timeout_s=0.2), [recorder], [recorder.layer])
-    assert recorder.fault is None
+    assert recorder.failure is None
     assert {tick.asked for tick in read(recorder.path).ticks} == {Wheels(0.5, 0.5)}
 
 
