@@ -78,7 +78,7 @@ def _deep(sim: Any, nose: int) -> object:
 @contextmanager
 def raw_messages(setup: Setup) -> Iterator[Cycle]:
     """The messages of the legacy remote API, one by one, in a scene that has the rover."""
-    with Link.to(str(setup.options["host"]), int(setup.options["port"]), LONG_S) as link:
+    with Link.open(str(setup.options["host"]), int(setup.options["port"]), LONG_S) as link:
         talk = _Talk(link)
         talk.ask(requests.SYNCHRONOUS_ON)
         talk.ask(requests.START)
@@ -114,7 +114,7 @@ class _Talk:
     def exchange(self, *asked: Request[Any]) -> dict[tuple[int, bytes], Any]:
         """Send a message; return the answers that have come by then."""
         self._number += 1
-        server, pieces = self._link.exchange(self._number, [request.encoded() for request in asked])
+        server, pieces = self._link.exchange(self._number, [request.encode() for request in asked])
         self.is_running = server.is_running
         return {(piece.command, piece.key): piece for piece in pieces}
 

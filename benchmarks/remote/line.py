@@ -10,7 +10,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from types import TracebackType
 
-from drivers.vrep.wire.codec import Unpacker, decode_message
+from drivers.vrep.wire.codec import decode_message
+from drivers.vrep.wire.link import Unpacker
 from tests.doubles.coppeliasim.legacy.codec import Code
 
 CHUNK_BYTES = 1 << 18

@@ -1,4 +1,4 @@
-"""V-REP, and CoppeliaSim as long as it has it, over the legacy remote API: somebody's scene is joined."""
+"""The V-REP backend: it joins a scene of V-REP or CoppeliaSim over the legacy remote API."""
 
 from __future__ import annotations
 
@@ -17,41 +17,46 @@ from robotcore.simulation.remote_scene import Owner, Scene, inspect_scene, open_
 from robotcore.text import pluralize
 
 SECTION = "vrep"
-"""Where a robot's file says which object each device is."""
+"""The section of a robot's file that binds devices to scene objects."""
 
 SERVICE_PORT = 19999
-"""Where scripts of a running scene serve, by custom: such a simulation goes on by itself."""
+"""The customary port of a server that a script of a running scene starts; this simulation runs by itself."""
 
-ANSWERING = 0.9
-"""So much of the robot's ``safety.answer_s`` a call may take: who knows why nothing comes is to speak first."""
+ANSWER_SHARE = 0.9
+"""A call's share of ``safety.answer_s``: the driver's error, which has a reason, comes before the watchdog's."""
 
-UNSTEPPED_S = 60.0
-"""An app that steps may be silent for so long: its wheels stand when it does not step. They turn on if it dies."""
+GUARDIAN_PATIENCE_S = 60.0
+"""The guardian's time limit in lockstep. It is long, because the simulation waits for a running program."""
 
 
 class VrepOptions(StrictModel):
-    """Where the simulator listens; whether it is ``stepped`` (by default it is, but for the port 19999).
+    """The options of the backend.
 
-    ``simulation`` is whose business it is to start it: ours or theirs. ``answer_s`` is how long a call may take.
-    ``binding`` is the folder of the official binding, where that is to be used instead of our own client.
+    >>> VrepOptions().is_stepped, VrepOptions(port=19999).is_stepped
+    (True, False)
     """
 
     host: str = "127.0.0.1"
     port: int = Field(default=19997, ge=1, le=65535)
     stepped: bool | None = None
+    """Lockstep; None stands for all ports except 19999."""
     simulation: Owner = Owner.OURS
+    """The party that starts and stops the simulation."""
     answer_s: float | None = Field(default=None, gt=0, le=3600)
+    """Time limit of a call, in seconds; None stands for a share of the robot's ``safety.answer_s``."""
     binding: str | None = None
+    """The folder of the maker's official binding; None stands for this driver's client."""
 
     @property
     def is_stepped(self) -> bool:
+        """Whether the simulation is stepped."""
         return self.port != SERVICE_PORT if self.stepped is None else self.stepped
 
 
 class VrepBackend(Backend):
-    """Opens robots in the scene that a V-REP or CoppeliaSim has open; nothing is copied from an installation.
+    """Opens robots in the open scene of a V-REP or CoppeliaSim. It needs no files of an installation.
 
-    Options: see `VrepOptions`.
+    Options: `VrepOptions`.
     """
 
     name = "vrep"
@@ -65,14 +70,14 @@ class VrepBackend(Backend):
 
     def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(VrepOptions)
-        read_bindings(setup.robot, SECTION)  # what is wrong with a file is told before anybody is asked
-        with closing(_connected(options, _answer_s(options, setup))) as scene:
+        read_bindings(setup.robot, SECTION)  # reports mistakes of the file before it connects
+        with closing(_connect(options, _answer_s(options, setup))) as scene:
             yield from inspect_scene(setup.robot, SECTION, scene)
 
     def open(self, setup: Setup) -> Robot:
         options, setup = setup.options_as(VrepOptions), setup.without_batteries()
         answer_s = _answer_s(options, setup)
-        connect = partial(_connected, options, answer_s)
+        connect = partial(_connect, options, answer_s)
         cutoffs = partial(_cutoffs, options)
         return open_in_scene(
             setup, SECTION, connect, options.simulation, is_stepped=options.is_stepped, cutoffs=cutoffs
@@ -80,10 +85,10 @@ class VrepBackend(Backend):
 
 
 def _answer_s(options: VrepOptions, setup: Setup) -> float:
-    return options.answer_s or ANSWERING * setup.robot.safety.answer_s
+    return options.answer_s or ANSWER_SHARE * setup.robot.safety.answer_s
 
 
-def _connected(options: VrepOptions, answer_s: float) -> Scene:
+def _connect(options: VrepOptions, answer_s: float) -> Scene:
     if options.binding is not None:
         from drivers.vrep.official_binding import Calls, load_binding
         from drivers.vrep.official_scene import OfficialScene
@@ -94,15 +99,15 @@ def _connected(options: VrepOptions, answer_s: float) -> Scene:
         from drivers.vrep.connection import Connection
         from drivers.vrep.stepped import SteppedScene
 
-        return SteppedScene(Connection.to(options.host, options.port, answer_s))
+        return SteppedScene(Connection.open(options.host, options.port, answer_s))
     from drivers.vrep.streaming import StreamedScene, StreamReader
 
-    return StreamedScene(StreamReader.to(options.host, options.port, answer_s), answer_s)
+    return StreamedScene(StreamReader.open(options.host, options.port, answer_s), answer_s)
 
 
 def _cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
-    """Yield how the wheels come to stand if this process cannot make them: all over the one line there is."""
+    """Yield how the guardian stops the wheels if this process cannot; one connection stops all."""
     if joints:
-        where = {"host": options.host, "port": options.port, "joints": list(joints.values())}
-        patience_s = UNSTEPPED_S if options.is_stepped else 0.0
-        yield CutoffSpec(" and ".join(joints), "drivers.vrep.cutoff:StopJoints", where, patience_s)
+        arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}
+        patience_s = GUARDIAN_PATIENCE_S if options.is_stepped else 0.0
+        yield CutoffSpec(" and ".join(joints), "drivers.vrep.cutoff:StopJoints", arguments, patience_s)

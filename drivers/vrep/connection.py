@@ -1,4 +1,4 @@
-"""A simulator in lockstep: it waits for a trigger before each step, and the program waits for the step's end."""
+"""The connection to a simulator in lockstep: the simulator waits for a trigger before each time step."""
 
 from __future__ import annotations
 
@@ -11,192 +11,213 @@ from typing import Any, TypeVar
 
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import NOTHING_DONE, Header, Piece
-from drivers.vrep.wire.errors import RemoteApiError, ServerHangsError, ServerLostError, SimulationHaltedError
-from drivers.vrep.wire.link import PATIENCE_S, RETRY_S, TIMEOUT_S, Link
+from drivers.vrep.wire.errors import RemoteApiError, ServerLostError, ServerTimeoutError, SimulationHaltedError
+from drivers.vrep.wire.link import CONNECT_TIMEOUT_S, RETRY_S, TIMEOUT_S, Link
 from drivers.vrep.wire.requests import Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
 
 
 class PendingRequests:
-    """The answers to ``reads``; after a step, only those that were given after it.
+    """Requests, and the answers received so far.
 
-    An answer counts if the server had our question when it gave it, and, where ``trigger`` is the number of the message
-    that triggered a step, if the simulation's time has passed since the trigger was done. What was answered too soon
-    is to be asked for again.
+    reads: the requests.
+    trigger: the number of the message that triggered a time step; None without a step.
+
+    An answer counts if the server had received the request before it answered. With a trigger, the simulation's time
+    must also have advanced since the trigger was done. A request whose answer came too early is sent again.
     """
 
     def __init__(self, reads: Sequence[Request[Any]], trigger: int | None = None) -> None:
         self._reads = {read.identity: read for read in reads}
         self._trigger = trigger
-        self._begun_ms = None if trigger is not None else -1
-        self._asked: dict[Identity, int] = {}
-        self._found: dict[Identity, Piece] = {}
+        self._step_start_ms = None if trigger is not None else -1
+        self._sent: dict[Identity, int] = {}
+        self._replies: dict[Identity, Piece] = {}
 
     @property
-    def are_complete(self) -> bool:
-        return len(self._found) == len(self._reads)
+    def is_complete(self) -> bool:
+        return len(self._replies) == len(self._reads)
 
     def __getitem__(self, read: Request[Any]) -> Piece:
-        return self._found[read.identity]
+        return self._replies[read.identity]
 
-    def to_ask(self, number: int) -> list[Request[Any]]:
-        """Return what to ask for in the message of that number."""
-        asked = {one: read for one, read in self._reads.items() if one not in self._found and one not in self._asked}
-        self._asked.update(dict.fromkeys(asked, number))
-        return list(asked.values())
+    def take_unsent(self, number: int) -> list[Request[Any]]:
+        """Return the requests to send in the message with this number."""
+        unsent = {key: read for key, read in self._reads.items() if key not in self._replies and key not in self._sent}
+        self._sent.update(dict.fromkeys(unsent, number))
+        return list(unsent.values())
 
-    def take(self, server: Header, pieces: Iterable[Piece]) -> None:
-        """Take what has come; SimulationHaltedError if that says that no step will be taken."""
+    def receive(self, server: Header, pieces: Iterable[Piece]) -> None:
+        """Add the received answers; raises SimulationHaltedError if the simulation will not do the step."""
         for piece in pieces:
             if (piece.command, piece.key) == requests.TRIGGER.identity:
-                self._begin(server, piece)
+                self._start_step(server, piece)
             else:
-                self._take(server, piece)
+                self._receive_piece(server, piece)
         if self._trigger is not None and server.message >= self._trigger:
-            self._check(server)
+            self._check_state(server)
 
-    def _begin(self, server: Header, piece: Piece) -> None:
+    def _start_step(self, server: Header, piece: Piece) -> None:
         if self._trigger is not None and server.message >= self._trigger:
             if piece.is_failed:
-                raise SimulationHaltedError(_NO_STEP)
-            self._begun_ms = piece.time_ms
+                raise SimulationHaltedError(_NO_STEP, kind="trigger-refused")
+            self._step_start_ms = piece.time_ms
 
-    def _take(self, server: Header, piece: Piece) -> None:
+    def _receive_piece(self, server: Header, piece: Piece) -> None:
         identity = piece.command, piece.key
-        if server.message < self._asked.get(identity, server.message + 1):
+        if server.message < self._sent.get(identity, server.message + 1):
             return
-        del self._asked[identity]
-        if self._begun_ms is not None and piece.time_ms > self._begun_ms:
-            self._found[identity] = piece
+        del self._sent[identity]
+        if self._step_start_ms is not None and piece.time_ms > self._step_start_ms:
+            self._replies[identity] = piece
 
-    def _check(self, server: Header) -> None:
-        if self.are_complete:
+    def _check_state(self, server: Header) -> None:
+        if self.is_complete:
             return
         if not server.is_running:
-            raise SimulationHaltedError("the simulation was stopped: no step can be taken. Run again to start it anew")
+            raise SimulationHaltedError(
+                "the simulation was stopped, so it does no step. Run again to restart it", kind="simulation-stopped"
+            )
         if server.is_paused:
-            raise SimulationHaltedError("the simulation is paused: no step can be taken. Let it go on, and run again")
+            raise SimulationHaltedError(
+                "the simulation is paused, so it does no step. Resume it, and run again", kind="simulation-paused"
+            )
 
 
-_NO_STEP = "the simulator takes no step: its simulation does not run, or does not wait for our triggers. Run again"
+_NO_STEP = "the simulator does no step: its simulation does not run, or does not wait for triggers. Run again"
 
 
 T = TypeVar("T")
 
 _SHORTEST_PAUSE_S, _LONGEST_PAUSE_S = 0.0005, 0.004
-"""Between asking a simulator that has nothing new yet and asking it again."""
+"""Time between two requests to a simulator that has done nothing new."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """What was read after a step: ``values`` in the order asked for, at ``time_s`` of the simulation."""
+    """The result of a time step."""
 
     time_s: float
+    """The simulation's time after the step."""
     values: tuple[Any, ...]
+    """The values read after the step, in the order of the requests."""
 
 
 class Connection:
-    """A connection on which nothing is said unless somebody calls. Calls from several threads take turns.
+    """A connection that exchanges messages only during calls. Calls from several threads take turns.
 
-    The server answers a message at once, with what it has done since the last one; what the message asks for is done by
-    its main thread later, between two steps. So a value takes two round trips, and a step three: one to send all
-    commands and the trigger; one that learns that the step has begun, and asks for what is to be read after it; one to
-    fetch that. While the simulator is still busy it is asked again, a little later each time.
+    link: the TCP connection.
+    timeout_s: time limit of a request, in seconds.
+
+    The server answers a message at once, with the results since its last answer. The simulator's main thread does the
+    requests of a message later, between two time steps. So a value takes two round trips, and a step takes three:
+
+    1. Send all commands and the trigger.
+    2. Receive that the step has begun, and send the requests for values after it.
+    3. Receive these values.
+
+    While the simulator is busy, the connection asks again, with growing pauses.
     """
 
     def __init__(self, link: Link, timeout_s: float) -> None:
         self._link, self._timeout_s = link, timeout_s
         self._clock = MonotonicClock()
         self._number = 0
-        self._turn = threading.RLock()
-        self._waiting_lock = threading.Lock()
-        self._waiting: dict[Identity, Request[None]] = {}
+        self._lock = threading.RLock()
+        self._queue_lock = threading.Lock()
+        self._queued: dict[Identity, Request[None]] = {}
         self._unconfirmed: dict[Identity, Request[None]] = {}
         self._time_ms = 0
         self.server: Header
         self._exchange(())
 
     @classmethod
-    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, patience_s: float = PATIENCE_S) -> Connection:
-        """Connect to a server that answers; whatever is asked of it has to be done within ``timeout_s``.
+    def open(
+        cls, host: str, port: int, timeout_s: float = TIMEOUT_S, connect_timeout_s: float = CONNECT_TIMEOUT_S
+    ) -> Connection:
+        """Connect to a server.
 
-        Where nobody listens, or the first message is hung up on, it tries again for ``patience_s``: so does a server
-        that another program has just left.
+        timeout_s: time limit of a request, in seconds.
+        connect_timeout_s: try again for this time if no server listens, or if it closes the connection at once. A
+            server does both after another program has disconnected.
         """
         clock = MonotonicClock()
         while True:
-            link = Link.to(host, port, timeout_s, patience_s - clock.now())
+            link = Link.open(host, port, timeout_s, connect_timeout_s - clock.now())
             try:
                 return cls(link, timeout_s)
             except ServerLostError:
                 link.close()
-                if clock.now() + RETRY_S > patience_s:
+                if clock.now() + RETRY_S > connect_timeout_s:
                     raise
             except BaseException:
                 link.close()
                 raise
             clock.sleep_until(clock.now() + RETRY_S)
 
+    def __repr__(self) -> str:
+        return f"<Connection, {'lost' if self.is_lost else 'open'}, {self.round_trips} round trips>"
+
     @property
     def time_s(self) -> float:
-        """The simulation's time in the newest answer, 0 while it is stopped; servers tell whole milliseconds."""
+        """The simulation's time in the newest answer, in whole milliseconds; 0 while it is stopped."""
         return self._time_ms / 1000
 
     @property
     def is_lost(self) -> bool:
-        """Whether its line has broken, or was closed: nothing is answered any more."""
+        """Whether the connection is closed or broken."""
         return self._link.is_closed
 
     @property
     def round_trips(self) -> int:
-        """How many messages have been answered."""
+        """The number of answered messages."""
         return self._link.exchanges
 
-    def set(self, request: Request[None]) -> None:
-        """Send with the next message, in place of an earlier one that sets the same and still waits.
+    def post(self, request: Request[None]) -> None:
+        """Queue a command for the next message; it replaces a queued command of the same identity.
 
-        It waits for nobody, not even for a step that another thread has the simulation take: so wheels are stopped.
-        Where the server refuses it, the call that learns of it raises RefusedError.
+        This never waits, not even for a step in another thread, so that wheels can always be stopped. If the server
+        refuses the command, the call that receives the answer raises RefusedError.
         """
-        with self._waiting_lock:
-            self._waiting[request.identity] = request
+        with self._queue_lock:
+            self._queued[request.identity] = request
 
     def call(self, request: Request[T]) -> T:
-        """Return the answer, with all that waits done before; RefusedError if it cannot be done."""
-        with self._turn:
-            self._send_waiting()
+        """Send the queued commands, and return the answer to a request; raises RefusedError."""
+        with self._lock:
+            self._send_queued()
             return request.read(self._fetch(PendingRequests([request]))[request])
 
     def step(self, *reads: Request[Any]) -> Step:
-        """Send what waits, let the simulation take one step, and return what is read after it.
+        """Send the queued commands, trigger one time step, and return the values after it.
 
-        The server has to wait for triggers (`wait_for_triggers`). A simulation that is stopped or paused raises
-        SimulationHaltedError. A step shorter than a millisecond cannot be seen.
+        The server must wait for triggers (`wait_for_triggers`). Raises SimulationHaltedError if the simulation is
+        stopped or paused. A time step must be at least a millisecond long.
         """
-        with self._turn:
-            number = self._send_waiting(requests.TRIGGER)
-            answers = self._fetch(PendingRequests(reads or (requests.CLOCK,), number))
-            return Step(self.time_s, tuple(read.read(answers[read]) for read in reads))
+        with self._lock:
+            number = self._send_queued(requests.TRIGGER)
+            pending = self._fetch(PendingRequests(reads or (requests.CLOCK,), number))
+            return Step(self.time_s, tuple(read.read(pending[read]) for read in reads))
 
     def wait_for_triggers(self, *, wait: bool) -> None:
-        """Let the server wait for a trigger before each step, or go on by itself."""
+        """Let the simulation wait for a trigger before each time step, or run by itself."""
         self.call(requests.SYNCHRONOUS_ON if wait else requests.SYNCHRONOUS_OFF)
 
     def start(self) -> None:
-        """Start the simulation, or let it go on, and return when the server says that it runs."""
+        """Start or resume the simulation, and return when it runs."""
         self.call(requests.START)
         self._await_state("started", lambda server: server.is_running and not server.is_paused)
 
     def stop(self) -> None:
-        """Stop the simulation and return when the server says that it has."""
+        """Stop the simulation, and return when it has stopped."""
         self.call(requests.STOP)
         self._await_state("stopped", lambda server: not server.is_running)
 
     def close(self) -> None:
-        """Have what waits done, since a server forgets what it has not done by then, and hang up."""
-        with self._turn:
+        """Let the server do the queued commands, which it would drop otherwise, and disconnect."""
+        with self._lock:
             with suppress(RemoteApiError):
-                if self._waiting or self._unconfirmed:
+                if self._queued or self._unconfirmed:
                     self.call(requests.CLOCK)
             self._link.close()
 
@@ -206,55 +227,57 @@ class Connection:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
-    def _send_waiting(self, *more: Request[None]) -> int:
-        """Send what waits, and ``more``; return the message's number."""
-        with self._waiting_lock:
-            waiting, self._waiting = self._waiting, {}
-        self._unconfirmed |= waiting
-        return self._exchange([*waiting.values(), *more]) if waiting or more else self._number
+    def _send_queued(self, *more: Request[None]) -> int:
+        """Send the queued commands and ``more``; return the number of the message."""
+        with self._queue_lock:
+            queued, self._queued = self._queued, {}
+        self._unconfirmed |= queued
+        return self._exchange([*queued.values(), *more]) if queued or more else self._number
 
-    def _fetch(self, answers: PendingRequests) -> PendingRequests:
-        """Ask until the answers are complete."""
+    def _fetch(self, pending: PendingRequests) -> PendingRequests:
+        """Exchange messages until all answers are received."""
         deadline = self._clock.now() + self._timeout_s
         for pause_s in _pauses():
-            self._exchange(answers.to_ask(self._number), answers)
-            if answers.are_complete:
+            self._exchange(pending.take_unsent(self._number), pending)
+            if pending.is_complete:
                 break
             if self._clock.now() > deadline:
-                raise self._too_late("done what it was asked for")
+                raise self._timeout_error("done the request")
             if self.server.message == NOTHING_DONE:
                 self._clock.sleep_until(self._clock.now() + pause_s)
-        return answers
+        return pending
 
-    def _await_state(self, word: str, is_reached: Callable[[Header], bool]) -> None:
+    def _await_state(self, participle: str, is_reached: Callable[[Header], bool]) -> None:
         deadline = self._clock.now() + self._timeout_s
         while not is_reached(self.server):
             if self._clock.now() > deadline:
-                raise self._too_late(f"{word} the simulation")
+                raise self._timeout_error(f"{participle} the simulation")
             self.call(requests.CLOCK)
 
-    def _too_late(self, deed: str) -> ServerHangsError:
-        return ServerHangsError(
-            f"the simulator answers, but has not {deed} within {self._timeout_s:g} s. "
-            "Does it show a dialog, or wait for another program?"
+    def _timeout_error(self, action: str) -> ServerTimeoutError:
+        return ServerTimeoutError(
+            f"the simulator answers, but has not {action} within {self._timeout_s:g} s. "
+            "Check whether it shows a dialogue, or waits for another program's trigger",
+            kind="simulator-busy",
+            timeout_s=self._timeout_s,
         )
 
-    def _exchange(self, asked: Iterable[Request[Any]], answers: PendingRequests | None = None) -> int:
-        """Exchange one message; return its number."""
+    def _exchange(self, outgoing: Iterable[Request[Any]], pending: PendingRequests | None = None) -> int:
+        """Exchange one message, and return its number."""
         number, self._number = self._number, self._number + 1
-        self.server, pieces = self._link.exchange(number, [request.encoded() for request in asked])
+        self.server, pieces = self._link.exchange(number, [request.encode() for request in outgoing])
         if pieces:
             self._time_ms = pieces[-1].time_ms
         for piece in pieces:
             if request := self._unconfirmed.pop((piece.command, piece.key), None):
                 request.read(piece)
-        if answers:
-            answers.take(self.server, pieces)
+        if pending:
+            pending.receive(self.server, pieces)
         return number
 
 
 def _pauses() -> Iterator[float]:
-    """Yield how long to wait before each time a busy simulator is asked again, in seconds."""
+    """Yield the pauses between requests to a busy simulator, in seconds."""
     pause_s = _SHORTEST_PAUSE_S
     while True:
         yield pause_s

@@ -1,4 +1,4 @@
-"""How the guardian makes the wheels of a simulation stand that goes on by itself."""
+"""The cutoff by which the guardian stops the wheels of a simulation."""
 
 from __future__ import annotations
 
@@ -6,55 +6,61 @@ from collections.abc import Sequence
 
 from drivers.vrep.connection import Connection
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerHangsError
+from drivers.vrep.wire.errors import NoServerError, RemoteApiError, ServerTimeoutError
 from drivers.vrep.wire.link import RETRY_S
 from robotcore.hal.cutoff import Cutoff, Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
 
 SHORT_S = 0.2
-"""A guardian does not wait long; a server that listens and is free answers in milliseconds."""
+"""Time limit of a request; an idle server answers in milliseconds."""
 
-DEAF_S = 0.75
-"""A server hangs up on everyone, or does not listen, for half a second after its client was killed; all is tried again
-so long, for a guardian is to have stopped everything within one. One that hangs is not: its app is to end soon."""
+RETRY_FOR_S = 0.75
+"""Time for further attempts, in seconds.
+
+For half a second after its client was killed, a server does not listen, or closes connections. The guardian must stop
+everything within one second. A server that hangs gets no further attempt: it still serves the app, which ends soon.
+"""
 
 
 class StopJoints(Cutoff):
-    """Gives joints the target velocity zero, over a connection of its own.
+    """Sets the target velocity of joints to zero, over its own connection.
 
-    A port serves one program at a time: it is free when the app's process has ended. A server that is gone, hangs, or
-    still has the app, is told of, and no failure: the wheels of a simulation hurt nobody.
+    joints: the handles of the joints.
+
+    A port serves one program at a time; it becomes free when the app's process has ended. If the server is gone, hangs,
+    or still serves the app, `stop` returns a report instead of an error: simulated wheels do no harm.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
         self._host, self._port, self._joints = host, port, joints
 
     def open(self) -> None:
-        """Take nothing: the port is the app's."""
+        """Do nothing: the app uses the port."""
 
     def stop(self) -> str | None:
         clock = MonotonicClock()
         while True:
             try:
-                self._stand()
+                self._stop_joints()
             except RemoteApiError as failure:
-                if isinstance(failure, ServerHangsError) or clock.now() + RETRY_S > DEAF_S:
+                if isinstance(failure, ServerTimeoutError) or clock.now() + RETRY_S > RETRY_FOR_S:
                     return self._unconfirmed(failure)
             else:
                 return None
             clock.sleep_until(clock.now() + RETRY_S)
 
     def close(self) -> None:
-        """Give back nothing."""
+        """Do nothing: `stop` keeps no connection."""
 
-    def _stand(self) -> None:
-        with Connection.to(self._host, self._port, SHORT_S, patience_s=0.0) as connection:
+    def _stop_joints(self) -> None:
+        with Connection.open(self._host, self._port, SHORT_S, connect_timeout_s=0.0) as connection:
             for joint in self._joints:
-                connection.set(requests.joint_target_velocity(joint, 0.0))
-            connection.call(requests.CLOCK)  # all that was set is done when this is answered
+                connection.post(requests.joint_target_velocity(joint, 0.0))
+            connection.call(requests.CLOCK)  # the answer proves that the commands are done
 
     def _unconfirmed(self, failure: RemoteApiError) -> Unconfirmed:
-        if isinstance(failure, NobodyListensError):
-            gone = f"nobody listens at {self._host}:{self._port} any more; where the simulator is gone, nothing turns"
-            return Unconfirmed(gone)
-        return Unconfirmed(f"simulated wheels may turn on: {failure}")
+        if isinstance(failure, NoServerError):
+            return Unconfirmed(
+                f"no server listens at {self._host}:{self._port}; if the simulator has ended, no wheel turns"
+            )
+        return Unconfirmed(f"simulated wheels may still turn: {failure}")

@@ -1,4 +1,4 @@
-"""Exchange messages with a server on a thread of its own: send what is queued, keep the newest replies."""
+"""Exchange messages with a server in a separate thread: send queued commands, keep the newest replies."""
 
 from __future__ import annotations
 
@@ -6,45 +6,51 @@ import threading
 from collections.abc import Callable
 
 from drivers.vrep.wire.codec import NOTHING_DONE, Header, Piece
-from drivers.vrep.wire.errors import NobodyListensError, RemoteApiError, ServerLostError
+from drivers.vrep.wire.errors import NoServerError, RemoteApiError, ServerLostError
 from drivers.vrep.wire.link import RETRY_S, Link
 from drivers.vrep.wire.requests import DISCONTINUE, Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.threads import start_thread
 
-_ASKING_S = 0.0005
-"""How often a server is asked while somebody waits for its answer."""
+_WAITING_PERIOD_S = 0.0005
+"""Period of messages while a call waits for an answer, in seconds."""
 
 
 class MessagePump:
-    """Exchanges messages with whatever ``connect`` connects to, at most every ``period_s``, until it is closed.
+    """Exchanges messages with a server in a thread, until it is closed. Its methods may be called from any thread.
 
-    Whoever waits for an answer makes it ask more often. Where nobody listens at first, or the server
-    hangs up before it has answered, it tries again for ``patience_s``. If the line breaks, everything is forgotten;
-    where it ``reconnects``, it tries again, else it says why in `failure`. All methods may be called from any thread.
+    connect: connects to the server.
+    period_s: the period of messages; it is shorter while a call waits for an answer.
+    connect_timeout_s: try again for this time if no server listens at first, or if it closes the connection at once.
+    reconnects: connect again after the connection was lost; otherwise `failure` is set.
+
+    If the connection is lost, queued commands and replies are dropped.
     """
 
-    def __init__(self, connect: Callable[[], Link], period_s: float, patience_s: float, *, reconnects: bool) -> None:
-        self._connect, self._period_s, self._patience_s = connect, period_s, patience_s
+    def __init__(
+        self, connect: Callable[[], Link], period_s: float, connect_timeout_s: float, *, reconnects: bool
+    ) -> None:
+        self._connect, self._period_s, self._connect_timeout_s = connect, period_s, connect_timeout_s
         self._reconnects = reconnects
         self._changed = threading.Condition()
         self._outgoing: dict[Identity, bytes] = {}
         self._newest: dict[Identity, Piece] = {}
         self._number = 0
-        self._last_asked = -1
+        self._last_posted = -1
         self._waiters = 0
-        self._is_urgent = self._is_held = self._is_closing = self._is_answered = False
+        self._is_urgent = self._is_paused = self._is_closing = self._is_answered = False
         self._link: Link | None = None
         self._clock = MonotonicClock()
-        self._heard_s = 0.0
+        self._last_progress_s = 0.0
         self.connections = 0
+        """The number of connections that the server has answered."""
         self.server: Header | None = None
         self.failure: RemoteApiError | None = None
         self._thread = start_thread(self._run, "remote api")
 
     @property
     def is_connected(self) -> bool:
-        """Whether the server has answered on the line that there is."""
+        """Whether the server has answered on the present connection."""
         return self._is_answered
 
     @property
@@ -54,25 +60,30 @@ class MessagePump:
 
     @property
     def silence_s(self) -> float:
-        """How long the server has not done anything that was asked of it, streams included."""
-        return self._clock.now() - self._heard_s
+        """Time since the server has last done a command or sent a streamed value, in seconds."""
+        return self._clock.now() - self._last_progress_s
 
     def post(self, request: Request[object], mode: int, delay: int = 0) -> int:
-        """Send with the next message, in place of what is of the same identity; return the message's number."""
+        """Queue a command for the next message; it replaces a queued command of the same identity.
+
+        mode, delay: see `encode_command`.
+
+        Returns the number of the message.
+        """
         with self._changed:
-            self._outgoing[request.identity] = request.encoded(mode, delay)
-            self._last_asked = self._number
+            self._outgoing[request.identity] = request.encode(mode, delay)
+            self._last_posted = self._number
             return self._number
 
     def wait(self, number: int, timeout_s: float) -> bool:
-        """Wait until the server has done the message of that number; return whether it has."""
+        """Wait until the server has done the message with this number; return whether it has."""
         with self._changed:
             self._waiters += 1
             self._is_urgent = True
             self._changed.notify_all()
             try:
                 self._changed.wait_for(lambda: self._has_done(number) or self._is_over, timeout_s)
-            finally:  # a signal may interrupt who waits
+            finally:  # a signal may interrupt the wait
                 self._waiters -= 1
             return self._has_done(number)
 
@@ -83,29 +94,30 @@ class MessagePump:
             return self.is_connected
 
     def newest(self, request: Request[object]) -> Piece | None:
-        """Return the newest answer that has come to such a request."""
+        """Return the newest answer to a request; None if there is none."""
         with self._changed:
             return self._newest.get(request.identity)
 
-    def forget(self, request: Request[object]) -> bool:
-        """Drop the newest answer to such a request; return whether there was one."""
+    def discard(self, request: Request[object]) -> bool:
+        """Drop the newest answer to a request; return whether there was one."""
         with self._changed:
             return self._newest.pop(request.identity, None) is not None
 
-    def hold(self, *, held: bool) -> None:
-        """Send nothing for a while, so that all that is posted in it goes out in one message."""
+    def set_paused(self, *, is_paused: bool) -> None:
+        """Pause or resume sending; commands that are posted during a pause are sent in one message."""
         with self._changed:
-            self._is_held = held
+            self._is_paused = is_paused
             self._changed.notify_all()
 
     def close(self, timeout_s: float, *, finish: bool = True) -> None:
-        """Have all done that was posted, since a server forgets what it has not done by then; hang up; end the thread.
+        """Disconnect, and end the thread.
 
-        A server that hangs is hung up on after ``timeout_s``; unless it is to ``finish``, so is any at once.
+        timeout_s: time limit in seconds.
+        finish: first wait until the server has done all posted commands; it drops them otherwise.
         """
-        self.hold(held=False)
-        if finish and self._last_asked >= 0:
-            self.wait(self._last_asked, timeout_s)
+        self.set_paused(is_paused=False)
+        if finish and self._last_posted >= 0:
+            self.wait(self._last_posted, timeout_s)
         with self._changed:
             self._is_closing = True
             self._changed.notify_all()
@@ -125,42 +137,45 @@ class MessagePump:
         while not self._is_closing:
             try:
                 with self._connect() as link:
-                    self._talk(link)
+                    self._exchange_messages(link)
             except RemoteApiError as failure:
-                if not (self._reconnects or self._may_try_again(failure)):
-                    self._lose(failure)
+                if not (self._reconnects or self._is_retryable(failure)):
+                    self._drop_connection(failure)
                     return
-                self._lose()
+                self._drop_connection()
                 with self._changed:
                     self._changed.wait_for(lambda: self._is_closing, RETRY_S)
             self._link = None
 
-    def _may_try_again(self, failure: RemoteApiError) -> bool:
-        """Return whether another program may just have left: for a while its server takes nobody, or hangs up."""
-        is_fleeting = isinstance(failure, (NobodyListensError, ServerLostError))
-        return is_fleeting and not self.connections and self._clock.now() + RETRY_S <= self._patience_s
+    def _is_retryable(self, failure: RemoteApiError) -> bool:
+        """Return whether to connect again.
 
-    def _talk(self, link: Link) -> None:
+        After another program has disconnected, a server refuses or closes connections for a short time.
+        """
+        is_transient = isinstance(failure, (NoServerError, ServerLostError))
+        return is_transient and not self.connections and self._clock.now() + RETRY_S <= self._connect_timeout_s
+
+    def _exchange_messages(self, link: Link) -> None:
         with self._changed:
             self._link = link
             self._is_urgent = True
-        while self._await_turn():
-            number, outgoing = self._taken()
-            self._merge(*link.exchange(number, outgoing))
+        while self._wait_for_turn():
+            number, outgoing = self._take_message()
+            self._receive(*link.exchange(number, outgoing))
 
-    def _await_turn(self) -> bool:
-        """Wait until the next message is due; return whether it is, and it is not closing instead."""
+    def _wait_for_turn(self) -> bool:
+        """Wait until the next message is due; return False if the pump is closing."""
         with self._changed:
             self._changed.wait_for(lambda: self._is_closing or self._is_urgent, self._pause_s)
-            self._changed.wait_for(lambda: self._is_closing or not self._is_held)
+            self._changed.wait_for(lambda: self._is_closing or not self._is_paused)
             return not self._is_closing
 
     @property
     def _pause_s(self) -> float:
-        return min(self._period_s, _ASKING_S) if self._waiters else self._period_s
+        return min(self._period_s, _WAITING_PERIOD_S) if self._waiters else self._period_s
 
-    def _taken(self) -> tuple[int, list[bytes]]:
-        """Return the next message."""
+    def _take_message(self) -> tuple[int, list[bytes]]:
+        """Return the number and the commands of the next message."""
         with self._changed:
             number, self._number = self._number, self._number + 1
             outgoing = list(self._outgoing.values())
@@ -168,8 +183,8 @@ class MessagePump:
             self._is_urgent = False
             return number, outgoing
 
-    def _merge(self, server: Header, answers: list[Piece]) -> None:
-        """Take what has come. The answer to the end of a stream is the end of what is known of it."""
+    def _receive(self, server: Header, answers: list[Piece]) -> None:
+        """Store the answers. The answer to the end of a stream removes the value of the stream."""
         with self._changed:
             if not self._is_answered:
                 self._is_answered = True
@@ -182,17 +197,17 @@ class MessagePump:
                     self._newest[identity] = answer
             if server.message != NOTHING_DONE:
                 if not self._has_done(server.message):
-                    self._heard_s = self._clock.now()
+                    self._last_progress_s = self._clock.now()
                 self.server = server
             self._changed.notify_all()
 
-    def _lose(self, failure: RemoteApiError | None = None) -> None:
+    def _drop_connection(self, failure: RemoteApiError | None = None) -> None:
         with self._changed:
             if self._link:
                 self._link = self.server = None
                 self._is_answered = False
                 self._outgoing.clear()
                 self._newest.clear()
-                self._last_asked = -1
+                self._last_posted = -1
             self.failure = failure
             self._changed.notify_all()

@@ -1,4 +1,4 @@
-"""A scene in lockstep over the legacy remote API: three round trips a step, however much is read."""
+"""A scene in lockstep over the legacy remote API: a time step takes three round trips, with all reads."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from functools import partial
 from typing import Any, TypeVar
 
 from drivers.vrep.connection import Connection, Step
-from drivers.vrep.scene import STARTS, LegacyScene, velocity_between
+from drivers.vrep.scene import STARTS, LegacyScene, compute_velocity
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import Header
 from drivers.vrep.wire.errors import (
-    GarbledReplyError,
+    ProtocolError,
     RemoteApiError,
-    ServerHangsError,
     ServerLostError,
+    ServerTimeoutError,
     SimulationHaltedError,
 )
 from drivers.vrep.wire.requests import Identity, Request
@@ -26,122 +26,131 @@ from robotcore.simulation.remote_scene import Point, State
 T = TypeVar("T")
 
 _HALTING_S, _NAP_S = 0.3, 0.01
-"""A simulation that takes no step any more has come to its stop after this; so often it is asked."""
+"""Time after which a halted simulation has a final state, and the time between two reads of the state."""
 
 
 class SteppedScene(LegacyScene):
-    """Reads after each step all that was read since the step before it, so that it costs no round trip of its own.
+    """A scene in lockstep.
 
-    What is told is sent with the next step. Positions that were once asked for are read after every step: they tell
-    velocities too. A signal interrupts who waits, never what is said: wheels and simulation can be stopped after it.
+    After each time step it reads all values that were read since the step before. So these reads need no round trips
+    of their own. Commands are sent with the next step. A position that was read once is read after each step, because
+    velocities are computed from positions.
+
+    A signal interrupts the wait for an answer, never an exchange of messages. So wheels and simulation can be stopped
+    after it.
     """
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._executor = SerialExecutor("remote api")
         self._failure: RemoteApiError | None = None
-        self._read: dict[Identity, Any] = {}
-        self._asked: dict[Identity, Request[Any]] = {}
-        self._followed: dict[int, Point] = {}
+        self._values: dict[Identity, Any] = {}
+        self._requested: dict[Identity, Request[Any]] = {}
+        self._positions: dict[int, Point] = {}
         self._step_s = 0.0
 
     @property
-    def _server(self) -> Header:
+    def _header(self) -> Header:
         return self._connection.server
 
     def start(self) -> None:
-        """Start the simulation, and take a step, to see whether time moves."""
+        """Start the simulation, and do one step, to check that its time advances."""
         for left in range(STARTS - 1, -1, -1):
-            if self._starts(is_last=left == 0):
+            if self._try_start(is_last=left == 0):
                 break
             self.stop()
         self._step_s = self.read_time_step()
 
     def stop(self) -> None:
-        self._said(self._connection.stop)
+        self._run(self._connection.stop)
 
     def read_time(self) -> float:
         return self._connection.time_s
 
     def advance(self, steps: int) -> None:
         for left in range(steps - 1, -1, -1):
-            positions = {handle: requests.object_position(handle) for handle in self._followed}
-            self._followed.update({handle: self.read_position(handle) for handle in positions})
+            positions = {handle: requests.object_position(handle) for handle in self._positions}
+            self._positions.update({handle: self.read_position(handle) for handle in positions})
             reads = {read.identity: read for read in positions.values()}
             if left == 0:
-                reads |= self._asked
-                self._asked = {}
-            step = self._said(partial(self._step, *reads.values()))
-            self._read = dict(zip(reads, step.values, strict=False))
+                reads |= self._requested
+                self._requested = {}
+            step = self._run(partial(self._step, *reads.values()))
+            self._values = dict(zip(reads, step.values, strict=False))
 
     def read_position(self, handle: int) -> Point:
-        there = super().read_position(handle)
-        self._followed.setdefault(handle, there)
-        return there
+        position = super().read_position(handle)
+        self._positions.setdefault(handle, position)
+        return position
 
     def read_velocity(self, handle: int) -> Point:
-        return velocity_between(self._followed[handle], self.read_position(handle), self._step_s)
+        return compute_velocity(self._positions[handle], self.read_position(handle), self._step_s)
 
     def close(self) -> None:
-        """Let a simulation that goes on without us go on by itself, and leave."""
+        """Let the simulation run without triggers, and disconnect."""
         with suppress(RemoteApiError):
-            self._said(partial(self._connection.wait_for_triggers, wait=False))
+            self._run(partial(self._connection.wait_for_triggers, wait=False))
         self._executor.run(self._connection.close)
         self._executor.close()
 
-    def _once(self, request: Request[T]) -> T:
-        return self._said(partial(self._connection.call, request))
+    def _call(self, request: Request[T]) -> T:
+        return self._run(partial(self._connection.call, request))
 
-    def _newest(self, request: Request[T]) -> T:
+    def _read_newest(self, request: Request[T]) -> T:
         identity = request.identity
-        self._asked[identity] = request
-        if identity not in self._read:
-            self._read[identity] = self._once(request)
-        value: T = self._read[identity]
+        self._requested[identity] = request
+        if identity not in self._values:
+            self._values[identity] = self._call(request)
+        value: T = self._values[identity]
         return value
 
-    def _tell(self, request: Request[None]) -> None:
+    def _post(self, request: Request[None]) -> None:
         if self._failure:
             raise self._failure
-        self._connection.set(request)
+        self._connection.post(request)
 
     def _step(self, *reads: Request[Any]) -> Step:
         try:
             return self._connection.step(*reads)
         except SimulationHaltedError as failure:
-            raise self._why_halted(failure) from failure
+            raise self._explain_halt(failure) from failure
 
-    def _starts(self, *, is_last: bool) -> bool:
-        """Start and take a step; return whether that worked. Raises why not where the line broke, or it ``is_last``."""
+    def _try_start(self, *, is_last: bool) -> bool:
+        """Start the simulation and do one step; return whether it succeeded.
+
+        Raises the error if the connection is lost, or if this is the last attempt.
+        """
         try:
-            self._said(partial(self._connection.wait_for_triggers, wait=True))
-            self._said(self._connection.start)
-            self._said(self._connection.step)
-        except (ServerHangsError, SimulationHaltedError):
+            self._run(partial(self._connection.wait_for_triggers, wait=True))
+            self._run(self._connection.start)
+            self._run(self._connection.step)
+        except (ServerTimeoutError, SimulationHaltedError):
             if is_last or self._failure:
                 raise
             return False
         return True
 
-    def _why_halted(self, failure: SimulationHaltedError) -> SimulationHaltedError:
-        """Return the failure in plainer words, when the server knows them: a stop takes a few steps."""
+    def _explain_halt(self, failure: SimulationHaltedError) -> SimulationHaltedError:
+        """Return the failure with the final state of the simulation; a stop takes a few steps."""
         wall = MonotonicClock()
         while (state := self.read_state()) is State.RUNNING:
             if wall.now() > _HALTING_S:
                 return failure
             wall.sleep_until(wall.now() + _NAP_S)
-        return SimulationHaltedError(f"the simulation was {state.value}, so no step can be taken. Run again")
+        return SimulationHaltedError(
+            f"the simulation was {state.value}, so it does no step. Run again", kind=f"simulation-{state.value}"
+        )
 
-    def _said(self, talk: Callable[[], T]) -> T:
-        """Return what a talk comes to; after a line has failed, all fails with the same words."""
-        return self._executor.run(partial(self._talked, talk))
+    def _run(self, exchange: Callable[[], T]) -> T:
+        """Return the result of an exchange; after the connection is lost, raise its error again."""
+        return self._executor.run(partial(self._run_unless_failed, exchange))
 
-    def _talked(self, talk: Callable[[], T]) -> T:
+    def _run_unless_failed(self, exchange: Callable[[], T]) -> T:
         if self._failure:
             raise self._failure
         try:
-            return talk()
-        except (ServerHangsError, ServerLostError, GarbledReplyError) as failure:
+            return exchange()
+        except (ServerTimeoutError, ServerLostError, ProtocolError) as failure:
             if self._connection.is_lost:
                 self._failure = failure
             raise

@@ -1,4 +1,8 @@
-"""The clients that a script has started, by their numbers, as the official binding keeps them for a whole process."""
+"""Clients, connections, time and the simulation: the official binding's functions about the whole simulator.
+
+As in the official binding, a process has one table of clients with numbers.
+"""
+# ruff: noqa: N802, N803, D103  the names and short functions of the official binding; its manual explains them
 
 from __future__ import annotations
 
@@ -10,8 +14,6 @@ from typing import TypeVar
 
 from drivers.vrep.message_pump import MessagePump
 from drivers.vrep.simx import constants as c
-
-# ruff: noqa: N802, N803, D103  the official binding's names; its manual says what the short ones do
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import VERSION, Header, Piece, read_nothing
 from drivers.vrep.wire.link import Link
@@ -21,7 +23,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 MAX_CLIENTS = 255
 REPLY_TIMEOUT_S = 5.0
 _EXCHANGE_TIMEOUT_S = 5.0
-"""A server that loads a scene answers nobody for a while, and the official binding waits."""
+"""Time limit of a message. It is long, as in the official binding: a server that loads a scene does not answer."""
 
 _FINISH_TIMEOUT_S = 0.5
 _OPMODE_MASK = 0xFF0000
@@ -30,49 +32,50 @@ Address = tuple[str, int]
 
 
 @dataclass(frozen=True)
-class Terms:
-    """How often a client says something, how long it tries to connect and a blocking call waits, and if it reconnects.
-
-    In seconds.
-    """
+class ClientSettings:
+    """The settings of a client."""
 
     period_s: float
-    patience_s: float
+    """The period of messages."""
+    connect_timeout_s: float
+    """Time limit of connecting."""
     reply_timeout_s: float
+    """Time limit of a blocking call."""
     reconnects: bool
+    """Connect again after the connection was lost."""
 
 
 class Client:
-    """One line to a server."""
+    """One client of a server."""
 
-    def __init__(self, address: Address, terms: Terms) -> None:
-        self.address, self._terms = address, terms
+    def __init__(self, address: Address, settings: ClientSettings) -> None:
+        self.address, self._settings = address, settings
         self.last_command_ms = 0
-        connect = partial(Link.to, *address, _EXCHANGE_TIMEOUT_S)
-        self.mailbox = MessagePump(connect, terms.period_s, terms.patience_s, reconnects=terms.reconnects)
+        connect = partial(Link.open, *address, _EXCHANGE_TIMEOUT_S)
+        self.pump = MessagePump(connect, settings.period_s, settings.connect_timeout_s, reconnects=settings.reconnects)
 
-    def ask(self, request: Request[object], operation_mode: int) -> tuple[int, Piece | None]:
-        """Do what the operation mode says; return the code and the newest answer, if there is one."""
+    def execute(self, request: Request[object], operation_mode: int) -> tuple[int, Piece | None]:
+        """Handle a request as its operation mode says; return the code and the newest answer, if there is one."""
         mode, delay = operation_mode & _OPMODE_MASK, operation_mode & ~_OPMODE_MASK
         if operation_mode & ~0x7FFFF:
             return c.simx_return_illegal_opmode_flag, None
         if mode == REMOVE:
-            return (c.simx_return_ok if self.mailbox.forget(request) else c.simx_return_novalue_flag), None
+            return (c.simx_return_ok if self.pump.discard(request) else c.simx_return_novalue_flag), None
         code = c.simx_return_ok
         if mode != BUFFER:
-            number = self.mailbox.post(request, mode, delay)
-            if mode == BLOCKING and not self.mailbox.wait(number, self._terms.reply_timeout_s):
+            number = self.pump.post(request, mode, delay)
+            if mode == BLOCKING and not self.pump.wait(number, self._settings.reply_timeout_s):
                 code |= c.simx_return_timeout_flag
-        answer = self.mailbox.newest(request)
+        answer = self.pump.newest(request)
         if mode == BLOCKING:
-            self.mailbox.forget(request)
-        return code | self._judged(answer), answer
+            self.pump.discard(request)
+        return code | self._to_return_code(answer), answer
 
     def finish(self) -> None:
-        """End it, with all done that it was told."""
-        self.mailbox.close(_FINISH_TIMEOUT_S)
+        """Let the server do the posted commands, and disconnect."""
+        self.pump.close(_FINISH_TIMEOUT_S)
 
-    def _judged(self, answer: Piece | None) -> int:
+    def _to_return_code(self, answer: Piece | None) -> int:
         if answer is None:
             return c.simx_return_novalue_flag
         self.last_command_ms = answer.time_ms
@@ -80,7 +83,7 @@ class Client:
 
 
 class Clients:
-    """All clients of a process. Its methods may be called from any thread."""
+    """The clients of a process. Any thread may call the methods."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -90,17 +93,17 @@ class Clients:
         with self._lock:
             return self._clients.get(number)
 
-    def start(self, address: Address, terms: Terms) -> int:
-        """Return a new client's number, -1 if there already is one to that address, or too many."""
+    def start(self, address: Address, settings: ClientSettings) -> int:
+        """Start a client and return its number; -1 if the address has a client already, or if there are too many."""
         with self._lock:
             number = next((one for one in range(MAX_CLIENTS) if one not in self._clients), -1)
             if number == -1 or any(client.address == address for client in self._clients.values()):
                 return -1
-            self._clients[number] = Client(address, terms)
+            self._clients[number] = Client(address, settings)
             return number
 
     def finish(self, number: int) -> None:
-        """End a client if there is one of that number; -1 ends all."""
+        """End the client with a number, if it exists; -1 ends all."""
         with self._lock:
             numbers = list(self._clients) if number == -1 else [number]
             ended = [self._clients.pop(one) for one in numbers if one in self._clients]
@@ -116,17 +119,17 @@ U = TypeVar("U")
 
 
 def send(client: int, request: Request[None], operation_mode: int) -> int:
-    """Return the code."""
+    """Send a command, and return the code."""
     if (known := CLIENTS.get(client)) is None:
         return c.simx_return_initialize_error_flag
-    return known.ask(request, operation_mode)[0]
+    return known.execute(request, operation_mode)[0]
 
 
 def read(client: int, request: Request[T], operation_mode: int, nothing: U) -> tuple[int, T | U]:
-    """Return the code and the value, or ``nothing`` where there is none: the official binding's untouched variable."""
+    """Return the code and the value; ``nothing`` stands for no value, as the official binding's initial value does."""
     if (known := CLIENTS.get(client)) is None:
         return c.simx_return_initialize_error_flag, nothing
-    code, answer = known.ask(request, operation_mode)
+    code, answer = known.execute(request, operation_mode)
     if code or answer is None:
         return code, nothing
     try:
@@ -136,7 +139,7 @@ def read(client: int, request: Request[T], operation_mode: int, nothing: U) -> t
 
 
 def read_list(client: int, request: Request[tuple[float, ...]], mode: int, length: int) -> tuple[int, list[float]]:
-    """Return the code and a list of so many numbers, zeros where there is no value."""
+    """Return the code and a list of ``length`` numbers; zeros if there is no value."""
     code, values = read(client, request, mode, (0.0,) * length)
     return code, list(values)
 
@@ -153,38 +156,38 @@ def simxStart(
     timeOutInMs: int,
     commThreadCycleInMs: int,
 ) -> int:
-    """Return the number of a new client; -1 if none could connect, or another one has that address.
+    """Start a client and return its number; -1 if it cannot connect, or if the address has a client already.
 
-    A negative time-out is that of blocking calls. Ports below zero, shared memory, are not served.
+    A negative time-out is that of blocking calls. Negative ports, which stand for shared memory, are not supported.
     """
     host = connectionAddress.decode() if isinstance(connectionAddress, bytes) else str(connectionAddress)
-    terms = Terms(
+    settings = ClientSettings(
         period_s=max(commThreadCycleInMs, 1) / 1000,
-        patience_s=(timeOutInMs if timeOutInMs >= 0 else _CONNECT_TIMEOUT_MS) / 1000,
+        connect_timeout_s=(timeOutInMs if timeOutInMs >= 0 else _CONNECT_TIMEOUT_MS) / 1000,
         reply_timeout_s=-timeOutInMs / 1000 if timeOutInMs < 0 else REPLY_TIMEOUT_S,
         reconnects=not doNotReconnectOnceDisconnected,
     )
-    client = CLIENTS.start((host, int(connectionPort)), terms) if 0 <= connectionPort <= 0xFFFF else -1
+    client = CLIENTS.start((host, int(connectionPort)), settings) if 0 <= connectionPort <= 0xFFFF else -1
     known = CLIENTS.get(client)
-    if waitUntilConnected and known and not known.mailbox.wait_connected(terms.patience_s):
+    if waitUntilConnected and known and not known.pump.wait_connected(settings.connect_timeout_s):
         CLIENTS.finish(client)
         return -1
     return client
 
 
 def simxFinish(clientID: int) -> None:
-    """End a client, or with -1 all, once the server has done what it was told."""
+    """End a client, or with -1 all clients, after the server has done the posted commands."""
     CLIENTS.finish(clientID)
 
 
 def simxGetConnectionId(clientID: int) -> int:
-    """Return which connection of this client's it is, from 1; -1 while there is none."""
+    """Return the number of the client's present connection, from 1; -1 without a connection."""
     client = CLIENTS.get(clientID)
-    return client.mailbox.connections if client and client.mailbox.is_connected else -1
+    return client.pump.connections if client and client.pump.is_connected else -1
 
 
 def simxGetPingTime(clientID: int) -> tuple[int, int]:
-    """Return the code and how many ms the server took over a command, a step of the simulation included."""
+    """Return the code and the time of a round trip in ms, which includes a time step of the simulation."""
     if CLIENTS.get(clientID) is None:
         return c.simx_return_ok, 0
     start = _CLOCK.now()
@@ -193,45 +196,45 @@ def simxGetPingTime(clientID: int) -> tuple[int, int]:
 
 
 def simxGetLastCmdTime(clientID: int) -> int:
-    """Return the simulation's time in ms at which the command was done whose answer was last looked at."""
+    """Return the simulation's time in ms in the answer that was last read."""
     client = CLIENTS.get(clientID)
     return client.last_command_ms if client else 0
 
 
 def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
-    """Return 1 and what the newest message says at `simx_headeroffset_…`; -1 and 0 if nothing does."""
+    """Return 1 and the field at ``simx_headeroffset_…`` of the newest message; -1 and 0 if there is none."""
     client = CLIENTS.get(clientID)
-    if client is None or (server := client.mailbox.server) is None:
+    if client is None or (server := client.pump.server) is None:
         return -1, 0
-    info = _info(server).get(infoType)
+    info = _header_fields(server).get(infoType)
     return (-1, 0) if info is None else (1, info)
 
 
 def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
-    """Return 1 and what the next message will say at `simx_headeroffset_…`; -1 and 0 if nothing does."""
+    """Return 1 and the field at ``simx_headeroffset_…`` of the next message; -1 and 0 if there is none."""
     if infoType == c.simx_headeroffset_version:
         return 1, VERSION
     if infoType == c.simx_headeroffset_client_time:
         return 1, int(_CLOCK.now() * 1000)
     client = CLIENTS.get(clientID)
-    return (1, client.mailbox.number) if client and infoType == c.simx_headeroffset_message_id else (-1, 0)
+    return (1, client.pump.number) if client and infoType == c.simx_headeroffset_message_id else (-1, 0)
 
 
 def simxPauseCommunication(clientID: int, enable: bool) -> int:  # noqa: FBT001
-    """Hold back what is sent, so that it goes out in one message when communication goes on."""
+    """Pause or resume sending; commands of a pause are sent in one message."""
     if (client := CLIENTS.get(clientID)) is None:
         return c.simx_return_initialize_error_flag
-    client.mailbox.hold(held=bool(enable))
+    client.pump.set_paused(is_paused=bool(enable))
     return c.simx_return_ok
 
 
 def simxSynchronous(clientID: int, enable: bool) -> int:  # noqa: FBT001
-    """Let the simulation wait for a trigger before each step, or go on by itself."""
+    """Let the simulation wait for a trigger before each time step, or run by itself."""
     return send(clientID, requests.SYNCHRONOUS_ON if enable else requests.SYNCHRONOUS_OFF, c.simx_opmode_blocking)
 
 
 def simxSynchronousTrigger(clientID: int) -> int:
-    """Let the simulation take one step. It has been taken when a later command is answered."""
+    """Trigger one time step. It is done when a later command is answered."""
     return send(clientID, requests.TRIGGER, c.simx_opmode_blocking)
 
 
@@ -248,7 +251,7 @@ def simxStopSimulation(clientID: int, operationMode: int) -> int:
 
 
 def simxGetLastErrors(clientID: int, operationMode: int) -> tuple[int, list[str]]:
-    """Return what went wrong at the server since the last time this was asked, 50 messages at most."""
+    """Return the code and the server's errors since the last call, at most 50."""
     return read(clientID, requests.LAST_ERRORS, operationMode, [])
 
 
@@ -257,17 +260,17 @@ def simxAddStatusbarMessage(clientID: int, message: str | bytes, operationMode: 
 
 
 def simxLoadScene(clientID: int, scenePathAndName: str | bytes, options: int, operationMode: int) -> int:
-    """Load a scene from the server's disk; scenes of the client's (option bit 0) are not transferred."""
+    """Load a scene from the server's disk. A transfer from the client's disk (bit 0 of options) is not supported."""
     if options & 1:
         return c.simx_return_local_error_flag
-    return send(clientID, requests.of_name("load", 0x3002, scenePathAndName, read_nothing), operationMode)
+    return send(clientID, requests.named_request("load", 0x3002, scenePathAndName, read_nothing), operationMode)
 
 
 def simxCloseScene(clientID: int, operationMode: int) -> int:
-    return send(clientID, requests.of_nothing("close the scene", 0x0005, read_nothing), operationMode)
+    return send(clientID, requests.simulator_request("close the scene", 0x0005, read_nothing), operationMode)
 
 
-def _info(server: Header) -> dict[int, int]:
+def _header_fields(server: Header) -> dict[int, int]:
     return {
         c.simx_headeroffset_version: server.version,
         c.simx_headeroffset_message_id: server.message,

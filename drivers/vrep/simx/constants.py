@@ -1,4 +1,4 @@
-"""The constants of the official binding that its functions here take or give, by the names scripts know.
+"""The official binding's constants for the functions of this package.
 
 Their values are those of the maker's simConst.h.
 """

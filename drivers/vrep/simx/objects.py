@@ -1,17 +1,22 @@
 """Objects, joints and parameters by the official names: m, rad, N and N·m; handle -1 is the world."""
+# ruff: noqa: N802, N803, N816, D103  the names and short functions of the official binding; its manual explains them
 
 from __future__ import annotations
 
-# ruff: noqa: N802, N803, D103  the official binding's names; its manual says what they do
 from collections.abc import Sequence
 
 from drivers.vrep.simx.clients import read, read_list, send
 from drivers.vrep.wire import requests
-
-# ruff: noqa: N802, N803, N816, D103  the official binding's names; its manual says what they do
-# ruff: noqa: N802, N803, N816, D103  the official binding's names; its manual says what they do
-from drivers.vrep.wire.codec import floats, pack_floats, pack_ints, read_float, read_int, read_nothing, read_text
-from drivers.vrep.wire.requests import of_handle, of_handles, of_name
+from drivers.vrep.wire.codec import (
+    floats_reader,
+    pack_floats,
+    pack_ints,
+    read_float,
+    read_int,
+    read_nothing,
+    read_text,
+)
+from drivers.vrep.wire.requests import named_request, object_request, pair_request
 
 
 def simxGetObjectHandle(clientID: int, objectName: str | bytes, operationMode: int) -> tuple[int, int]:
@@ -19,7 +24,7 @@ def simxGetObjectHandle(clientID: int, objectName: str | bytes, operationMode: i
 
 
 def simxGetCollectionHandle(clientID: int, collectionName: str | bytes, operationMode: int) -> tuple[int, int]:
-    return read(clientID, of_name("find collection", 0x3019, collectionName, read_int), operationMode, 0)
+    return read(clientID, named_request("find collection", 0x3019, collectionName, read_int), operationMode, 0)
 
 
 def simxGetObjectPosition(
@@ -49,7 +54,9 @@ def simxSetObjectOrientation(
 def simxGetObjectQuaternion(
     clientID: int, objectHandle: int, relativeToObjectHandle: int, operationMode: int
 ) -> tuple[int, list[float]]:
-    request = of_handles("tell the quaternion of object", 0x2801, objectHandle, relativeToObjectHandle, floats(4))
+    request = pair_request(
+        "read the quaternion of object", 0x2801, objectHandle, relativeToObjectHandle, floats_reader(4)
+    )
     return read_list(clientID, request, operationMode, 4)
 
 
@@ -76,11 +83,15 @@ def simxSetObjectParent(
     operationMode: int,
 ) -> int:
     data = pack_ints(parentObject) + bytes([bool(keepInPlace)])
-    return send(clientID, of_handle("give a parent to object", 0x101C, objectHandle, read_nothing, data), operationMode)
+    return send(
+        clientID,
+        object_request("set the parent of object", 0x101C, objectHandle, read_nothing, data),
+        operationMode,
+    )
 
 
 def simxGetObjectChild(clientID: int, parentObjectHandle: int, childIndex: int, operationMode: int) -> tuple[int, int]:
-    request = of_handles("tell a child of object", 0x200B, parentObjectHandle, childIndex, read_int)
+    request = pair_request("read a child of object", 0x200B, parentObjectHandle, childIndex, read_int)
     return read(clientID, request, operationMode, 0)
 
 
@@ -89,27 +100,27 @@ def simxGetObjects(clientID: int, objectType: int, operationMode: int) -> tuple[
 
 
 def simxRemoveObject(clientID: int, objectHandle: int, operationMode: int) -> int:
-    return send(clientID, of_handle("remove object", 0x1028, objectHandle, read_nothing), operationMode)
+    return send(clientID, object_request("remove object", 0x1028, objectHandle, read_nothing), operationMode)
 
 
 def simxRemoveModel(clientID: int, objectHandle: int, operationMode: int) -> int:
-    return send(clientID, of_handle("remove model", 0x1037, objectHandle, read_nothing), operationMode)
+    return send(clientID, object_request("remove model", 0x1037, objectHandle, read_nothing), operationMode)
 
 
 def simxCheckCollision(clientID: int, entity1: int, entity2: int, operationMode: int) -> tuple[int, bool]:
-    request = of_handles("check collisions of object", 0x200F, entity1, entity2, read_int)
+    request = pair_request("check collisions of object", 0x200F, entity1, entity2, read_int)
     code, value = read(clientID, request, operationMode, 0)
     return code, value != 0
 
 
 def simxCheckDistance(clientID: int, entity1: int, entity2: int, operationMode: int) -> tuple[int, float]:
-    request = of_handles("check the distance of object", 0x2010, entity1, entity2, read_float)
+    request = pair_request("check the distance of object", 0x2010, entity1, entity2, read_float)
     return read(clientID, request, operationMode, 0.0)
 
 
 def _place(client: int, command: int, handle: int, relative_to: int, values: Sequence[float], mode: int) -> int:
     data = pack_ints(relative_to) + pack_floats(*values)
-    return send(client, of_handle("place object", command, handle, read_nothing, data), mode)
+    return send(client, object_request("place object", command, handle, read_nothing, data), mode)
 
 
 def simxGetJointPosition(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, float]:
@@ -130,7 +141,10 @@ def simxSetJointTargetPosition(clientID: int, jointHandle: int, targetPosition: 
 
 def simxGetJointMatrix(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, list[float]]:
     return read_list(
-        clientID, of_handle("tell the matrix of joint", 0x100A, jointHandle, floats(12)), operationMode, 12
+        clientID,
+        object_request("read the matrix of joint", 0x100A, jointHandle, floats_reader(12)),
+        operationMode,
+        12,
     )
 
 
@@ -139,11 +153,15 @@ def simxSetSphericalJointMatrix(clientID: int, jointHandle: int, matrix: Sequenc
 
 
 def simxGetJointForce(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, float]:
-    return read(clientID, of_handle("tell the force of joint", 0x100D, jointHandle, read_float), operationMode, 0.0)
+    return read(
+        clientID, object_request("read the force of joint", 0x100D, jointHandle, read_float), operationMode, 0.0
+    )
 
 
 def simxGetJointMaxForce(clientID: int, jointHandle: int, operationMode: int) -> tuple[int, float]:
-    return read(clientID, of_handle("tell the force of joint", 0x1038, jointHandle, read_float), operationMode, 0.0)
+    return read(
+        clientID, object_request("read the force of joint", 0x1038, jointHandle, read_float), operationMode, 0.0
+    )
 
 
 def simxSetJointMaxForce(clientID: int, jointHandle: int, force: float, operationMode: int) -> int:
@@ -155,11 +173,11 @@ simxSetJointForce = simxSetJointMaxForce
 
 
 def _set_joint(client: int, command: int, joint: int, values: Sequence[float], mode: int) -> int:
-    return send(client, of_handle("set joint", command, joint, read_nothing, pack_floats(*values)), mode)
+    return send(client, object_request("set joint", command, joint, read_nothing, pack_floats(*values)), mode)
 
 
 def simxGetBoolParam(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, bool]:
-    code, value = read(clientID, of_handle("tell parameter", 0x101F, paramIdentifier, read_int), operationMode, 0)
+    code, value = read(clientID, object_request("read parameter", 0x101F, paramIdentifier, read_int), operationMode, 0)
     return code, value != 0
 
 
@@ -184,11 +202,16 @@ def simxSetFloatParam(clientID: int, paramIdentifier: int, paramValue: float, op
 
 
 def simxGetStringParam(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, str]:
-    return read(clientID, of_handle("tell parameter", 0x1025, paramIdentifier, read_text), operationMode, "")
+    return read(clientID, object_request("read parameter", 0x1025, paramIdentifier, read_text), operationMode, "")
 
 
 def simxGetArrayParam(clientID: int, paramIdentifier: int, operationMode: int) -> tuple[int, list[float]]:
-    return read_list(clientID, of_handle("tell parameter", 0x101D, paramIdentifier, floats(3)), operationMode, 3)
+    return read_list(
+        clientID,
+        object_request("read parameter", 0x101D, paramIdentifier, floats_reader(3)),
+        operationMode,
+        3,
+    )
 
 
 def simxSetArrayParam(clientID: int, paramIdentifier: int, paramValues: Sequence[float], operationMode: int) -> int:
@@ -198,7 +221,7 @@ def simxSetArrayParam(clientID: int, paramIdentifier: int, paramValues: Sequence
 def simxGetObjectFloatParam(
     clientID: int, objectHandle: int, parameterID: int, operationMode: int
 ) -> tuple[int, float]:
-    request = of_handles("tell a parameter of object", 0x2007, objectHandle, parameterID, read_float)
+    request = pair_request("read a parameter of object", 0x2007, objectHandle, parameterID, read_float)
     return read(clientID, request, operationMode, 0.0)
 
 
@@ -211,7 +234,7 @@ def simxSetObjectFloatParam(
 
 
 def simxGetObjectInt32Param(clientID: int, objectHandle: int, parameterID: int, operationMode: int) -> tuple[int, int]:
-    request = of_handles("tell a parameter of object", 0x2008, objectHandle, parameterID, read_int)
+    request = pair_request("read a parameter of object", 0x2008, objectHandle, parameterID, read_int)
     return read(clientID, request, operationMode, 0)
 
 
@@ -237,8 +260,8 @@ simxSetObjectIntParameter = simxSetObjectInt32Param
 
 
 def _set_parameter(client: int, command: int, number: int, data: bytes, mode: int) -> int:
-    return send(client, of_handle("set parameter", command, number, read_nothing, data), mode)
+    return send(client, object_request("set parameter", command, number, read_nothing, data), mode)
 
 
 def _set_object_parameter(client: int, command: int, handle: int, number: int, data: bytes, mode: int) -> int:
-    return send(client, of_handles("set a parameter of object", command, handle, number, read_nothing, data), mode)
+    return send(client, pair_request("set a parameter of object", command, handle, number, read_nothing, data), mode)

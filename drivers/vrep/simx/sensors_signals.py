@@ -1,8 +1,8 @@
-"""Sensors, in the official binding's words."""
+"""Sensors, signals and script functions: functions of the official binding."""
+# ruff: noqa: N802, N803, N816, D103  the names and short functions of the official binding; its manual explains them
 
 from __future__ import annotations
 
-# ruff: noqa: N802, N803  the official binding's names
 import struct
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-# ruff: noqa: N802, N803, N816, D103  the official binding's names; its manual says what they do
 from drivers.vrep.simx import constants as c
 from drivers.vrep.simx.clients import CLIENTS, read, send
 from drivers.vrep.wire import requests
@@ -24,11 +23,11 @@ from drivers.vrep.wire.codec import (
     read_int,
     read_nothing,
 )
-from drivers.vrep.wire.requests import Request, of_handle, of_name
+from drivers.vrep.wire.requests import Request, named_request, object_request
 
 GREY = 1
 _SIGNED = np.arange(256).astype(np.int8).astype(object)
-"""The numbers that bytes are with a sign: a list of a quarter of a million is made of these, and not each anew."""
+"""The signed value of each byte. An image has up to 250,000 values; looking them up is faster than creating them."""
 
 _NOTHING = Proximity(is_detected=False, point=(0.0, 0.0, 0.0), handle=0, normal=(0.0, 0.0, 0.0))
 
@@ -36,7 +35,7 @@ _NOTHING = Proximity(is_detected=False, point=(0.0, 0.0, 0.0), handle=0, normal=
 def simxReadProximitySensor(
     clientID: int, sensorHandle: int, operationMode: int
 ) -> tuple[int, bool, list[float], int, list[float]]:
-    """Return the code, whether something is detected, and its point, handle and normal: rubbish if nothing is."""
+    """Return the code, whether an object is detected, and its point, handle and normal, which are invalid otherwise."""
     code, seen = read(clientID, requests.proximity(sensorHandle), operationMode, _NOTHING)
     return code, seen.is_detected, list(seen.point), seen.handle, list(seen.normal)
 
@@ -51,7 +50,7 @@ def simxGetVisionSensorImage(
 
 
 def simxSetVisionSensorImage(clientID: int, sensorHandle: int, image: Any, options: int, operationMode: int) -> int:
-    """Show an image on a sensor that takes external input; signed or unsigned bytes, in any sequence or array."""
+    """Show an image on a sensor with external input: signed or unsigned bytes in any sequence or array."""
     request = requests.set_grey_image if options & GREY else requests.set_colour_image
     return send(clientID, request(sensorHandle, _bytes_of(image)), operationMode)
 
@@ -60,14 +59,14 @@ def simxGetVisionSensorDepthBuffer(
     clientID: int, sensorHandle: int, operationMode: int
 ) -> tuple[int, list[int], list[float]]:
     """Return the code, [width, height] and depths: 0 at the near, 1 at the far clipping plane; the lowest row first."""
-    request = of_handle("tell the depth of vision sensor", 0x1017, sensorHandle, read_depth)
+    request = object_request("read the depth of vision sensor", 0x1017, sensorHandle, read_depth)
     code, depth = read(clientID, request, operationMode, None)
     return (code, [], []) if depth is None else (code, _resolution(depth), depth.ravel().tolist())
 
 
 def simxReadVisionSensor(clientID: int, sensorHandle: int, operationMode: int) -> tuple[int, bool, list[list[float]]]:
-    """Return the code, whether its filters have detected something, and the packets of numbers they give."""
-    request = of_handle("read vision sensor", 0x1011, sensorHandle, _packets)
+    """Return the code, whether a filter of the sensor has detected something, and the filters' packets of numbers."""
+    request = object_request("read vision sensor", 0x1011, sensorHandle, _packets)
     code, (detect, packets) = read(clientID, request, operationMode, (False, []))
     return code, detect, packets
 
@@ -76,7 +75,7 @@ def simxReadForceSensor(
     clientID: int, forceSensorHandle: int, operationMode: int
 ) -> tuple[int, int, list[float], list[float]]:
     """Return the code, the state (bit 0: has values, bit 1: broken), force in N and torque in N·m."""
-    request = of_handle("read force sensor", 0x100F, forceSensorHandle, _force)
+    request = object_request("read force sensor", 0x100F, forceSensorHandle, _force)
     code, (state, force, torque) = read(clientID, request, operationMode, (0, [0.0] * 3, [0.0] * 3))
     return code, state, force, torque
 
@@ -87,17 +86,19 @@ def _resolution(image: npt.NDArray[Any]) -> list[int]:
 
 
 def _signed(image: Pixels) -> list[int]:
-    values: list[int] = _SIGNED.take(image.ravel(), mode="clip").tolist()  # no index can be wrong; unchecked is faster
+    values: list[int] = _SIGNED.take(
+        image.ravel(), mode="clip"
+    ).tolist()  # each index is valid; clip is faster than the check
     return values
 
 
 def _bytes_of(image: Any) -> bytes:
-    """Return signed or unsigned bytes of any kind as bytes; TypeError for fractions, as the official binding raises."""
+    """Convert signed or unsigned values to bytes; raises TypeError for floats, as the official binding does."""
     if isinstance(image, (bytes, bytearray, memoryview)):
         return bytes(image)
     values = np.asarray(image)
     if values.dtype.kind not in "iub":
-        raise TypeError(f"the values of an image are whole numbers, not {values.dtype}. Turn it into numpy.uint8 first")
+        raise TypeError(f"an image has integer values, not {values.dtype}. Convert it to numpy.uint8 first")
     return values.astype(np.uint8).tobytes()
 
 
@@ -122,7 +123,7 @@ Results = tuple[list[int], list[float], list[str], bytearray]
 
 
 def simxGetFloatSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, float]:
-    return read(clientID, of_name("tell signal", 0x3010, signalName, read_float), operationMode, 0.0)
+    return read(clientID, named_request("read signal", 0x3010, signalName, read_float), operationMode, 0.0)
 
 
 def simxSetFloatSignal(clientID: int, signalName: str | bytes, signalValue: float, operationMode: int) -> int:
@@ -134,7 +135,7 @@ def simxClearFloatSignal(clientID: int, signalName: str | bytes, operationMode: 
 
 
 def simxGetInt32Signal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, int]:
-    return read(clientID, of_name("tell signal", 0x3011, signalName, read_int), operationMode, 0)
+    return read(clientID, named_request("read signal", 0x3011, signalName, read_int), operationMode, 0)
 
 
 def simxSetInt32Signal(clientID: int, signalName: str | bytes, signalValue: int, operationMode: int) -> int:
@@ -146,12 +147,12 @@ def simxClearInt32Signal(clientID: int, signalName: str | bytes, operationMode: 
 
 
 def simxGetStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    return read(clientID, of_name("tell signal", 0x3012, signalName, bytearray), operationMode, bytearray())
+    return read(clientID, named_request("read signal", 0x3012, signalName, bytearray), operationMode, bytearray())
 
 
 def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    """Return the code and the signal. One that was streamed is given once: the server has ended its stream."""
-    request = of_name("take signal", 0x3017, signalName, bytearray)
+    """Return the code and the signal. The server ends the stream with it, so a streamed signal is returned once."""
+    request = named_request("read and clear signal", 0x3017, signalName, bytearray)
     answer = read(clientID, request, operationMode, bytearray())
     if answer[0] == c.simx_return_ok and operationMode == c.simx_opmode_buffer:
         read(clientID, request, c.simx_opmode_remove, bytearray())
@@ -159,10 +160,10 @@ def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operatio
 
 
 def simxReadStringStream(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    """Return the code and what has come since the last time; it is streamed, and never waited for."""
+    """Return the code and the bytes since the last call. It never waits: the blocking mode is refused."""
     if operationMode == c.simx_opmode_blocking and CLIENTS.get(clientID):
         return c.simx_return_illegal_opmode_flag, bytearray()
-    request = of_name("take stream", 0x3018, signalName, bytearray)
+    request = named_request("read stream", 0x3018, signalName, bytearray)
     answer = read(clientID, request, operationMode, bytearray())
     if answer[0] == c.simx_return_ok:
         read(clientID, request, c.simx_opmode_remove, bytearray())
@@ -228,7 +229,7 @@ def simxUnpackFloats(floatsPackedInString: Bytes) -> list[float]:
 
 
 def _set(client: int, command: int, name: str | bytes, data: bytes, mode: int) -> int:
-    return send(client, of_name("set signal", command, name, read_nothing, data), mode)
+    return send(client, named_request("set signal", command, name, read_nothing, data), mode)
 
 
 def _raw(value: Bytes) -> bytes:
@@ -240,9 +241,9 @@ def _terminated(text: str | bytes) -> bytes:
 
 
 def _results(data: memoryview) -> Results:
-    """Return what a script's function returned: four counts; numbers, fractions, texts and bytes follow."""
+    """Read the results of a script's function: four counts, then integers, floats, texts and bytes."""
     ints, fractions, texts, size = struct.unpack_from("<4i", data)
     whole = struct.unpack_from(f"<{ints}i", data, 16)
     real = struct.unpack_from(f"<{fractions}f", data, 16 + 4 * ints)
-    *words, rest = bytes(data[16 + 4 * (ints + fractions) :]).split(b"\0", texts)
-    return list(whole), list(real), [word.decode("utf-8", "replace") for word in words], bytearray(rest[:size])
+    *strings, rest = bytes(data[16 + 4 * (ints + fractions) :]).split(b"\0", texts)
+    return list(whole), list(real), [string.decode("utf-8", "replace") for string in strings], bytearray(rest[:size])

@@ -1,1 +1,1 @@
-"""The legacy remote API on the line: packets, messages, requests and the values in them, over one TCP connection."""
+"""The legacy remote API on the wire: messages, requests, and a TCP connection that exchanges them."""

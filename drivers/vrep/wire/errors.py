@@ -1,13 +1,13 @@
-"""What can go wrong between this program and a simulator, as one tree.
+"""The errors of the legacy remote API.
 
 BackendError
-└── RemoteApiError                          whatever goes wrong on the line
-    ├── NobodyListensError (ConnectionError)    nothing serves that port
-    ├── ServerLostError (ConnectionError)       it hung up
-    ├── ServerHangsError (TimeoutError)         it has not answered in time
-    ├── GarbledReplyError (ValueError)          it answered what no server of this API answers
-    ├── SimulationHaltedError                   the simulation is stopped or paused: its time does not pass
-    └── RefusedError                            it could not do what it was asked for
+└── RemoteApiError                          an error of the connection or of a request
+    ├── NoServerError (ConnectionError)         no server listens at the address
+    ├── ServerLostError (ConnectionError)       the server closed the connection
+    ├── ServerTimeoutError (TimeoutError)       the server has not answered in time
+    ├── ProtocolError (ValueError)              the server sent an invalid reply
+    ├── SimulationHaltedError                   the simulation is stopped or paused
+    └── RefusedError                            the server could not do a request
 """
 
 from __future__ import annotations
@@ -16,34 +16,49 @@ from robotcore.errors import BackendError
 
 
 class RemoteApiError(BackendError):
-    """A simulator cannot be reached, or not be understood, over the legacy remote API."""
+    """An error of the connection to a simulator, or of a request to it."""
+
+    kind = "remote-api"
 
 
-class NobodyListensError(RemoteApiError, ConnectionError):
-    """Nothing listens at that address."""
+class NoServerError(RemoteApiError, ConnectionError):
+    """No server listens at the address."""
+
+    kind = "no-server"
 
 
 class ServerLostError(RemoteApiError, ConnectionError):
     """The server closed the connection."""
 
+    kind = "server-lost"
 
-class ServerHangsError(RemoteApiError, TimeoutError):
+
+class ServerTimeoutError(RemoteApiError, TimeoutError):
     """The server has not answered in time."""
 
+    kind = "timeout"
 
-class GarbledReplyError(RemoteApiError, ValueError):
-    """The bytes that came are no reply of this API."""
+
+class ProtocolError(RemoteApiError, ValueError):
+    """The server sent bytes that are not a reply of this API."""
+
+    kind = "invalid-reply"
 
     def __init__(self, fault: str) -> None:
         super().__init__(
-            f"that is no reply of the legacy remote API: {fault}. Look which program listens at this port: 19997 is "
-            "the usual one, another is told in the simulator's remoteApiConnections.txt"
+            f"invalid reply of the legacy remote API: {fault}. Check which program listens at this port: the default "
+            "is 19997, and the simulator's remoteApiConnections.txt names others",
+            fault=fault,
         )
 
 
 class SimulationHaltedError(RemoteApiError):
-    """The simulation is stopped or paused, so that no step can be taken."""
+    """The simulation is stopped or paused, so that its time does not advance."""
+
+    kind = "simulation-halted"
 
 
 class RefusedError(RemoteApiError):
-    """The server could not do what it was asked for."""
+    """The server could not do a request."""
+
+    kind = "refused"

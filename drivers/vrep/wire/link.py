@@ -1,80 +1,94 @@
-"""One TCP connection to a server that answers every message with one message."""
+"""A TCP connection to a server that answers each message with one message, and the packets that carry a message."""
 
 from __future__ import annotations
 
 import socket
+import struct
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from types import TracebackType
 
-from drivers.vrep.wire.codec import Header, Piece, Unpacker, decode_message, encode_message, encode_packets
-from drivers.vrep.wire.errors import NobodyListensError, ServerHangsError, ServerLostError
+from drivers.vrep.wire.codec import Header, Piece, decode_message, encode_message
+from drivers.vrep.wire.errors import NoServerError, ProtocolError, ServerLostError, ServerTimeoutError
 from drivers.vrep.wire.requests import Identity
 from robotcore.hal.wall_clock import MonotonicClock
 
 TIMEOUT_S = 1.5
-"""A server that takes longer over a message is taken for dead: an app is to stop within two seconds."""
+"""Time limit of a message. It is short, so that an app stops within two seconds after a server has failed."""
 
-PATIENCE_S = 1.2
-"""A server does not listen for half a second after a client has left."""
+CONNECT_TIMEOUT_S = 1.2
+"""Time limit of connecting. A server does not listen for half a second after a client has disconnected."""
 
 RETRY_S = 0.1
 _QUICKACK: int | None = getattr(socket, "TCP_QUICKACK", None)
-"""Linux has it."""
+"""An option of Linux; None on other systems."""
 
 _CHUNK_BYTES = 1 << 18
 _CLIENT_TIME_MASK = 0x03FFFFFF
 
 
 class Link:
-    """A line on which one message at a time is exchanged; the first error ends it. For one thread at a time."""
+    """A connection that exchanges one message at a time; the first error closes it.
 
-    def __init__(self, line: socket.socket, name: str, timeout_s: float) -> None:
-        self._line, self._name, self._timeout_s = line, name, timeout_s
+    connection: the open socket.
+    name: the name of the server in error messages.
+    timeout_s: time limit of a message, in seconds.
+
+    Only one thread at a time may use it.
+    """
+
+    def __init__(self, connection: socket.socket, name: str, timeout_s: float) -> None:
+        self._socket, self._name, self._timeout_s = connection, name, timeout_s
         self._clock = MonotonicClock()
         self._chunk = bytearray(_CHUNK_BYTES)
-        self._assembly = Assembly()
+        self._assembler = ReplyAssembler()
         self.exchanges = 0
+        """The number of answered messages."""
 
     @classmethod
-    def to(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, patience_s: float = 0.0) -> Link:
-        """Connect to a server; where nobody listens, try again for ``patience_s``."""
+    def open(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, connect_timeout_s: float = 0.0) -> Link:
+        """Connect to a server; try again for ``connect_timeout_s`` if none listens. Raises NoServerError."""
         clock = MonotonicClock()
         while True:
             try:
-                return cls(_line_to(host, port, timeout_s), f"the simulator at {host}:{port}", timeout_s)
-            except NobodyListensError:
-                if clock.now() + RETRY_S > patience_s:
+                return cls(_open_socket(host, port, timeout_s), f"the simulator at {host}:{port}", timeout_s)
+            except NoServerError:
+                if clock.now() + RETRY_S > connect_timeout_s:
                     raise
             clock.sleep_until(clock.now() + RETRY_S)
 
     def exchange(self, number: int, commands: Iterable[bytes]) -> tuple[Header, list[Piece]]:
-        """Send a message of that number; return the server's state and all whole answers that have come with its reply.
+        """Send a message; return the header of the reply and its complete answers.
 
-        The answers to these commands come with a later reply, when the simulator's main thread has done them.
+        number: the number of the message.
+        commands: the encoded commands.
+
+        The answers to these commands come with a later reply, after the simulator's main thread has done them.
         """
         try:
-            header, pieces = decode_message(self._reply_to(encode_message(number, self._client_time_ms(), commands)))
+            header, pieces = decode_message(
+                self._exchange_message(encode_message(number, self._client_time_ms(), commands))
+            )
         except BaseException:
             self.close()
             raise
         self.exchanges += 1
-        return header, [whole for piece in pieces if (whole := self._assembly.whole(piece))]
+        return header, [answer for piece in pieces if (answer := self._assembler.add(piece))]
 
     @property
     def is_closed(self) -> bool:
-        return self._line.fileno() == -1
+        return self._socket.fileno() == -1
 
     def close(self) -> None:
-        """Hang up, also on a thread that waits for a reply.
+        """Disconnect; a thread that waits for a reply gets an error.
 
-        No command ends the connection before: the server would close it first then, and its system would keep the port
-        from everyone for a minute.
+        This sends no command that ends the connection. Otherwise the server would close it first, and its system would
+        block the port for a minute.
         """
         with suppress(OSError):
-            self._line.shutdown(socket.SHUT_RDWR)
-        self._line.close()
+            self._socket.shutdown(socket.SHUT_RDWR)
+        self._socket.close()
 
     def __enter__(self) -> Link:
         return self
@@ -82,87 +96,168 @@ class Link:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
-    def _reply_to(self, message: bytes) -> bytes:
+    def _exchange_message(self, message: bytes) -> bytes:
         deadline = self._clock.now() + self._timeout_s
         try:
-            self._line.settimeout(self._timeout_s)
-            self._line.sendall(encode_packets(message))
-            return self._received(deadline)
+            self._socket.settimeout(self._timeout_s)
+            self._socket.sendall(encode_packets(message))
+            return self._receive(deadline)
         except TimeoutError as error:
-            raise ServerHangsError(self._why_silent()) from error
+            raise self._timeout_error() from error
         except OSError as error:
-            raise ServerLostError(self._why_lost(error)) from error
+            raise self._lost_error(error) from error
 
-    def _received(self, deadline: float) -> bytes:
+    def _receive(self, deadline: float) -> bytes:
         unpacker, view = Unpacker(), memoryview(self._chunk)
         while (left := deadline - self._clock.now()) > 0:
-            self._line.settimeout(left)
-            self._acknowledge_at_once()
-            size = self._line.recv_into(view)
+            self._socket.settimeout(left)
+            self._enable_quick_ack()
+            size = self._socket.recv_into(view)
             if size == 0:
-                raise ConnectionResetError("it hung up")
+                raise ConnectionResetError("end of data")
             if (message := unpacker.feed(view[:size])) is not None:
                 return message
         raise TimeoutError
 
-    def _acknowledge_at_once(self) -> None:
-        """Ask the system not to wait with what it acknowledges; it forgets that now and then.
+    def _enable_quick_ack(self) -> None:
+        """Let the system acknowledge packets at once; it resets this option now and then.
 
-        A server holds back each small packet until the one before is acknowledged (Nagle's algorithm), and an image is
-        many: without this, one in two takes 40 ms.
+        A server delays each small packet until the previous one is acknowledged (Nagle's algorithm). An image has many
+        packets: without this option, each second one takes 40 ms.
         """
         if _QUICKACK is not None:
-            self._line.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
+            self._socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
 
     def _client_time_ms(self) -> int:
         return int(self._clock.now() * 1000) & _CLIENT_TIME_MASK
 
-    def _why_lost(self, error: OSError) -> str:
+    def _lost_error(self, error: OSError) -> ServerLostError:
         if self.exchanges:
-            ending = "Was it closed, its scene stopped, or killed? Start it and run again"
-            return f"{self._name} is gone ({error}). {ending}"
-        return (
-            f"{self._name} takes the connection and hangs up ({error}). A port serves one program at a time: end the "
-            "other one, or take another port"
+            return ServerLostError(
+                f"the connection to {self._name} was lost ({error}). Check whether it was closed or its scene was "
+                "stopped, start it, and run again"
+            )
+        return ServerLostError(
+            f"{self._name} accepts the connection and closes it ({error}). A port serves one program at a time: end "
+            "the other program, or choose another port",
+            kind="port-in-use",
         )
 
-    def _why_silent(self) -> str:
+    def _timeout_error(self) -> ServerTimeoutError:
         if self.exchanges:
-            return f"{self._name} has not answered for {self._timeout_s:g} s. If it hangs, restart it and run again"
-        return (
-            f"{self._name} takes the connection and says nothing for {self._timeout_s:g} s. A port serves one program "
-            "at a time: end the other one, or take another port"
+            return ServerTimeoutError(
+                f"{self._name} has not answered for {self._timeout_s:g} s. If it hangs, restart it and run again",
+                timeout_s=self._timeout_s,
+            )
+        return ServerTimeoutError(
+            f"{self._name} accepts the connection and sends nothing for {self._timeout_s:g} s. A port serves one "
+            "program at a time: end the other program, or choose another port",
+            kind="port-in-use",
+            timeout_s=self._timeout_s,
         )
 
 
-def _line_to(host: str, port: int, timeout_s: float) -> socket.socket:
+def _open_socket(host: str, port: int, timeout_s: float) -> socket.socket:
     try:
-        line = socket.create_connection((host, port), timeout_s)
-    except (OSError, UnicodeError) as error:  # of what is no name of a machine's
-        raise NobodyListensError(
-            f"nobody answers at {host}:{port} ({error}). Start the simulator, or give its port with --port: "
-            "19997 as it is shipped, 19999 where a script of a running scene has called simRemoteApi.start(19999)"
+        connection = socket.create_connection((host, port), timeout_s)
+    except (OSError, UnicodeError) as error:  # an invalid host name
+        raise NoServerError(
+            f"no server listens at {host}:{port} ({error}). Start the simulator, or name its port with --port: the "
+            "default is 19997, or 19999 if a script of a running scene has called simRemoteApi.start(19999)",
+            address=f"{host}:{port}",
         ) from error
-    line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    return line
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return connection
 
 
-class Assembly:
-    """Keeps pieces until their answer is whole. An answer of another size begins anew."""
+class ReplyAssembler:
+    """Collects the pieces of answers. A piece with another total size starts a new answer."""
 
     def __init__(self) -> None:
-        self._begun: dict[Identity, bytearray] = {}
+        self._incomplete: dict[Identity, bytearray] = {}
 
-    def whole(self, piece: Piece) -> Piece | None:
-        """Return the answer if this piece makes it whole."""
+    def add(self, piece: Piece) -> Piece | None:
+        """Add a piece; return the answer if it is complete."""
         if piece.is_whole:
             return piece
         identity = piece.command, piece.key
-        begun = self._begun.get(identity)
-        if begun is None or len(begun) != piece.total:
-            begun = self._begun[identity] = bytearray(piece.total)
+        buffer = self._incomplete.get(identity)
+        if buffer is None or len(buffer) != piece.total:
+            buffer = self._incomplete[identity] = bytearray(piece.total)
         end = piece.offset + len(piece.data)
-        begun[piece.offset : end] = piece.data
+        buffer[piece.offset : end] = piece.data
         if end < piece.total:
             return None
-        return replace(piece, data=memoryview(bytes(self._begun.pop(identity))), offset=0)
+        return replace(piece, data=memoryview(bytes(self._incomplete.pop(identity))), offset=0)
+
+
+_PACKET_HEADER = struct.Struct("<HHH")
+_BYTE_ORDER = 1
+MAX_PACKET_BYTES = 1300
+_ZEROMQ = bytes.fromhex("ff 00 00 00 00 00")
+"""The begin of the greeting of a ZeroMQ server: https://rfc.zeromq.org/spec/23."""
+_MAX_PAYLOAD_BYTES = MAX_PACKET_BYTES - _PACKET_HEADER.size
+
+
+def encode_packets(message: bytes) -> bytes:
+    """Encode a message of at least one byte as a sequence of packets.
+
+    >>> encode_packets(b"ab").hex(" ", 2)
+    '0100 0200 0000 6162'
+    """
+    view = memoryview(message)
+    payloads = [view[at : at + _MAX_PAYLOAD_BYTES] for at in range(0, len(view), _MAX_PAYLOAD_BYTES)]
+    parts: list[bytes | memoryview] = []
+    for left, payload in zip(reversed(range(len(payloads))), payloads, strict=True):
+        parts += (_PACKET_HEADER.pack(_BYTE_ORDER, len(payload), left), payload)
+    return b"".join(parts)
+
+
+class Unpacker:
+    """Decodes the packets of one message from received chunks of any size.
+
+    >>> packets, unpacker = encode_packets(b"hello"), Unpacker()
+    >>> unpacker.feed(packets[:8]), unpacker.feed(packets[8:])
+    (None, b'hello')
+    """
+
+    def __init__(self) -> None:
+        self._received = bytearray()
+        self._message = bytearray()
+        self._left: int | None = None
+
+    def feed(self, chunk: bytes | memoryview) -> bytes | None:
+        """Add received bytes; return the message if it is complete.
+
+        Bytes after its end raise ProtocolError: a server only answers.
+        """
+        self._received += chunk
+        consumed = 0
+        while self._left != 0 and (payload := self._find_payload(consumed)):
+            self._message += memoryview(self._received)[payload]
+            consumed = payload.stop
+        del self._received[:consumed]
+        if self._left != 0:
+            return None
+        if self._received:
+            raise ProtocolError(f"{len(self._received)} bytes follow its end")
+        return bytes(self._message)
+
+    def _find_payload(self, start: int) -> slice | None:
+        """Return the payload of the packet that begins at ``start``; None if it is incomplete."""
+        first = start + _PACKET_HEADER.size
+        if len(self._received) < first:
+            return None
+        order, size, left = _PACKET_HEADER.unpack_from(self._received, start)
+        if order != _BYTE_ORDER or size == 0 or (self._left is not None and left != self._left - 1):
+            raise ProtocolError(_describe_header(bytes(self._received[start:first])))
+        if len(self._received) < first + size:
+            return None
+        self._left = left
+        return slice(first, first + size)
+
+
+def _describe_header(header: bytes) -> str:
+    if header == _ZEROMQ:
+        return "it is the greeting of CoppeliaSim's ZeroMQ remote API (--backend coppeliasim)"
+    return f"a packet begins with {header.hex(' ')}"

@@ -23,7 +23,7 @@ def server(simulator: Simulator) -> Iterator[LegacyServer]:
 
 
 @pytest.fixture(autouse=True)
-def _every_client_is_finished() -> Iterator[None]:
+def _finish_clients() -> Iterator[None]:
     yield
     simx.simxFinish(-1)
 

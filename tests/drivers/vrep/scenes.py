@@ -1,4 +1,4 @@
-"""The tutorials' scenes: bubbleRob before a wall, and two vision sensors of which one sees a green ball."""
+"""The scenes of the tutorials, and the conformance suite on the double."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ WIDTH, HEIGHT = 320, 240
 
 
 def bubblerob_scene(wall_m: float = 0.6) -> Simulator:
-    """Return a scene with bubbleRob, by its old names, whose nose looks at a wall that is so far from its axle."""
+    """Return a scene with bubbleRob in its old names, in front of a wall.
+
+    wall_m: the distance from its axle to the wall.
+    """
     graph = Graph()
     graph.put(graph.add(Shape("floor", size=(9.0, 9.0, 0.1))), Transform((0.0, 0.0, -0.05)))
     graph.put(graph.add(Shape("wall", size=(0.1, 4.0, 0.6))), Transform((wall_m + 0.05, 0.0, 0.3)))
@@ -54,7 +57,7 @@ def bubblerob_scene(wall_m: float = 0.6) -> Simulator:
 
 
 def relay_scene() -> Simulator:
-    """Return a scene with v0, which sees a green ball to its left, and v1, which shows what it is sent."""
+    """Return a scene with v0, which sees a green ball on its left, and v1, which shows received pictures."""
     graph = Graph()
     graph.put(graph.add(Shape("floor", size=(9.0, 9.0, 0.1))), Transform((0.0, 0.0, -0.05)))
     ball = graph.add(Shape("ball", primitive=Primitive.SPHEROID, size=(0.2, 0.2, 0.2), colour=(0.0, 1.0, 0.0)))
@@ -66,13 +69,13 @@ def relay_scene() -> Simulator:
 
 
 class OnDoubles(ConformanceSuite):
-    """Servers end with the rule that needed them."""
+    """The conformance kit, with a new server for each robot."""
 
     backend = VrepBackend
     servers: ExitStack
 
     @pytest.fixture(autouse=True)
-    def _serving(self) -> Iterator[None]:
+    def _close_servers(self) -> Iterator[None]:
         with ExitStack() as self.servers:
             yield
 
@@ -81,5 +84,5 @@ class OnDoubles(ConformanceSuite):
         return super().open(replace(setup, options={**self.serve(simulator), **setup.options}))
 
     def serve(self, simulator: Simulator) -> dict[str, object]:
-        """Serve a scene; return the options that lead there."""
+        """Start a server of a scene; return the backend's options for it."""
         return {"port": self.servers.enter_context(LegacyServer(simulator)).port}

@@ -1,4 +1,4 @@
-"""Apps on V-REP's double: the very same that run on every backend."""
+"""Run the shipped apps on the double of V-REP."""
 
 from __future__ import annotations
 
@@ -23,40 +23,40 @@ YELLOW = (255, 255, 0)
 
 
 @contextmanager
-def served(simulator: Simulator) -> Iterator[int]:
+def serve(simulator: Simulator) -> Iterator[int]:
     with LegacyServer(simulator) as server:
         yield server.port
 
 
-def arena(robot: str, seed: int) -> Simulator:
-    described = load_robot(robot)
-    return described_scene(described, draw_world(load_world("arena"), described, seed))
+def create_arena(robot: str, seed: int) -> Simulator:
+    description = load_robot(robot)
+    return described_scene(description, draw_world(load_world("arena"), description, seed))
 
 
-def run_on(simulator: Simulator, app: str, robot: str = "rover", **asked: Any) -> RunResult:
-    with served(simulator) as port:
-        options = {"port": port, **asked.pop("options", {})}
-        return run(RunRequest(app, "vrep", robot, options=options, **asked))
+def run_on(simulator: Simulator, app: str, robot: str = "rover", **request: Any) -> RunResult:
+    with serve(simulator) as port:
+        options = {"port": port, **request.pop("options", {})}
+        return run(RunRequest(app, "vrep", robot, options=options, **request))
 
 
 @pytest.mark.parametrize("seed", [1, 7])
-def test_green_search_finds_the_ball_and_the_simulator_sees_it_there(seed: int) -> None:
-    simulator = arena("rover", seed)
+def test_green_search_finds_the_ball_and_the_truth_verifies_it(seed: int) -> None:
+    simulator = create_arena("rover", seed)
     result = run_on(simulator, "green-search", world="arena", seed=seed)
     assert (result.outcome, result.verified) == (Outcome.SUCCESS, True), result.reason
     assert list(result.milestones) == ["search", "seen", "approach", "arrived"]
     assert "'arena'" in result.notes[-1]
 
 
-def test_simulation_that_was_stopped_is_stopped_again() -> None:
-    simulator = arena("rover", 1)
+def test_stopped_simulation_is_stopped_again() -> None:
+    simulator = create_arena("rover", 1)
     result = run_on(simulator, "avoid-obstacles", settings={"duration_s": 0.5})
     assert simulator.state is State.STOPPED
     assert result.notes == []
 
 
-def test_simulation_that_ran_runs_on_and_the_wheels_stand() -> None:
-    simulator = arena("rover", 1)
+def test_running_simulation_continues_with_stopped_wheels() -> None:
+    simulator = create_arena("rover", 1)
     with LegacyServer(simulator) as server:
         with simulator.lock:
             simulator.start()
@@ -69,19 +69,21 @@ def test_simulation_that_ran_runs_on_and_the_wheels_stand() -> None:
     assert joint.target_velocity == 0
 
 
-def test_bubblerob_avoids_what_stands_around_in_the_tutorials_scene() -> None:
+def test_bubblerob_avoids_obstacles_in_the_tutorials_scene() -> None:
     result = run_on(bubblerob_scene(), "avoid-obstacles", "bubblerob", settings={"duration_s": 12.0})
     assert (result.outcome, "avoid" in result.milestones) == (Outcome.SUCCESS, True), result.reason
 
 
 @pytest.mark.parametrize("robot", ["rover", "lookout"])
-def test_marked_picture_goes_to_the_second_vision_sensor_upright(robot: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_marked_picture_is_shown_upright_on_the_second_vision_sensor(
+    robot: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     simulator = relay_scene()
     shown: list[np.ndarray] = []
     monkeypatch.setattr(simulator, "show", lambda _sensor, pixels: shown.append(np.array(pixels)))
     result = run_on(simulator, "mark-green", robot, settings={"duration_s": 0.5})
     assert (result.outcome, "seen" in result.milestones) == (Outcome.SUCCESS, True), result.reason
-    seen_by_a_human = shown[-1][::-1]
-    rows, columns = np.nonzero((abs(seen_by_a_human.astype(int) - YELLOW) < 60).all(axis=2))
-    assert seen_by_a_human.shape == (256, 256, 3)
+    upright = shown[-1][::-1]
+    rows, columns = np.nonzero((abs(upright.astype(int) - YELLOW) < 60).all(axis=2))
+    assert upright.shape == (256, 256, 3)
     assert (rows.mean() > 128, columns.mean() < 128) == (True, True), "the ball is on the lower left"

@@ -1,4 +1,4 @@
-"""Bytes: how messages are cut into packets, what they say, and what is no message."""
+"""Packets, messages and requests as bytes; invalid bytes."""
 
 from __future__ import annotations
 
@@ -11,19 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.codec import (
-    MAX_PACKET_BYTES,
-    VERSION,
-    Piece,
-    Unpacker,
-    decode_message,
-    encode_command,
-    encode_message,
-    encode_packets,
-)
-from drivers.vrep.wire.errors import GarbledReplyError, RefusedError
-from drivers.vrep.wire.link import Assembly
+from drivers.vrep.wire.codec import VERSION, Piece, decode_message, encode_command, encode_message
+from drivers.vrep.wire.errors import ProtocolError, RefusedError
+from drivers.vrep.wire.link import MAX_PACKET_BYTES, ReplyAssembler, Unpacker, encode_packets
 from drivers.vrep.wire.requests import BLOCKING, ONESHOT, STREAMING, Request
+from tests.texts import Raises
 
 RECORDED = Path(__file__).parents[2] / "doubles" / "coppeliasim" / "recorded"
 JOINT = requests.joint_position(17)
@@ -40,13 +32,13 @@ def recorded_messages(name: str, direction: str) -> list[bytes]:
 
 
 @given(st.binary(min_size=1, max_size=5000), st.integers(1, 2000))
-def test_a_message_arrives_however_the_line_cuts_its_packets(message: bytes, size: int) -> None:
+def test_message_is_decoded_from_chunks_of_any_size(message: bytes, size: int) -> None:
     line, unpacker = encode_packets(message), Unpacker()
     chunks = [line[at : at + size] for at in range(0, len(line), size)]
     assert [unpacker.feed(chunk) for chunk in chunks] == [None] * (len(chunks) - 1) + [message]
 
 
-def test_no_packet_is_longer_than_the_maker_s() -> None:
+def test_packets_have_the_size_of_the_makers() -> None:
     line = encode_packets(bytes(3000))
     sizes = [1294, 1294, 412]
     assert len(line) == 3000 + 6 * len(sizes)
@@ -68,14 +60,14 @@ def test_no_packet_is_longer_than_the_maker_s() -> None:
     ],
     ids=["another byte order", "an empty packet", "a packet that came twice", "more than was asked for", "HTTP"],
 )
-def test_packets_that_no_server_sends_are_no_reply(line: str) -> None:
-    with pytest.raises(GarbledReplyError, match="Look which program listens"):
+def test_invalid_packets_are_an_error(line: str, raises: Raises) -> None:
+    with raises(ProtocolError):
         Unpacker().feed(bytes.fromhex(line))
 
 
 @pytest.mark.parametrize("direction", ["client", "server"])
 @pytest.mark.parametrize("name", ["legacy-wire.jsonl", "legacy-wire-2.jsonl", "legacy-wire-19999.jsonl"])
-def test_every_recorded_message_is_understood_and_written_again_byte_by_byte(name: str, direction: str) -> None:
+def test_each_recorded_message_is_decoded_and_encoded_again(name: str, direction: str) -> None:
     for message in recorded_messages(name, direction):
         header, pieces = decode_message(message)
         again = decode_message(
@@ -109,73 +101,73 @@ def test_every_recorded_message_is_understood_and_written_again_byte_by_byte(nam
         (requests.joint_position(17), BLOCKING),
         (requests.object_position(16), BLOCKING),
     ],
-    ids=lambda value: value.words if isinstance(value, Request) else "",
+    ids=lambda value: value.action if isinstance(value, Request) else "",
 )
-def test_what_is_asked_is_what_the_official_binding_asked(request_: Request[object], mode: int) -> None:
-    _, (ours,) = decode_message(encode_message(0, 0, [request_.encoded(mode)]))
+def test_requests_equal_those_of_the_official_binding(request_: Request[object], mode: int) -> None:
+    _, (ours,) = decode_message(encode_message(0, 0, [request_.encode(mode)]))
     theirs = [
         piece for message in recorded_messages("legacy-wire.jsonl", "client") for piece in decode_message(message)[1]
     ]
-    assert said(ours) in [said(piece) for piece in theirs]
+    assert to_tuple(ours) in [to_tuple(piece) for piece in theirs]
 
 
-def said(piece: Piece) -> tuple[int, int, bytes, bytes]:
+def to_tuple(piece: Piece) -> tuple[int, int, bytes, bytes]:
     return piece.command, piece.mode, piece.key, bytes(piece.data)
 
 
-def test_a_check_sum_that_is_sent_is_checked() -> None:
-    message = bytearray(encode_message(7, 0, [JOINT.encoded()]))
+def test_wrong_check_sum_is_an_error(raises: Raises) -> None:
+    message = bytearray(encode_message(7, 0, [JOINT.encode()]))
     assert decode_message(bytes(message))[0].message == 7
     assert message[:2] != b"\0\0"
     message[-1] ^= 1
-    with pytest.raises(GarbledReplyError, match="check sum"):
+    with raises(ProtocolError):
         decode_message(bytes(message))
 
 
-def test_a_server_that_sends_no_check_sum_is_understood() -> None:
-    message = encode_message(7, 0, [JOINT.encoded()])
+def test_message_without_a_check_sum_is_decoded() -> None:
+    message = encode_message(7, 0, [JOINT.encode()])
     assert decode_message(b"\0\0" + message[2:]) == decode_message(message)
 
 
 @pytest.mark.parametrize("version", [0, 12, 255])
-def test_a_version_that_is_not_known_is_refused(version: int) -> None:
+def test_unknown_version_is_an_error(version: int, raises: Raises) -> None:
     message = bytearray(encode_message(0, 0, []))
     message[:3] = 0, 0, version
-    with pytest.raises(GarbledReplyError, match=f"its version is {version}"):
+    with raises(ProtocolError):
         decode_message(bytes(message))
 
 
 @given(st.data())
-def test_a_message_that_is_cut_or_changed_is_understood_or_reported(data: st.DataObject) -> None:
-    message = bytearray(encode_message(3, 4, [JOINT.encoded(), requests.object_handle("/a").encoded()]))
+def test_damaged_message_is_decoded_or_an_error(data: st.DataObject) -> None:
+    message = bytearray(encode_message(3, 4, [JOINT.encode(), requests.object_handle("/a").encode()]))
     message[:2] = b"\0\0"
     for at in data.draw(st.lists(st.integers(0, len(message) - 1), max_size=4)):
         message[at] = data.draw(st.integers(0, 255))
     cut = bytes(message[: data.draw(st.integers(0, len(message)))])
-    with suppress(GarbledReplyError):
+    with suppress(ProtocolError):
         header, _ = decode_message(cut)
         assert 1 <= header.version <= VERSION
 
 
-def test_an_answer_in_pieces_is_whole_when_its_last_piece_has_come() -> None:
+def test_answer_in_pieces_is_complete_after_its_last_piece() -> None:
     def piece(offset: int, data: bytes, total: int) -> Piece:
         return Piece(1, b"k", 0x30000, 50, False, memoryview(data), offset, total)
 
-    assembly = Assembly()
-    assert assembly.whole(piece(0, b"abc", 7)) is None
-    assert assembly.whole(piece(0, b"ABC", 8)) is None
-    assert assembly.whole(piece(3, b"DEF", 8)) is None
-    whole = assembly.whole(piece(6, b"GH", 8))
+    assembler = ReplyAssembler()
+    assert assembler.add(piece(0, b"abc", 7)) is None
+    assert assembler.add(piece(0, b"ABC", 8)) is None
+    assert assembler.add(piece(3, b"DEF", 8)) is None
+    whole = assembler.add(piece(6, b"GH", 8))
     assert whole is not None
     assert bytes(whole.data) == b"ABCDEFGH"
 
 
 @given(st.binary(max_size=60), st.sampled_from([requests.colour_image(1), requests.proximity(1), requests.LAST_ERRORS]))
-def test_an_answer_of_any_bytes_is_a_value_or_reported(data: bytes, request_: Request[object]) -> None:
-    with suppress(GarbledReplyError):
+def test_answer_of_any_bytes_is_a_value_or_an_error(data: bytes, request_: Request[object]) -> None:
+    with suppress(ProtocolError):
         request_.read(Piece(1, b"", 0, 0, False, memoryview(data)))
 
 
-def test_a_request_that_failed_is_reported_with_what_was_asked() -> None:
-    with pytest.raises(RefusedError, match="refused to find '/nope'"):
+def test_failed_request_is_an_error_with_its_action(raises: Raises) -> None:
+    with raises(RefusedError, action="find '/nope'"):
         requests.object_handle("/nope").read(Piece(1, b"", 0, 0, True, memoryview(b"")))

@@ -1,4 +1,4 @@
-"""The kit's rules: in lockstep, and where the simulation goes on by itself."""
+"""The conformance kit, in lockstep and with a simulation that runs by itself."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.drivers.vrep.scenes import OnDoubles
 
 PACE = 5
-"""So much faster than it should, time passes in a simulation that goes on by itself: rules wait for it."""
+"""Speed of the simulation that runs by itself, relative to real time; the rules wait for it."""
 
 EVERY_ECHO = "every ray that is cast is answered"
 NO_HARDWARE = "there is no hardware to wait for"
@@ -25,20 +25,20 @@ class TestVrep(OnDoubles):
     lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
-class FollowedVrep(VrepBackend):
+class FreeRunningVrep(VrepBackend):
     capabilities = frozenset({Capability.POSE})
 
 
-class TestFollowedVrep(OnDoubles):
-    backend = FollowedVrep
+class TestFreeRunningVrep(OnDoubles):
+    backend = FreeRunningVrep
     lacks: ClassVar = {
         TestSupport.LOST_ECHO: EVERY_ECHO,
         TestSupport.SLOW_HARDWARE: NO_HARDWARE,
-        TestSupport.MOTION: "time goes on while it is measured: see what it does in test_following",
+        TestSupport.MOTION: "time advances during measurements; see test_streaming",
     }
 
     @pytest.fixture(autouse=True)
-    def _hurried(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def _set_pace(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(Pacer, "_period", staticmethod(lambda simulator: simulator.time_step / PACE))
 
     def serve(self, simulator: Simulator) -> dict[str, object]:

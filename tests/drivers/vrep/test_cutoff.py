@@ -1,4 +1,4 @@
-"""What the guardian does to the wheels of a simulation, and what it says of those that it could not reach."""
+"""The cutoff of simulated wheels, and its reports if it cannot stop them."""
 
 from __future__ import annotations
 
@@ -7,12 +7,13 @@ import threading
 import pytest
 
 from drivers.vrep.connection import Connection
-from drivers.vrep.cutoff import DEAF_S, SHORT_S, StopJoints
+from drivers.vrep.cutoff import RETRY_FOR_S, SHORT_S, StopJoints
 from robotcore.safety.guardian.process import STOPPING_S
 from tests.doubles.coppeliasim.legacy.faults import DropConnection
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.texts import CheckText
 
 LEFT, RIGHT = 182, 184
 HOST = "127.0.0.1"
@@ -25,32 +26,34 @@ def cutoff(server: LegacyServer) -> StopJoints:
 
 @pytest.fixture
 def wheels(simulator: Simulator) -> list[Joint]:
-    """Both turn."""
+    """Both wheels, which turn."""
     joints = [joint for joint in map(simulator.graph.__getitem__, (LEFT, RIGHT)) if isinstance(joint, Joint)]
     for joint in joints:
         joint.target_velocity = 3.0
     return joints
 
 
-def test_wheels_stand_when_it_says_so(cutoff: StopJoints, wheels: list[Joint]) -> None:
+def test_wheels_are_stopped(cutoff: StopJoints, wheels: list[Joint]) -> None:
     assert cutoff.stop() is None
     assert [wheel.target_velocity for wheel in wheels] == [0.0, 0.0]
 
 
-def test_server_that_answers_and_does_nothing_has_stopped_nothing(
-    cutoff: StopJoints, wheels: list[Joint], monkeypatch: pytest.MonkeyPatch
+def test_report_if_the_simulator_does_nothing(
+    cutoff: StopJoints, wheels: list[Joint], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     monkeypatch.setattr("tests.doubles.coppeliasim.legacy.client.Client.turn", lambda _: None)
-    assert "simulated wheels may turn on" in str(cutoff.stop())
+    check_text(cutoff.stop())
     assert [wheel.target_velocity for wheel in wheels] == [3.0, 3.0]
 
 
-def test_server_that_still_has_the_app_is_reported(cutoff: StopJoints, server: LegacyServer) -> None:
-    with Connection.to(HOST, server.port):
-        assert "A port serves one program at a time" in str(cutoff.stop())
+def test_report_if_the_server_still_serves_the_app(
+    cutoff: StopJoints, server: LegacyServer, check_text: CheckText
+) -> None:
+    with Connection.open(HOST, server.port):
+        check_text(cutoff.stop(), hide=[server.port])
 
 
-def test_server_that_hangs_up_at_first_on_who_comes_after_a_killed_app_is_tried_again(
+def test_server_that_closes_connections_at_first_is_tried_again(
     cutoff: StopJoints, wheels: list[Joint], server: LegacyServer
 ) -> None:
     server.service.fail(DropConnection())
@@ -59,9 +62,8 @@ def test_server_that_hangs_up_at_first_on_who_comes_after_a_killed_app_is_tried_
     assert [wheel.target_velocity for wheel in wheels] == [0.0, 0.0]
 
 
-def test_server_that_is_gone_is_reported_before_the_guardian_gives_it_up(
-    cutoff: StopJoints, server: LegacyServer
-) -> None:
+def test_report_if_the_server_has_ended(cutoff: StopJoints, server: LegacyServer, check_text: CheckText) -> None:
+    port = server.port
     server.close()
-    assert "where the simulator is gone, nothing turns" in str(cutoff.stop())
-    assert DEAF_S + SHORT_S <= STOPPING_S
+    check_text(cutoff.stop(), hide=[port])
+    assert RETRY_FOR_S + SHORT_S <= STOPPING_S

@@ -1,4 +1,4 @@
-"""What becomes of a run whose simulator fails: an error by name, soon, and then all is well again."""
+"""Runs whose simulator fails: each ends soon with a named error, and the next run works."""
 
 from __future__ import annotations
 
@@ -14,6 +14,14 @@ from pathlib import Path
 import pytest
 
 import robotcore.description
+from drivers.vrep.wire.errors import (
+    NoServerError,
+    ProtocolError,
+    RemoteApiError,
+    ServerLostError,
+    ServerTimeoutError,
+    SimulationHaltedError,
+)
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
@@ -23,16 +31,16 @@ from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
-from tests.drivers.vrep.test_apps import arena
+from tests.drivers.vrep.test_apps import create_arena
 from tests.robotcore.runs import Once
 
 BOUND_S = 20.0
-"""Against a hang only: errors come within two seconds on a machine that is not busy."""
+"""Fails a test whose run hangs; errors come within two seconds on an idle machine."""
 
 
 @pytest.fixture
 def simulator() -> Simulator:
-    return arena("rover", 1)
+    return create_arena("rover", 1)
 
 
 @pytest.fixture
@@ -43,7 +51,7 @@ def server(simulator: Simulator) -> Iterator[LegacyServer]:
 
 @pytest.fixture
 def patient(tmp_path: Path) -> str:
-    """Return the file of a rover that lets a server take its time: a machine may have other things to do."""
+    """Return the file of a rover with long time limits, for busy machines."""
     rover = Path(robotcore.description.__file__).with_name("robots") / "rover.toml"
     file = tmp_path / "patient.toml"
     file.write_text(rover.read_text().replace("max_age_s = 1.0\n", "max_age_s = 5.0\nanswer_s = 5.0\n"))
@@ -59,33 +67,32 @@ def drive(port: int, *observers: Once, robot: str = "rover", duration_s: float =
     return result
 
 
-def test_dead_server_is_reported_with_what_to_do(server: LegacyServer) -> None:
+def test_run_without_a_server_is_an_error(server: LegacyServer) -> None:
     port = server.port
     server.close()
     result = drive(port)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert f"nobody answers at 127.0.0.1:{port}" in result.reason
-    assert "Start the simulator" in result.reason
+    assert isinstance(result.error, NoServerError)
 
 
 @pytest.mark.parametrize("stepped", [True, False])
 @pytest.mark.parametrize(
-    "fault, named",
+    "fault, error",
     [
-        (DropConnection, "is gone"),
-        (Hang, "has not answered"),
-        (partial(CutReplies, 3), "has not answered"),
-        (partial(SendGarbage, b"HTTP/1.1 400 Bad Request\r\n\r\n"), "no reply of the legacy remote API"),
+        (DropConnection, ServerLostError),
+        (Hang, ServerTimeoutError),
+        (partial(CutReplies, 3), ServerTimeoutError),
+        (partial(SendGarbage, b"HTTP/1.1 400 Bad Request\r\n\r\n"), ProtocolError),
     ],
-    ids=["dies", "hangs", "cuts", "babbles"],
+    ids=["ends", "hangs", "cuts", "garbage"],
 )
-def test_server_that_fails_in_a_run_ends_it_by_name_and_the_next_run_works(
-    server: LegacyServer, fault: Callable[[], Fault], named: str, patient: str, *, stepped: bool
+def test_server_that_fails_in_a_run_ends_it_and_the_next_run_works(
+    server: LegacyServer, fault: Callable[[], Fault], error: type[RemoteApiError], patient: str, *, stepped: bool
 ) -> None:
-    robot = "rover" if named == "has not answered" else patient
+    robot = "rover" if error is ServerTimeoutError else patient
     result = drive(server.port, Once(lambda: server.service.fail(fault())), robot=robot, stepped=stepped)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert named in result.reason
+    assert type(result.error) is error
     server.service.fail(None)
     server.restart()
     again = drive(server.port, robot=patient, duration_s=0.3, stepped=stepped)
@@ -93,43 +100,47 @@ def test_server_that_fails_in_a_run_ends_it_by_name_and_the_next_run_works(
 
 
 @pytest.mark.parametrize(
-    "deed, named", [(Simulator.stop, "stopped"), (Simulator.pause, "paused")], ids=["stopped", "paused"]
+    "halt, kind",
+    [(Simulator.stop, "simulation-stopped"), (Simulator.pause, "simulation-paused")],
+    ids=["stopped", "paused"],
 )
 @pytest.mark.parametrize("stepped", [True, False])
-def test_simulation_that_somebody_halts_ends_the_run_by_name(
+def test_simulation_that_the_user_halts_ends_the_run(
     simulator: Simulator,
     server: LegacyServer,
-    deed: Callable[[Simulator], None],
-    named: str,
+    halt: Callable[[Simulator], None],
+    kind: str,
     patient: str,
     *,
     stepped: bool,
 ) -> None:
-    def halt() -> None:
+    def halt_locked() -> None:
         with simulator.lock:
-            deed(simulator)
+            halt(simulator)
 
-    result = drive(server.port, Once(halt), robot=patient, stepped=stepped)
+    result = drive(server.port, Once(halt_locked), robot=patient, stepped=stepped)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert f"the simulation was {named}" in result.reason
+    assert isinstance(result.error, SimulationHaltedError)
+    assert result.error.kind == kind
 
 
-def test_two_apps_on_one_port_are_distinguished(server: LegacyServer) -> None:
+def test_second_app_on_a_port_is_refused(server: LegacyServer) -> None:
     second: list[RunResult] = []
     first = drive(server.port, Once(lambda: second.append(drive(server.port))), duration_s=0.5)
     assert first.outcome is Outcome.SUCCESS
-    assert "A port serves one program at a time" in second[0].reason
+    assert isinstance(second[0].error, RemoteApiError)
+    assert second[0].error.kind == "port-in-use"
 
 
-def test_simulation_whose_time_does_not_move_after_the_start_is_started_again(
+def test_simulation_whose_time_does_not_advance_is_started_again(
     simulator: Simulator, server: LegacyServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     starts: list[float] = []
-    started = simulator.start
+    original_start = simulator.start
 
     def start() -> None:
         starts.append(simulator.time)
-        started()
+        original_start()
         if len(starts) == 1:
             simulator.stepping.raise_level("nobody")
 
@@ -139,8 +150,8 @@ def test_simulation_whose_time_does_not_move_after_the_start_is_started_again(
     assert len(starts) > 1
 
 
-class Interrupting:
-    """A server that takes its time over one answer, in which somebody presses Ctrl-C."""
+class InterruptBeforeReply:
+    """Sends SIGINT to this process before a delayed reply."""
 
     def __init__(self, server: LegacyServer) -> None:
         self._server = server
@@ -154,10 +165,12 @@ class Interrupting:
 
 
 @pytest.mark.parametrize("stepped", [True, False])
-def test_signal_between_a_question_and_its_answer_leaves_a_line_on_which_all_is_stopped(
+def test_signal_during_an_exchange_stops_wheels_and_simulation(
     simulator: Simulator, server: LegacyServer, patient: str, *, stepped: bool
 ) -> None:
-    result = drive(server.port, Once(lambda: server.service.fail(Interrupting(server))), robot=patient, stepped=stepped)
+    result = drive(
+        server.port, Once(lambda: server.service.fail(InterruptBeforeReply(server))), robot=patient, stepped=stepped
+    )
     left = simulator.graph.find("/rover/left_motor")
     assert isinstance(left, Joint)
     assert (result.outcome, result.reason) == (Outcome.INTERRUPTED, "interrupted by SIGINT")
@@ -165,9 +178,7 @@ def test_signal_between_a_question_and_its_answer_leaves_a_line_on_which_all_is_
 
 
 @pytest.mark.parametrize("stepped", ["true", "false"])
-def test_killed_run_leaves_no_wheel_turning_for_the_simulation_goes_on(
-    simulator: Simulator, server: LegacyServer, stepped: str
-) -> None:
+def test_killed_run_leaves_no_wheel_turning(simulator: Simulator, server: LegacyServer, stepped: str) -> None:
     command = [sys.executable, "-m", "robotcore", "run", "avoid-obstacles", "--backend", "vrep"]
     options = ["--port", str(server.port), "--option", f"stepped={stepped}", "--set", "duration_s=600", "--realtime"]
     with simulator.lock:

@@ -1,4 +1,4 @@
-"""A simulator that runs by itself: its newest values and its time."""
+"""A simulation that runs by itself: its newest values and its time."""
 
 from __future__ import annotations
 
@@ -11,143 +11,144 @@ from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import (
     RefusedError,
     RemoteApiError,
-    ServerHangsError,
     ServerLostError,
+    ServerTimeoutError,
     SimulationHaltedError,
 )
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.legacy.faults import Hang
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
+from tests.texts import CheckText, Raises
 
 LEFT = 182
 PATIENCE_S = 10.0
 TIMEOUT_S = 1.5
-"""Long enough for a server on a machine that has other things to do."""
+"""Time limit of requests to a server on a busy machine."""
 
 
 @pytest.fixture
-def following(server: LegacyServer) -> Iterator[StreamReader]:
-    with StreamReader.to("127.0.0.1", server.port, TIMEOUT_S) as following:
-        following.start()
-        yield following
+def reader(server: LegacyServer) -> Iterator[StreamReader]:
+    with StreamReader.open("127.0.0.1", server.port, TIMEOUT_S) as reader:
+        reader.start()
+        yield reader
 
 
-def wait_for(is_so: Callable[[], object]) -> None:
+def wait_for(condition: Callable[[], object]) -> None:
     clock = MonotonicClock()
-    while not is_so():
+    while not condition():
         assert clock.now() < PATIENCE_S
         clock.sleep_until(clock.now() + 0.005)
 
 
-def error_of(following: StreamReader) -> RemoteApiError:
-    """Return what asking for the time raises, once it does."""
+def await_error(reader: StreamReader) -> RemoteApiError:
+    """Read the time until it raises an error; return the error."""
     clock = MonotonicClock()
     while clock.now() < PATIENCE_S:
         try:
-            following.time_s  # noqa: B018
+            reader.time_s  # noqa: B018
         except RemoteApiError as error:
             return error
         clock.sleep_until(clock.now() + 0.005)
-    pytest.fail("it goes on telling the time")
+    pytest.fail("the time is still readable")
 
 
-def test_time_and_values_go_on_by_themselves(following: StreamReader) -> None:
-    following.stream(requests.joint_position(LEFT))
-    following.set(requests.joint_target_velocity(LEFT, 2.0))
-    wait_for(lambda: following.time_s > 0.3)
-    first = following.newest(requests.joint_position(LEFT))
-    wait_for(lambda: following.newest(requests.joint_position(LEFT)).time_s > first.time_s)
-    before = following.time_s
-    second = following.newest(requests.joint_position(LEFT))
+def test_time_and_values_advance_by_themselves(reader: StreamReader) -> None:
+    reader.stream(requests.joint_position(LEFT))
+    reader.post(requests.joint_target_velocity(LEFT, 2.0))
+    wait_for(lambda: reader.time_s > 0.3)
+    first = reader.newest(requests.joint_position(LEFT))
+    wait_for(lambda: reader.newest(requests.joint_position(LEFT)).time_s > first.time_s)
+    before = reader.time_s
+    second = reader.newest(requests.joint_position(LEFT))
     assert second.value - first.value == pytest.approx(2.0 * (second.time_s - first.time_s), abs=1e-5)
-    assert before <= second.time_s <= following.time_s
+    assert before <= second.time_s <= reader.time_s
 
 
-def test_what_is_streamed_can_be_asked_for_without_ending_its_stream(following: StreamReader) -> None:
-    following.stream(requests.joint_position(LEFT))
-    following.call(requests.joint_position(LEFT))
-    following.call(requests.CLOCK)
-    before = following.newest(requests.joint_position(LEFT)).time_s
-    wait_for(lambda: following.newest(requests.joint_position(LEFT)).time_s > before)
+def test_call_does_not_end_a_stream(reader: StreamReader) -> None:
+    reader.stream(requests.joint_position(LEFT))
+    reader.call(requests.joint_position(LEFT))
+    reader.call(requests.CLOCK)
+    before = reader.newest(requests.joint_position(LEFT)).time_s
+    wait_for(lambda: reader.newest(requests.joint_position(LEFT)).time_s > before)
 
 
-def test_what_the_simulator_refuses_is_reported(following: StreamReader) -> None:
-    with pytest.raises(RefusedError, match="find '/nope'"):
-        following.call(requests.object_handle("/nope"))
-    with pytest.raises(RefusedError, match="position of joint 99999"):
-        following.stream(requests.joint_position(99999))
+def test_refused_requests_are_errors(reader: StreamReader, raises: Raises) -> None:
+    with raises(RefusedError, action="find '/nope'"):
+        reader.call(requests.object_handle("/nope"))
+    with raises(RefusedError, action="read the position of joint 99999"):
+        reader.stream(requests.joint_position(99999))
 
-    def is_reported() -> bool:
+    def is_refused() -> bool:
         try:
-            following.set(requests.joint_target_velocity(99999, 1.0))
+            reader.post(requests.joint_target_velocity(99999, 1.0))
         except RefusedError:
             return True
         return False
 
-    wait_for(is_reported)
+    wait_for(is_refused)
 
 
-def test_a_server_that_is_gone_is_reported_by_everything(following: StreamReader, server: LegacyServer) -> None:
+def test_each_call_fails_after_the_connection_is_lost(reader: StreamReader, server: LegacyServer) -> None:
     server.service.hang_up()
-    assert isinstance(error_of(following), ServerLostError)
+    assert isinstance(await_error(reader), ServerLostError)
     with pytest.raises(ServerLostError):
-        following.set(requests.joint_target_velocity(LEFT, 1.0))
+        reader.post(requests.joint_target_velocity(LEFT, 1.0))
     with pytest.raises(ServerLostError):
-        following.call(requests.object_handle("/rover"))
+        reader.call(requests.object_handle("/rover"))
 
 
-def test_a_server_that_hangs_is_reported_in_time(following: StreamReader, server: LegacyServer) -> None:
+def test_server_that_hangs_times_out(reader: StreamReader, server: LegacyServer) -> None:
     hang = Hang()
     server.service.fail(hang)
-    assert isinstance(error_of(following), ServerHangsError)
+    assert isinstance(await_error(reader), ServerTimeoutError)
     hang.release()
 
 
-def test_a_simulator_that_answers_and_does_nothing_is_reported(
-    following: StreamReader, monkeypatch: pytest.MonkeyPatch
+def test_simulator_that_does_nothing_times_out(
+    reader: StreamReader, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     monkeypatch.setattr("tests.doubles.coppeliasim.legacy.client.Client.turn", lambda _: None)
-    assert f"has done nothing for {TIMEOUT_S} s" in str(error_of(following))
+    error = await_error(reader)
+    assert (type(error), error.kind) == (ServerTimeoutError, "simulator-busy")
+    check_text(error)
 
 
-def test_stop_returns_when_it_has_stopped_and_start_when_it_runs_again(following: StreamReader) -> None:
-    wait_for(lambda: following.time_s > 0.2)
-    following.stop()
-    assert not following.server.is_running
-    following.start()
-    assert following.time_s < 1.0
+def test_stop_and_start_wait_for_the_state(reader: StreamReader) -> None:
+    wait_for(lambda: reader.time_s > 0.2)
+    reader.stop()
+    assert not reader.server.is_running
+    reader.start()
+    assert reader.time_s < 1.0
 
 
-def test_a_simulation_that_is_stopped_has_no_time(following: StreamReader, simulator: Simulator) -> None:
+def test_time_of_a_stopped_simulation_is_an_error(reader: StreamReader, simulator: Simulator) -> None:
     with simulator.lock:
         simulator.stop()
-    assert isinstance(error_of(following), SimulationHaltedError)
+    assert isinstance(await_error(reader), SimulationHaltedError)
 
 
-def test_simulation_that_was_stopped_and_started_again_unseen_is_reported_and_not_waited_for(
-    following: StreamReader, simulator: Simulator
-) -> None:
-    wait_for(lambda: following.time_s > 0.3)
+def test_unnoticed_restart_of_the_simulation_is_an_error(reader: StreamReader, simulator: Simulator) -> None:
+    wait_for(lambda: reader.time_s > 0.3)
     with simulator.lock:
         simulator.stop()
         simulator.start()
-    assert "stopped" in str(error_of(following))
-    assert "stopped" in str(error_of(following)), "whoever asks first need not be who waits"
+    kinds = [await_error(reader).kind for _ in range(2)]
+    assert kinds == ["simulation-stopped"] * 2, "each read must raise, because several threads read"
 
 
-def test_what_was_sent_last_is_done_before_it_hangs_up(server: LegacyServer, simulator: Simulator) -> None:
-    with StreamReader.to("127.0.0.1", server.port) as following:
-        following.set(requests.joint_target_velocity(LEFT, 3.0))
-        following.set(requests.joint_target_velocity(LEFT, 0.0))
+def test_last_command_is_done_before_disconnecting(server: LegacyServer, simulator: Simulator) -> None:
+    with StreamReader.open("127.0.0.1", server.port) as reader:
+        reader.post(requests.joint_target_velocity(LEFT, 3.0))
+        reader.post(requests.joint_target_velocity(LEFT, 0.0))
     assert simulator.graph[LEFT].target_velocity == 0.0  # type: ignore[attr-defined]
 
 
-def test_the_service_of_a_scene_ends_with_its_simulation(server: LegacyServer, simulator: Simulator) -> None:
+def test_server_of_a_scene_ends_with_its_simulation(server: LegacyServer, simulator: Simulator) -> None:
     with simulator.lock:
         simulator.start()
     service = server.start_temporary()
-    with StreamReader.to("127.0.0.1", service.port, TIMEOUT_S) as following:
+    with StreamReader.open("127.0.0.1", service.port, TIMEOUT_S) as reader:
         with simulator.lock:
             simulator.stop()
-        assert isinstance(error_of(following), (ServerLostError, SimulationHaltedError))
+        assert isinstance(await_error(reader), (ServerLostError, SimulationHaltedError))

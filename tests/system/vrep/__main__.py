@@ -10,9 +10,9 @@ from tests.system.vrep.server import VARIABLE, address
 
 
 def main(names: list[str]) -> bool:
-    """Run these files of checks, by default all; return whether every check was passed."""
+    """Run the named files of checks, or all; return whether all checks passed."""
     if address() is None:
-        raise needs.NotRunError(f"needs a CoppeliaSim with an empty scene; tell where: {VARIABLE}=HOST:PORT")
+        raise needs.NotRunError(f"needs a CoppeliaSim with an empty scene. Set {VARIABLE}=HOST:PORT")
     return checking.run(Path(__file__).parent / "checks", names)
 
 

@@ -1,4 +1,4 @@
-"""What several files of checks use."""
+"""Fixtures of the checks."""
 
 from __future__ import annotations
 

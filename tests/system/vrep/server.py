@@ -1,4 +1,4 @@
-"""Where the legacy remote API listens that is tried, and how apps and the rover come into the scene behind it."""
+"""The legacy remote API under test: its address, and apps and robots in its scene."""
 
 from __future__ import annotations
 
@@ -20,43 +20,47 @@ from tests.system.speed import scaled
 
 VARIABLE = "ROBOTCORE_VREP"
 ANSWER_S = 3.0
-"""On the reference machine: a simulator that draws without a graphics card may take long."""
+"""Time limit of a call on the reference machine; rendering without a graphics card is slow."""
 
 WAIT = simx.simx_opmode_blocking
 
 
 def address() -> Address | None:
-    """Return where it listens, as the environment says; None where it says nothing."""
+    """Return the address in the environment variable; None if it is not set."""
     return address_in(VARIABLE)
 
 
-def known() -> Address:
-    """Return where it listens, of which the environment has to tell."""
+def require_address() -> Address:
+    """Return the address in the environment variable."""
     found = address()
     assert found, f"set {VARIABLE}"
     return found
 
 
 def options(**more: Any) -> dict[str, Any]:
-    """Return the options that lead there."""
-    return {"host": known().host, "port": known().port, "answer_s": scaled(ANSWER_S), **more}
+    """Return the options of the backend for this simulator."""
+    return {"host": require_address().host, "port": require_address().port, "answer_s": scaled(ANSWER_S), **more}
 
 
-def opened(*devices: str, **more: Any) -> Robot:
-    """Join the rover of the scene, with these of its devices."""
+def open_rover(*devices: str, **more: Any) -> Robot:
+    """Open devices of the rover in the scene."""
     return VrepBackend().open(Setup(load_robot("rover"), None, frozenset(devices), 20.0, options=options(**more)))
 
 
 def run_on(app: str, *observers: Observer, duration_s: float = 0.5, more: dict[str, Any] | None = None) -> RunResult:
-    """Run an app of the camera's in the scene for so long."""
-    asked = RunRequest(app, "vrep", settings={"duration_s": duration_s}, options=options(**more or {}))
-    return run(asked, observers)
+    """Run an app in the scene.
+
+    duration_s: its duration in simulated seconds.
+    more: further options of the backend.
+    """
+    request = RunRequest(app, "vrep", settings={"duration_s": duration_s}, options=options(**more or {}))
+    return run(request, observers)
 
 
 @contextmanager
-def client() -> Iterator[int]:
-    """Start a client of the official binding's names; the server has answered it."""
-    number = simx.simxStart(known().host, known().port, True, True, 5000, 5)
+def start_client() -> Iterator[int]:
+    """Start a client of `drivers.vrep.simx`, and wait for the server's first answer."""
+    number = simx.simxStart(require_address().host, require_address().port, True, True, 5000, 5)
     assert number >= 0
     assert simx.simxGetPingTime(number)[0] == simx.simx_return_ok
     try:
@@ -66,20 +70,20 @@ def client() -> Iterator[int]:
 
 
 def is_running(number: int) -> bool:
-    """Return whether the simulation runs, as the newest that the server has said."""
+    """Return whether the simulation runs."""
     simx.simxGetPingTime(number)
     code, state = simx.simxGetInMessageInfo(number, simx.simx_headeroffset_server_state)
     assert code == 1
     return bool(state & 1)
 
 
-def handle_of(number: int, name: str) -> int:
-    """Return the handle of what has to be there."""
+def find_handle(number: int, name: str) -> int:
+    """Return the handle of an object; it must exist."""
     code, handle = simx.simxGetObjectHandle(number, name, WAIT)
     assert code == simx.simx_return_ok, name
     return int(handle)
 
 
-def as_bytes(pixels: Sequence[int]) -> bytes:
-    """Return the binding's signed numbers as they were."""
+def to_bytes(pixels: Sequence[int]) -> bytes:
+    """Convert the binding's signed numbers to bytes."""
     return bytes(value & 0xFF for value in pixels)

@@ -1,4 +1,4 @@
-"""The second tutorial's program: what camera v0 sees goes to v1, with a yellow rectangle about the green ball.
+"""The second tutorial's program: v1 shows the picture of camera v0, with a yellow rectangle around the green ball.
 
 Start the simulator with a scene that has both vision sensors, then this. One line is changed: the import.
 """
@@ -17,7 +17,7 @@ YELLOW_RGB = (255, 255, 0)
 
 
 def main(port: int, frames: int, patience_ms: int = 5000) -> list[tuple[int, int, int, int]]:
-    """Relay so many pictures; return where the ball was in each, upright: left, top, width and height in pixels."""
+    """Relay ``frames`` pictures; return the ball in each upright picture: left, top, width and height in pixels."""
     vrep.simxFinish(-1)
     client = vrep.simxStart("127.0.0.1", port, True, True, patience_ms, 5)
     if client == -1:
@@ -48,7 +48,7 @@ def relay(client: int, frames: int) -> list[tuple[int, int, int, int]]:
 
 
 def mark_ball(picture: np.ndarray) -> tuple[int, int, int, int]:
-    """Draw a rectangle about what is green in a picture, RGB; return its left, top, width and height."""
+    """Draw a rectangle around the green pixels of an RGB picture; return its left, top, width and height."""
     green = cv2.inRange(cv2.cvtColor(picture, cv2.COLOR_RGB2HSV), np.array(LEAST_GREEN_HSV), np.array(GREENEST_HSV))
     left, top, width, height = cv2.boundingRect(green)
     if width:

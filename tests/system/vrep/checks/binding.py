@@ -1,4 +1,4 @@
-"""The official binding's names, by their codes."""
+"""The functions of `drivers.vrep.simx` and their codes."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import pytest
 
 from drivers.vrep import simx
 from tests.system.vrep import scenes
-from tests.system.vrep.server import WAIT, as_bytes, client, handle_of, is_running
+from tests.system.vrep.server import WAIT, find_handle, is_running, start_client, to_bytes
 
 STEP_MS = 50
 STARTS = 3
-"""So often it is started: servers have been seen whose time does not move after the first."""
+"""Attempts to start the simulation; on some servers its time advances only after the second start."""
 
 
 @pytest.fixture
 def number() -> Iterator[int]:
-    with client() as number:
+    with start_client() as number:
         yield number
 
 
@@ -27,21 +27,21 @@ def relay() -> Iterator[None]:
         yield
 
 
-def now_ms(number: int) -> int:
+def read_time_ms(number: int) -> int:
     assert simx.simxGetPingTime(number)[0] == simx.simx_return_ok
     return simx.simxGetLastCmdTime(number)
 
 
 def start_stepped(number: int) -> None:
-    """Start a simulation that waits for triggers, and take a step of it."""
+    """Start a simulation that waits for triggers, and do one step."""
     for _ in range(STARTS):
         assert simx.simxSynchronous(number, True) == simx.simx_return_ok
         assert simx.simxStartSimulation(number, WAIT) == simx.simx_return_ok
         assert simx.simxSynchronousTrigger(number) == simx.simx_return_ok
-        if now_ms(number) > 0:
+        if read_time_ms(number) > 0:
             return
         stop(number)
-    pytest.fail("time does not move")
+    pytest.fail("the time does not advance")
 
 
 def stop(number: int) -> None:
@@ -49,37 +49,37 @@ def stop(number: int) -> None:
     for _ in range(100):
         if not is_running(number):
             return
-    pytest.fail("it does not stop")
+    pytest.fail("the simulation does not stop")
 
 
 @pytest.mark.usefixtures("relay")
-def test_handles_are_reported_by_path_and_by_name(number: int) -> None:
-    assert handle_of(number, "/v0") == handle_of(number, "v0") != handle_of(number, "v1")
-    assert simx.simxGetObjectHandle(number, "/nobody", WAIT)[0] == simx.simx_return_remote_error_flag
-    code, place = simx.simxGetObjectPosition(number, handle_of(number, "ball"), -1, WAIT)
+def test_handles_are_found_by_path_and_by_name(number: int) -> None:
+    assert find_handle(number, "/v0") == find_handle(number, "v0") != find_handle(number, "v1")
+    assert simx.simxGetObjectHandle(number, "/unknown", WAIT)[0] == simx.simx_return_remote_error_flag
+    code, place = simx.simxGetObjectPosition(number, find_handle(number, "ball"), -1, WAIT)
     assert code == simx.simx_return_ok
     assert place == pytest.approx(scenes.BALL_M, abs=1e-4)
 
 
-def test_time_moves_by_a_step_a_trigger_and_not_without(number: int) -> None:
+def test_each_trigger_advances_one_time_step(number: int) -> None:
     assert not is_running(number)
     try:
         start_stepped(number)
         assert is_running(number)
-        begun = now_ms(number)
-        assert now_ms(number) == begun
+        start_ms = read_time_ms(number)
+        assert read_time_ms(number) == start_ms
         for steps in range(1, 11):
             assert simx.simxSynchronousTrigger(number) == simx.simx_return_ok
-            assert now_ms(number) - begun == steps * STEP_MS
+            assert read_time_ms(number) - start_ms == steps * STEP_MS
     finally:
         stop(number)
 
 
-def test_simulation_that_does_not_wait_goes_on_by_itself(number: int) -> None:
+def test_simulation_without_triggers_runs_by_itself(number: int) -> None:
     assert simx.simxSynchronous(number, False) == simx.simx_return_ok
     assert simx.simxStartSimulation(number, WAIT) == simx.simx_return_ok
     try:
-        times = [now_ms(number) for _ in range(40)]
+        times = [read_time_ms(number) for _ in range(40)]
         assert times[-1] > times[0]
     finally:
         stop(number)
@@ -90,16 +90,16 @@ def test_trigger_of_a_stopped_simulation_is_refused(number: int) -> None:
 
 
 @pytest.mark.usefixtures("relay")
-def test_picture_that_is_sent_is_read_back(number: int) -> None:
-    screen, size = handle_of(number, "v1"), [scenes.SIGHT_PX] * 2
+def test_shown_picture_is_read_back(number: int) -> None:
+    screen, size = find_handle(number, "v1"), [scenes.SIGHT_PX] * 2
     sent = bytes(range(256)) * (3 * scenes.SIGHT_PX)
     start_stepped(number)
     try:
         assert simx.simxGetVisionSensorImage(number, screen, 0, simx.simx_opmode_buffer)[0] == 1
         assert simx.simxSetVisionSensorImage(number, screen, sent, 0, WAIT) == simx.simx_return_ok
         code, resolution, pixels = simx.simxGetVisionSensorImage(number, screen, 0, WAIT)
-        assert (code, resolution, as_bytes(pixels) == sent) == (simx.simx_return_ok, size, True)
-        code, resolution, grey = simx.simxGetVisionSensorImage(number, handle_of(number, "v0"), 1, WAIT)
+        assert (code, resolution, to_bytes(pixels) == sent) == (simx.simx_return_ok, size, True)
+        code, resolution, grey = simx.simxGetVisionSensorImage(number, find_handle(number, "v0"), 1, WAIT)
         assert (code, resolution, len(grey)) == (simx.simx_return_ok, size, scenes.SIGHT_PX**2)
     finally:
         stop(number)

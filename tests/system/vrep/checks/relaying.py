@@ -1,4 +1,4 @@
-"""What v0 sees goes to v1, marked and upright for the one who looks."""
+"""v1 shows the picture of v0 with a mark, upright."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ YELLOW = (255, 255, 0)
 
 
 @pytest.fixture(autouse=True)
-def _built() -> Iterator[None]:
+def _build_relay() -> Iterator[None]:
     with scenes.relay():
         yield
 
 
 def require_marked() -> None:
-    """The rectangle is on the lower left, where the ball is before v0."""
+    """Check that the rectangle is on the lower left, as the ball."""
     pixels = np.frombuffer(scenes.read_screen(), np.uint8).reshape(scenes.SIGHT_PX, scenes.SIGHT_PX, 3)
     rows, columns = np.nonzero((abs(pixels[::-1].astype(int) - YELLOW) < 60).all(axis=2))
     assert len(rows), "no rectangle"
@@ -30,14 +30,14 @@ def require_marked() -> None:
 
 
 @pytest.mark.parametrize("stepped", [True, False])
-def test_marked_picture_is_on_the_second_sensor_upright(*, stepped: bool) -> None:
+def test_marked_picture_is_shown_upright_on_the_second_sensor(*, stepped: bool) -> None:
     with scenes.running():
         result = run_on("mark-green", more={"stepped": stepped})
         assert (result.outcome, "seen" in result.milestones) == (Outcome.SUCCESS, True), result.reason
         require_marked()
 
 
-def test_marked_picture_stays_when_the_simulation_was_started_for_it() -> None:
+def test_marked_picture_stays_after_the_simulation_was_stopped() -> None:
     result = run_on("mark-green")
     assert (result.outcome, "seen" in result.milestones) == (Outcome.SUCCESS, True), result.reason
     require_marked()
