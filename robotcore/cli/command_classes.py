@@ -52,8 +52,8 @@ class LazyGroup(click.Group):
 class AnsweringCommand(click.Command):
     """A command that answers in one line of JSON with ``--json``, also if it fails.
 
-    The answer to a failure has the keys ``app``, ``error`` and ``exit_status``. The error is raised again, and
-    written on stderr. While the command runs, a signal raises Interrupted.
+    The answer to a failure has the keys ``app``, ``error``, ``kind`` and ``exit_status``. ``kind`` is that of the
+    error. The error is raised again, and written on stderr. While the command runs, a signal raises Interrupted.
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -93,7 +93,7 @@ class AnsweringCommand(click.Command):
 
     def _write_answer(self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted) -> None:
         with suppress(OSError):  # stdout is closed; the exit status reports the failure
-            write_json(self.build_failure_answer(parameters, error))
+            write_json({**self.build_failure_answer(parameters, error), "kind": error.kind})
 
 
 class RunCommand(AnsweringCommand):
@@ -113,14 +113,19 @@ def prepare_result(*, as_json: bool) -> None:
 
 
 def write_result(result: RunResult, *, as_json: bool) -> None:
-    """Write the result of a run on stdout, and its notes and its error on stderr."""
+    """Write the result of a run on stdout, and its notes and its error on stderr.
+
+    In JSON, a run that an error ended has the key ``kind`` too, with the error's kind.
+    """
     for note in result.notes:
         write_line(f"note: {note}", is_error=True)
     if isinstance(result.error, RobotcoreError):
         write_error(result.error)
     elif result.error and not result.ticks:
         write_failure(result.reason)
-    if as_json:
+    if as_json and isinstance(result.error, RobotcoreError | Interrupted):
+        write_json({**json.loads(result.to_json()), "kind": result.error.kind})
+    elif as_json:
         write_content(f"{result.to_json()}\n")
     elif result.ticks:
         from robotcore.view.text import format_summary

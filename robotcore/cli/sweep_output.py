@@ -102,7 +102,7 @@ def _round(value: Any) -> Any:
 
 
 def _make_error_payload(ended_by: Interrupted | BackendError | None) -> dict[str, str]:
-    return {"error": str(ended_by)} if isinstance(ended_by, BackendError) else {}
+    return {"error": str(ended_by), "kind": ended_by.kind} if isinstance(ended_by, BackendError) else {}
 
 
 def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[Record]) -> None:

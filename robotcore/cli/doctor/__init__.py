@@ -1,8 +1,8 @@
 """``robotcore doctor`` checks this machine, its backends and a robot, and prints a remedy for each fault.
 
-``--json`` prints ``{"findings": [{"about", "level", "what", "said", "remedy"}, …], "warnings": n, "errors": n,
-"exit_status": n}``. ``about`` is the backend's name or ``machine``. ``level`` is ok, warning or error. ``remedy`` may
-be empty.
+``--json`` prints ``{"findings": [{"about", "level", "kind", "what", "said", "remedy"}, …], "warnings": n,
+"errors": n, "exit_status": n}``. ``about`` is the backend's name or ``machine``. ``level`` is ok, warning or error.
+``kind`` identifies the finding. ``remedy`` may be empty.
 """
 
 from __future__ import annotations
@@ -130,6 +130,7 @@ def _row(about: str, finding: Finding) -> dict[str, Any]:
     return {
         "about": about,
         "level": finding.level.value,
+        "kind": finding.kind,
         "what": finding.what,
         "said": finding.said,
         "remedy": finding.remedy,

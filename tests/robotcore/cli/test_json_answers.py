@@ -29,21 +29,21 @@ def _answer(answer: Answer) -> tuple[str, str, int]:
 
 @BOTH
 @pytest.mark.parametrize(
-    "arguments, status",
+    "arguments, kind",
     [
-        (["green-serch"], 2),
-        (["gone.py"], 2),
-        (["green-search", "--world", "arenna"], 2),
-        (["green-search", "--rate", "often"], 2),
-        ([], 2),
+        (["green-serch"], "unknown-app"),
+        (["gone.py"], "no-such-file"),
+        (["green-search", "--world", "arenna"], "unknown-world"),
+        (["green-search", "--rate", "often"], "usage"),
+        ([], "usage"),
     ],
 )
 def test_what_cannot_begin_is_reported_in_one_line_of_json_and_on_stderr(
-    cli: Cli, command: str, arguments: list[str], status: int, check_text: CheckText
+    cli: Cli, command: str, arguments: list[str], kind: str, check_text: CheckText
 ) -> None:
     answer = cli(command, *arguments, "--json")
     app, _, exit_status = _answer(answer)
-    assert (app, exit_status) == ("".join(arguments[:1]), status)
+    assert (app, answer.json["kind"], exit_status) == ("".join(arguments[:1]), kind, 2)
     check_text(answer.err)
 
 

@@ -75,29 +75,29 @@ def test_timeout_is_a_failure(cli: Cli) -> None:
 
 
 @pytest.mark.parametrize(
-    "arguments, status",
+    "arguments, kind",
     [
-        (["green-serch"], 2),
-        (["green-search", "--backend", "kinematik"], 2),
-        (["green-search", "--robot", "rovr"], 2),
-        (["green-search", "--world", "arenna"], 2),
-        (["green-search", "--robot", "lookout"], 2),
-        (["green-search", "--set", "sped_m_s=1"], 2),
-        (["green-search", "--set", "speed_m_s"], 2),
-        (["green-search", "--set", "speed_m_s=fast"], 2),
-        (["green-search", "--option", "color=red"], 2),
-        (["green-search", "--rate", "often"], 2),
-        (["green-search", "--rate", "nan"], 2),
-        (["green-search", "--timeout", "-1"], 2),
-        ([], 2),
+        (["green-serch"], "unknown-app"),
+        (["green-search", "--backend", "kinematik"], "unknown-backend"),
+        (["green-search", "--robot", "rovr"], "unknown-robot"),
+        (["green-search", "--world", "arenna"], "unknown-world"),
+        (["green-search", "--robot", "lookout"], "unmet-need"),
+        (["green-search", "--set", "sped_m_s=1"], "unknown-setting"),
+        (["green-search", "--set", "speed_m_s"], "usage"),
+        (["green-search", "--set", "speed_m_s=fast"], "setting-invalid"),
+        (["green-search", "--option", "color=red"], "unknown-option"),
+        (["green-search", "--rate", "often"], "usage"),
+        (["green-search", "--rate", "nan"], "rate-out-of-range"),
+        (["green-search", "--timeout", "-1"], "not-positive"),
+        ([], "usage"),
     ],
 )
 def test_what_cannot_be_run_is_reported_on_stderr_and_in_json(
-    cli: Cli, arguments: list[str], status: int, check_text: CheckText
+    cli: Cli, arguments: list[str], kind: str, check_text: CheckText
 ) -> None:
     answer = cli("run", *arguments, "--json")
-    assert answer.status == answer.json["exit_status"] == status
-    assert answer.json["outcome"] == "error"
+    assert answer.status == answer.json["exit_status"] == 2
+    assert (answer.json["outcome"], answer.json["kind"]) == ("error", kind)
     assert answer.json["app"] == "".join(arguments[:1])
     check_text(answer.err)
     assert len(answer.err.splitlines()) <= 2
@@ -107,7 +107,7 @@ def test_an_app_that_raises_shows_its_own_part_of_the_traceback(
     cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
     answer = cli("run", app_file("1 / 0"), "--json")
-    assert (answer.status, answer.json["outcome"], answer.json["ticks"]) == (5, "error", 3)
+    assert (answer.status, answer.json["kind"], answer.json["ticks"]) == (5, "behaviour", 3)
     check_text(answer.plain_err)
     assert [line for line in answer.err.splitlines() if "File " in line] == [
         f'    File "{tmp_path}/odd.py", line 13, in step'
@@ -138,7 +138,7 @@ def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: AppFil
 
 def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: AppFile) -> None:
     answer = cli("run", app_file("robot.drive.set_velocity(float('nan'), 0)"), "--json")
-    assert (answer.status, answer.json["outcome"]) == (4, "stopped")
+    assert (answer.status, answer.json["outcome"], answer.json["kind"]) == (4, "stopped", "invalid-command")
     assert "Traceback" not in answer.err
 
 
@@ -146,7 +146,7 @@ def test_a_velocity_that_is_no_number_is_a_safety_stop(cli: Cli, app_file: AppFi
 def test_a_signal_ends_the_run_with_its_line(cli: Cli, app_file: AppFile, number: signal.Signals) -> None:
     answer = cli("run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json")
     assert answer.status == 128 + number
-    assert (answer.json["outcome"], answer.json["ticks"]) == ("interrupted", 3)
+    assert (answer.json["outcome"], answer.json["kind"], answer.json["ticks"]) == ("interrupted", "interrupted", 3)
     assert number.name in answer.json["reason"]
     assert answer.err == ""
 

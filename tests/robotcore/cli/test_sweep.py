@@ -138,31 +138,32 @@ def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(
 
 
 @pytest.mark.parametrize(
-    "arguments, status",
+    "arguments, kind",
     [
-        (["green-serch"], 2),
-        (["green-search", "--world", "open,arenna"], 2),
-        (["green-search", "--backend", "kinematic,bullet"], 2),
-        (["green-search", "--backend", ","], 2),
-        (["green-search", "--seeds", "9-1"], 2),
-        (["green-search", "--set", "sped=1"], 2),
-        (["green-search", "--option", "color=red"], 2),
-        (["green-search", "--require", "verified"], 2),
-        (["green-search", "--jobs", "0"], 2),
-        (["green-search", "--jobs", "a"], 2),
-        (["green-search", "--jobs", "2", "--cluster", "tcp://lab:8786"], 2),
-        (["green-search", "--jobs", "2", "--backend", "coppeliasim"], 2),
-        (["green-search", "--rate", "nan"], 2),
-        (["green-search", "--out", ""], 2),
-        (["green-search", "--report", ""], 2),
-        (["green-serch", "--report", "new/page"], 2),
+        (["green-serch"], "unknown-app"),
+        (["green-search", "--world", "open,arenna"], "unknown-world"),
+        (["green-search", "--backend", "kinematic,bullet"], "unknown-backend"),
+        (["green-search", "--backend", ","], "usage"),
+        (["green-search", "--seeds", "9-1"], "reversed-seeds"),
+        (["green-search", "--set", "sped=1"], "unknown-setting"),
+        (["green-search", "--option", "color=red"], "unknown-option"),
+        (["green-search", "--require", "verified"], "bad-requirement"),
+        (["green-search", "--jobs", "0"], "usage"),
+        (["green-search", "--jobs", "a"], "usage"),
+        (["green-search", "--jobs", "2", "--cluster", "tcp://lab:8786"], "conflicting-options"),
+        (["green-search", "--jobs", "2", "--backend", "coppeliasim"], "backend-serves-one"),
+        (["green-search", "--rate", "nan"], "rate-out-of-range"),
+        (["green-search", "--out", ""], "usage"),
+        (["green-search", "--report", ""], "usage"),
+        (["green-serch", "--report", "new/page"], "unknown-app"),
     ],
 )
 def test_what_cannot_be_run_is_refused_before_anything_is(
-    cli: Cli, asked: list[RunRequest], arguments: list[str], status: int, check_text: CheckText
+    cli: Cli, asked: list[RunRequest], arguments: list[str], kind: str, check_text: CheckText
 ) -> None:
-    done = cli("sweep", *arguments)
-    assert (done.status, asked, list(Path().iterdir())) == (status, [], [])
+    done = cli("sweep", *arguments, "--json")
+    assert (done.status, asked, list(Path().iterdir())) == (2, [], [])
+    assert done.json["kind"] == kind
     check_text(done.err)
     assert len(done.err.splitlines()) <= 2
 

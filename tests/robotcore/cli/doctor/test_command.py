@@ -89,6 +89,7 @@ def test_json_is_one_line_with_all_findings(cli: Cli, ward: type[Ward]) -> None:
     assert answer.json["findings"][-1] == {
         "about": "ward",
         "level": "error",
+        "kind": BAD.kind,
         "what": "pins",
         "said": BAD.said,
         "remedy": BAD.remedy,
