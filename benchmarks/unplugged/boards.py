@@ -11,7 +11,7 @@ from typing import Any
 
 from tests.doubles.serial.board import BoardDouble, Wheels
 from tests.doubles.serial.hoverboard import Hoverboard
-from tests.doubles.serial.rosarduino import OurDouble, TrueDouble
+from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble, RosArduinoBridgeDouble
 from tests.doubles.serial.sabertooth import Sabertooths
 from tests.doubles.serial.waveshare import WaveshareBoard
 
@@ -43,8 +43,12 @@ def _wheels_of_the_first(board: Sabertooths) -> Wheels:
 _MODEL = {"model": {"forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}}
 
 KINDS = {
-    "our firmware": Kind(OurDouble, _wheels, {"driver": "ros-arduino-motor"}, {"driver": "ros-arduino-encoder"}),
-    "ROSArduinoBridge": Kind(TrueDouble, _wheels, {"driver": "ros-arduino-motor"}, {"driver": "ros-arduino-encoder"}),
+    "our firmware": Kind(
+        RobotcoreBridgeDouble, _wheels, {"driver": "ros-arduino-motor"}, {"driver": "ros-arduino-encoder"}
+    ),
+    "ROSArduinoBridge": Kind(
+        RosArduinoBridgeDouble, _wheels, {"driver": "ros-arduino-motor"}, {"driver": "ros-arduino-encoder"}
+    ),
     "Waveshare UGV": Kind(
         lambda: WaveshareBoard(2 * 0.0325), _wheels, {"driver": "waveshare-motor"}, {"driver": "waveshare-encoder"}
     ),

@@ -1,1 +1,1 @@
-"""Boards and sensors on a serial line: usable in any robot's section, and the whole robot of the backend `serial`."""
+"""Boards and sensors on a serial line: the backend `serial`, and device drivers for any backend with real hardware."""

@@ -1,4 +1,4 @@
-"""The backend `serial`: a robot whose devices are all on serial lines or USB, from any computer."""
+"""The backend `serial`: robots with all devices on serial lines or USB, on any computer."""
 
 from __future__ import annotations
 
@@ -21,17 +21,18 @@ if TYPE_CHECKING:
 
 
 SECTION = "serial"
-"""Where a robot's file says how its devices are connected."""
+"""The table of a robot's file with the connections of its devices."""
 
 
 class SerialOptions(StrictModel):
-    """The port to take in place of the one that the robot's file names."""
+    """The options of the backend."""
 
     port: PortPlace | None = None
+    """The port to use in place of the one in the robot's file."""
 
 
 class SerialBackend(Backend):
-    """Opens robots on the serial ports of the computer that this runs on."""
+    """Opens robots on the serial ports of this computer."""
 
     name = "serial"
     is_smoke_tested = False
@@ -44,30 +45,33 @@ class SerialBackend(Backend):
         return "pip install 'robotcore[serial]'"
 
     def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
-        return _placed(Setup(load_robot(robot), None, frozenset(), options=options)).robot
+        return _with_port(Setup(load_robot(robot), None, frozenset(), options=options)).robot
 
-    def fittings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
-        """Return how the devices of those names, by default all, are connected to this computer; see `bind_devices`."""
+    def bindings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
+        """Return the devices with their drivers; see `bind_devices`.
+
+        names: the devices to bind; all if it is None.
+        """
         return bind_devices(robot, SECTION, names)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         return batteries_in(robot, SECTION)
 
     def check(self, robot: RobotDescription) -> str:
-        return summarize_devices(self.fittings(robot))
+        return summarize_devices(self.bindings(robot))
 
     def warnings(self, robot: RobotDescription) -> list[str]:
-        return [f"{fitting.name}: {each}" for fitting in self.fittings(robot) for each in fitting.warnings]
+        return [f"{binding.name}: {each}" for binding in self.bindings(robot) for each in binding.warnings]
 
     def notes(self, setup: Setup) -> Sequence[str]:
         from drivers.serial.port import find_other_users
 
-        setup = _placed(setup)
-        ports = list_ports(self.fittings(setup.robot, setup.devices))
+        setup = _with_port(setup)
+        ports = list_ports(self.bindings(setup.robot, setup.devices))
         return [". ".join(shared) for port in ports if (shared := find_other_users(port))]
 
     def wiring(self, robot: RobotDescription) -> Wiring:
-        return build_wiring(self.fittings(robot))
+        return build_wiring(self.bindings(robot))
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.serial.examination import examine
@@ -75,23 +79,23 @@ class SerialBackend(Backend):
         return examine(self, robot, SECTION)
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
-        setup = _placed(setup)
-        return static_cutoffs(setup.robot, self.fittings(setup.robot, setup.devices))
+        setup = _with_port(setup)
+        return static_cutoffs(setup.robot, self.bindings(setup.robot, setup.devices))
 
     def open(self, setup: Setup) -> Robot:
-        return open_robot(_placed(setup), SECTION, MonotonicClock())
+        return open_robot(_with_port(setup), SECTION, MonotonicClock())
 
 
-def _placed(setup: Setup) -> Setup:
-    """Return what to open, with the port that the user names."""
+def _with_port(setup: Setup) -> Setup:
+
     port = setup.options_as(SerialOptions).port
     return replace(setup, robot=override_port(setup.robot, SECTION, port))
 
 
 def override_port(robot: RobotDescription, section: str, port: str | None) -> RobotDescription:
-    """Return the robot with its one port at another place, or as it is where there is none to take.
+    """Return the robot with another port in place of its only one; the robot itself if ``port`` is None.
 
-    Raises UsageError where it has more ports than one, or none.
+    Raises UsageError if the robot has no port, or several.
     """
     if port is None:
         return robot
@@ -100,8 +104,8 @@ def override_port(robot: RobotDescription, section: str, port: str | None) -> Ro
     if len(ports) != 1:
         has = f"has {len(ports)} ports, {', '.join(ports)}" if ports else "names no port"
         raise UsageError(
-            f"--port {port} takes the place of a robot's one port, and {robot.source} {has}. Leave it out, and name "
-            f"them in [{section}]",
+            f"--port {port} replaces the only port of a robot, but {robot.source} {has}. Leave --port out, and write "
+            f"the ports in [{section}]",
             kind="port-ambiguous",
             ports=ports,
         )
@@ -113,15 +117,15 @@ def _has_port(table: Any) -> bool:
     return isinstance(table, Mapping) and "port" in table
 
 
-def build_wiring(fittings: Sequence[DeviceBinding]) -> Wiring:
-    """Return the wires of these devices: of each its signals, then what feeds it."""
-    wires = [wire for fitting in fittings for wire in _wires(fitting)]
-    return Wiring((), wires, tuple((fitting.name, note) for fitting in fittings for note in fitting.notes))
+def build_wiring(bindings: Sequence[DeviceBinding]) -> Wiring:
+    """Return the wires of the devices: the signals of each, then its supply."""
+    wires = [wire for binding in bindings for wire in _list_wires(binding)]
+    return Wiring((), wires, tuple((binding.name, note) for binding in bindings for note in binding.notes))
 
 
-def _wires(fitting: DeviceBinding) -> Iterator[Wire]:
-    what = f"{fitting.description.kind.replace('_', ' ')}, {fitting.driver.name}"
-    for wire in fitting.connections:
-        yield Wire(fitting.name, what, wire.signal, str(wire))
-    for name in fitting.driver.supply:
-        yield Wire(fitting.name, what, "ground" if name == "ground" else "supply", name)
+def _list_wires(binding: DeviceBinding) -> Iterator[Wire]:
+    what = f"{binding.description.kind.replace('_', ' ')}, {binding.driver.name}"
+    for wire in binding.connections:
+        yield Wire(binding.name, what, wire.signal, str(wire))
+    for name in binding.driver.supply:
+        yield Wire(binding.name, what, "ground" if name == "ground" else "supply", name)

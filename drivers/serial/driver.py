@@ -1,4 +1,4 @@
-"""What all drivers on a serial line share: the settings of a port, and the driver's base class."""
+"""The settings of a serial port, and the base class of the drivers on one."""
 
 from __future__ import annotations
 
@@ -13,69 +13,75 @@ from robotcore.hardware import Connection, DeviceBinding, DeviceDriver
 from robotcore.text import pluralize
 
 
-def _place(written: str) -> str:
-    if written.startswith("usb:") and not USB.fullmatch(written):
+def _validate_place(place: str) -> str:
+    if place.startswith("usb:") and not USB.fullmatch(place):
         raise ValueError(
-            f"{written!r} is no USB id; write usb:VENDOR:PRODUCT, four hexadecimal digits each, such as usb:1a86:7523, "
-            "and :SERIAL where there are several"
+            f"{place!r} is no USB id; write usb:VENDOR:PRODUCT, four hexadecimal digits each, such as usb:1a86:7523, "
+            "and add :SERIAL if several ports have that id"
         )
-    if not written:
-        raise ValueError("it is empty; name a port such as /dev/ttyUSB0")
-    return written
+    if not place:
+        raise ValueError("the port is empty; name one such as /dev/ttyUSB0")
+    return place
 
 
 PortPlace = Annotated[
     str,
-    AfterValidator(_place),
+    AfterValidator(_validate_place),
     Field(description="a port such as /dev/ttyUSB0, /dev/serial/by-id/NAME or usb:1a86:7523"),
 ]
 """A serial port in a robot's file."""
 
 
 class PortSettings(StrictModel):
-    """The port, and its speed where it is not the one that such boards have."""
+    """The settings of a device on a serial port."""
 
-    speaks: ClassVar[str]
-    """What is spoken on the line: only devices that speak the same share a port."""
+    protocol_name: ClassVar[str]
+    """The name of the protocol on the line: only devices with the same protocol share a port."""
 
-    usual_baud: ClassVar[int]
+    default_baud: ClassVar[int]
+    """The baud rate of such boards."""
 
     is_mute: ClassVar[bool] = False
-    """Whether nothing ever comes back on the line: then nobody can tell whether a board is there."""
+    """Whether the board never sends anything, so that the driver cannot find out if it is connected."""
 
     port: PortPlace
     baud: Annotated[int, Field(ge=300, le=4_000_000)] | None = None
+    """The baud rate, if it is not ``default_baud``."""
 
     @property
     def speed(self) -> int:
-        """The line's speed in baud."""
-        return self.baud or self.usual_baud
+        """The speed of the line in baud."""
+        return self.baud or self.default_baud
 
-    def at(self, what: str = "") -> tuple[Connection, ...]:
-        """Return where the port goes, and ``what`` of the board behind it the device has alone."""
-        spoken = f"{self.speaks} at {self.speed} baud"
-        instead = "write the same baud at all that is on one board"
-        port = Connection("port", "serial", self.port, is_shared=True, instead=instead, protocol=spoken)
-        return (port, Connection("side", self.speaks, f"{what} at {self.port}")) if what else (port,)
+    def connections(self, part: str = "") -> tuple[Connection, ...]:
+        """Return the connection to the port, and to a part of the board that only one device may use.
+
+        part: the name of that part, such as ``sonar``; empty if there is none.
+        """
+        protocol = f"{self.protocol_name} at {self.speed} baud"
+        instead = "write the same baud for all devices of one board"
+        port = Connection("port", "serial", self.port, is_shared=True, instead=instead, protocol=protocol)
+        return (port, Connection("side", self.protocol_name, f"{part} at {self.port}")) if part else (port,)
 
 
 class TimeoutSettings(PortSettings):
-    """A motor board's own time-out, in seconds: it stops its motors where it has heard no command for so long."""
+    """The settings of a motor on a board with a time-out."""
 
     board_timeout_s: Annotated[float, Field(ge=0.1, le=5)] = 0.5
+    """The board stops its motors if it receives no command for this many seconds."""
 
 
 Side = Literal["left", "right"]
-"""Which of a board's two motors, or encoders, it is; swap the two where the robot turns the wrong way."""
+"""One of a board's two motors, or encoders. Swap the two if the robot turns the wrong way."""
 
 
 class SideSettings(PortSettings):
-    """One of a board's two sides."""
+    """The settings of a device on one of a board's two sides."""
 
     side: Side
 
-    def at(self, what: str = "") -> tuple[Connection, ...]:
-        return super().at(f"{self.side} {what}")
+    def connections(self, part: str = "") -> tuple[Connection, ...]:
+        return super().connections(f"{self.side} {part}")
 
 
 DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
@@ -83,23 +89,24 @@ SettingsT = TypeVar("SettingsT", bound=PortSettings)
 
 
 class SerialDriver(DeviceDriver[DescriptionT, SettingsT]):
-    """A driver of one of a board's devices; ``what`` is the one, such as "motor", that no other device may be."""
+    """A driver of a device on a serial port."""
 
     modules = ("serial",)
     remedy = "pip install 'robotcore[serial]'"
-    what: ClassVar[str]
+    part: ClassVar[str]
+    """The part of the board, such as "motor", that only one device may use."""
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
-        return settings.at(self.what)
+        return settings.connections(self.part)
 
 
-def list_ports(fittings: Iterable[DeviceBinding]) -> tuple[str, ...]:
-    """Return the serial ports that devices are on, each once, in the order of the file."""
-    wires = (wire for fitting in fittings for wire in fitting.connections)
+def list_ports(bindings: Iterable[DeviceBinding]) -> tuple[str, ...]:
+    """Return the serial ports of the devices, each once, in the order of the file."""
+    wires = (wire for binding in bindings for wire in binding.connections)
     return tuple(dict.fromkeys(wire.where for wire in wires if wire.bus == "serial"))
 
 
-def summarize_devices(fittings: Sequence[DeviceBinding]) -> str:
-    """Return how many devices these are, and on which ports, in words."""
-    ports = list_ports(fittings)
-    return pluralize(len(fittings), "device") + (f" on {', '.join(ports)}" if ports else "")
+def summarize_devices(bindings: Sequence[DeviceBinding]) -> str:
+    """Return the number of devices and their ports as a text: ``2 devices on /dev/ttyUSB0``."""
+    ports = list_ports(bindings)
+    return pluralize(len(bindings), "device") + (f" on {', '.join(ports)}" if ports else "")

@@ -28,7 +28,7 @@ def examine(backend: Backend, robot: RobotDescription | None, section: str) -> I
     yield Finding.ok("ports", describe_ports(), kind="ports")
     if robot is None:
         remedy = "Name it: robotcore doctor --robot FILE.toml"
-        yield Finding.warning("robot", "the ports of a robot are not examined", remedy, kind="no-robot")
+        yield Finding.warning("robot", "no robot was named, so its ports are not examined", remedy, kind="no-robot")
     elif section in robot.backends:
         yield from _examine_robot(backend, robot, section)
     else:
@@ -37,24 +37,24 @@ def examine(backend: Backend, robot: RobotDescription | None, section: str) -> I
 
 
 def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
-    fittings = yield from check_description(robot, partial(bind_devices, robot, section), summarize_devices)
-    if fittings is None:
+    bindings = yield from check_description(robot, partial(bind_devices, robot, section), summarize_devices)
+    if bindings is None:
         return
-    found = [_check_port(place, baud) for place, baud in _list_lines(fittings)]
+    found = [_check_port(place, baud) for place, baud in _list_lines(bindings)]
     yield from found
     checks: list[tuple[str, Check]] = [
         (what := each.description.kind, partial(_check_other_device, backend, robot, each.name, what))
-        for each in fittings
+        for each in bindings
         if not isinstance(each.settings, PortSettings)
     ]
     if not any(finding.level is Level.ERROR for finding in found):
-        checks.insert(0, ("boards", partial(_check_boards, backend, robot, fittings)))
+        checks.insert(0, ("boards", partial(_check_boards, backend, robot, bindings)))
     yield from findings_of(checks)
 
 
-def _list_lines(fittings: Iterable[DeviceBinding]) -> list[tuple[str, int]]:
+def _list_lines(bindings: Iterable[DeviceBinding]) -> list[tuple[str, int]]:
     """Return each port and its speed in baud, once."""
-    all_settings = (fitting.settings for fitting in fittings)
+    all_settings = (binding.settings for binding in bindings)
     return list(dict.fromkeys((each.port, each.speed) for each in all_settings if isinstance(each, PortSettings)))
 
 
@@ -71,9 +71,9 @@ def _check_port(place: str, baud: int) -> Finding:
     return Finding.ok("port", f"{place} opens at {baud} baud", kind="port-ok")
 
 
-def _check_boards(backend: Backend, robot: RobotDescription, fittings: Iterable[DeviceBinding]) -> Iterator[Finding]:
+def _check_boards(backend: Backend, robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
     """Open the devices on serial ports, and read them."""
-    serial = {each.name: each.settings for each in fittings if isinstance(each.settings, PortSettings)}
+    serial = {each.name: each.settings for each in bindings if isinstance(each.settings, PortSettings)}
     mute = [name for name, settings in serial.items() if settings.is_mute]
     try:
         with backend.open(Setup(robot, None, frozenset(serial))) as opened:

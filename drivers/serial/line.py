@@ -1,4 +1,4 @@
-"""An open serial port: one thread reads it, answers, and reopens it if the port is lost."""
+"""An open serial port: one thread reads and writes it, and reopens it if it is lost."""
 
 from __future__ import annotations
 
@@ -15,87 +15,95 @@ from robotcore.hal.clock import Clock, PeriodicTask
 
 
 class Waker:
-    """Lets a thread wait that another one can wake; a word that comes before the wait is not lost."""
+    """A wait that another thread can end; a wake-up before the wait is not lost."""
 
     def __init__(self) -> None:
-        self._woken, self._waking = socketpair()
-        self._woken.setblocking(False)
-        self._waking.setblocking(False)
+        self._receiver, self._sender = socketpair()
+        self._receiver.setblocking(False)
+        self._sender.setblocking(False)
 
     def wake(self) -> None:
-        """Let whoever waits, or is about to, go on."""
-        with suppress(OSError):  # full: it has been woken; closed: nobody waits
-            self._waking.send(b"w")
+        """End the wait, or the next one."""
+        with suppress(OSError):  # full: a wake-up is pending; closed: no thread waits
+            self._sender.send(b"w")
 
     def wait(self, file: int | None, seconds: float) -> None:
-        """Wait until a file has something to read, for a word, or for so long."""
-        files = [self._woken.fileno()] if file is None else [self._woken.fileno(), file]
+        """Wait until a file can be read, until `wake`, or for some seconds."""
+        files = [self._receiver.fileno()] if file is None else [self._receiver.fileno(), file]
         select(files, [], [], seconds)
         with suppress(BlockingIOError):
-            self._woken.recv(4096)
+            self._receiver.recv(4096)
 
     def close(self) -> None:
-        """Wait no more. May be called again."""
-        self._woken.close()
-        self._waking.close()
+        """Close the socket pair. May be called again."""
+        self._receiver.close()
+        self._sender.close()
 
 
-BITS_A_BYTE = 10
-"""8N1: a start bit, eight, a stop bit."""
+BITS_PER_BYTE = 10
+"""8N1: a start bit, eight data bits, a stop bit."""
 
 PERIOD_S = 0.002
-"""So often simulated time pumps a line; a thread waits for bytes instead, and begins again at once."""
+"""The period of an exchange in simulated time. A thread in real time waits for bytes instead."""
 
-SUSPENDED_S, HEARING_S = 0.3, 1.0
-"""A thread that has not come round for so long was suspended; the board that it lost by that answers within the other.
-"""
+SUSPENDED_S, RECOVERY_S = 0.3, 1.0
+"""The program was suspended if two exchanges are farther apart. The board then answers within the second time."""
 
-WAITING_S = 0.005
-"""A thread waits no longer for a byte before it looks whether something is due."""
+MAX_WAIT_S = 0.005
+"""The longest wait for a byte, after which the thread sends data that is due."""
 
-LOOKING_S = 0.005
-"""Who waits for something looks so often; longer than a step of simulated time, or no time would pass."""
+POLL_S = 0.005
+"""The period of polling a condition; longer than a step of simulated time, or no time would pass."""
 
-FIRST_S, LONGEST_S = 0.1, 2.0
-"""How long it is before a lost port is opened again: twice as long each time."""
+FIRST_RETRY_S, MAX_RETRY_S = 0.1, 2.0
+"""The first and the longest time before a lost port is opened again; it doubles with each attempt."""
 
 CLOSING_S = 0.5
-"""How long closing waits until the last command has been sent and heard."""
+"""The longest time that closing waits until the last command is sent and acknowledged."""
 
 
 class Line:
     """A port and the protocol on it.
 
-    From `open` on, a port that fails is closed and opened again, after 0.1 s, 0.2 s, up to every 2 s. Meanwhile, and
-    until the board has answered, `require` raises. What a talk raises is a bug: the line is closed for good, so that
-    the board stops by itself, and `require` tells.
+    A port that fails after `open` is closed and opened again, after 0.1 s, 0.2 s, up to every 2 s. `require` raises
+    until the port is open and the board has answered. An exception in the protocol is a bug: the line is closed for
+    good, so that the board stops by itself, and `require` raises.
     """
 
     def __init__(self, place: str, protocol: Protocol, clock: Clock) -> None:
+        """Prepare a line that `open` opens.
+
+        place: the port in the robot's file, a path or a USB id.
+        """
         self._port = Port(place, protocol.baud)
         self._protocol, self._clock = protocol, clock
         self._loss: str | None = None
         self._defect: Exception | None = None
         self._free_at = self._retry_at = self._lost_at = -math.inf
-        self._looked_at, self._suspended_s = math.inf, 0.0
-        self._back_off = FIRST_S
+        self._exchanged_at, self._suspended_s = math.inf, 0.0
+        self._back_off = FIRST_RETRY_S
         self._has_heard = False
         self._polling: PeriodicTask | None = None
         self._waker: Waker | None = None
 
+    def __repr__(self) -> str:
+        state = f"lost: {self._loss}" if self._loss else "ready" if self._protocol.is_ready else "not ready"
+        return f"Line({self.place!r}, {state})"
+
     @property
     def place(self) -> str:
-        """What the robot's file calls the port."""
+        """The port as the robot's file names it."""
         return self._port.place
 
     def now(self) -> float:
-        """Return the time of the clock that the line's conversation goes by."""
+        """Return the time of the line's clock in seconds."""
         return self._clock.now()
 
     def open(self, device: str, answer_s: float) -> None:
-        """Open the port, and wait up to ``answer_s`` seconds for an answer; raises DeviceError by the device's name.
+        """Open the port, and wait for the first answer of the board.
 
-        A board that is reset by it answers when it has started, and is not waited for any longer.
+        device: the name of the device in the DeviceError if there is no port or no answer.
+        answer_s: the longest wait in seconds. A board that opening resets needs some seconds to start.
         """
         try:
             self._port.open()
@@ -106,80 +114,89 @@ class Line:
         period = PERIOD_S if self._clock.is_lockstep else 0.0
         self._polling = self._clock.every(period, self._exchange, f"line {self.place}")
         try:
-            self._wait_until(lambda: self._protocol.is_ready, device, answer_s, self._unanswered, "board-silent")
+            self._wait_until(lambda: self._protocol.is_ready, device, answer_s, self._explain_silence, "board-silent")
         except BaseException:  # Ctrl-C too: a board may take seconds to answer
             self.close()
             raise
 
     def wake(self) -> None:
-        """Have what is new sent now, where the line is free."""
+        """Let the thread of the line send new data at once if the line is free."""
         if self._waker:
             self._waker.wake()
 
     def require(self, device: str) -> None:
-        """Raise DeviceLostError, by the device's name, where the port is lost or its board does not answer."""
-        self._require_sound(device)
+        """Raise DeviceLostError with the device's name if the port is lost or the board does not answer."""
+        self._require_no_defect(device)
         if loss := self._loss:
-            raise DeviceLostError(device, self._with_its_stop(loss), kind="port-lost", place=self.place)
+            raise DeviceLostError(device, self._with_timeout_notice(loss), kind="port-lost", place=self.place)
         if not self._protocol.is_ready:
             kind = "program-suspended" if self._was_suspended else "board-silent"
             raise DeviceLostError(
-                device, self._with_its_stop(self._unanswered(self.place)), kind=kind, place=self.place
+                device, self._with_timeout_notice(self._explain_silence(self.place)), kind=kind, place=self.place
             )
 
     def require_since_lost(self, device: str, heard_at: float) -> None:
-        """Raise DeviceLostError where what was heard then is from before the line was lost; all else as `require`."""
+        """Call `require`; raise DeviceLostError too if a sample is from before the last loss of the line.
+
+        heard_at: the time of the sample.
+        """
         self.require(device)
         if heard_at < self._lost_at:
             raise DeviceLostError(
                 device,
-                f"the board on {self.place} is back, and has not told anything of it yet",
+                f"the board on {self.place} is back, but has not sent a new sample of this device yet",
                 kind="no-sample-yet",
                 place=self.place,
             )
 
-    def _unanswered(self, place: str) -> str:
+    def _explain_silence(self, place: str) -> str:
         if self._was_suspended:
             return (
                 f"this program was suspended, or had no processor, for {self._suspended_s:.1f} s; it has to wait for "
                 f"the board on {place} again. Find out what stopped the program"
             )
-        return self._protocol.unanswered(place, has_heard=self._has_heard)
+        return self._protocol.explain_silence(place, has_heard=self._has_heard)
 
     @property
     def _was_suspended(self) -> bool:
-        return self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + HEARING_S
+        return self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + RECOVERY_S
 
     def wait_until(
-        self, is_so: Callable[[], bool], device: str, within_s: float, fault: str, kind: str = "no-sample-yet"
+        self, condition: Callable[[], bool], device: str, within_s: float, fault: str, kind: str = "no-sample-yet"
     ) -> None:
-        """Let time pass until something is so; raises DeviceError with the fault and the kind if it takes longer."""
-        self._wait_until(is_so, device, within_s, lambda _place: fault, kind)
+        """Wait until ``condition`` returns true.
+
+        within_s: the longest wait in seconds; then DeviceError is raised with the text ``fault`` and the ``kind``.
+        """
+        self._wait_until(condition, device, within_s, lambda _place: fault, kind)
 
     def _wait_until(
-        self, is_so: Callable[[], bool], device: str, within_s: float, fault: Callable[[str], str], kind: str
+        self, condition: Callable[[], bool], device: str, within_s: float, fault: Callable[[str], str], kind: str
     ) -> None:
         deadline = self._clock.now() + within_s
-        while not is_so():
-            self._require_sound(device)
+        while not condition():
+            self._require_no_defect(device)
             if self._clock.now() >= deadline:
                 if self._loss:
                     raise DeviceError(device, self._loss, kind="port-lost", place=self.place)
                 raise DeviceError(device, fault(self.place), kind=kind, place=self.place)
-            self._clock.sleep_until(self._clock.now() + LOOKING_S)
+            self._clock.sleep_until(self._clock.now() + POLL_S)
 
     def settle(self, device: str) -> None:
-        """Wait until the last command was heard, half a second at most; raises DeviceError by the device's name."""
+        """Wait until the last command is settled, half a second at most; raises DeviceError with the device's name."""
 
-        def is_heard() -> bool:
+        def is_settled() -> bool:
             self.require(device)
             return self._protocol.is_settled
 
-        unheard = f"the board on {self.place} has not acknowledged the last command. Look whether its motors stand"
-        self.wait_until(is_heard, device, CLOSING_S, self._with_its_stop(unheard), "not-acknowledged")
+        text = f"the board on {self.place} has not acknowledged the last command. Check that its motors have stopped"
+        self.wait_until(is_settled, device, CLOSING_S, self._with_timeout_notice(text), "not-acknowledged")
 
     def close(self) -> None:
-        """Send what is due, such as the last stop, within half a second, and let the port go. May be called again."""
+        """Send the data that is due, such as the last stop, and close the port; it takes half a second at most.
+
+        May be called again.
+        """
         polling, self._polling = self._polling, None
         if polling:
             polling.stop()
@@ -191,49 +208,49 @@ class Line:
             self._waker.close()
 
     def _exchange(self) -> None:
-        """Wait for something, read what came, and send what is due; called by one thread only."""
+        """Wait, read, and send the data that is due; only one thread calls this."""
         try:
             self._wait()
             if self._loss is None:
-                self._converse()
+                self._read_and_write()
             else:
-                self._open_again()
+                self._reopen()
         except PortError as error:
             self._lose(str(error))
-        except Exception as defect:  # noqa: BLE001  a talk owes not to raise: told to whoever commands or reads next
+        except Exception as defect:  # noqa: BLE001  a bug in the protocol: the next command or read raises it
             self._defect = defect
-            self._lose(f"{self.place} was given up")
+            self._lose(f"{self.place} was closed after a defect")
             self._retry_at = math.inf
 
     def _wait(self) -> None:
-        """Wait for a byte, for a word, until something is due, or for a moment; not at all in simulated time."""
+        """Wait for a byte, for `wake`, or until data is due; do not wait in simulated time."""
         if self._waker and not self._clock.is_lockstep:
             now = self._clock.now()
             due = max(self._free_at, self._protocol.next_due(now)) if self._loss is None else self._retry_at
-            self._waker.wait(self._port.file, min(max(0.0, due - now), WAITING_S))
+            self._waker.wait(self._port.file, min(max(0.0, due - now), MAX_WAIT_S))
 
-    def _converse(self) -> None:
-        was_ready, looked_at, self._looked_at = self._protocol.is_ready, self._looked_at, self._clock.now()
+    def _read_and_write(self) -> None:
+        was_ready, exchanged_at, self._exchanged_at = self._protocol.is_ready, self._exchanged_at, self._clock.now()
         if data := self._port.read():
             self._has_heard = True
             self._protocol.receive(data, self._clock.now())
         if self._protocol.is_ready:
-            self._back_off = FIRST_S
+            self._back_off = FIRST_RETRY_S
         now = self._clock.now()
-        if now >= self._free_at and (sent := self._protocol.due(now)):
-            self._free_at = now + len(sent) * BITS_A_BYTE / self._protocol.baud
+        if now >= self._free_at and (sent := self._protocol.data_to_send(now)):
+            self._free_at = now + len(sent) * BITS_PER_BYTE / self._protocol.baud
             self._port.write(sent)
         if was_ready and not self._protocol.is_ready:
-            self._lost_at, self._suspended_s, self._has_heard = now, self._looked_at - looked_at, False
+            self._lost_at, self._suspended_s, self._has_heard = now, self._exchanged_at - exchanged_at, False
 
     def _lose(self, loss: str) -> None:
         self._loss = loss
         self._port.close()
         self._lost_at = self._clock.now()
         self._retry_at = self._lost_at + self._back_off
-        self._back_off = min(2 * self._back_off, LONGEST_S)
+        self._back_off = min(2 * self._back_off, MAX_RETRY_S)
 
-    def _open_again(self) -> None:
+    def _reopen(self) -> None:
         if self._clock.now() >= self._retry_at:
             self._port.open()
             self._free_at, self._has_heard = -math.inf, False
@@ -241,21 +258,21 @@ class Line:
             self._loss = None
 
     def _drain(self) -> None:
-        """Wait until all bytes have left the computer, and the wire; simulated time has neither."""
+        """Wait until all bytes have left the computer and the wire; in simulated time there is nothing to wait for."""
         end = self._clock.now() + CLOSING_S
-        while not self._clock.is_lockstep and self._clock.now() < min(end, self._left_at()):
-            self._clock.sleep_until(self._clock.now() + LOOKING_S)
+        while not self._clock.is_lockstep and self._clock.now() < min(end, self._drained_at()):
+            self._clock.sleep_until(self._clock.now() + POLL_S)
 
-    def _left_at(self) -> float:
+    def _drained_at(self) -> float:
         return math.inf if self._port.unsent else self._free_at
 
-    def _require_sound(self, device: str) -> None:
+    def _require_no_defect(self, device: str) -> None:
         if self._defect:
             what = f"{type(self._defect).__name__}: {self._defect}"
-            fault = f"internal error in the protocol on {self.place}: {what}. The port was closed. Please report it"
+            fault = f"internal error in the protocol on {self.place}: {what}. The port is closed. Please report it"
             raise DeviceError(
-                device, self._with_its_stop(fault), kind="protocol-defect", place=self.place
+                device, self._with_timeout_notice(fault), kind="protocol-defect", place=self.place
             ) from self._defect
 
-    def _with_its_stop(self, fault: str) -> str:
-        return f"{fault}. {self._protocol.stops_itself}" if self._protocol.stops_itself else fault
+    def _with_timeout_notice(self, fault: str) -> str:
+        return f"{fault}. {self._protocol.timeout_notice}" if self._protocol.timeout_notice else fault

@@ -1,4 +1,4 @@
-"""Serial ports: find, open, read and write one, and say why one cannot be opened."""
+"""Find, open, read and write serial ports, and explain why one cannot be opened."""
 
 from __future__ import annotations
 
@@ -20,44 +20,53 @@ if TYPE_CHECKING:
 
 
 USB = re.compile(r"usb:(?P<vendor>[0-9a-f]{4}):(?P<product>[0-9a-f]{4})(?::(?P<serial>.+))?", re.IGNORECASE)
-"""A port by the USB id of what is plugged in."""
+"""A port by the USB id of the board or adapter."""
 
 
 class PortMissingError(OSError):
-    """There is no such port now; says which there are."""
+    """There is no such port now; the message lists the ports of the computer."""
 
 
 def find_path(place: str) -> str:
-    """Return the path by which a port is opened now; raises PortMissingError where it is not there."""
+    """Return the path of a port; raises PortMissingError if there is no such port.
+
+    place: a path, or a USB id such as ``usb:1a86:7523``.
+    """
     if not (usb := USB.fullmatch(place)):
         if not Path(place).exists():
             raise PortMissingError(f"there is no {place}; {describe_ports()}")
         return place
-    found = _plugged_in(int(usb["vendor"], 16), int(usb["product"], 16), usb["serial"])
+    found = _find_usb_ports(int(usb["vendor"], 16), int(usb["product"], 16), usb["serial"])
     if not found:
         raise PortMissingError(f"{place} is not plugged in; {describe_ports()}")
     if len(found) > 1:
-        raise PortMissingError(f"{place} is {len(found)} ports, {', '.join(found)}; add its serial number, or name one")
+        raise PortMissingError(f"{len(found)} ports are {place}: {', '.join(found)}; add the serial number, or a path")
     return found[0]
 
 
 def describe_ports() -> str:
-    """Return which ports there are, in words, each with its USB id where it has one."""
+    """Return a text with the ports of this computer, each with its USB id if it has one."""
     from serial.tools.list_ports import comports
 
     words = [f"{port.device} ({_usb_id(port.vid, port.pid)})" if port.vid else port.device for port in comports()]
-    return f"there is {', '.join(sorted(words))}" if words else "no port is there at all"
+    return f"there is {', '.join(sorted(words))}" if words else "this computer has no serial port"
 
 
 def find_other_users(place: str) -> tuple[str, str] | None:
-    """Return which other program has a port open without a lock, and what to do; None where none is seen."""
+    """Return the fault and the remedy if another program has a port open too; None if there is none.
+
+    Only this process's own lock keeps other programs out, so this is for a port that this process has just opened.
+    """
     with suppress(PortMissingError):
-        if who := describe_holders(find_path(place)):
-            return f"{place} is open in {who} too, and each gets a part of what the board says", "End that program"
+        if holders := describe_holders(find_path(place)):
+            return (
+                f"{place} is open in {holders} too, and each program gets only a part of the data",
+                "End that program",
+            )
     return None
 
 
-def _plugged_in(vendor: int, product: int, serial: str | None) -> list[str]:
+def _find_usb_ports(vendor: int, product: int, serial: str | None) -> list[str]:
     from serial.tools.list_ports import comports
 
     return sorted(
@@ -74,25 +83,28 @@ def _usb_id(vendor: int, product: int) -> str:
 CHUNK = 4096
 
 FAILURES = (OSError, termios.error, TypeError, ValueError)
-"""What pyserial raises: its own errors are OSErrors, the system's are not translated, a closed port is a TypeError."""
+"""The errors of pyserial: its own are OSErrors, errors of the system stay as they are, a closed port is a TypeError."""
 
 WRITE_TIMEOUT_S = 0.05
-"""A port that has not taken a frame by then takes none: its buffer, which is larger, is full."""
+"""The longest time for writing a frame. The buffer of a port is larger than a frame, so then the buffer is full."""
 
 
 class PortError(OSError):
-    """A port cannot be opened, or is gone; says which one, why, and what to do."""
+    """A port cannot be opened, or is lost; the message has the port, the reason and the remedy."""
 
 
 class Port:
-    """Opens, reads and writes the port at a place; it may be opened again after it was closed."""
+    """A serial port that this process opens for itself; it may be opened again after it was closed."""
 
     def __init__(self, place: str, baud: int) -> None:
         self.place, self.baud = place, baud
         self._serial: Serial | None = None
 
+    def __repr__(self) -> str:
+        return f"Port({self.place!r}, {self.baud}, {'open' if self._serial else 'closed'})"
+
     def open(self) -> None:
-        """Open it, for this process alone; raises PortError."""
+        """Open the port, and lock it for this process; raises PortError."""
         from serial import Serial
 
         path = self.place
@@ -104,26 +116,25 @@ class Port:
 
     @property
     def file(self) -> int | None:
-        """The file that can be waited for; None where it is not open."""
+        """The number of the open file, for `select`; None if the port is closed."""
         return int(self._serial.fileno()) if self._serial else None
 
     def read(self) -> bytes:
-        """Return what has come in, without waiting; raises PortError.
+        """Return the received bytes without waiting; raises PortError.
 
-        pyserial reads nothing for ever after a hang-up, and says so; `in_waiting`, which a pseudo-terminal may not
-        have, is not asked.
+        A pseudo-terminal may have no `in_waiting`, so this reads up to `CHUNK` bytes. pyserial raises after a hang-up.
         """
         assert self._serial
         try:
             return bytes(self._serial.read(CHUNK))
         except FAILURES as error:
-            raise self._gone() from error
+            raise self._lost() from error
 
     def write(self, data: bytes) -> None:
-        """Send bytes, within a moment; raises PortError.
+        """Send bytes within `WRITE_TIMEOUT_S`; raises PortError.
 
-        By the system, not by pyserial: that raises its time-out also where all was written, if this thread was not
-        given the processor for so long.
+        pyserial's own `write` raises its time-out although all was written if this thread had no processor for so long.
+        So this calls `os.write`.
         """
         assert self._serial
         try:
@@ -132,19 +143,19 @@ class Port:
         except BlockingIOError:
             is_taken = False
         except FAILURES as error:
-            raise self._gone() from error
+            raise self._lost() from error
         if not is_taken:
-            raise PortError(f"{self.place} takes no more bytes: the board does not read. Reset it, or plug it in again")
+            raise PortError(f"{self.place} takes no more bytes: the board does not read. Reset the board or replug it")
 
     @property
     def unsent(self) -> int:
-        """How many bytes have not left the computer, as far as the port tells."""
+        """The number of bytes that have not left the computer; 0 if the port does not report it."""
         with suppress(*FAILURES):
             return int(self._serial.out_waiting) if self._serial else 0
         return 0
 
     def close(self) -> None:
-        """Let it go, with what has not left: a board that does not read would be waited for. May be called again."""
+        """Close the port and drop unsent bytes, for a board that does not read would block it. May be called again."""
         if serial := self._serial:
             with suppress(*FAILURES):
                 if self.unsent:
@@ -152,45 +163,49 @@ class Port:
             serial.close()
             self._serial = None
 
-    def _gone(self) -> PortError:
-        who = describe_holders(str(self._serial.port)) if self._serial else ""
-        reader = f", or {who} reads it too" if who else ""
-        return PortError(f"{self.place} is gone: it was unplugged, or the board has no power{reader}. Plug it in again")
+    def _lost(self) -> PortError:
+        holders = describe_holders(str(self._serial.port)) if self._serial else ""
+        reader = f", or {holders} reads it too" if holders else ""
+        return PortError(f"{self.place} is lost: it was unplugged, or the board has no power{reader}. Plug it in again")
 
 
-_HELD = {errno.EAGAIN, errno.EBUSY}
-_CLOSED = {errno.EACCES, errno.EPERM}
+_BUSY_ERRORS = {errno.EAGAIN, errno.EBUSY}
+_PERMISSION_ERRORS = {errno.EACCES, errno.EPERM}
 
 ROOT = 0
-"""The group of whoever may do everything: nobody is put into it for a port."""
+"""The group of the superuser: a user joins another group for a port."""
 
-GROUP_MAY = stat.S_IRGRP | stat.S_IWGRP
+GROUP_ACCESS = stat.S_IRGRP | stat.S_IWGRP
 
 
 def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
-    """Return why pyserial could not open the port at a place, which is at that path now, and what to do."""
+    """Return why pyserial could not open a port, and the remedy.
+
+    place: the port in the robot's file.
+    path: its path now.
+    """
     if isinstance(error, PortMissingError):
         return (
-            f"{error}. Plug the board in, by a cable that carries data, or name another: port in the robot's file, or "
-            "--port"
+            f"{error}. Plug the board in with a cable that carries data, or set another port: port in the robot's "
+            "file, or --port"
         )
     number = getattr(error, "errno", None)
-    if number in _HELD:
-        who = describe_holders(path) or "this program already, by another name, or a program that cannot be seen"
-        return f"{place} is held by {who}. End that first"
-    if number in _CLOSED:
-        return f"no permission for {place}. {_permission(path)}"
+    if number in _BUSY_ERRORS:
+        holders = describe_holders(path) or "this program, by another path, or by a program of another user"
+        return f"{place} is held by {holders}. End that program first"
+    if number in _PERMISSION_ERRORS:
+        return f"no permission for {place}. {_permission_remedy(path)}"
     if isinstance(error, ValueError):
-        return f"{place} cannot be set to {baud} baud ({error}). Correct baud in the robot's file, or take another port"
-    return f"{place} cannot be opened as a serial port ({error}). Look whether it is one, and plug it in again"
+        return f"{place} cannot be set to {baud} baud ({error}). Correct baud in the robot's file, or use another port"
+    return f"{place} cannot be opened as a serial port ({error}). Check that it is one, and plug it in again"
 
 
-def _permission(path: str) -> str:
-    """Return how to get it: by the group whose members may use a port, on most systems dialout, on some uucp."""
+def _permission_remedy(path: str) -> str:
+    """Return how to get the permission: join the group of the port, dialout on most systems, uucp on some."""
     group = "dialout"
     with suppress(OSError, KeyError):
         status = os.stat(path)  # noqa: PTH116  as it is given
-        if status.st_gid == ROOT or status.st_mode & GROUP_MAY != GROUP_MAY:
-            return f"Only its owner may use it: sudo chgrp {group} {path} && sudo chmod g+rw {path}"
+        if status.st_gid == ROOT or status.st_mode & GROUP_ACCESS != GROUP_ACCESS:
+            return f"Only its owner may use it. Give it to a group: sudo chgrp {group} {path} && sudo chmod g+rw {path}"
         group = grp.getgrgid(status.st_gid).gr_name
     return f"sudo usermod -aG {group} $USER, then log out and in again"

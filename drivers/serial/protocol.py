@@ -1,4 +1,4 @@
-"""What is said on a line, without the line: a protocol's side of the conversation."""
+"""The base class of the protocols on a serial line, without input and output."""
 
 from __future__ import annotations
 
@@ -7,61 +7,62 @@ from abc import ABC, abstractmethod
 
 
 class Protocol(ABC):
-    """One side of a conversation, fed with bytes and asked for bytes: it does no input or output, and never waits.
+    """A protocol that takes and returns bytes: it does no input or output, and never waits.
 
-    The line's thread calls `begin`, `receive` and `due`; devices tell it from other threads what they want sent, so
-    that is kept in values that are replaced whole. Times are of the robot's clock, in seconds.
-
-    ``baud`` is the line's speed; ``is_ready`` whether the other side is there: it has answered since the line was
-    opened, as far as it ever does, and goes on doing so where it is asked all the time.
+    The thread of the line calls `begin`, `receive` and `data_to_send`. Devices set commands from other threads, so a
+    command is one value that is replaced as a whole. Times are those of the robot's clock, in seconds.
     """
 
     baud: int
+    """The speed of the line."""
     is_ready: bool
+    """Whether the board has answered since the line was opened, and has not fallen silent. A protocol without answers
+    is ready once a board would be."""
 
     @property
     def is_settled(self) -> bool:
-        """Whether the last command has been sent and, where the board acknowledges, heard."""
+        """Whether the last command was sent and, if the board acknowledges commands, acknowledged."""
         return True
 
     @property
-    def stops_itself(self) -> str:
-        """When the board stops its motors by itself where nobody is heard, in a whole sentence; empty for never."""
+    def timeout_notice(self) -> str:
+        """A sentence on when the board stops its motors by itself if it receives no command; empty for never."""
         return ""
 
     @abstractmethod
     def begin(self, now: float) -> None:
-        """Begin anew: the line is open, first or again, and the board may have been reset.
+        """Reset the protocol: the line was opened, and the board may have been reset.
 
-        What was under way and what was commanded is forgotten; nothing turns until it is told anew.
+        Drop requests and commands, so that no motor turns before a new command.
         """
 
     @abstractmethod
     def receive(self, data: bytes, now: float) -> None:
-        """Take what has come in: any cut of the stream, noise and all. Never raises for what it is."""
+        """Take received bytes, cut anywhere and perhaps with noise. Never raises because of their content."""
 
     @abstractmethod
-    def due(self, now: float) -> bytes:
-        """Return what is to be sent now, empty where it is nothing; asked only when the line is free.
+    def data_to_send(self, now: float) -> bytes:
+        """Return the bytes to send now, perhaps none; the line calls this only if it is free, and sends them all.
 
-        What is returned will have been sent: the newest command, never a queue of them.
+        Only the newest command is sent: there is no queue of commands.
         """
 
     def next_due(self, now: float) -> float:
-        """Return when `due` has something again at the latest, if nobody wants anything before; `inf` for never."""
+        """Return the latest time at which `data_to_send` has bytes again without a new command; `inf` for never."""
         return math.inf
 
-    def unanswered(self, place: str, *, has_heard: bool = False) -> str:
-        """Say what is wrong where nobody on that place has answered since the line was opened, and what to do.
+    def explain_silence(self, place: str, *, has_heard: bool = False) -> str:
+        """Return the fault and the remedy if the board has not answered since the line was opened.
 
-        ``has_heard`` is whether anything came at all.
+        place: the port.
+        has_heard: whether any bytes were received.
         """
         if has_heard:
             return (
-                f"something speaks on {place}, but not what this driver's board does at {self.baud} baud. Look whether "
-                "it is that board, with that firmware, and speaks at that baud"
+                f"the data on {place} at {self.baud} baud is not that of this driver's board. Check the board, its "
+                "firmware and its baud rate"
             )
         return (
-            f"nothing on {place} answers at {self.baud} baud. Look whether the board has power, is the one that driver "
-            "is for, and speaks at that baud"
+            f"nothing on {place} answers at {self.baud} baud. Check that the board has power, is of the driver's kind, "
+            "and has that baud rate"
         )

@@ -45,15 +45,15 @@ def bind_devices(
     if section not in robot.backends and wired:
         remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    fittings, faults = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
+    bindings, faults = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
     faults += [
-        *incompatible_drivers(section, fittings, robot),
-        *invalid_pins(section, fittings, place),
-        *pin_conflicts(section, fittings, place),
+        *incompatible_drivers(section, bindings, robot),
+        *invalid_pins(section, bindings, place),
+        *pin_conflicts(section, bindings, place),
     ]
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
-    return tuple(fitting for fitting in fittings if fitting.name in chosen)
+    return tuple(binding for binding in bindings if binding.name in chosen)
 
 
 def _bind(robot: RobotDescription, description: AnyDevice, key: str, table: Any) -> DeviceBinding:
@@ -135,32 +135,32 @@ def issues_from(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]
 
 
 def incompatible_drivers(
-    section: str, fittings: Sequence[DeviceBinding], robot: RobotDescription
+    section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription
 ) -> Iterator[MistakeParts]:
     """Yield what drivers refuse of what the robot's other devices have as drivers."""
-    drivers = {fitting.name: fitting.driver for fitting in fittings}
-    for fitting in fittings:
-        check = partial(fitting.driver.check_beside, fitting.description, fitting.settings, robot, drivers)
-        yield from issues_from(f"{section}.{fitting.name}", check)
+    drivers = {binding.name: binding.driver for binding in bindings}
+    for binding in bindings:
+        check = partial(binding.driver.check_beside, binding.description, binding.settings, robot, drivers)
+        yield from issues_from(f"{section}.{binding.name}", check)
 
 
 def invalid_pins(
-    section: str, fittings: Iterable[DeviceBinding], place: Callable[[Connection], object]
+    section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], object]
 ) -> Iterator[MistakeParts]:
     """Yield what ``place`` refuses: a wire that goes to no place of the board."""
-    for fitting in fittings:
-        for wire in fitting.connections:
-            yield from issues_from(f"{section}.{fitting.name}.{wire.signal}", partial(place, wire))
+    for binding in bindings:
+        for wire in binding.connections:
+            yield from issues_from(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
 
 
 def pin_conflicts(
-    section: str, fittings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
+    section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
 ) -> Iterator[MistakeParts]:
     """Yield every place to which two wires go, of which one would have it alone; `bind_devices` tells of ``place``."""
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
-    for fitting in fittings:
-        for wire in _wires(fitting, place):
-            key = f"{section}.{fitting.name}.{wire.signal}"
+    for binding in bindings:
+        for wire in _wires(binding, place):
+            key = f"{section}.{binding.name}.{wire.signal}"
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
             if before is not wire and not wire.shares(before):
                 yield (
@@ -170,8 +170,8 @@ def pin_conflicts(
                 )
 
 
-def _wires(fitting: DeviceBinding, place: Callable[[Connection], Iterable[Connection]]) -> Iterator[Connection]:
-    for wire in fitting.connections:
+def _wires(binding: DeviceBinding, place: Callable[[Connection], Iterable[Connection]]) -> Iterator[Connection]:
+    for wire in binding.connections:
         yield wire
         with suppress(ValueError):  # what it refuses is told by `invalid_pins`
             yield from place(wire)

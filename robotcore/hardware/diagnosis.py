@@ -63,14 +63,14 @@ def check_description(
     Returns the devices as they are fitted, None where the file is wrong.
     """
     try:
-        fittings = bind()
+        bindings = bind()
     except DescriptionError as error:
         for each in (error, *error.others):
             yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy, kind=each.kind)
         return None
-    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {count_parts(fittings)}", kind="description-ok")
-    for fitting in fittings:
-        for warning in fitting.warnings:
+    yield Finding.ok("robot", f"{robot.file or robot.name} OK, {count_parts(bindings)}", kind="description-ok")
+    for binding in bindings:
+        for warning in binding.warnings:
             said, _, remedy = warning.partition(". ")
-            yield Finding.warning("robot", f"{fitting.name}: {said}", remedy, kind="connection-risk")
-    return fittings
+            yield Finding.warning("robot", f"{binding.name}: {said}", remedy, kind="connection-risk")
+    return bindings

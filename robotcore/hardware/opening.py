@@ -52,12 +52,12 @@ def open_robot(
         beneath = undo.enter_context(ExitStack())
         beneath.callback(release)
         beneath.callback(host.shared.close)
-        fittings = bind_devices(setup.robot, section, setup.devices - opened.keys())
-        notes = open_devices(fittings, host, opened)
+        bindings = bind_devices(setup.robot, section, setup.devices - opened.keys())
+        notes = open_devices(bindings, host, opened)
         for device in opened.values():
             undo.callback(device.close)
         devices = _in_order(setup, opened)
-        cutoffs = [cutoff for fitting in fittings for cutoff in fitting.cutoffs(host)]
+        cutoffs = [cutoff for binding in bindings for cutoff in binding.cutoffs(host)]
         robot = Robot(
             setup.robot.name, clock, devices, truth=truth, release=beneath.close, cutoffs=cutoffs, notes=notes
         )
@@ -65,13 +65,13 @@ def open_robot(
     return robot
 
 
-def static_cutoffs(robot: RobotDescription, fittings: Iterable[DeviceBinding]) -> tuple[CutoffSpec, ...]:
+def static_cutoffs(robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> tuple[CutoffSpec, ...]:
     """Return how to stop devices that this process has not opened: a backend's answer to `Backend.cutoffs`."""
     host = Host(robot, MonotonicClock(), owner=None)
-    return tuple(cutoff for fitting in fittings for cutoff in fitting.cutoffs(host))
+    return tuple(cutoff for binding in bindings for cutoff in binding.cutoffs(host))
 
 
-def open_devices(fittings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:
+def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:
     """Open every device into ``opened``, which the host shows to those that come later: motors last.
 
     Every device is tried; where one fails, all are closed again. Raises the DeviceError, or DeviceGroupError with all
@@ -80,17 +80,17 @@ def open_devices(fittings: Iterable[DeviceBinding], host: Host, opened: dict[str
     failures: list[Exception] = []
     notes = []
     with ExitStack() as undo:
-        for fitting in sorted(fittings, key=_rank):
+        for binding in sorted(bindings, key=_rank):
             try:
-                device = fitting.open(host)
+                device = binding.open(host)
             except DeviceError as failure:
-                if isinstance(fitting.description, BatteryDescription):
+                if isinstance(binding.description, BatteryDescription):
                     notes.append(f"{failure}. Its voltage will not be reported")
                 else:
                     failures.append(failure)
                 continue
             undo.callback(_close, device, failures)
-            opened[fitting.name] = device
+            opened[binding.name] = device
         if not failures:
             undo.pop_all()
     if len(failures) == 1:
@@ -116,8 +116,8 @@ def _close(device: Device, failures: list[Exception]) -> None:
         failures.append(failure)
 
 
-def _rank(fitting: DeviceBinding) -> int:
-    return next((rank for rank, kind in enumerate(_ORDER) if isinstance(fitting.description, kind)), len(_ORDER))
+def _rank(binding: DeviceBinding) -> int:
+    return next((rank for rank, kind in enumerate(_ORDER) if isinstance(binding.description, kind)), len(_ORDER))
 
 
 def encoder_of(motor: str, robot: RobotDescription) -> str | None:

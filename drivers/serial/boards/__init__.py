@@ -1,1 +1,1 @@
-"""Motor boards, a folder each: its frames (protocol), the conversation with it (board), and its device drivers."""
+"""Motor boards, a folder each: the frames and the protocol of a board, and its device drivers."""

@@ -15,14 +15,14 @@ from robotcore.hardware import Host
 
 
 class BoardProtocol(Protocol):
-    """A conversation with one board that answers, or tells by itself.
+    """The protocol of one board that answers requests, or sends data by itself.
 
-    A board that has told nothing for longer than `silence_s` is lost. What it was told is forgotten then, and once more
-    when it is met again: a thread that was about to tell it something when it was lost turns no wheel later.
+    A board that has sent nothing for longer than `silence_s` is lost. Its command is dropped when it is lost, and again
+    when it is back: a command that another thread sets in between turns no wheel later.
     """
 
-    usual_timeout_s: ClassVar[float]
-    """After how long without a command the board stops its motors by itself, where no motor asks for less."""
+    default_timeout_s: ClassVar[float]
+    """The board stops its motors after this many seconds without a command, if no motor asks for a shorter time."""
 
     def __init__(self, baud: int) -> None:
         self.baud, self.is_ready = baud, False
@@ -33,20 +33,20 @@ class BoardProtocol(Protocol):
     @property
     @abstractmethod
     def silence_s(self) -> float:
-        """How long a board that is there tells nothing at most."""
+        """The longest time in seconds that a connected board sends nothing."""
 
     def limit(self, timeout_s: float) -> None:
-        """Have the board stop by itself after so long, if it can be told; the shortest time counts."""
+        """Set the time-out of the board in seconds, if it can be set; the shortest one applies."""
         self._timeouts_s.append(timeout_s)
 
     @property
     def timeout_s(self) -> float:
-        """After how long without a command the board stops its motors by itself."""
-        return min(self._timeouts_s, default=self.usual_timeout_s)
+        """The board stops its motors after this many seconds without a command."""
+        return min(self._timeouts_s, default=self.default_timeout_s)
 
     @property
-    def stops_itself(self) -> str:
-        return stops_after(self.timeout_s)
+    def timeout_notice(self) -> str:
+        return describe_timeout(self.timeout_s)
 
     @property
     def is_settled(self) -> bool:
@@ -62,33 +62,36 @@ class BoardProtocol(Protocol):
             self._lose(now)
 
     def _lose(self, now: float) -> None:
-        """Know that the board is gone, or was reset."""
+        """Drop the command: the board is lost, or was reset."""
         self.is_ready = False
         self.command.clear()
 
-    def _meet(self) -> None:
-        """Know that the board is there; it stands until it is told anew."""
+    def _set_ready(self) -> None:
+        """Set the board ready, without a command: it turns no motor before a new one."""
         self.command.clear()
         self.is_ready = True
 
 
-def stops_after(timeout_s: float) -> str:
-    """Say when a board stops by itself.
+def describe_timeout(timeout_s: float) -> str:
+    """Return a sentence on the time-out of a board.
 
-    >>> stops_after(0.5)
-    'The board stops its motors by itself 0.5 s after the last command that it heard.'
+    >>> describe_timeout(0.5)
+    'The board stops its motors by itself 0.5 s after the last command that it received.'
     """
-    return f"The board stops its motors by itself {timeout_s:g} s after the last command that it heard."
+    return f"The board stops its motors by itself {timeout_s:g} s after the last command that it received."
 
 
 ProtocolT = TypeVar("ProtocolT", bound=Protocol)
 
 
 class Board(Generic[ProtocolT]):
-    """An open board: its line and its protocol, shared by its devices."""
+    """An open board: the line and the protocol that its devices share."""
 
     def __init__(self, line: Line, protocol: ProtocolT) -> None:
         self.line, self.protocol = line, protocol
+
+    def __repr__(self) -> str:
+        return f"Board({self.line!r}, {type(self.protocol).__name__})"
 
     def close(self) -> None:
         self.line.close()
@@ -121,7 +124,7 @@ def open_board(
     Raises DeviceError with the reason for the first device, and SharedBoardError for the others.
     """
 
-    def attempted() -> _Attempt[ProtocolT]:
+    def attempt_to_open() -> _Attempt[ProtocolT]:
         protocol = make()
         line = Line(place, protocol, host.clock)
         try:
@@ -130,9 +133,9 @@ def open_board(
             return _Attempt(device, None, failure)
         return _Attempt(device, Board(line, protocol))
 
-    attempt = host.shared.take(_Attempt, (kind, place), attempted)
+    attempt = host.shared.take(_Attempt, (kind, place), attempt_to_open)
     if attempt.board:
         return attempt.board
     if attempt.failure and attempt.device == device:
         raise attempt.failure
-    raise SharedBoardError(device, f"is on {place} too, which could not be opened for {attempt.device}")
+    raise SharedBoardError(device, f"its board on {place} could not be opened for {attempt.device} either")

@@ -15,7 +15,7 @@ MAX_AGE_S = 0.25
 """An older command is sent as 0: the program was suspended, and the board has stopped the motor meanwhile."""
 
 STOP_REPEAT_S = 0.1
-"""Boards that acknowledge nothing get the stop again this often."""
+"""The period of repeating a stop to boards that acknowledge nothing."""
 
 
 class WheelCommand(NamedTuple):
@@ -25,7 +25,7 @@ class WheelCommand(NamedTuple):
     right: float = 0.0
 
     @property
-    def stops(self) -> bool:
+    def is_stop(self) -> bool:
         """Whether both values are 0."""
         return not (self.left or self.right)
 
@@ -47,12 +47,17 @@ class CommandBuffer:
     """
 
     def __init__(self) -> None:
+        """Start with a stop that is not sent."""
         self._lock = Lock()
         self._newest = WheelCommand()
         self._set_at: dict[Side, float] = {}
         self._fresh: set[Side] = set()
         self._due = math.inf
         self._sent_at = -math.inf
+
+    def __repr__(self) -> str:
+        state = "sent" if math.isinf(self._due) else f"due at {self._due:g}"
+        return f"CommandBuffer(left={self._newest.left:g}, right={self._newest.right:g}, {state})"
 
     def set(self, side: Side, value: float, now: float) -> None:
         """Set the command of one motor; the other one keeps its newest command."""
@@ -62,7 +67,7 @@ class CommandBuffer:
             )
             self._set_at[side] = now
             self._fresh.add(side)
-            is_complete = self._newest.stops or len(self._fresh) > 1
+            is_complete = self._newest.is_stop or len(self._fresh) > 1
             self._due = min(self._due, now if is_complete else now + GATHER_S)
 
     def take(self, now: float, timeout_s: float) -> WheelCommand | None:
@@ -84,7 +89,7 @@ class CommandBuffer:
         Returns None before that time, and while a motor turns: the board's time-out counts from the app's commands.
         """
         with self._lock:
-            if not self._newest.stops or now < self._sent_at + STOP_REPEAT_S:
+            if not self._newest.is_stop or now < self._sent_at + STOP_REPEAT_S:
                 return None
             self._sent_at = now
             return self._newest
@@ -108,12 +113,12 @@ class CommandBuffer:
     @property
     def repeat_due(self) -> float:
         """When `repeat_stop` has a command; `inf` while a motor turns."""
-        return self._sent_at + STOP_REPEAT_S if self._newest.stops else math.inf
+        return self._sent_at + STOP_REPEAT_S if self._newest.is_stop else math.inf
 
     def _in_force(self, side: Side, now: float, timeout_s: float) -> float:
-        turns_anew = any(self._value(fresh) for fresh in self._fresh)
-        lives_s = timeout_s if turns_anew and side not in self._fresh else MAX_AGE_S
-        return 0.0 if now - self._set_at.get(side, -math.inf) > lives_s else self._value(side)
+        is_turning = any(self._value(fresh) for fresh in self._fresh)
+        max_age_s = timeout_s if is_turning and side not in self._fresh else MAX_AGE_S
+        return 0.0 if now - self._set_at.get(side, -math.inf) > max_age_s else self._value(side)
 
     def _value(self, side: Side) -> float:
         return self._newest.left if side == "left" else self._newest.right

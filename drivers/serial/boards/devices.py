@@ -1,7 +1,8 @@
-"""The devices of a motor board: they pass on commands and read the newest values from the board."""
+"""The devices of a motor board: they set commands and return the newest values of the board."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Generic
 
@@ -15,43 +16,54 @@ from robotcore.hardware.motor_model import Output
 
 
 class CountAccumulator:
-    """Adds up what a board counts of one wheel, in the board's own unit, from the first count on.
+    """The turns of one wheel since the board's first count, in the board's own unit.
 
-    After `restart` the next count is taken to be where the last one was: what the wheel turned meanwhile nobody knows,
-    and nothing is made up for it. ``wraps_at`` is how many counts the board's counter has before it begins anew, 2³²
-    for a 32-bit one. One thread counts, others ask for the angle.
+    After `restart` the next count is taken as equal to the last one: turns in between are lost. One thread calls
+    `count`, others call `angle`.
 
-    >>> turning = CountAccumulator(wraps_at=2**32)
+    >>> counter = CountAccumulator(wraps_at=2**32)
     >>> for time, count in enumerate((2**31 - 1, -(2**31) + 1)):
-    ...     turning.count(count, time)
-    >>> turning.angle(rad_per_unit=0.5)
+    ...     counter.count(count, time)
+    >>> counter.angle(rad_per_unit=0.5)
     Angle(angle=1.0, time=1, sequence=1)
     """
 
     def __init__(self, wraps_at: float | None = None) -> None:
+        """Start without a count.
+
+        wraps_at: the counter of the board begins again after this many counts, 2³² if it has 32 bits; None if it
+            never does.
+        """
         self._wraps_at = wraps_at
         self._last: float | None = None
         self._newest: tuple[float, float, int] | None = None
 
+    def __repr__(self) -> str:
+        total, time, sequence = self._newest or (0.0, -math.inf, -1)
+        return f"CountAccumulator(total={total:g}, time={time:g}, sequence={sequence})"
+
     def count(self, counted: float, time: float) -> None:
-        """Take what the board's counter is at ``time``, when its frame came in."""
+        """Add a value of the board's counter.
+
+        time: when its frame arrived, in seconds.
+        """
         total, _, sequence = self._newest or (0.0, 0.0, -1)
-        total += self._turned(counted)
+        total += self._difference(counted)
         self._last = counted
         self._newest = total, time, sequence + 1
 
     def restart(self) -> None:
-        """Know that the board may count from anywhere now."""
+        """Drop the last count: the board was reset, and its counter may have any value."""
         self._last = None
 
     def angle(self, rad_per_unit: float) -> Angle | None:
-        """Return the wheel's angle, as old as the newest count; None where there was none."""
+        """Return the angle of the wheel at the newest count; None before the first one."""
         if self._newest is None:
             return None
         total, time, sequence = self._newest
         return Angle(total * rad_per_unit, time, sequence)
 
-    def _turned(self, counted: float) -> float:
+    def _difference(self, counted: float) -> float:
         if self._last is None:
             return 0.0
         turned = counted - self._last
@@ -61,29 +73,30 @@ class CountAccumulator:
 
 
 class BoardOutput(Output):
-    """One side of a board: what a motor sends goes there, in the unit of the board's `CommandBuffer`.
-
-    As it is, for a `DutyMotor`, it takes duties.
-    """
+    """One side of a board; its values are in the unit of the board's `CommandBuffer`, duties for a `DutyMotor`."""
 
     def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side) -> None:
         self._device, self._line, self._command, self._side = device, line, command, side
 
     def turn(self, duty: float) -> None:
-        """Have it sent; raises DeviceLostError, by the motor's name, where the line is lost."""
+        """Set the command; raises DeviceLostError with the motor's name if the line is lost."""
         self._line.require(self._device)
         self._command.set(self._side, duty, self._line.now())
         self._line.wake()
 
     def close(self) -> None:
-        """Wait until the board has heard the last command; raises DeviceError where that cannot be told."""
+        """Wait until the last command is settled; raises DeviceError if that takes too long."""
         self._line.settle(self._device)
 
 
 class BoardMotor(Motor):
-    """A motor whose velocity its board holds; ``unit_per_rad_s`` is what the board is told for 1 rad/s."""
+    """A motor whose board controls the velocity."""
 
     def __init__(self, description: MotorDescription, output: BoardOutput, unit_per_rad_s: float) -> None:
+        """Create the motor.
+
+        unit_per_rad_s: the value for 1 rad/s in the board's unit.
+        """
         super().__init__(description.name, description.max_velocity_rad_s)
         self._output, self._unit_per_rad_s = output, unit_per_rad_s
 
@@ -95,17 +108,21 @@ class BoardMotor(Motor):
 
 
 class BoardSensor(Sensor[SampleT], Generic[SampleT]):
-    """Something that a board tells of by itself or is asked for all the time; ``set`` returns what it told last.
+    """A sensor with samples that the thread of the line receives.
 
-    None is that it has not told anything yet. While the line is lost it is read no more, nor is what was told before.
+    Reading raises DeviceLostError while the line is lost, and from then on until a new sample arrives.
     """
 
     def __init__(self, name: str, line: Line, read_latest: Callable[[], SampleT | None]) -> None:
+        """Create the sensor.
+
+        read_latest: returns the newest sample; None before the first one.
+        """
         super().__init__(name)
         self._line, self._read_latest = line, read_latest
 
     def await_first(self, within_s: float) -> None:
-        """Wait until there is a first sample; raises DeviceError where there is none in this time."""
+        """Wait for the first sample; raises DeviceError if there is none within these seconds."""
         self._line.wait_until(lambda: self._read_latest() is not None, self.name, within_s, self._no_sample_yet)
 
     def _newest(self) -> SampleT:
@@ -117,14 +134,14 @@ class BoardSensor(Sensor[SampleT], Generic[SampleT]):
 
     @property
     def _no_sample_yet(self) -> str:
-        return f"the board on {self._line.place} has not told anything of it"
+        return f"the board on {self._line.place} has not sent a value of this device"
 
 
 class BoardEncoder(BoardSensor[Angle], Encoder):
-    """A wheel whose turns a board counts; ``rad_per_unit`` is the angle of one of the board's counts."""
+    """An encoder whose counts a board adds up; ``rad_per_unit`` is the angle of one count."""
 
-    def __init__(self, name: str, line: Line, turning: CountAccumulator, rad_per_unit: float) -> None:
-        super().__init__(name, line, lambda: turning.angle(rad_per_unit))
+    def __init__(self, name: str, line: Line, counter: CountAccumulator, rad_per_unit: float) -> None:
+        super().__init__(name, line, lambda: counter.angle(rad_per_unit))
 
 
 class BoardBattery(BoardSensor[Voltage], Battery):

@@ -1,1 +1,1 @@
-"""Range sensors on a line of their own."""
+"""Range sensors with their own serial line."""

@@ -1,9 +1,9 @@
 """Benewake's frames: nine bytes, a hundred times a second, from a TFmini, TFmini-S, TFmini Plus or TF-Luna.
 
-    59 59  distance  amplitude  temperature  sum        words of two bytes, the low one first
+    59 59  distance  amplitude  temperature  sum        words of two bytes, the low byte first
 
-The distance is in centimetres, the temperature in eighths of a degree above -256 °C, the sum is the low byte of what
-the other eight add up to. The first TFmini tells its mode (a number below 256) where the later ones have a temperature.
+The distance is in centimetres, and the temperature in eighths of a degree above -256 °C. The sum is the low byte of the
+sum of the other eight bytes. The first TFmini sends its mode, a number below 256, in place of the temperature.
 
 Source: Benewake's manuals SJ-PM-TFmini-T-01 A03, SJ-PM-TFmini-S A00, SJ-PM-TFmini Plus A04 (chapters 5.3, 5.4) and
 SJ-PM-TF-Luna A05 (chapters 6.4, 6.8, 6.9, appendix I).
@@ -21,34 +21,34 @@ SIZE = 9
 _WORDS = struct.Struct("<HHH")
 
 _FARTHEST_CM = 2000
-"""The most that a manual gives as a distance."""
+"""The greatest distance in the manuals."""
 
 _COLDEST, _HOTTEST = 256, 4096
-"""-224 °C, below which it is a mode, and 256 °C."""
+"""-224 °C and 256 °C; a lower number is a mode."""
 
 _WEAK, _SATURATED, _DAZZLED = 0xFFFF, 0xFFFE, 0xFFFC
-"""-1, -2 and -4: what a TFmini-S tells in place of a distance. The first TFmini has the -1 too; a TFmini Plus and a
-TF-Luna tell 0."""
+"""-1, -2 and -4: a TFmini-S sends these in place of a distance. The first TFmini sends -1 too; a TFmini Plus and a
+TF-Luna send 0."""
 
 _OVEREXPOSED = 0xFFFF
 _WEAKEST, _WEAKEST_OF_THE_FIRST = 100, 20
-"""The amplitude below which a distance means nothing."""
+"""The lowest amplitude of a valid distance."""
 
 
-class Seen(Enum):
-    """What a frame says."""
+class Detection(Enum):
+    """The result of a measurement."""
 
     TARGET = auto()
-    """Something, at the distance that is told with it; 0 is too near."""
+    """A target at the distance in the frame; 0 is too near."""
     NOTHING = auto()
-    """Too little light came back: there is nothing, or it is dark."""
+    """Too little light came back: there is no target, or a dark one."""
     UNCLEAR = auto()
-    """Too much light: something shines, or the sun."""
+    """Too much light: a shining target, or the sun."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A frame: its three words as they came."""
+    """The three words of a frame."""
 
     distance_cm: int
     amplitude: int
@@ -56,37 +56,35 @@ class Reading:
 
     @property
     def temperature_c(self) -> float | None:
-        """The chip's temperature in °C; None from the first TFmini, which does not tell it."""
+        """The temperature of the chip in °C; None from the first TFmini, which does not send it."""
         return None if self.temperature < _COLDEST else self.temperature / 8 - 256
 
     @property
     def distance(self) -> float:
-        """In metres; means something where a target is seen."""
+        """The distance in metres, valid if `detection` is a target."""
         return self.distance_cm / 100
 
     @property
-    def seen(self) -> Seen:
-        """What it says, whichever of the sensors has sent it."""
+    def detection(self) -> Detection:
+        """The result of the measurement, for all of these sensors."""
         if self.amplitude == _OVEREXPOSED or self.distance_cm in {_SATURATED, _DAZZLED}:
-            return Seen.UNCLEAR
+            return Detection.UNCLEAR
         weakest = _WEAKEST_OF_THE_FIRST if self.temperature_c is None else _WEAKEST
-        return Seen.NOTHING if self.distance_cm == _WEAK or self.amplitude < weakest else Seen.TARGET
+        return Detection.NOTHING if self.distance_cm == _WEAK or self.amplitude < weakest else Detection.TARGET
 
     @property
     def is_possible(self) -> bool:
-        """Whether a sensor would send it: what is cut out of two frames has odd words."""
+        """Whether a sensor can send such words; nine bytes across two frames often have others."""
         is_distance = self.distance_cm <= _FARTHEST_CM or self.distance_cm in {_WEAK, _SATURATED, _DAZZLED}
         return is_distance and self.temperature < _HOTTEST
 
 
 class Parser:
-    """Cuts a stream into frames.
+    """Splits a stream that is cut anywhere into frames.
 
-    The header may be in a frame's words too, and one byte is a weak sum. So out of step, such as at the beginning or
-    after noise, a frame is believed once another follows it without a gap: two frames after the noise it is in step
-    again, and has lost none of them. In step a frame is believed at once.
-
-    ``skipped`` is how many bytes were in no frame. It keeps less than two frames.
+    The words of a frame may contain the header, and one byte is a weak checksum. So at the beginning and after noise, a
+    frame is accepted only if another frame follows it without a gap. After that each frame is accepted at once. The
+    parser keeps less than two frames.
 
     >>> parser = Parser()
     >>> frame = bytes.fromhex("59 59 32 00 e8 03 c8 08 9f")
@@ -98,11 +96,12 @@ class Parser:
 
     def __init__(self) -> None:
         self.skipped = 0
+        """The number of bytes in no frame."""
         self._rest = b""
         self._is_in_step = False
 
     def feed(self, data: bytes) -> list[Reading]:
-        """Take a piece of the stream, cut anywhere; return what the frames that end in it say."""
+        """Take received bytes; return the frames that they complete."""
         stream, at, readings = self._rest + data, 0, []
         while at + SIZE <= len(stream):
             reading = _reading(stream, at)
@@ -119,7 +118,7 @@ class Parser:
         return readings
 
     def _next_header(self, stream: bytes, at: int) -> int:
-        """Go on at the next header, or where one may have begun."""
+        """Return the index of the next header, or of a last byte that may begin one."""
         self._is_in_step = False
         found = stream.find(HEADER, at)
         if found < 0:
@@ -129,7 +128,7 @@ class Parser:
 
 
 def _reading(stream: bytes, at: int) -> Reading | None:
-    """Return what the frame there says; None where there is none."""
+    """Return the frame at an index; None if there is no valid one."""
     if not stream.startswith(HEADER, at) or sum(stream[at : at + SIZE - 1]) & 0xFF != stream[at + SIZE - 1]:
         return None
     reading = Reading(*_WORDS.unpack_from(stream, at + len(HEADER)))

@@ -56,7 +56,7 @@ class NumberingProtocol(Protocol):
     def receive(self, data: bytes, now: float) -> None:
         """Nothing is answered."""
 
-    def due(self, now: float) -> bytes:
+    def data_to_send(self, now: float) -> bytes:
         wheels = self.command.take(now, timeout_s=0.5)
         return b"" if wheels is None else b"%0*d" % (self._size, wheels.left)
 
@@ -73,7 +73,7 @@ class PollingProtocol(Protocol):
     """Asks until it is answered, then says each word that it is told once; each is answered too."""
 
     is_settled: bool = True
-    stops_itself = "The board stops by itself after 0.5 s"
+    timeout_notice = "The board stops by itself after 0.5 s"
 
     def __init__(self, baud: int = 115200) -> None:
         self.baud = baud
@@ -93,7 +93,7 @@ class PollingProtocol(Protocol):
     def receive(self, data: bytes, now: float) -> None:
         self.is_ready = self.is_settled = True
 
-    def due(self, now: float) -> bytes:
+    def data_to_send(self, now: float) -> bytes:
         if self.defect:
             raise self.defect
         self.is_ready = self.is_ready and not self.is_lost

@@ -85,7 +85,7 @@ class ArduinoDouble(BoardDouble):
         return left, right
 
 
-class TrueDouble(ArduinoDouble):
+class RosArduinoBridgeDouble(ArduinoDouble):
     """ROSArduinoBridge: it takes whatever comes for some command, and a CR alone for an unknown one."""
 
     frame_s = 0.033
@@ -120,7 +120,7 @@ def _read(line: str) -> tuple[str, tuple[int, int]]:
     return words[0][-1:], (numbers[0], numbers[1])
 
 
-class OurDouble(ArduinoDouble):
+class RobotcoreBridgeDouble(ArduinoDouble):
     """Our firmware: it takes nothing that is not as it must be, and sums its answers where it is asked so."""
 
     frame_s = 1 / 30

@@ -20,7 +20,7 @@ from robotcore.testing.simulation_rules import RepeatRules
 from tests.doubles.serial.bench import SerialBench, wired
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
-from tests.doubles.serial.rosarduino import OurDouble
+from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble
 from tests.drivers.serial.boards.rosarduino.rig import WHEELS
 from tests.texts import CheckText, Raises
 
@@ -131,7 +131,7 @@ class TestDoctor:
 
     def test_boards_that_answer_are_opened_and_read(self, pty: Pty, check_text: CheckText) -> None:
         clock = MonotonicClock()
-        powered = Powered(OurDouble(), pty, clock)
+        powered = Powered(RobotcoreBridgeDouble(), pty, clock)
         *_, boards = self.examine(wired(load_robot("rover"), WHEELS, pty.path))
         powered.off()
         clock.close()
@@ -168,7 +168,7 @@ class TestDoctor:
         self, pty: Pty, check_text: CheckText
     ) -> None:
         clock = MonotonicClock()
-        powered = Powered(OurDouble(), pty, clock)
+        powered = Powered(RobotcoreBridgeDouble(), pty, clock)
         with pty.path.open() as file, subprocess.Popen(["/bin/sleep", "60"], stdin=file) as reader:
             robot = wired(load_robot("rover"), WHEELS, pty.path)
             *_, port, boards = self.examine(robot)
@@ -208,5 +208,5 @@ class TestTwoRuns(SerialBench, RepeatRules):
         **{f"{side}_encoder": {"driver": "ros-arduino-encoder", "side": side} for side in WHEEL_SIDES},
     }
 
-    def board(self) -> OurDouble:
-        return OurDouble(counts_per_turn=3840)
+    def board(self) -> RobotcoreBridgeDouble:
+        return RobotcoreBridgeDouble(counts_per_turn=3840)

@@ -11,7 +11,7 @@ import pytest
 from serial.tools import list_ports
 
 from drivers.serial import line as line_module
-from drivers.serial.line import FIRST_S, HEARING_S, SUSPENDED_S, Line, Waker
+from drivers.serial.line import FIRST_RETRY_S, RECOVERY_S, SUSPENDED_S, Line, Waker
 from drivers.serial.port import describe_ports
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import SteppedClock
@@ -100,7 +100,7 @@ def test_a_lost_port_is_found_again_and_begun_anew(bench: Bench) -> None:
     bench.open().lose()
     bench.protocol.say(b"old")
     bench.pty.plug_in()
-    bench.pass_by(2 * FIRST_S)
+    bench.pass_by(2 * FIRST_RETRY_S)
     bench.line.require("wheel")
     assert bench.board.heard == b"??"
 
@@ -109,7 +109,7 @@ def test_a_board_that_has_not_answered_since_it_came_back_is_lost_still(bench: B
     bench.open().lose()
     bench.board.is_deaf = True
     bench.pty.plug_in()
-    bench.pass_by(2 * FIRST_S)
+    bench.pass_by(2 * FIRST_RETRY_S)
     with raises(DeviceLostError, "board-silent", device="wheel"):
         bench.line.require("wheel")
 
@@ -122,7 +122,7 @@ def test_what_was_heard_before_the_port_was_lost_is_not_reported_as_if_it_had_ne
     bench.line.require_since_lost("wheel", heard_at)
     bench.lose()
     bench.pty.plug_in()
-    bench.pass_by(2 * FIRST_S)
+    bench.pass_by(2 * FIRST_RETRY_S)
     bench.line.require("wheel")
     with raises(DeviceLostError, "no-sample-yet", device="wheel"):
         bench.line.require_since_lost("wheel", heard_at)
@@ -263,7 +263,7 @@ class TestByAThread:
         monkeypatch.setattr(Waker, "wait", suspended)
         with raises(DeviceLostError, "program-suspended", device="wheel", hide=["0.6 s", "0.7 s"]):
             _require_often(line, clock)
-        clock.sleep_until(clock.now() + HEARING_S)
+        clock.sleep_until(clock.now() + RECOVERY_S)
         with pytest.raises(DeviceLostError):
             line.require("wheel")
         line.close()
@@ -276,7 +276,7 @@ class TestByAThread:
         line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 5.0)
         with monkeypatch.context() as patient:
-            patient.setattr(line_module, "WAITING_S", 1000.0)
+            patient.setattr(line_module, "MAX_WAIT_S", 1000.0)
             protocol.say(b"go", at=clock.now() + 0.05)
             line.wake()
             line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, "was never heard")
@@ -299,7 +299,7 @@ class TestByAThread:
         line.open("wheel", 5.0)
         monkeypatch.setattr(Waker, "wait", noted)
         protocol.defect = KeyError("side")
-        clock.sleep_until(clock.now() + 2 * FIRST_S)
+        clock.sleep_until(clock.now() + 2 * FIRST_RETRY_S)
         line.close()
         powered.off()
         assert waits

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.serial.line import BITS_A_BYTE, PERIOD_S, Line
+from drivers.serial.line import BITS_PER_BYTE, PERIOD_S, Line
 from robotcore.hal.clock import SteppedClock
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.line import NumberingProtocol, ReceivedFrame, Wire
@@ -31,7 +31,7 @@ class Driving:
 
     @property
     def frame_s(self) -> float:
-        return SIZE * BITS_A_BYTE / self.baud
+        return SIZE * BITS_PER_BYTE / self.baud
 
     def newest_at(self, time: float) -> int:
         return max((number for number, at in self.sent.items() if at <= time), default=0)

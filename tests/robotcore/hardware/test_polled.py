@@ -55,28 +55,28 @@ def test_a_device_that_works_again_is_read_again(newest: LatestSample[Range]) ->
 
 
 def test_reading_before_the_first_result_raises(raises: Raises) -> None:
-    findings = RangeSampler(NOSE, 3)
-    findings.add_no_echo(0.0)
-    findings.clear_failure()
-    assert not findings.has_result
+    sampler = RangeSampler(NOSE, 3)
+    sampler.add_no_echo(0.0)
+    sampler.clear_failure()
+    assert not sampler.has_result
     with raises(DeviceError, "no-sample-yet", device="nose"):
-        findings.newest.get()
+        sampler.newest.get()
 
 
 def test_a_failure_ends_a_row_of_nothing() -> None:
-    findings = RangeSampler(NOSE, 3)
-    findings.add_distance(1.0, 0.0)
-    findings.add_no_echo(0.1)
-    findings.add_no_echo(0.2)
-    findings.fail(OSError("unplugged"))
-    findings.clear_failure()
-    findings.add_no_echo(0.3)
-    assert findings.newest.get().time == 0.0
+    sampler = RangeSampler(NOSE, 3)
+    sampler.add_distance(1.0, 0.0)
+    sampler.add_no_echo(0.1)
+    sampler.add_no_echo(0.2)
+    sampler.fail(OSError("unplugged"))
+    sampler.clear_failure()
+    sampler.add_no_echo(0.3)
+    assert sampler.newest.get().time == 0.0
 
 
 def test_what_is_in_range_and_what_is_not() -> None:
-    findings = RangeSampler(NOSE, 3)
+    sampler = RangeSampler(NOSE, 3)
     for number, (distance, reported) in enumerate([(0.0, 0.02), (0.5, 0.5), (2.0, 2.0), (2.001, math.inf)]):
-        findings.add_distance(distance, float(number))
-        sample = findings.newest.get()
+        sampler.add_distance(distance, float(number))
+        sample = sampler.newest.get()
         assert (sample.distance, sample.time, sample.sequence) == (reported, float(number), number)

@@ -1,1 +1,1 @@
-"""Hoverboard mainboards with the FOC firmware: frames of 8 and 18 bytes."""
+"""Hoverboard mainboards with the FOC firmware."""

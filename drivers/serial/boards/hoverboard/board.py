@@ -1,4 +1,4 @@
-"""The conversation with a hoverboard: it reports by itself, and needs commands again and again."""
+"""The protocol of a hoverboard: it sends feedback by itself, and needs repeated commands."""
 
 from __future__ import annotations
 
@@ -12,29 +12,28 @@ from drivers.serial.boards.hoverboard.protocol import CoefficientMixer, Feedback
 from robotcore.hal.devices import Voltage
 
 PAUSE_S = 0.005
-"""Commands are this far apart: the board takes 8 bytes and a pause for one, 16 bytes for none."""
+"""The pause between commands: the board takes 8 bytes and a pause as a command, and ignores 16 bytes."""
 
 SILENCE_S = 0.4
-"""A board that has told nothing for longer is lost. It is silent for 0.3 s while it beeps that its motors are on."""
+"""A board that has sent nothing for longer is lost. It is silent for 0.3 s while it beeps after its motors start."""
 
 
 class HoverboardProtocol(BoardProtocol):
-    """Sends what the wheels are told, mixed as the board wants it, and adds up what it measures.
+    """Sends the wheels' commands through the board's mixer, and integrates the measured speeds.
 
-    A robot that stands is told so again and again: a board that hears nothing for 0.8 s beeps, and counts a fault.
-
-    ``left`` and ``right`` have what each motor turned, in rpm times seconds, as the motors are mounted: the measured
-    speeds over the times in which they came. While the board is silent nothing is added, for nobody measured it.
+    A stop is repeated: a board that receives nothing for 0.8 s beeps, and counts a fault. While the board is silent
+    nothing is integrated, for there is no measured speed.
     """
 
     silence_s = SILENCE_S
-    usual_timeout_s = 0.8
-    """SERIAL_TIMEOUT in the firmware's config.h; it cannot be told otherwise."""
+    default_timeout_s = 0.8
+    """SERIAL_TIMEOUT in the firmware's config.h; it cannot be changed from outside."""
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
         self.mixer: Mixer = CoefficientMixer()
         self.left, self.right = CountAccumulator(), CountAccumulator()
+        """The turns of each motor in rpm times seconds, positive as the motor is mounted."""
         self.voltage: Voltage | None = None
         self._turned = WheelCommand()
         self._parser = Parser()
@@ -47,42 +46,42 @@ class HoverboardProtocol(BoardProtocol):
 
     def receive(self, data: bytes, now: float) -> None:
         if heard := self._parser.feed(data):
-            self._add_up(heard, now)
+            self._integrate(heard, now)
             self._last, self._heard_at = heard[-1], now
             if not self.is_ready:
-                self._meet()
+                self._set_ready()
 
-    def due(self, now: float) -> bytes:
+    def data_to_send(self, now: float) -> bytes:
         self._lose_if_silent(now)
         if not self.is_ready:
-            self.command.clear()  # it may hear though it tells nothing: it is told to stand
+            self.command.clear()  # a silent board may receive: it is sent a stop
         if now < self._free_at:
             return b""
         wheels = self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)
-        return self._sent(wheels, now) if wheels else b""
+        return self._command_frame(wheels, now) if wheels else b""
 
     def next_due(self, now: float) -> float:
         return max(self._free_at, min(self.command.next_due, self.command.repeat_due))
 
     @property
     def is_settled(self) -> bool:
-        """Whether the last command was sent and, where it was to stand, the board has told that it heard it."""
-        is_heard = self._last is not None and self._last.stands and self._heard_at > self._sent_at
-        return super().is_settled and (is_heard or not self.command.newest.stops)
+        """Whether the last command was sent and, if it is a stop, the board's feedback confirms it."""
+        is_confirmed = self._last is not None and self._last.is_stopped and self._heard_at > self._sent_at
+        return super().is_settled and (is_confirmed or not self.command.newest.is_stop)
 
-    def _sent(self, wheels: WheelCommand, now: float) -> bytes:
+    def _command_frame(self, wheels: WheelCommand, now: float) -> bytes:
         frame = command(*self.mixer.steering(*wheels))
         self._sent_at, self._free_at = now, now + PAUSE_S
         return frame
 
-    def _add_up(self, heard: Sequence[Feedback], now: float) -> None:
+    def _integrate(self, heard: Sequence[Feedback], now: float) -> None:
         each_s = (now - self._heard_at) / len(heard)
         before = self._last
         for feedback in heard:
             if before and each_s <= SILENCE_S:
                 self._turned = WheelCommand(
-                    self._turned.left + (_rpm(before.left_rpm) + _rpm(feedback.left_rpm)) / 2 * each_s,
-                    self._turned.right + (_rpm(before.right_rpm) + _rpm(feedback.right_rpm)) / 2 * each_s,
+                    self._turned.left + (_centre_rpm(before.left_rpm) + _centre_rpm(feedback.left_rpm)) / 2 * each_s,
+                    self._turned.right + (_centre_rpm(before.right_rpm) + _centre_rpm(feedback.right_rpm)) / 2 * each_s,
                 )
             before = feedback
         self.left.count(self._turned.left, now)
@@ -90,10 +89,9 @@ class HoverboardProtocol(BoardProtocol):
         self.voltage = Voltage(heard[-1].battery_v, now, self.voltage.sequence + 1 if self.voltage else 0)
 
 
-def _rpm(measured: int) -> float:
-    """Return the middle of the speeds for which the board tells that one.
+def _centre_rpm(measured: int) -> float:
+    """Return the middle of the speeds that the board rounds down to this one.
 
-    It rounds down, and forward is up on one side and down on the other: a robot that drives straight on would seem to
-    turn.
+    Forward is positive on one side and negative on the other, so without this a straight drive would look like a turn.
     """
     return measured + 0.5 if measured else 0.0

@@ -1,4 +1,4 @@
-"""The settings and drivers of a hoverboard's devices: two motors, two wheels' speeds, a battery."""
+"""The settings and drivers of a hoverboard's devices: two motors, two encoders, a battery."""
 
 from __future__ import annotations
 
@@ -26,16 +26,17 @@ from robotcore.hardware.motor_model import Model
 
 
 class HoverboardSettings(PortSettings):
-    """The port; the board's own time-out is in its firmware (SERIAL_TIMEOUT, 0.8 s) and cannot be set."""
+    """The settings of a device of a hoverboard. The time-out in its firmware (SERIAL_TIMEOUT, 0.8 s) is fixed."""
 
-    speaks: ClassVar[str] = "Hoverboard FOC"
-    usual_baud: ClassVar[int] = 115200
+    protocol_name: ClassVar[str] = "Hoverboard FOC"
+    default_baud: ClassVar[int] = 115200
 
 
 class WheelSettings(SideSettings, HoverboardSettings):
-    """One of the board's two wheels; ``inverted`` where its driver turns or counts it the wrong way."""
+    """The settings of a device of one of the board's two wheels."""
 
     inverted: bool = False
+    """Whether the board turns or counts the wheel the wrong way."""
 
     @property
     def sign(self) -> int:
@@ -43,21 +44,25 @@ class WheelSettings(SideSettings, HoverboardSettings):
 
 
 class HoverboardMotorSettings(WheelSettings):
-    """What the firmware was built with, by its config.h: the driver cannot ask, and the two motors say the same.
+    """The settings of a motor: those of the firmware's config.h, which the board does not send.
 
-    ``mode`` is CTRL_MOD_REQ: "speed" is SPD_MODE, where the board holds the velocity and ``max_rpm`` is N_MOT_MAX;
-    "duty" is VLT_MODE, where the wheel turns by ``model``, and ``control`` by its encoder. ``tank_steering`` is whether
-    TANK_STEERING is defined; where it is not, ``speed_coefficient`` and ``steer_coefficient`` are those of the mixer,
-    divided by 16384.
+    Both motors of a board have the same settings.
     """
 
     mode: Literal["speed", "duty"]
+    """CTRL_MOD_REQ: "speed" is SPD_MODE, in which the board controls the velocity, and "duty" is VLT_MODE."""
     max_rpm: Annotated[int, Field(ge=10, le=2000)] = 1000
+    """N_MOT_MAX."""
     tank_steering: bool = False
+    """Whether TANK_STEERING is defined."""
     speed_coefficient: Annotated[float, Field(ge=0.1, lt=2)] = 1.0
+    """SPEED_COEFFICIENT of the mixer, divided by 16384; unused with TANK_STEERING."""
     steer_coefficient: Annotated[float, Field(ge=0.1, lt=2)] = 0.5
+    """STEER_COEFFICIENT of the mixer, divided by 16384; unused with TANK_STEERING."""
     model: Model | None = None
+    """The velocity of the wheel by duty, for mode "duty"."""
     control: Control | None = None
+    """The controller that holds the velocity by the wheel's encoder, for mode "duty"."""
 
     @property
     def mixer(self) -> Mixer:
@@ -65,62 +70,63 @@ class HoverboardMotorSettings(WheelSettings):
 
     @property
     def unit_per_rad_s(self) -> float:
-        """What the board is told for 1 rad/s in its own closed loop."""
+        """The board's value for 1 rad/s in its own closed loop."""
         return self.sign * LIMIT / self.max_rpm * 60 / math.tau
 
     def firmware(self) -> Connection:
-        """Return what both motors of a board must say alike, as something that they share."""
-        built = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
-        instead = "say the same of it for both motors"
+        """Return the firmware settings as a connection that both motors of a board share."""
+        settings = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
+        instead = "give both motors the same settings of it"
         return Connection(
-            "firmware", "config.h of the board at", self.port, is_shared=True, instead=instead, protocol=built
+            "firmware", "config.h of the board at", self.port, is_shared=True, instead=instead, protocol=settings
         )
 
     def check(self, description: MotorDescription, robot: RobotDescription) -> None:
-        """Raise ValueError, the fault, a semicolon and the remedy, where the board cannot turn the wheel so."""
+        """Raise ValueError with the fault, a semicolon and the remedy if the board cannot turn the wheel so fast."""
         if self.mode == "duty":
             self._check_duty(description, robot)
         elif self.model or self.control:
-            raise ValueError("in mode speed the board holds the velocity; leave model and control out")
+            raise ValueError("in mode speed the board controls the velocity; leave model and control out")
         elif description.max_velocity_rad_s > (reach := self.mixer.straight / abs(self.unit_per_rad_s)):
             raise ValueError(
-                f"the board turns a wheel at {reach:.3g} rad/s at most, and max_velocity_rad_s of {description.name} "
-                f"is {description.max_velocity_rad_s:g}; lower that, or correct max_rpm or speed_coefficient"
+                f"the board turns a wheel at {reach:.3g} rad/s at most, but max_velocity_rad_s of {description.name} "
+                f"is {description.max_velocity_rad_s:g}; lower it, or correct max_rpm or speed_coefficient"
             )
 
     def _check_duty(self, description: MotorDescription, robot: RobotDescription) -> None:
         if self.model is None:
-            raise ValueError("in mode duty the wheel turns by its model; add one, or build the board with SPD_MODE")
+            raise ValueError("mode duty needs the model of the wheel; add one, or build the firmware with SPD_MODE")
         if self.model.max_duty > (straight := self.mixer.straight / LIMIT):
             raise ValueError(
-                f"the board's mixer makes a duty of {straight:g} at most, and model.max_duty is "
+                f"the board's mixer reaches a duty of {straight:g} at most, but model.max_duty is "
                 f"{self.model.max_duty:g}; lower that, or correct speed_coefficient"
             )
         require_drivable(description, self.model, self.control, robot)
 
 
 ANSWER_S = 1.0
-"""A board that is on tells a hundred times a second."""
+"""A board that is switched on sends feedback a hundred times a second."""
 
 WIRING = (
-    "A sensor board's cable of the hoverboard: its RX, TX (3.3 V) and ground go to the adapter, and never its red "
-    "wire, which has 15 V. The firmware is VARIANT_USART, with CONTROL_SERIAL and FEEDBACK_SERIAL on that cable."
+    "Use the cable of one of the hoverboard's sensor boards. Connect its RX, TX (3.3 V) and ground to the adapter, but "
+    "never its red wire, which has 15 V. The firmware is VARIANT_USART, with CONTROL_SERIAL and FEEDBACK_SERIAL on "
+    "that cable."
 )
-SLEEPING = "A board whose wheels stood for 8 minutes (INACTIVITY_TIMEOUT) switches itself off; its button wakes it."
-MODE = "Its config.h must have CTRL_MOD_REQ {mode}: the board does not tell which one it has."
+SLEEPING = "A board whose wheels stand for 8 minutes (INACTIVITY_TIMEOUT) switches off; its button switches it on."
+MODE = "Its config.h must have CTRL_MOD_REQ {mode}: the board does not send its mode."
 TURNING = (
-    "By its steer_coefficient it turns wheels against each other at {part:.0%} of its most: where more is asked for, "
-    "both turn slower alike and the path stays. TANK_STEERING has no such limit."
+    "With its steer_coefficient the board turns wheels against each other at {scale:.0%} of their full speed. A faster "
+    "turn is slowed down on both wheels, and the path stays. TANK_STEERING has no such limit."
 )
 
 
 class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
-    """Turns a wheel by the board's own closed loop, or by duty and the wheel's model."""
+    """Turns a wheel with the board's own closed loop, or with a duty and the wheel's model."""
 
     name = "hoverboard-motor"
     summary = "a wheel of a hoverboard with the FOC firmware"
     described = MotorDescription
-    what = "motor"
+    part = "motor"
     settings = HoverboardMotorSettings
     aliases = ("hoverboard", "eferu")
 
@@ -132,8 +138,8 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
 
     def notes(self, description: MotorDescription, settings: HoverboardMotorSettings) -> Sequence[str]:
         mode = MODE.format(mode="SPD_MODE" if settings.mode == "speed" else "VLT_MODE")
-        part = settings.mixer.turning / LIMIT
-        return (WIRING, mode, SLEEPING, *((TURNING.format(part=part),) if part < 1 else ()))
+        scale = settings.mixer.turning / LIMIT
+        return (WIRING, mode, SLEEPING, *((TURNING.format(scale=scale),) if scale < 1 else ()))
 
     def cutoffs(
         self, description: MotorDescription, settings: HoverboardMotorSettings, host: Host
@@ -151,7 +157,7 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
 
 
 class DutyOutput(BoardOutput):
-    """A side of the board that takes duties; ``unit`` is what the board is told for a whole one."""
+    """A side of the board that takes duties; ``unit`` is the board's value of the duty 1."""
 
     def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side, unit: int) -> None:
         super().__init__(device, line, command, side)
@@ -162,20 +168,20 @@ class DutyOutput(BoardOutput):
 
 
 class HoverboardEncoder(SerialDriver[EncoderDescription, WheelSettings]):
-    """Adds up the speed that the board measures: an estimate, for it tells no angle."""
+    """Integrates the speed that the board measures: an estimate, for the board sends no angle."""
 
     name = "hoverboard-encoder"
     summary = "the turns of a hoverboard's wheel, by its measured speed"
     described = EncoderDescription
-    what = "encoder"
+    part = "encoder"
     settings = WheelSettings
 
     def open(self, description: EncoderDescription, settings: WheelSettings, host: Host) -> Encoder:
         board = _board(description.name, settings, host)
         is_left = settings.side == "left"
         forward = 1 if is_left else -1  # the right motor is mounted the other way round
-        turning = board.protocol.left if is_left else board.protocol.right
-        encoder = BoardEncoder(description.name, board.line, turning, forward * settings.sign * math.tau / 60)
+        counter = board.protocol.left if is_left else board.protocol.right
+        encoder = BoardEncoder(description.name, board.line, counter, forward * settings.sign * math.tau / 60)
         encoder.await_first(ANSWER_S)
         return encoder
 
@@ -186,7 +192,7 @@ class HoverboardBattery(SerialDriver[BatteryDescription, HoverboardSettings]):
     name = "hoverboard-battery"
     summary = "the battery of a hoverboard"
     described = BatteryDescription
-    what = "battery"
+    part = "battery"
     settings = HoverboardSettings
 
     def open(self, description: BatteryDescription, settings: HoverboardSettings, host: Host) -> Battery:

@@ -1,1 +1,1 @@
-"""ROSArduinoBridge, and our firmware that speaks it: ASCII lines."""
+"""Arduinos with ROSArduinoBridge, or with robotcore_bridge, the firmware of this project with the same protocol."""

@@ -1,4 +1,4 @@
-"""The conversation with a board that answers, one question at a time: commands first, then what is read."""
+"""The protocol of an Arduino: one question at a time, commands first, then polls."""
 
 from __future__ import annotations
 
@@ -14,49 +14,49 @@ from drivers.serial.boards.rosarduino.protocol import (
     Question,
     deadman,
     duties,
+    presence_question,
     speeds,
-    still_there,
 )
 from drivers.serial.boards.rosarduino.requests import UNKNOWN, FirmwareProbe, Poll, PollSchedule, RequestQueue
 from drivers.serial.driver import Side
 
 SILENCE_S = 0.4
-"""A board that has answered nothing for longer, beyond what its slowest answer may take, is lost or was reset."""
+"""A board is lost, or was reset, if it has not answered for this time plus the time-out of its slowest answer."""
 
 URGENT_S = 0.02
-"""A stop waits no longer for an answer that is under way."""
+"""The longest time that a stop waits for a pending answer."""
 
 IDLE_S = 0.05
-"""A board whose encoders nobody reads is asked for them so often, to know that it is there,
-and was not reset."""
+"""The period of asking for counts if no encoder is open: the answers show that the board is connected."""
 
-MISTAKEN = 2
-"""The true one refuses no command that is whole: one that refuses so many in a row is ours, and wants their sums."""
+MAX_REFUSALS = 2
+"""ROSArduinoBridge refuses no whole command. A board with so many refusals in a row runs robotcore_bridge, which
+expects checksums."""
 
 FULL_DUTY = 255
 
 
 class ArduinoProtocol(BoardProtocol):
-    """Asks a board who it is, tells it each new command once, and asks for counts and all else in between.
+    """Asks a board for its firmware, sends each new command once, and asks for counts and other values in between.
 
-    ``command`` is in counts a frame, or, where the motors go by duty, from -1 to 1. What is not acknowledged is told
-    again only where both wheels are to stand. A board that answers nothing any more is asked who it is until it tells:
-    it may have been reset, so that nothing turns until it is told anew.
+    Commands are in counts a frame, or duties from -1 to 1. Only a stop of both wheels is sent again if it is not
+    acknowledged. A board that falls silent may have been reset: it is asked for its firmware again, and its command is
+    dropped.
     """
 
-    usual_timeout_s = 2.0
-    """Of both firmwares; ours can be told otherwise."""
+    default_timeout_s = 2.0
+    """The time-out of both firmwares; that of robotcore_bridge can be set."""
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
         self.firmware = UNKNOWN
-        self.goes_by_duty: bool | None = None
+        self.is_duty_mode: bool | None = None
         self.counts: dict[Side, Counts] = {"left": Counts(), "right": Counts()}
         self._requests = RequestQueue()
         self._firmware_probe = FirmwareProbe(baud)
         self._counting = Poll(COUNTS, IDLE_S, self._count)
         self._polls = PollSchedule(self._counting)
-        self._kept_timeout_s: float | None = None
+        self._board_timeout_s: float | None = None
         self._unacknowledged: WheelCommand | None = None
         self._refusals = 0
 
@@ -66,7 +66,7 @@ class ArduinoProtocol(BoardProtocol):
 
     @property
     def timeout_s(self) -> float:
-        return super().timeout_s if self.firmware.is_ours else self.usual_timeout_s
+        return super().timeout_s if self.firmware.is_robotcore_bridge else self.default_timeout_s
 
     @property
     def is_settled(self) -> bool:
@@ -74,11 +74,11 @@ class ArduinoProtocol(BoardProtocol):
         return super().is_settled and self._unacknowledged is None
 
     def count_every(self, period_s: float) -> None:
-        """Ask for the encoders' counts so often, or as often as the line allows."""
+        """Set the period of asking for the encoders' counts, in seconds; the line may allow only a longer one."""
         self._counting.period_s = period_s
 
     def poll(self, poll: Poll) -> None:
-        """Ask something again and again from now on."""
+        """Add a question that is asked periodically."""
         self._polls.add(poll)
 
     def begin(self, now: float) -> None:
@@ -89,15 +89,15 @@ class ArduinoProtocol(BoardProtocol):
         if self._requests.receive(data, now):
             self._heard_at = now
 
-    def due(self, now: float) -> bytes:
+    def data_to_send(self, now: float) -> bytes:
         self._lose_if_silent(now)
         if self._requests.is_waiting(now):
-            return self._urgent(now)
+            return self._interrupt_for_stop(now)
         if not self.is_ready:
             return self._requests.ask(self._firmware_probe.question(), self._identify, now)
         if not self._requests.is_sure:
             return self._resynchronize(now)
-        return self._next(now)
+        return self._next_frame(now)
 
     def next_due(self, now: float) -> float:
         if (until := self._requests.until) is not None:
@@ -105,64 +105,64 @@ class ArduinoProtocol(BoardProtocol):
         return min(self.command.next_due, self._polls.next_due)
 
     def _lose(self, now: float) -> None:
-        """Know nothing of the board any more; who it is, it is asked next."""
+        """Drop all state of the board, and ask for its firmware next."""
         super()._lose(now)
         self._firmware_probe = FirmwareProbe(self.baud)
         self._unacknowledged, self._refusals = None, 0
         self._requests.give_up()
         self._requests.is_summed = None
-        self._kept_timeout_s = None
+        self._board_timeout_s = None
         for counts in self.counts.values():
             counts.restart()
 
     def _identify(self, answer: Answer, _: float) -> None:
-        if firmware := self._firmware_probe.answered(answer):
+        if firmware := self._firmware_probe.take(answer):
             self.firmware = firmware
-            self._requests.is_summed = firmware.is_ours
+            self._requests.is_summed = firmware.is_robotcore_bridge
             self._unacknowledged = WheelCommand()
-            self._meet()
+            self._set_ready()
 
     def _resynchronize(self, now: float) -> bytes:
-        """Find back into step; a board that was reset meanwhile has forgotten its time-out."""
-        self._kept_timeout_s = None
-        patience_s = max(GREETING_S, self._polls.slowest_s)
-        question = still_there(self.baud, patience_s, is_summed=self.firmware.is_ours)
+        """Ask a question with a unique answer; set the time-out again, for the board may have been reset."""
+        self._board_timeout_s = None
+        timeout_s = max(GREETING_S, self._polls.slowest_s)
+        question = presence_question(self.baud, timeout_s, is_summed=self.firmware.is_robotcore_bridge)
         return self._requests.ask(question, _ignore, now)
 
-    def _urgent(self, now: float) -> bytes:
-        """Return a stop that waits no longer for an answer."""
-        if not (self._stop_is_due(now) and self._requests.is_overdue(now, URGENT_S)):
+    def _interrupt_for_stop(self, now: float) -> bytes:
+        """Return a stop if it has waited too long for a pending answer."""
+        if not (self._is_stop_due(now) and self._requests.is_overdue(now, URGENT_S)):
             return b""
-        self._newest(now)
+        self._next_command(now)
         self._requests.interrupt()
         return STOP_NOW
 
-    def _next(self, now: float) -> bytes:
-        has_to_stop = self._stop_is_due(now) or (self._unacknowledged and self._unacknowledged.stops)
-        if self._has_to_limit and not has_to_stop:
-            return self._limited(now)
-        if wheels := self._newest(now):
-            return self._requests.ask(self._driving(wheels), self._acknowledge, now)
+    def _next_frame(self, now: float) -> bytes:
+        has_to_stop = self._is_stop_due(now) or (self._unacknowledged and self._unacknowledged.is_stop)
+        if self._needs_timeout and not has_to_stop:
+            return self._set_timeout(now)
+        if wheels := self._next_command(now):
+            return self._requests.ask(self._drive_question(wheels), self._acknowledge, now)
         if poll := self._polls.take(now):
-            return self._requests.ask(poll.question, poll.heard, now)
+            return self._requests.ask(poll.question, poll.on_answer, now)
         return b""
 
-    def _stop_is_due(self, now: float) -> bool:
-        return self.command.next_due <= now and self.command.newest.stops
+    def _is_stop_due(self, now: float) -> bool:
+        return self.command.next_due <= now and self.command.newest.is_stop
 
-    def _newest(self, now: float) -> WheelCommand | None:
-        """Return what the motors are to be told now: something new, or again that both are to stand."""
+    def _next_command(self, now: float) -> WheelCommand | None:
+        """Return the command to send now: a new one, or a stop that was not acknowledged."""
         if self.command.next_due <= now:
-            self._unacknowledged = self.command.newest  # before it is taken, that nobody thinks it were heard
+            self._unacknowledged = self.command.newest  # before `take`, so that `is_settled` is never true in between
             self._unacknowledged = self.command.take(now, self.timeout_s)
-        elif self._unacknowledged and not self._unacknowledged.stops:
+        elif self._unacknowledged and not self._unacknowledged.is_stop:
             return None
         return self._unacknowledged
 
-    def _driving(self, wheels: WheelCommand) -> Question:
-        if wheels.stops:
+    def _drive_question(self, wheels: WheelCommand) -> Question:
+        if wheels.is_stop:
             return STOP
-        if self.goes_by_duty:
+        if self.is_duty_mode:
             return duties(round(wheels.left * FULL_DUTY), round(wheels.right * FULL_DUTY))
         return speeds(round(wheels.left), round(wheels.right))
 
@@ -170,22 +170,22 @@ class ArduinoProtocol(BoardProtocol):
         self._refusals = self._refusals + 1 if answer.is_refusal else 0
         if not self._refusals:
             self._unacknowledged = None
-        elif self._refusals >= MISTAKEN and not self.firmware.is_ours:
+        elif self._refusals >= MAX_REFUSALS and not self.firmware.is_robotcore_bridge:
             self._lose(now)
 
     @property
-    def _has_to_limit(self) -> bool:
-        """Whether the board has not acknowledged the time-out that it is to have; until then nothing turns."""
-        return self.firmware.is_ours and self._kept_timeout_s != self.timeout_s
+    def _needs_timeout(self) -> bool:
+        """Whether the board has not acknowledged its time-out yet; until then no motor turns."""
+        return self.firmware.is_robotcore_bridge and self._board_timeout_s != self.timeout_s
 
-    def _limited(self, now: float) -> bytes:
+    def _set_timeout(self, now: float) -> bytes:
         timeout_s = self.timeout_s
 
-        def keep(answer: Answer, _: float) -> None:
+        def confirm(answer: Answer, _: float) -> None:
             if not answer.is_refusal:
-                self._kept_timeout_s = timeout_s
+                self._board_timeout_s = timeout_s
 
-        return self._requests.ask(deadman(round(timeout_s * 1000)), keep, now)
+        return self._requests.ask(deadman(round(timeout_s * 1000)), confirm, now)
 
     def _count(self, answer: Answer, now: float) -> None:
         if not answer.is_refusal:
@@ -195,4 +195,4 @@ class ArduinoProtocol(BoardProtocol):
 
 
 def _ignore(answer: Answer, now: float) -> None:
-    """Take an answer that only has to come."""
+    """Ignore an answer; its arrival is enough."""

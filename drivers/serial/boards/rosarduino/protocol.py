@@ -1,7 +1,7 @@
-"""Lines of ASCII: what ROSArduinoBridge is asked and answers, and our firmware, which can sum them.
+"""The ASCII lines of ROSArduinoBridge, and of robotcore_bridge, which adds a checksum to each line.
 
-A question ends in CR, its answer in CR LF; nothing in an answer says what it answers. Sources: ROSArduinoBridge.ino and
-commands.h of hbrobotics' ros_arduino_bridge, and `firmware/` for what ours knows besides.
+A question ends in CR, an answer in CR LF. An answer does not name its question. Sources: ROSArduinoBridge.ino and
+commands.h of hbrobotics' ros_arduino_bridge; `firmware/` for the commands of robotcore_bridge.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import reduce
 from operator import xor
 
 LONGEST_LINE = 40
-"""No answer is longer; what is, is noise, and dropped up to its end."""
+"""The longest answer; a longer line is noise, and dropped up to its end."""
 
 REFUSED = "Invalid Command"
 
@@ -21,16 +21,16 @@ _SUMMED = re.compile(r"(.*)\*([0-9A-F]{2})")
 
 
 class Parser:
-    """Cuts a stream into lines, whatever pieces it comes in; keeps no more than `LONGEST_LINE` bytes of it."""
+    """Splits a stream that is cut anywhere into lines; it keeps at most `LONGEST_LINE` bytes."""
 
     def __init__(self) -> None:
         self._kept = b""
         self._is_spoilt = False
         self.dropped = 0
-        """How many lines were too long, or had bytes in them that no answer has."""
+        """The number of lines that were too long, or had bytes that no answer has."""
 
     def feed(self, data: bytes) -> list[str]:
-        """Take what has come in; return the lines that it ends, without their ends."""
+        """Take received bytes; return the lines that they complete, without CR LF."""
         *ended, rest = data.split(b"\n")
         lines = [line for piece in ended if (line := self._end(piece)) is not None]
         self._keep(rest)
@@ -52,31 +52,34 @@ class Parser:
 
 @dataclass(frozen=True)
 class Answer:
-    """The numbers of an answer, none in an OK; or that the board did not understand."""
+    """An answer of the board."""
 
     numbers: tuple[int, ...] = ()
+    """The numbers in the answer; an OK has none."""
     is_refusal: bool = False
+    """Whether the board did not understand the question."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """What a board is asked, and the shape by which its answer is known.
-
-    After ``patience_s`` seconds without an answer there will be none. ``raw`` is sent in its place where it is told;
-    what is answered to such a one has a shape that no other answer has, so that it ends every doubt.
-    """
+    """A question to a board."""
 
     text: str
+    """The question without its checksum and CR."""
     shape: re.Pattern[str]
-    patience_s: float = 0.1
+    """The pattern of the answer; its groups are the numbers."""
+    timeout_s: float = 0.1
+    """After this time without an answer, there will be none."""
     raw: bytes = b""
+    """Bytes to send in place of ``text``. No other question has an answer of this shape, so the answer resynchronises
+    the conversation."""
 
     def frame(self, *, is_summed: bool) -> bytes:
-        """Return it as it is sent."""
-        return self.raw or framed(self.text, is_summed=is_summed)
+        """Return the bytes to send, with a checksum if ``is_summed``."""
+        return self.raw or frame_line(self.text, is_summed=is_summed)
 
     def answer(self, line: str) -> Answer | None:
-        """Return what a line answers; None where it is no answer to this."""
+        """Return the answer in a line; None if the line is no answer to this question."""
         if line == REFUSED:
             return None if self.raw else Answer(is_refusal=True)
         if not (match := self.shape.fullmatch(line)):
@@ -92,63 +95,66 @@ _NUMBER = re.compile(_LONG)
 _NAME = r"robotcore-bridge (\d{1,4})"
 
 COUNTS = Question("e", _PAIR)
-"""The encoders' counts, left and right: 32 bits with a sign."""
+"""The counts of the left and the right encoder: signed 32-bit numbers."""
 
 RANGE = Question("z", _PAIR)
-"""The newest range in mm, -1 where no echo came, and its age in ms; ours only."""
+"""The newest range in mm, -1 without an echo, and its age in ms; robotcore_bridge only."""
 
 BATTERY = Question("y", _NUMBER)
-"""The battery in mV, -1 where none is wired; ours only."""
+"""The battery's voltage in mV, -1 if none is wired; robotcore_bridge only."""
 
 PING_S = 1.0
-"""The true one waits so long for an echo, and does nothing else meanwhile (Arduino's pulseIn)."""
+"""ROSArduinoBridge waits so long for an echo, and does nothing else meanwhile (Arduino's pulseIn)."""
 
 
 FASTEST = 1000
-"""More counts in a frame our firmware refuses; the true one would take 32767, and no such board counts as many."""
+"""The most counts in a frame that robotcore_bridge takes. ROSArduinoBridge takes 32767, more than a board can count."""
 
 
 def ping(pin: int) -> Question:
-    """Ask the true one for a range in cm, 0 where no echo came within `PING_S`."""
+    """Return the question for a range in cm, 0 without an echo within `PING_S`; ROSArduinoBridge only."""
     return Question(f"p {pin}", re.compile(r"(\d{1,4}|1[0-7]\d{3})"), PING_S + 0.2)
 
 
 def speeds(left: int, right: int) -> Question:
-    """Tell both motors how many counts to turn in a frame of the board's, some 1/30 s."""
+    """Return the command that sets the speeds of both motors, in counts a frame of about 1/30 s."""
     return Question(f"m {left} {right}", _OK)
 
 
 def duties(left: int, right: int) -> Question:
-    """Tell both motors a duty from -255 to 255; ours, and builds of the true one that were given it."""
+    """Return the command that sets the duties of both motors, from -255 to 255.
+
+    robotcore_bridge has it, and some builds of ROSArduinoBridge.
+    """
     return Question(f"o {left} {right}", _OK)
 
 
 def deadman(milliseconds: int) -> Question:
-    """Tell after how long without a command the motors stop by themselves: 100 to 5000; ours only."""
+    """Return the command that sets the motors' time-out, 100 to 5000 ms; robotcore_bridge only."""
     return Question(f"k {milliseconds}", _OK)
 
 
 STOP = speeds(0, 0)
 STOP_NOW = b"\rm 0 0\r"
-"""Ends what may be left of a line, and stops both motors, with sums or without."""
+"""Ends a half-written line, and stops both motors, whether lines have checksums or not."""
 
-OBEYED = r"OK\r\n"
-"""What both firmwares answer to it."""
+STOP_CONFIRMED = r"OK\r\n"
+"""The answer of both firmwares to `STOP_NOW`."""
 
 
-def framed(text: str, *, is_summed: bool) -> bytes:
-    r"""Return a question as it is sent.
+def frame_line(text: str, *, is_summed: bool) -> bytes:
+    r"""Return the bytes of a question, with CR and perhaps a checksum.
 
-    >>> framed("e", is_summed=True), framed("m 20 -20", is_summed=False)
+    >>> frame_line("e", is_summed=True), frame_line("m 20 -20", is_summed=False)
     (b'e*65\r', b'm 20 -20\r')
     """
     return f"{text}*{_sum(text):02X}\r".encode() if is_summed else f"{text}\r".encode()
 
 
-def checked(line: str) -> str | None:
-    """Return a summed line without its sum; None where that is missing or wrong.
+def remove_sum(line: str) -> str | None:
+    """Return a line without its checksum; None if the checksum is missing or wrong.
 
-    >>> checked("OK*04"), checked("OK*05"), checked("OK")
+    >>> remove_sum("OK*04"), remove_sum("OK*05"), remove_sum("OK")
     ('OK', None, None)
     """
     match = _SUMMED.fullmatch(line)
@@ -160,19 +166,20 @@ def _sum(text: str) -> int:
 
 
 GREETING_S = 0.3
-"""A board that is starting is asked so often who it is; the longest that a slow one is waited for."""
+"""The period of asking a starting board for its firmware, and the longest wait for a slow answer."""
 
 
-def who_is_there(baud: int) -> Question:
-    """Stop the motors, and ask which firmware it is: ours answers its version, the true one the line's speed.
+def identity_question(baud: int) -> Question:
+    """Return the question that stops the motors and asks which firmware the board runs.
 
-    ``v*76`` is a single unknown letter to the true one. Nothing else is ever answered by either.
+    robotcore_bridge answers with its version, ROSArduinoBridge with the line's speed. To ROSArduinoBridge ``v*76`` is
+    a single unknown letter.
     """
-    raw = STOP_NOW + framed("v", is_summed=True) + framed("b", is_summed=False)
+    raw = STOP_NOW + frame_line("v", is_summed=True) + frame_line("b", is_summed=False)
     return Question("v", re.compile(f"{_NAME}|({baud})"), GREETING_S, raw)
 
 
-def still_there(baud: int, patience_s: float, *, is_summed: bool) -> Question:
-    """Ask what nothing but the firmware that is known by now answers so, after an answer was lost."""
+def presence_question(baud: int, timeout_s: float, *, is_summed: bool) -> Question:
+    """Return a question with an answer of a unique shape, to resynchronise after a lost answer."""
     shape, text = (_NAME, "v") if is_summed else (f"({baud})", "b")
-    return Question(text, re.compile(shape), patience_s, b"\r" + framed(text, is_summed=is_summed))
+    return Question(text, re.compile(shape), timeout_s, b"\r" + frame_line(text, is_summed=is_summed))

@@ -1,4 +1,4 @@
-"""Requests to a board, one at a time, because answers carry no tag; and the probe of its firmware."""
+"""Requests to a board, one at a time because an answer does not name its question, and the probe of its firmware."""
 
 from __future__ import annotations
 
@@ -13,110 +13,111 @@ from drivers.serial.boards.rosarduino.protocol import (
     Answer,
     Parser,
     Question,
-    checked,
     duties,
-    who_is_there,
+    identity_question,
+    remove_sum,
 )
 
 AnswerHandler = Callable[[Answer, float], None]
-"""What is done with an answer, and the time at which it came."""
+"""A function that takes an answer and the time of its arrival."""
 
 
 class RequestQueue:
-    """Asks, and hands each answer to whoever asked; what is no answer to the question under way is dropped.
+    """Sends one question at a time, and passes its answer on; other lines are dropped.
 
-    A question that is given up leaves a doubt: its answer may yet come. Until a question whose answer has a shape of
-    its own was answered, no other should be asked. From then on `GREETING_S` is waited for every answer, until one
-    comes as soon as it should: a board may be slow, and is to be heard all the same.
+    The answer to a question that timed out may still arrive. So the next question must have an answer of a unique shape
+    (`Question.raw`). After a time-out each answer has at least `GREETING_S`, until one arrives in time: the board may
+    be slow.
     """
 
     def __init__(self) -> None:
         self.is_summed: bool | None = None
-        """Whether every answer has a sum; None where it is not known yet."""
+        """Whether every answer has a checksum; None if the firmware is not known yet."""
         self.is_sure = True
-        """Whether nothing that comes in can be the answer to a question that was given up."""
+        """Whether no answer to an earlier question can arrive any more."""
         self._parser = Parser()
         self._asked: tuple[Question, AnswerHandler] | None = None
         self._asked_at = self._grace_s = 0.0
 
     @property
     def until(self) -> float | None:
-        """When the question under way will be given up; None where there is none."""
-        return self._asked_at + max(self._asked[0].patience_s, self._grace_s) if self._asked else None
+        """When the pending question times out; None if there is none."""
+        return self._asked_at + max(self._asked[0].timeout_s, self._grace_s) if self._asked else None
 
-    def ask(self, question: Question, heard: AnswerHandler, now: float) -> bytes:
-        """Return what to send, and wait for the answer."""
-        self._asked, self._asked_at = (question, heard), now
+    def ask(self, question: Question, on_answer: AnswerHandler, now: float) -> bytes:
+        """Make a question the pending one; return the bytes to send."""
+        self._asked, self._asked_at = (question, on_answer), now
         return question.frame(is_summed=bool(self.is_summed))
 
     def receive(self, data: bytes, now: float) -> bool:
-        """Take what has come in; return whether it answered the question under way."""
-        answers = [self._hear(line, now) for line in self._parser.feed(data)]
+        """Take received bytes; return whether they answered the pending question."""
+        answers = [self._take_line(line, now) for line in self._parser.feed(data)]
         return any(answers)
 
     def is_waiting(self, now: float) -> bool:
-        """Return whether a question is under way; one that has waited too long is given up."""
+        """Return whether a question is pending; drop it if it has timed out."""
         if self.until is not None and now >= self.until:
             self._grace_s = GREETING_S
             self.give_up()
         return self._asked is not None
 
-    def is_overdue(self, now: float, patience_s: float) -> bool:
-        """Return whether the question under way has waited for longer than that."""
-        return self._asked is not None and now - self._asked_at > patience_s
+    def is_overdue(self, now: float, timeout_s: float) -> bool:
+        """Return whether a question has been pending for longer than ``timeout_s``."""
+        return self._asked is not None and now - self._asked_at > timeout_s
 
     def give_up(self) -> None:
-        """Wait no longer for the answer, which may come yet."""
+        """Drop the pending question; its answer may still arrive."""
         self._asked, self.is_sure = None, False
 
     def interrupt(self) -> None:
-        """Know that something else was sent: two answers may come. One that ends doubts is known all the same."""
+        """Drop the pending question, for other data was sent; keep it if its answer has a unique shape."""
         if self._asked and not self._asked[0].raw:
             self.give_up()
 
-    def _hear(self, line: str, now: float) -> bool:
-        text = self._text_of(line)
+    def _take_line(self, line: str, now: float) -> bool:
+        text = self._remove_sum(line)
         if self._asked is None or text is None:
             return False
-        question, heard = self._asked
+        question, on_answer = self._asked
         if (answer := question.answer(text)) is None:
             return False
         self._asked = None
         self.is_sure = self.is_sure or bool(question.raw)
-        if not question.raw and now - self._asked_at <= question.patience_s:
+        if not question.raw and now - self._asked_at <= question.timeout_s:
             self._grace_s = 0.0
-        heard(answer, now)
+        on_answer(answer, now)
         return True
 
-    def _text_of(self, line: str) -> str | None:
-        """Return a line without its sum, None where that is wrong, or missing where every answer has one."""
+    def _remove_sum(self, line: str) -> str | None:
+        """Return a line without its checksum; None if the checksum is wrong, or missing although answers have one."""
         if self.is_summed is None:
-            return checked(line) or line
-        return checked(line) if self.is_summed else line
+            return remove_sum(line) or line
+        return remove_sum(line) if self.is_summed else line
 
 
 @dataclass
 class Poll:
-    """A question that is asked again and again, and what is done with the answers."""
+    """A question that is asked periodically."""
 
     question: Question
     period_s: float
-    heard: AnswerHandler
+    on_answer: AnswerHandler
     due: float = -math.inf
+    """The time of the next question in seconds."""
 
 
 class PollSchedule:
-    """Takes turns: what has been due for longest comes first, so that nothing frequent keeps off what is rare."""
+    """Selects the poll that has been due for the longest time, so that frequent polls do not block rare ones."""
 
     def __init__(self, *polls: Poll) -> None:
         self._polls = polls
 
     def add(self, poll: Poll) -> None:
-        """Ask something else too; another thread may be taking turns meanwhile."""
+        """Add a poll; the thread of the line may call `take` at the same time."""
         self._polls = (*self._polls, poll)
 
     def take(self, now: float) -> Poll | None:
-        """Return what is to be asked now."""
+        """Return the poll to ask now; None if none is due."""
         poll = min(self._polls, key=lambda poll: poll.due)
         if now < poll.due:
             return None
@@ -125,42 +126,42 @@ class PollSchedule:
 
     @property
     def next_due(self) -> float:
-        """When `take` has something."""
+        """When `take` returns a poll."""
         return min(poll.due for poll in self._polls)
 
     @property
     def slowest_s(self) -> float:
-        """How long the slowest answer may take, in seconds."""
-        return max(poll.question.patience_s for poll in self._polls)
+        """The time-out of the slowest question, in seconds."""
+        return max(poll.question.timeout_s for poll in self._polls)
 
 
 VERSION = 1
-"""What our firmware speaks that this driver knows."""
+"""The version of robotcore_bridge's protocol that this driver supports."""
 
 
 @dataclass(frozen=True)
 class Firmware:
-    """What a board told of itself.
+    """The firmware of a board, by its answers."""
 
-    Speeds are counts in a frame of ``frame_s`` seconds. ``fault`` says, with what to do, why it cannot be worked with.
-    """
-
-    is_ours: bool
+    is_robotcore_bridge: bool
+    """Whether it is robotcore_bridge."""
     frame_s: float
+    """The frame in seconds in which speeds are counted."""
     has_wheels: bool = True
     takes_duties: bool = True
     fault: str = ""
+    """Why this driver does not support it, and the remedy; empty if it does."""
 
 
-UNKNOWN = Firmware(is_ours=False, frame_s=1 / 30, has_wheels=False, takes_duties=False)
-"""Before a board has told anything."""
+UNKNOWN = Firmware(is_robotcore_bridge=False, frame_s=1 / 30, has_wheels=False, takes_duties=False)
+"""The firmware before the first answer."""
 
 _Probe: TypeAlias = Generator[Question, Answer, Firmware]
-"""Questions, each after the answer to the one before; at the end it is known who answers."""
+"""Yields questions, takes the answer to each, and returns the firmware."""
 
 
 class FirmwareProbe:
-    """Finds out who answers; the motors stand from the first question on."""
+    """Asks a board for its firmware; the first question stops the motors."""
 
     def __init__(self, baud: int) -> None:
         self._baud = baud
@@ -168,15 +169,15 @@ class FirmwareProbe:
         self._next: Question | None = None
 
     def question(self) -> Question:
-        """Return what is to be asked next; the first question again, where the last one was not answered."""
+        """Return the next question; the first one again if the last one was not answered."""
         question, self._next = self._next, None
         if question is None:
             self._meeting = _probe(self._baud)
             question = next(self._meeting)
         return question
 
-    def answered(self, answer: Answer) -> Firmware | None:
-        """Take the answer to the last question; return the firmware once it is known."""
+    def take(self, answer: Answer) -> Firmware | None:
+        """Take the answer to the last question; return the firmware if it is known now."""
         assert self._meeting
         try:
             self._next = self._meeting.send(answer)
@@ -186,33 +187,34 @@ class FirmwareProbe:
 
 
 def _probe(baud: int) -> _Probe:
-    """Ask who answers.
+    """Ask for the firmware.
 
-    The true one is who twice says nothing but its speed: once, noise may have spoilt the question that ours answers.
+    A board that answers twice with its speed runs ROSArduinoBridge. One such answer is not enough: noise may have
+    destroyed the question that robotcore_bridge answers.
     """
     for _ in range(2):
-        number = (yield who_is_there(baud)).numbers[0]
+        number = (yield identity_question(baud)).numbers[0]
         if number != baud:
-            return _ours(number)
-    has_wheels = yield from _understands(STOP)
-    takes_duties = has_wheels and (yield from _understands(duties(0, 0)))
-    # It counts whole milliseconds, so that its 30 frames a second are 30.3.
-    return Firmware(is_ours=False, frame_s=0.033, has_wheels=has_wheels, takes_duties=takes_duties)
+            return _describe_robotcore_bridge(number)
+    has_wheels = yield from _ask_twice(STOP)
+    takes_duties = has_wheels and (yield from _ask_twice(duties(0, 0)))
+    # The firmware counts whole milliseconds, so it has 30.3 frames a second.
+    return Firmware(is_robotcore_bridge=False, frame_s=0.033, has_wheels=has_wheels, takes_duties=takes_duties)
 
 
-def _understands(question: Question) -> Generator[Question, Answer, bool]:
-    """Ask twice where it is refused, for noise may have been."""
+def _ask_twice(question: Question) -> Generator[Question, Answer, bool]:
+    """Return whether the board takes a command; ask again after a refusal, which noise may have caused."""
     for _ in range(2):
         if not (yield question).is_refusal:
             return True
     return False
 
 
-def _ours(version: int) -> Firmware:
+def _describe_robotcore_bridge(version: int) -> Firmware:
     fault = (
         ""
         if version == VERSION
-        else f"its firmware speaks version {version}, and this robotcore {VERSION}; flash the one that came with it: "
-        "robotcore firmware flash"
+        else f"its firmware has version {version} of the protocol, and this robotcore supports {VERSION}; flash the "
+        "firmware of this robotcore: robotcore firmware flash"
     )
-    return Firmware(is_ours=True, frame_s=1 / 30, fault=fault)
+    return Firmware(is_robotcore_bridge=True, frame_s=1 / 30, fault=fault)

@@ -1,4 +1,4 @@
-"""Motors on a Sabertooth or SyRen."""
+"""The driver of motors on a Sabertooth or SyRen."""
 
 from __future__ import annotations
 
@@ -11,8 +11,14 @@ from pydantic import Field
 from drivers.serial.boards.board import open_board
 from drivers.serial.boards.cutoff import stop_frame
 from drivers.serial.boards.devices import BoardOutput
-from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothProtocol
-from drivers.serial.boards.sabertooth.protocol import HIGHEST_ADDRESS, LOWEST_ADDRESS, MotorNumber, stop
+from drivers.serial.boards.sabertooth.protocol import (
+    HIGHEST_ADDRESS,
+    LOWEST_ADDRESS,
+    SETTLING_S,
+    MotorNumber,
+    SabertoothProtocol,
+    stop,
+)
 from drivers.serial.driver import SerialDriver, Side, TimeoutSettings
 from robotcore.description import MotorDescription, RobotDescription
 from robotcore.hal.cutoff import CutoffSpec
@@ -22,46 +28,48 @@ from robotcore.hardware.motor_control import Control, open_motor, require_drivab
 from robotcore.hardware.motor_model import Model
 
 BAUDS = (2400, 9600, 19200, 38400, 115200)
-"""The rates that some Sabertooth knows."""
+"""The baud rates of the Sabertooths; each model has some of them."""
 
 SIDES: dict[MotorNumber, Side] = {1: "left", 2: "right"}
-"""As which of a board's two motors each goes in its command."""
+"""The side of each motor in a `WheelCommand`."""
 
 WIRING = (
-    "The adapter's TX (5 V or 3.3 V) goes to S1 and its ground to 0V; nothing comes back. The switches are set to "
+    "The adapter's TX (5 V or 3.3 V) goes to S1 and its ground to 0V; the board sends nothing. Set the switches to "
     "packetized serial and the board's address."
 )
 UNHEARD = (
-    "The board never answers: whether it is there, is switched on and has heard a command nobody can tell, unless the "
-    "wheels have encoders."
+    "The board never answers. Without encoders on the wheels, robotcore cannot find out if it is connected, is "
+    "switched on and has received a command."
 )
 SWITCHING_ON = (
-    "Switch its battery on two seconds before the program starts, and start the program anew where it was off since: "
-    "the board takes its baud rate from the first byte that it hears. Where a wheel turns the wrong way, swap its "
+    "Switch its battery on two seconds before the program starts; restart the program if the battery was off since. "
+    "The board takes its baud rate from the first byte that it receives. If a wheel turns the wrong way, swap its "
     "motor's two wires."
 )
 
 
 class SabertoothSettings(TimeoutSettings):
-    """The board's address, the motor's number on it, and how fast it turns by which duty."""
+    """The settings of a motor on a Sabertooth."""
 
-    speaks: ClassVar[str] = "Sabertooth packet serial"
-    usual_baud: ClassVar[int] = 9600
+    protocol_name: ClassVar[str] = "Sabertooth packet serial"
+    default_baud: ClassVar[int] = 9600
     is_mute: ClassVar[bool] = True
 
     address: Annotated[int, Field(ge=LOWEST_ADDRESS, le=HIGHEST_ADDRESS)] = LOWEST_ADDRESS
     motor: MotorNumber
     model: Model
+    """The velocity of the wheel by duty."""
     control: Control | None = None
+    """The controller that holds the velocity by the wheel's encoder; none if it is None."""
 
 
 class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
-    """Sends duties, in 127 steps each way."""
+    """Sends duties in 127 steps each way."""
 
     name = "sabertooth-motor"
     summary = "a motor on a Sabertooth or SyRen in packet serial mode"
     described = MotorDescription
-    what = "motor"
+    part = "motor"
     settings = SabertoothSettings
     aliases = ("sabertooth", "syren", "dimension engineering")
     reports_direction = True
@@ -69,11 +77,11 @@ class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
     def check(self, description: MotorDescription, settings: SabertoothSettings, robot: RobotDescription) -> None:
         if settings.speed not in BAUDS:
             known = ", ".join(map(str, BAUDS))
-            raise ValueError(f"no Sabertooth speaks at {settings.speed} baud; take one of {known}")
+            raise ValueError(f"no Sabertooth has {settings.speed} baud; use one of {known}")
         require_drivable(description, settings.model, settings.control, robot)
 
     def connections(self, settings: SabertoothSettings) -> Sequence[Connection]:
-        return settings.at(f"address {settings.address} M{settings.motor}")
+        return settings.connections(f"address {settings.address} M{settings.motor}")
 
     def notes(self, description: MotorDescription, settings: SabertoothSettings) -> Sequence[str]:
         return WIRING, UNHEARD, SWITCHING_ON

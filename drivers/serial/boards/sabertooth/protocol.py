@@ -1,4 +1,4 @@
-"""Sabertooth packet serial: frames of four bytes that nobody answers.
+"""Sabertooth packet serial: frames of four bytes without answers, and the protocol of a line with several boards.
 
 Source: Dimension Engineering's manuals of the Sabertooth 2x5, 2x12 and 2x25, mode 4, packetized serial.
 """
@@ -8,25 +8,30 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-MotorNumber = Literal[1, 2]
-"""M1 or M2, as the board has them."""
+from drivers.serial.boards.board import describe_timeout
+from drivers.serial.boards.command import CommandBuffer, WheelCommand
+from drivers.serial.protocol import Protocol
 
-BAUDING = b"\xaa"
-"""Sent before all else: the board takes its baud rate from it. One that has a rate already does nothing about it."""
+MotorNumber = Literal[1, 2]
+"""M1 or M2 on the board."""
+
+BAUD_DETECTION = b"\xaa"
+"""The first byte: the board takes its baud rate from it. A board with a baud rate ignores it."""
 
 LOWEST_ADDRESS, HIGHEST_ADDRESS = 128, 135
 """The addresses that the board's switches can set."""
 
-MOST = 127
-"""A whole duty."""
+FULL_DUTY = 127
+"""The value of the duty 1."""
 
-MOST_TIMEOUT_S = 12.7
+MAX_TIMEOUT_S = 12.7
 
 _TIMEOUT = 14
+"""The command that sets the time-out."""
 
 
 def packet(address: int, command: int, value: int) -> bytes:
-    """Return a frame; only its address has the top bit set, so that a board finds the beginning of each.
+    """Return a frame. Only its address has the top bit set, so that a board finds the beginning of a frame.
 
     >>> list(packet(130, 0, 64))  # the manual's example: half speed forward
     [130, 0, 64, 66]
@@ -35,12 +40,12 @@ def packet(address: int, command: int, value: int) -> bytes:
 
 
 def drive(address: int, motor: MotorNumber, duty: float) -> bytes:
-    """Return the frame that gives a motor a duty from -1 to 1.
+    """Return the frame that sets the duty of a motor, from -1 to 1.
 
     >>> list(drive(128, 2, -1.0))
     [128, 5, 127, 4]
     """
-    value = round(duty * MOST)
+    value = round(duty * FULL_DUTY)
     return packet(address, (4 if motor == 2 else 0) + (value < 0), abs(value))
 
 
@@ -49,21 +54,118 @@ def stop(address: int) -> bytes:
     return drive(address, 1, 0.0) + drive(address, 2, 0.0)
 
 
-def in_tenths(seconds: float) -> float:
-    """Return the time-out that a board has where it is asked for this one: whole tenths of a second, rounded up.
+def round_timeout(seconds: float) -> float:
+    """Return a time-out in whole tenths of a second, rounded up, from 0.1 s to `MAX_TIMEOUT_S`.
 
-    >>> in_tenths(0.25)
+    >>> round_timeout(0.25)
     0.3
     """
-    return max(math.ceil(min(seconds, MOST_TIMEOUT_S) * 10 - 1e-9), 1) / 10
+    return max(math.ceil(min(seconds, MAX_TIMEOUT_S) * 10 - 1e-9), 1) / 10
 
 
 def timeout(address: int, seconds: float) -> bytes:
-    """Return the frame that has a board stop its motors after so long without a command; see `in_tenths`.
+    """Return the frame that sets the time-out of a board: it stops its motors after this time without a command.
 
-    It is off when the board is switched on, and forgotten when it is switched off.
+    A board that was switched off has no time-out. The time is rounded by `round_timeout`.
 
     >>> list(timeout(128, 0.5))
     [128, 14, 5, 19]
     """
-    return packet(address, _TIMEOUT, round(in_tenths(seconds) * 10))
+    return packet(address, _TIMEOUT, round(round_timeout(seconds) * 10))
+
+
+SETTLING_S = 0.5
+"""The time that a board needs to set its baud rate after the first byte."""
+
+
+class AddressedBoard:
+    """One board on the line; M1 is its left motor and M2 its right one."""
+
+    def __init__(self, address: int) -> None:
+        self.address = address
+        self.command = CommandBuffer()
+        self.timeout_s = MAX_TIMEOUT_S
+
+    def build_frames(self, wheels: WheelCommand) -> bytes:
+        """Return the frames of both motors and of the time-out, which a board that was off does not have."""
+        motors = drive(self.address, 1, wheels.left) + drive(self.address, 2, wheels.right)
+        return motors + timeout(self.address, self.timeout_s)
+
+
+class SabertoothProtocol(Protocol):
+    """Sends the newest command of each board, stops first.
+
+    No board answers, so the protocol is ready `SETTLING_S` after the first byte. While all motors stand, the stops are
+    repeated. While one turns nothing is repeated, for any frame on the line may restart the time-out of a board.
+    """
+
+    def __init__(self, baud: int) -> None:
+        self.baud = baud
+        self._boards: dict[int, AddressedBoard] = {}
+        self._ready_at = -math.inf
+        self.is_ready = self._is_new = False
+
+    def board(self, address: int, timeout_s: float) -> AddressedBoard:
+        """Return the board with that address; the shortest time-out of its motors applies."""
+        board = self._boards.get(address) or AddressedBoard(address)
+        board.timeout_s = min(board.timeout_s, round_timeout(timeout_s))
+        self._boards = {**self._boards, address: board}
+        return board
+
+    def begin(self, now: float) -> None:
+        self.is_ready = False
+        self._is_new = True
+        self._ready_at = now + SETTLING_S
+        self._clear_commands()
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Ignore the bytes: they are an echo, or noise."""
+
+    def data_to_send(self, now: float) -> bytes:
+        if self._is_new:
+            self._is_new = False
+            return BAUD_DETECTION
+        if now < self._ready_at:
+            return b""
+        if not self.is_ready:
+            self._clear_commands()
+            self.is_ready = True
+        return self._command_frames(now) or self._repeat_stops(now)
+
+    def next_due(self, now: float) -> float:
+        if now < self._ready_at:
+            return now if self._is_new else self._ready_at
+        commands = [board.command for board in self._boards.values()]
+        again = min((command.repeat_due for command in commands), default=math.inf) if self._is_stopped else math.inf
+        return min((again, *(command.next_due for command in commands)))
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether the last command was sent; no board acknowledges it."""
+        return all(board.command.next_due == math.inf for board in self._boards.values())
+
+    @property
+    def timeout_notice(self) -> str:
+        longest = max((board.timeout_s for board in self._boards.values()), default=MAX_TIMEOUT_S)
+        return describe_timeout(longest)
+
+    @property
+    def _is_stopped(self) -> bool:
+        return all(board.command.newest.is_stop for board in self._boards.values())
+
+    def _command_frames(self, now: float) -> bytes:
+        """Return the frames of one board; the next board follows when the line is free again."""
+        for board in sorted(self._boards.values(), key=lambda board: not board.command.newest.is_stop):
+            if (wheels := board.command.take(now, board.timeout_s)) is not None:
+                return board.build_frames(wheels)
+        return b""
+
+    def _repeat_stops(self, now: float) -> bytes:
+        if not self._is_stopped:
+            return b""
+        again = ((board, board.command.repeat_stop(now)) for board in self._boards.values())
+        return b"".join(board.build_frames(wheels) for board, wheels in again if wheels)
+
+    def _clear_commands(self) -> None:
+        for board in self._boards.values():
+            board.command.clear()

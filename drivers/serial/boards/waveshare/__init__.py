@@ -1,1 +1,1 @@
-"""Waveshare UGV: JSON lines."""
+"""Waveshare UGV boards with the firmware ugv_base_ros."""

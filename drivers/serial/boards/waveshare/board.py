@@ -1,4 +1,4 @@
-"""The conversation with a Waveshare board, and an odometer finer than its whole centimetres."""
+"""The protocol of a Waveshare board, and an odometer finer than its whole centimetres."""
 
 from __future__ import annotations
 
@@ -11,52 +11,59 @@ from drivers.serial.boards.waveshare.protocol import Feedback, Parser, Track, gr
 from drivers.serial.driver import Side
 from robotcore.hal.devices import Voltage
 
-PATIENCE_S = 0.1
-"""By so much two lines may come in later, or closer together, than they were told."""
+JITTER_S = 0.1
+"""The variation of the time between the sending of a line and its arrival."""
 
 FASTEST_M_S = 3.0
-"""No track is faster, downhill too."""
+"""No track is faster, also downhill."""
 
 
 class Odometer:
-    """Goes by the measured speed within the centimetre that the board tells, and never leaves that.
+    """Integrates the measured speed within the centimetre that the board sends.
 
-    So it is less than 1 cm off, and adds no error up. ``turning`` counts metres, from the first one told on.
+    So its error is less than 1 cm, and does not grow.
 
     >>> odometer = Odometer()
     >>> for time, centimetres in ((0.0, 0), (0.05, 0), (0.1, 2)):
     ...     odometer.move(Track(centimetres, 0.1), time)
-    ...     print(f"{odometer.turning.angle(1.0).angle:g} m")
+    ...     print(f"{odometer.counter.angle(1.0).angle:g} m")
     0 m
     0.005 m
     0.02 m
     """
 
     def __init__(self) -> None:
-        self.turning = CountAccumulator()
+        self.counter = CountAccumulator()
+        """The way of the track in metres, from the first line on."""
         self._last: _Position | None = None
 
+    def __repr__(self) -> str:
+        return f"Odometer({self.counter!r})"
+
     def restart(self) -> None:
-        """Know that the board may count from anywhere now."""
-        self.turning.restart()
+        """Drop the last position: the board was reset, and its count may have any value."""
+        self.counter.restart()
         self._last = None
 
     def is_likely(self, track: Track, time: float) -> bool:
-        """Return whether it can have come so far, or a digit was lost on the line."""
+        """Return whether the track can have moved so far; if not, the line has a wrong digit."""
         if self._last is None:
             return True
-        low, high = _within(track.centimetres)
-        farthest = FASTEST_M_S * (time - self._last.time + PATIENCE_S)
+        low, high = _centimetre_bounds(track.centimetres)
+        farthest = FASTEST_M_S * (time - self._last.time + JITTER_S)
         return low - farthest <= self._last.metres <= high + farthest
 
     def move(self, track: Track, time: float) -> None:
-        """Take what the board tells."""
-        low, high = _within(track.centimetres)
+        """Take the way and the speed of the track from a line.
+
+        time: when the line arrived, in seconds.
+        """
+        low, high = _centimetre_bounds(track.centimetres)
         guess = (low + high) / 2
         if last := self._last:
             guess = last.metres + (last.speed + track.speed) / 2 * (time - last.time)
         self._last = _Position(min(max(guess, low), high), track.speed, time)
-        self.turning.count(self._last.metres, time)
+        self.counter.count(self._last.metres, time)
 
 
 class _Position(NamedTuple):
@@ -65,32 +72,30 @@ class _Position(NamedTuple):
     time: float
 
 
-def _within(centimetres: int) -> tuple[float, float]:
-    """Return between which metres those are that are cut, towards zero, to so many centimetres."""
+def _centimetre_bounds(centimetres: int) -> tuple[float, float]:
+    """Return the lowest and the highest way in metres that the board cuts, towards zero, to these centimetres."""
     low = centimetres if centimetres > 0 else centimetres - 1
     high = centimetres if centimetres < 0 else centimetres + 1
     return low / 100, high / 100
 
 
 SILENCE_S = 0.3
-"""A board that has told nothing for so long is gone, or was reset: until then its ROM runs, and loses what is said."""
+"""A board that has sent nothing for so long is unplugged or was reset. Until then its ROM runs, and drops data."""
 
 GREETING_S = 0.5
-"""A board that is starting is greeted so often."""
+"""The period of sending the greeting until the board answers."""
 
 
 class WaveshareProtocol(BoardProtocol):
-    """Greets a board until it tells where it is; from then on tells it each new command once, and hears it.
+    """Sends a greeting until the board sends feedback, and then each new command once. Commands are in m/s.
 
-    Each command has the board's time-out before it: a board that was reset in between stands until then, and obeys its
-    time-out from then on. A board that falls silent is greeted again, and what it was told is forgotten.
-
-    ``command`` is in m/s.
+    The board's time-out precedes each command. So a board that was reset unnoticed has its time-out before it turns. A
+    board that falls silent gets the greeting again, and its command is dropped.
     """
 
     silence_s = SILENCE_S
-    usual_timeout_s = 0.5
-    """A board on which no motor is open stops what somebody else set turning after so long."""
+    default_timeout_s = 0.5
+    """If no motor is open, this time-out stops motors that another program turns."""
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
@@ -107,40 +112,40 @@ class WaveshareProtocol(BoardProtocol):
     def receive(self, data: bytes, now: float) -> None:
         for feedback in self.parser.feed(data):
             if self._is_greeted:
-                self._hear(feedback, now)
+                self._take_feedback(feedback, now)
 
-    def due(self, now: float) -> bytes:
+    def data_to_send(self, now: float) -> bytes:
         self._lose_if_silent(now)
-        return self._commanded(now) if self.is_ready else self._greeted(now)
+        return self._command_lines(now) if self.is_ready else self._greeting(now)
 
     def next_due(self, now: float) -> float:
         if not self.is_ready:
             return self._greet_at
         return min(self.command.next_due, self.command.repeat_due, self._heard_at + SILENCE_S)
 
-    def unanswered(self, place: str, *, has_heard: bool = False) -> str:
+    def explain_silence(self, place: str, *, has_heard: bool = False) -> str:
         if not self.parser.is_older:
-            return super().unanswered(place, has_heard=has_heard)
+            return super().explain_silence(place, has_heard=has_heard)
         return (
-            f"the board on {place} runs ugv_base_general, which tells no odometer and drives most rovers without "
-            "holding a speed. Flash Waveshare's ugv_base_ros"
+            f"the board on {place} runs ugv_base_general, which has no odometer and does not control the speed of most "
+            "rovers. Flash Waveshare's ugv_base_ros"
         )
 
     def _lose(self, now: float) -> None:
         super()._lose(now)
         self._is_greeted, self._greet_at = False, now
 
-    def _greeted(self, now: float) -> bytes:
+    def _greeting(self, now: float) -> bytes:
         if now < self._greet_at:
             return b""
         self._greet_at, self._is_greeted = now + GREETING_S, True
         return greeting(self.timeout_s)
 
-    def _commanded(self, now: float) -> bytes:
+    def _command_lines(self, now: float) -> bytes:
         wheels = self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)
         return heartbeat(self.timeout_s) + speeds(*wheels) if wheels else b""
 
-    def _hear(self, feedback: Feedback, now: float) -> None:
+    def _take_feedback(self, feedback: Feedback, now: float) -> None:
         if not self.is_ready:
             for odometer in self.odometers.values():
                 odometer.restart()
@@ -152,4 +157,4 @@ class WaveshareProtocol(BoardProtocol):
         self.voltage = Voltage(feedback.centivolts / 100, now, self.voltage.sequence + 1 if self.voltage else 0)
         self._heard_at = now
         if not self.is_ready:
-            self._meet()
+            self._set_ready()

@@ -1,4 +1,4 @@
-"""The devices of a Waveshare UGV board as a robot's file names them."""
+"""The settings and drivers of a Waveshare UGV board's devices."""
 
 from __future__ import annotations
 
@@ -23,17 +23,16 @@ from robotcore.hal.devices import Battery, Encoder, Motor
 from robotcore.hardware import Host
 
 ANSWER_S = 20.0
-"""A board that was just switched on looks for a Wi-Fi network for 15 s before it takes the first line."""
+"""A board searches for a Wi-Fi network for 15 s after it is switched on, before it takes the first line."""
 
 FIRMWARE = (
-    "The board must run Waveshare's ugv_base_ros, and know which rover it is, once for all: send it "
-    '{"T":900,"main":1,"module":0}, where main is 1 for the RaspRover, 2 for the UGV Rover, 3 for the UGV Beast, and '
-    "module 1 for an arm, 2 for a camera on a gimbal."
+    "The board must run Waveshare's ugv_base_ros. Set the rover once: send "
+    '{"T":900,"main":1,"module":0} to the board. main is 1 for the RaspRover, 2 for the UGV Rover and 3 for the UGV '
+    "Beast; module is 1 for an arm and 2 for a camera on a gimbal."
 )
 WIFI = (
-    "The board opens a Wi-Fi of its own, called UGV with the password 12345678 where nobody has changed it, and obeys "
-    'whoever is in it, past every stop of this program. Switch it off for good: send it {"T":401,"cmd":0}, and restart '
-    "it."
+    "The board opens its own Wi-Fi, by default UGV with the password 12345678. It obeys everyone in it, past every "
+    'stop of this program. Switch the Wi-Fi off for good: send {"T":401,"cmd":0} to the board, and restart it.'
 )
 
 DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
@@ -41,22 +40,25 @@ SettingsT = TypeVar("SettingsT", bound="WaveshareSettings")
 
 
 class WaveshareSettings(PortSettings):
-    """The port of a board; on the header of a Raspberry Pi /dev/serial0, of a Pi 5 /dev/ttyAMA0, on USB a CP2102."""
+    """The settings of a device of such a board.
 
-    speaks: ClassVar[str] = "Waveshare UGV"
-    usual_baud: ClassVar[int] = BAUD
+    The port is /dev/serial0 on the header of a Raspberry Pi, /dev/ttyAMA0 on that of a Pi 5, and a CP2102 on USB.
+    """
+
+    protocol_name: ClassVar[str] = "Waveshare UGV"
+    default_baud: ClassVar[int] = BAUD
 
 
 class WaveshareMotorSettings(SideSettings, TimeoutSettings, WaveshareSettings):
-    """One of a board's two motors."""
+    """The settings of a motor."""
 
 
 class WaveshareEncoderSettings(SideSettings, WaveshareSettings):
-    """One of a board's two odometers."""
+    """The settings of an encoder."""
 
 
 class WaveshareDriver(SerialDriver[DescriptionT, SettingsT]):
-    """What the devices of such a board have in common."""
+    """The base class of the drivers of a Waveshare board's devices."""
 
     aliases = ("ugv", "rasprover", "beast", "general driver")
 
@@ -65,20 +67,20 @@ class WaveshareDriver(SerialDriver[DescriptionT, SettingsT]):
 
 
 class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
-    """Tells the board a speed in m/s, by the wheel's radius; the board holds it by its own encoders."""
+    """Sends a speed in m/s, by the wheel's radius; the board controls it with its own encoders."""
 
     name = "waveshare-motor"
-    summary = "a motor of a Waveshare UGV board on a serial line, whose velocity the board holds"
+    summary = "a motor of a Waveshare UGV board on a serial line; the board controls its velocity"
     described = MotorDescription
-    what = "motor"
+    part = "motor"
     settings = WaveshareMotorSettings
 
     def check(self, description: MotorDescription, settings: WaveshareMotorSettings, robot: RobotDescription) -> None:
         fastest = description.max_velocity_rad_s * _wheel_radius_m(robot)
         if fastest > FASTEST_M_S:
             raise ValueError(
-                f"max_velocity_rad_s of {description.name} is {fastest:.3g} m/s, and the board ignores what is beyond "
-                f"{FASTEST_M_S:g}; lower it to {FASTEST_M_S / _wheel_radius_m(robot):.3g} at most"
+                f"max_velocity_rad_s of {description.name} is {fastest:.3g} m/s, but the board ignores commands above "
+                f"{FASTEST_M_S:g} m/s; lower it to {FASTEST_M_S / _wheel_radius_m(robot):.3g} at most"
             )
 
     def open(self, description: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Motor:
@@ -94,12 +96,12 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
 
 
 class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSettings]):
-    """Tells the board's odometer as an angle, by the wheel's radius; between its centimetres by the speed."""
+    """Returns the board's odometer as an angle, by the wheel's radius; see `Odometer`."""
 
     name = "waveshare-encoder"
     summary = "a wheel's encoder on a Waveshare UGV board on a serial line"
     described = EncoderDescription
-    what = "encoder"
+    part = "encoder"
     settings = WaveshareEncoderSettings
 
     def check(
@@ -112,18 +114,18 @@ class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSetti
         return BoardEncoder(
             description.name,
             board.line,
-            board.protocol.odometers[settings.side].turning,
+            board.protocol.odometers[settings.side].counter,
             1 / _wheel_radius_m(host.robot),
         )
 
 
 class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
-    """Tells the battery's voltage as the board measures it, every 10 s."""
+    """Returns the voltage that the board measures every 10 s."""
 
     name = "waveshare-battery"
-    summary = "the battery behind a Waveshare UGV board on a serial line"
+    summary = "the battery of a Waveshare UGV board on a serial line"
     described = BatteryDescription
-    what = "battery"
+    part = "battery"
     settings = WaveshareSettings
 
     def open(self, description: BatteryDescription, settings: WaveshareSettings, host: Host) -> Battery:
@@ -132,14 +134,14 @@ class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
 
 
 def _board(device: str, settings: WaveshareSettings, host: Host) -> Board[WaveshareProtocol]:
-    """Return the board on the settings' port; raises DeviceError by the device's name."""
+
     return open_board(
         device, settings.port, WaveshareProtocol, lambda: WaveshareProtocol(settings.speed), host, ANSWER_S
     )
 
 
 def _wheel_radius_m(robot: RobotDescription) -> float:
-    """Return the radius by which the board's metres are radians; raises ValueError where the robot has no drive."""
+    """Return the radius that converts the board's metres to radians; raises ValueError if the robot has no drive."""
     if robot.drive is None:
-        raise ValueError("the board goes by m/s, and the robot has no wheel radius; describe its [drive]")
+        raise ValueError("the board takes m/s, but the robot has no wheel radius; add [drive] to its file")
     return robot.drive.wheel_radius_m

@@ -1,7 +1,7 @@
-"""The lines of JSON that a Waveshare UGV board takes and tells.
+"""The JSON lines that a Waveshare UGV board takes and sends.
 
-They are those of Waveshare's firmware ugv_base_ros (json_cmd.h, uart_ctrl.h, movtion_module.h, ugv_advance.h) in the
-version of September 2024: 115200 baud 8N1, an object a line, LF taken, CR LF told.
+A line is one object, at 115200 baud 8N1. The board takes LF at its end, and sends CR LF. Source: Waveshare's firmware
+ugv_base_ros of September 2024 (json_cmd.h, uart_ctrl.h, movtion_module.h, ugv_advance.h).
 """
 
 from __future__ import annotations
@@ -15,34 +15,32 @@ from drivers.serial.driver import Side
 BAUD = 115200
 
 FASTEST_M_S = 2.0
-"""A board told to be faster on either side ignores the line, and goes on as it was told before."""
+"""The board ignores a line with a faster command on either side, and keeps the command before it."""
 
 FEEDBACK_S = 0.05
-"""How often the board tells where it is: a line of some 200 bytes is 17 ms on the way, in which its loop waits."""
+"""The period of feedback. A line of some 200 bytes takes 17 ms, in which the board's loop waits."""
 
 BEGINNING = b'{"T":1001,'
-"""Of a line that is feedback."""
+"""The begin of a line with feedback."""
 
 LONGEST = 512
-"""No line that the board tells has so many bytes: 330 with an arm."""
+"""No line of the board has so many bytes; with an arm it has 330."""
 
 _Speed = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 _Centimetres = Annotated[int, Field(ge=-(10**8), le=10**8)]
 
 
 class Track(NamedTuple):
-    """How far a side has come in cm, cut towards zero, and its speed in m/s; positive is forward."""
+    """The way and the speed of one side; positive is forward."""
 
     centimetres: int
+    """The way in centimetres, cut towards zero."""
     speed: float
+    """The speed in m/s."""
 
 
 class Feedback(BaseModel):
-    """What the board tells of itself, a line of type 1001.
-
-    ``left_m_s`` and ``right_m_s`` are the tracks' speeds in the last round of the board's loop. ``left_cm`` and
-    ``right_cm`` are how far they have come since the board was switched on, cut to whole centimetres towards zero.
-    ``centivolts`` is the battery, in hundredths of a volt, measured every 10 s.
+    """A line of type 1001.
 
     >>> Feedback.model_validate_json('{"T":1001,"L":0.2,"R":0,"gx":5,"odl":12,"odr":-3,"v":1187}').right_cm
     -3
@@ -52,36 +50,37 @@ class Feedback(BaseModel):
 
     kind: Literal[1001] = Field(alias="T")
     left_m_s: _Speed = Field(alias="L")
+    """The speed of the left track in the last round of the board's loop."""
     right_m_s: _Speed = Field(alias="R")
     left_cm: _Centimetres = Field(alias="odl")
+    """The way of the left track since the board was switched on, cut to whole centimetres towards zero."""
     right_cm: _Centimetres = Field(alias="odr")
     centivolts: int = Field(alias="v", ge=-100, le=6000)
+    """The voltage of the battery in hundredths of a volt, measured every 10 s."""
 
     def track(self, side: Side) -> Track:
-        """Return what is told of one side."""
+        """Return the values of one side."""
         return Track(self.left_cm, self.left_m_s) if side == "left" else Track(self.right_cm, self.right_m_s)
 
 
 class Parser:
-    """Finds feedback in what comes in, however it is cut; ``dropped`` counts the lines that are none.
-
-    Such as echoes, what a board prints as it starts, and what noise has made of a line.
-    """
+    """Finds feedback in a stream that is cut anywhere."""
 
     def __init__(self) -> None:
         self.dropped = 0
+        """The number of other lines: echoes, messages of a starting board, and lines with noise."""
         self.is_older = False
-        """Whether a board has told of itself as the older firmware, ugv_base_general, does: without odometers."""
+        """Whether a line was feedback of the older firmware, ugv_base_general, which has no odometers."""
         self._rest = b""
 
     def feed(self, data: bytes) -> list[Feedback]:
-        """Take bytes; return what they complete."""
+        """Take received bytes; return the feedback that they complete."""
         *lines, self._rest = (self._rest + data).split(b"\n")
-        self._rest = self._rest[:LONGEST]  # of a line that is too long the end is not needed: it is dropped
+        self._rest = self._rest[:LONGEST]  # the end of a longer line is not needed: the line is dropped
         return [found for line in lines if (found := self._feedback(line))]
 
     def restart(self) -> None:
-        """Forget the beginning of a line whose end does not come any more."""
+        """Drop the begin of a line."""
         self._rest = b""
 
     def _feedback(self, line: bytes) -> Feedback | None:
@@ -95,26 +94,26 @@ class Parser:
 
 
 def greeting(timeout_s: float) -> bytes:
-    """Return what makes any board one that is driven safely, and heard.
+    """Return the lines that prepare a board.
 
-    It stops it, sets its own time-out, and has it take speeds as they are told, echo nothing, and give feedback by
-    itself every `FEEDBACK_S`.
+    They stop it and set its time-out. The board then takes speeds without scaling, does not echo, and sends feedback
+    every `FEEDBACK_S`.
     """
-    every = round(1000 * FEEDBACK_S)
+    period_ms = round(1000 * FEEDBACK_S)
     return (
         STOP
         + heartbeat(timeout_s)
-        + b'{"T":138,"L":1,"R":1}\n{"T":143,"cmd":0}\n{"T":142,"cmd":%d}\n{"T":131,"cmd":1}\n' % every
+        + b'{"T":138,"L":1,"R":1}\n{"T":143,"cmd":0}\n{"T":142,"cmd":%d}\n{"T":131,"cmd":1}\n' % period_ms
     )
 
 
 def heartbeat(timeout_s: float) -> bytes:
-    """Return the line that has the motors stop where no `speeds` have come for so long."""
+    """Return the line that sets the time-out: the motors stop after these seconds without `speeds`."""
     return b'{"T":136,"cmd":%d}\n' % round(1000 * timeout_s)
 
 
 def speeds(left_m_s: float, right_m_s: float) -> bytes:
-    r"""Return the line that turns the tracks; the board holds these speeds by its own encoders.
+    r"""Return the line that turns the tracks; the board controls these speeds with its own encoders.
 
     >>> speeds(0.25, -0.1)
     b'{"T":1,"L":0.2500,"R":-0.1000}\n'
@@ -123,10 +122,10 @@ def speeds(left_m_s: float, right_m_s: float) -> bytes:
 
 
 STOP = b"\n" + speeds(0.0, 0.0)
-"""It stops both tracks, in the middle of somebody else's line too: the board takes no line that two have written.
+"""The line that stops both tracks. It begins with LF, because another program may have written half a line.
 
-Type 0, the board's emergency stop, would stop an arm on it too, and the older firmware does not know it.
+Type 0, the board's emergency stop, would stop an arm too, and the older firmware does not have it.
 """
 
 STANDING = r'\{"T":1001,"L":-?0(\.0\d*)?,"R":-?0(\.0\d*)?,'
-"""Feedback of a board that has heard it: neither track goes at 0.1 m/s any more."""
+"""A regular expression for feedback of a board that has received it: both tracks are slower than 0.1 m/s."""

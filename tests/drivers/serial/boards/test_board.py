@@ -19,16 +19,17 @@ from robotcore.hal.devices import Motor, Sensor
 from tests.doubles.serial.bench import Rig
 from tests.doubles.serial.board import BoardDouble, Wheels
 from tests.doubles.serial.hoverboard import Hoverboard
-from tests.doubles.serial.rosarduino import OurDouble, TrueDouble
+from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble, RosArduinoBridgeDouble
 from tests.doubles.serial.waveshare import WaveshareBoard
+from tests.texts import CheckText
 
 STEP_S = 0.002
 LONG_S = 3.0
 """Longer than any of them takes to be lost, or met."""
 
 BOARDS: dict[str, tuple[Callable[[], BoardProtocol], Callable[[], BoardDouble], float]] = {
-    "ours": (lambda: ArduinoProtocol(57600), OurDouble, 20.0),
-    "the true one": (lambda: ArduinoProtocol(57600), TrueDouble, 20.0),
+    "ours": (lambda: ArduinoProtocol(57600), RobotcoreBridgeDouble, 20.0),
+    "the true one": (lambda: ArduinoProtocol(57600), RosArduinoBridgeDouble, 20.0),
     "waveshare": (lambda: WaveshareProtocol(115200), WaveshareBoard, 0.2),
     "hoverboard": (lambda: HoverboardProtocol(115200), lambda: Hoverboard(Wheels()), 100.0),
 }
@@ -51,7 +52,7 @@ class Wired:
     def step(self) -> None:
         self.now += STEP_S
         said = self._board.live(self.now, STEP_S)
-        sent = self.protocol.due(self.now)
+        sent = self.protocol.data_to_send(self.now)
         if not self.is_cut:
             self.protocol.receive(said + self._board.receive(sent, self.now), self.now)
         wheels = self._board.wheels  # type: ignore[attr-defined]
@@ -93,9 +94,9 @@ def test_a_command_that_slips_in_as_the_board_is_lost_turns_no_wheel_when_it_is_
     assert not wired.has_turned
 
 
-def test_the_shortest_time_out_that_any_motor_asks_for_counts() -> None:
+def test_the_shortest_time_out_of_all_motors_applies(check_text: CheckText) -> None:
     protocol = WaveshareProtocol(115200)
-    assert protocol.stops_itself == "The board stops its motors by itself 0.5 s after the last command that it heard."
+    check_text(protocol.timeout_notice)
     for seconds in (2.0, 0.3, 1.0):
         protocol.limit(seconds)
     assert protocol.timeout_s == 0.3
@@ -123,8 +124,8 @@ def devices(board: str, motor: dict[str, Any], **others: dict[str, Any]) -> dict
 
 
 DEVICES_OF_BOARDS: dict[str, tuple[Callable[[], BoardDouble], dict[str, dict[str, Any]]]] = {
-    "our firmware": (OurDouble, devices("ros-arduino", {}, nose={}, battery={})),
-    "ROSArduinoBridge": (TrueDouble, devices("ros-arduino", {}, nose={"pin": 7})),
+    "our firmware": (RobotcoreBridgeDouble, devices("ros-arduino", {}, nose={}, battery={})),
+    "ROSArduinoBridge": (RosArduinoBridgeDouble, devices("ros-arduino", {}, nose={"pin": 7})),
     "waveshare": (WaveshareBoard, devices("waveshare", {}, battery={})),
     "hoverboard": (lambda: Hoverboard(Wheels()), devices("hoverboard", {"mode": "speed"}, battery={})),
 }

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.serial.boards.cutoff import APART_S, StopFrame
+from drivers.serial.boards.cutoff import REPEAT_PAUSE_S, StopFrame
 from robotcore.errors import BackendError
 from robotcore.hal.cutoff import Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
@@ -64,12 +64,12 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
         bench.close()
 
 
-def test_the_board_of_a_killed_program_is_reported_to_stop(bench: Bench) -> None:
+def test_the_guardian_stops_the_board_of_a_killed_program(bench: Bench, check_text: CheckText) -> None:
     bench.until_heard(TURN)
     bench.until_heard(STOP, bench.program.kill)
     said = bench.over()
     assert bench.board.heard.endswith(STOP)
-    assert said == f"guardian: the run of process {bench.program.pid} broke off; stopped left_motor\n"
+    check_text(said, hide=[bench.program.pid])
 
 
 def test_the_board_of_a_suspended_program_is_reported_to_stop_and_turns_when_it_goes_on(bench: Bench) -> None:
@@ -87,12 +87,12 @@ def test_a_board_that_was_plugged_in_again_is_reported_to_stop(bench: Bench) -> 
     assert bench.board.heard.endswith(STOP)
 
 
-def test_a_board_that_was_unplugged_is_left_to_its_own_time_out(bench: Bench) -> None:
+def test_an_unplugged_board_is_left_to_its_own_time_out(bench: Bench, check_text: CheckText) -> None:
     bench.until_heard(TURN)
     bench.pty.unplug()
     bench.program.kill()
     said = bench.over()
-    assert said == f"guardian: left_motor: {bench.pty.path} is gone: the board stops its motors by itself\n"
+    check_text(said)
 
 
 def test_a_port_that_is_unplugged_is_let_go_lest_the_board_come_back_by_another_name(tmp_path: Path) -> None:
@@ -139,7 +139,7 @@ def test_where_nobody_drives_the_board_is_reported_to_stop_and_confirms_it(tmp_p
 def test_a_board_that_does_not_confirm_a_stop_is_not_said_to_have_stopped(
     tmp_path: Path, powered: Powered, monkeypatch: pytest.MonkeyPatch, raises: Raises, *, is_deaf: bool
 ) -> None:
-    monkeypatch.setattr("drivers.serial.boards.cutoff.ANSWERING_S", 0.5)
+    monkeypatch.setattr("drivers.serial.boards.cutoff.ANSWER_TIMEOUT_S", 0.5)
     assert isinstance(powered.board, AnsweringBoard)
     powered.board.is_deaf = is_deaf
     with raises(BackendError, "stop-not-confirmed"):
@@ -160,7 +160,7 @@ def test_the_stop_of_a_board_that_never_answers_is_unconfirmed(tmp_path: Path, c
     with Pty(tmp_path) as pty:
         clock = MonotonicClock()
         unconfirmed = stopping(pty.path, None)
-        assert clock.now() >= APART_S
+        assert clock.now() >= REPEAT_PAUSE_S
         assert isinstance(unconfirmed, Unconfirmed)
         check_text(unconfirmed)
         assert pty.all_heard() == 2 * STOP

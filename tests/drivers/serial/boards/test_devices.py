@@ -4,10 +4,10 @@ from drivers.serial.boards.devices import CountAccumulator
 from robotcore.hal.devices import Angle
 
 
-def _counted(turning: CountAccumulator, *counts: float) -> float:
+def _counted(counter: CountAccumulator, *counts: float) -> float:
     for count in counts:
-        turning.count(count, 0.0)
-    angle = turning.angle(1.0)
+        counter.count(count, 0.0)
+    angle = counter.angle(1.0)
     assert angle
     return angle.angle
 
@@ -27,8 +27,8 @@ def test_a_counter_that_wraps_goes_on_both_ways() -> None:
 
 
 def test_a_board_that_was_reset_goes_on_from_the_last_angle() -> None:
-    turning = CountAccumulator()
-    assert _counted(turning, 0, 100) == 100
-    turning.restart()
-    assert turning.angle(1.0) == Angle(100.0, 0.0, 1)
-    assert _counted(turning, 3, 5) == 102
+    counter = CountAccumulator()
+    assert _counted(counter, 0, 100) == 100
+    counter.restart()
+    assert counter.angle(1.0) == Angle(100.0, 0.0, 1)
+    assert _counted(counter, 3, 5) == 102

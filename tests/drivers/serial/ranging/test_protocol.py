@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.serial.ranging.protocol import Parser, Seen
+from drivers.serial.ranging.protocol import Detection, Parser
 from tests.doubles.serial.tfmini import DAZZLED_CM, SATURATED_CM, STRONG, WEAK, WEAK_CM, frame
 
 OF_THE_FIRST = 7
@@ -10,43 +10,45 @@ OF_THE_FIRST = 7
 
 FRAMES = [
     # TFmini-S manual, 5.3: header, distance, amplitude, temperature, sum; low bytes first
-    ("59 59 32 00 e8 03 c8 08 9f", Seen.TARGET, 0.50, 25.0),
-    ("59 59 2c 01 64 00 c8 08 13", Seen.TARGET, 3.00, 25.0),
-    ("59 59 ff ff 63 00 c8 08 e3", Seen.NOTHING, None, 25.0),
-    ("59 59 fe ff ff ff c8 08 7d", Seen.UNCLEAR, None, 25.0),
+    ("59 59 32 00 e8 03 c8 08 9f", Detection.TARGET, 0.50, 25.0),
+    ("59 59 2c 01 64 00 c8 08 13", Detection.TARGET, 3.00, 25.0),
+    ("59 59 ff ff 63 00 c8 08 e3", Detection.NOTHING, None, 25.0),
+    ("59 59 fe ff ff ff c8 08 7d", Detection.UNCLEAR, None, 25.0),
     # TFmini, 5.3: a mode and a spare byte in place of the temperature
-    ("59 59 d8 00 1d 00 02 00 a9", Seen.TARGET, 2.16, None),
-    ("59 59 ff ff 13 00 07 00 ca", Seen.NOTHING, None, None),
+    ("59 59 d8 00 1d 00 02 00 a9", Detection.TARGET, 2.16, None),
+    ("59 59 ff ff 13 00 07 00 ca", Detection.NOTHING, None, None),
     # TF-Luna, 6.8: no distance where the amplitude is too low
-    ("59 59 00 00 0c 00 00 09 c7", Seen.NOTHING, None, 32.0),
+    ("59 59 00 00 0c 00 00 09 c7", Detection.NOTHING, None, 32.0),
 ]
 
 
 @pytest.mark.parametrize("sent, seen, distance, temperature", FRAMES)
-def test_frames_say_what_the_manuals_say(sent: str, seen: Seen, distance: float | None, temperature: float) -> None:
+def test_frames_say_what_the_manuals_say(
+    sent: str, seen: Detection, distance: float | None, temperature: float
+) -> None:
     reading, _ = Parser().feed(2 * bytes.fromhex(sent))
-    assert (reading.seen, reading.temperature_c) == (seen, temperature)
+    assert (reading.detection, reading.temperature_c) == (seen, temperature)
     assert distance is None or reading.distance == distance
 
 
 @pytest.mark.parametrize(
     "sent, seen",
     [
-        (frame(50, 100), Seen.TARGET),
-        (frame(50, 99), Seen.NOTHING),
-        (frame(50, 20, OF_THE_FIRST), Seen.TARGET),
-        (frame(50, 19, OF_THE_FIRST), Seen.NOTHING),
-        (frame(0, 0xFFFF), Seen.UNCLEAR),
-        (frame(50, 0xFFFF), Seen.UNCLEAR),
-        (frame(WEAK_CM, 100), Seen.NOTHING),
-        (frame(SATURATED_CM), Seen.UNCLEAR),
-        (frame(DAZZLED_CM), Seen.UNCLEAR),
-        (frame(DAZZLED_CM, WEAK), Seen.UNCLEAR),
-        (frame(0), Seen.TARGET),
+        (frame(50, 100), Detection.TARGET),
+        (frame(50, 99), Detection.NOTHING),
+        (frame(50, 20, OF_THE_FIRST), Detection.TARGET),
+        (frame(50, 19, OF_THE_FIRST), Detection.NOTHING),
+        (frame(0, 0xFFFF), Detection.UNCLEAR),
+        (frame(50, 0xFFFF), Detection.UNCLEAR),
+        (frame(WEAK_CM, 100), Detection.NOTHING),
+        (frame(SATURATED_CM), Detection.UNCLEAR),
+        (frame(DAZZLED_CM), Detection.UNCLEAR),
+        (frame(DAZZLED_CM, WEAK), Detection.UNCLEAR),
+        (frame(0), Detection.TARGET),
     ],
 )
-def test_a_distance_counts_only_with_the_light_to_tell_it(sent: bytes, seen: Seen) -> None:
-    assert [reading.seen for reading in Parser().feed(2 * sent)] == [seen, seen]
+def test_a_distance_counts_only_with_the_light_to_tell_it(sent: bytes, seen: Detection) -> None:
+    assert [reading.detection for reading in Parser().feed(2 * sent)] == [seen, seen]
 
 
 def test_a_frame_is_believed_at_once_after_two_in_a_row() -> None:

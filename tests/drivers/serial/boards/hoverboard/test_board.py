@@ -33,7 +33,7 @@ class Conversation:
         """Let time pass in thousandths of a second, and send what is due."""
         for _ in range(round(seconds * 1000)):
             self.now += 0.001
-            if frame := self.protocol.due(self.now):
+            if frame := self.protocol.data_to_send(self.now):
                 self.sent.append((self.now, frame))
 
     def drive(self, left: float, right: float, seconds: float) -> None:
@@ -88,8 +88,8 @@ def test_two_frames_never_run_into_one_and_the_newer_one_is_sent(conversation: C
 def test_next_due_is_when_something_is_due(conversation: Conversation) -> None:
     conversation.pass_by(0.001)
     protocol = conversation.protocol
-    assert protocol.due(protocol.next_due(conversation.now) - 1e-6) == b""
-    assert protocol.due(protocol.next_due(conversation.now) + 1e-6) == STOP
+    assert protocol.data_to_send(protocol.next_due(conversation.now) - 1e-6) == b""
+    assert protocol.data_to_send(protocol.next_due(conversation.now) + 1e-6) == STOP
     conversation.set(100, 100)
     conversation.drive(100, 100, 0.2)
     assert protocol.next_due(conversation.now) == math.inf

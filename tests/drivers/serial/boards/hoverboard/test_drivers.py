@@ -176,8 +176,8 @@ def test_closing_waits_until_the_board_has_heard_the_stop(robots: Robots) -> Non
 
 def test_another_process_stops_both_wheels_by_one_frame() -> None:
     robot = wired(load_robot("rover"), devices(mode="speed"), Path("/dev/ttyUSB0"), (BATTERY,))
-    fittings = bind_devices(robot, "serial")
-    specs = [spec for each in fittings for spec in each.cutoffs(Host(robot, owner=None, clock=None))]  # type: ignore[arg-type]
+    bindings = bind_devices(robot, "serial")
+    specs = [spec for each in bindings for spec in each.cutoffs(Host(robot, owner=None, clock=None))]  # type: ignore[arg-type]
     assert [spec.parameters["frame"] for spec in specs] == [STOP.hex()] * 2
 
 

@@ -11,7 +11,7 @@ import pytest
 from drivers.serial import backend as module
 from drivers.serial.backend import SerialBackend
 from drivers.serial.boards.rosarduino.board import ArduinoProtocol
-from drivers.serial.boards.rosarduino.protocol import framed
+from drivers.serial.boards.rosarduino.protocol import frame_line
 from robotcore.description import BatteryDescription, RobotDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock, SteppedClock
@@ -72,11 +72,11 @@ TRUE = b"Invalid Command\r\nOK\r\nInvalid Command\r\n57600\r\n"
 
 
 def asked(text: str) -> bytes:
-    return framed(text, is_summed=True)
+    return frame_line(text, is_summed=True)
 
 
 def answered(text: str) -> bytes:
-    return framed(text, is_summed=True) + b"\n"
+    return frame_line(text, is_summed=True) + b"\n"
 
 
 class Conversation:
@@ -90,7 +90,7 @@ class Conversation:
     def sent(self, after: float = STEP_S) -> bytes:
         """Return what is sent next, if anything, after so many seconds."""
         self.now += after
-        return self.protocol.due(self.now)
+        return self.protocol.data_to_send(self.now)
 
     def answer(self, data: bytes) -> None:
         self.now += STEP_S
@@ -130,6 +130,6 @@ class Conversation:
     @property
     def angle(self) -> float:
         """What the left wheel has turned, in counts."""
-        sample = self.protocol.counts["left"].turning.angle(1.0)
+        sample = self.protocol.counts["left"].counter.angle(1.0)
         assert sample
         return sample.angle

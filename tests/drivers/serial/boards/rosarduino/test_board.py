@@ -4,7 +4,7 @@ import pytest
 
 from drivers.serial.boards.rosarduino.protocol import ping
 from drivers.serial.boards.rosarduino.requests import Poll
-from tests.doubles.serial.rosarduino import TrueDouble
+from tests.doubles.serial.rosarduino import RosArduinoBridgeDouble
 from tests.drivers.serial.boards.rosarduino.rig import HELLO, OURS, TRUE, Conversation, answered, asked
 from tests.texts import CheckText
 
@@ -28,24 +28,22 @@ def true_one() -> Conversation:
 
 def test_our_firmware_is_known_by_its_name(ours: Conversation) -> None:
     assert ours.protocol.is_ready
-    assert ours.protocol.firmware.is_ours
+    assert ours.protocol.firmware.is_robotcore_bridge
     assert ours.protocol.firmware.frame_s == pytest.approx(1 / 30)
 
 
-def test_the_true_one_is_known_by_its_speed_alone(true_one: Conversation) -> None:
+def test_ros_arduino_bridge_is_identified_by_its_speed_alone(true_one: Conversation, check_text: CheckText) -> None:
     assert true_one.protocol.is_ready
-    assert not true_one.protocol.firmware.is_ours
+    assert not true_one.protocol.firmware.is_robotcore_bridge
     assert true_one.protocol.firmware.frame_s == 0.033
     assert not true_one.protocol.firmware.takes_duties
-    assert true_one.protocol.stops_itself == (
-        "The board stops its motors by itself 2 s after the last command that it heard."
-    )
+    check_text(true_one.protocol.timeout_notice)
 
 
 def test_our_firmware_is_not_taken_for_the_true_one_where_noise_spoils_its_name() -> None:
     conversation = Conversation()
     conversation.goes((HELLO, TRUE), (HELLO, OURS), (asked("m 0 0"), answered("OK")))
-    assert conversation.protocol.firmware.is_ours
+    assert conversation.protocol.firmware.is_robotcore_bridge
 
 
 def test_our_firmware_taken_for_the_true_one_is_met_again_when_it_refuses(true_one: Conversation) -> None:
@@ -76,7 +74,7 @@ def test_the_time_out_is_sent_before_anything_turns(ours: Conversation, check_te
     ours.protocol.limit(0.5)
     ours.set(20, 20)
     ours.goes((asked("k 500"), answered("OK")), (asked("m 20 20"), answered("OK")))
-    check_text(ours.protocol.stops_itself)
+    check_text(ours.protocol.timeout_notice)
 
 
 def test_the_shortest_time_out_of_all_motors_counts(ours: Conversation) -> None:
@@ -211,7 +209,7 @@ def test_a_board_that_falls_silent_is_lost_and_what_it_was_sent_forgotten(ours: 
 def test_a_board_whose_answers_alone_are_lost_is_stopped_however_the_app_drives_on(
     true_one: Conversation, has_sonar: bool, within_s: float
 ) -> None:
-    board, lost_at = TrueDouble(), true_one.now
+    board, lost_at = RosArduinoBridgeDouble(), true_one.now
     if has_sonar:
         true_one.protocol.poll(Poll(ping(7), 0.1, lambda _answer, _now: None))
     while true_one.now - lost_at < within_s:
@@ -232,7 +230,7 @@ def test_a_board_that_is_not_there_yet_is_greeted_again_and_again() -> None:
 
 
 def test_motors_by_duty_are_scaled_to_255(ours: Conversation) -> None:
-    ours.protocol.goes_by_duty = True
+    ours.protocol.is_duty_mode = True
     ours.set(1.0, -0.25)
     ours.goes((asked("o 255 -64"), answered("OK")))
     ours.set(0, 0)

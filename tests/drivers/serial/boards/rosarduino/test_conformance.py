@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 from robotcore.description import BatteryDescription
 from robotcore.testing import ConformanceSuite
 from tests.doubles.serial.bench import SerialBench
-from tests.doubles.serial.rosarduino import ArduinoDouble, OurDouble, TrueDouble
+from tests.doubles.serial.rosarduino import ArduinoDouble, RobotcoreBridgeDouble, RosArduinoBridgeDouble
 
 COUNTS = {"counts": "edges"}
 LONG = {"board_timeout_s": 5.0}
@@ -31,18 +31,18 @@ class TestOurFirmware(SerialBench, ConformanceSuite):
     extra: ClassVar = (BatteryDescription(kind="battery", name="battery"),)
 
     def board(self) -> ArduinoDouble:
-        return OurDouble()
+        return RobotcoreBridgeDouble()
 
 
 class TestTheTrueOne(SerialBench, ConformanceSuite):
     devices: ClassVar = {**SIDES, "nose": {"driver": "ros-arduino-sonar", "pin": 7}}
 
     def board(self) -> ArduinoDouble:
-        return TrueDouble(takes_duties=False)
+        return RosArduinoBridgeDouble(takes_duties=False)
 
 
 class TestByDuty(SerialBench, ConformanceSuite):
     devices: ClassVar = {name: {**section, **(MODEL if "motor" in name else {})} for name, section in SIDES.items()}
 
     def board(self) -> ArduinoDouble:
-        return OurDouble()
+        return RobotcoreBridgeDouble()

@@ -21,7 +21,7 @@ def pluralize(*counts: tuple[float, int]) -> float | None:
     wheel = Counts()
     for time, count in counts:
         wheel.take(count, time)
-    angle = wheel.turning.angle(1.0)
+    angle = wheel.counter.angle(1.0)
     return angle.angle if angle else None
 
 
@@ -49,84 +49,84 @@ def test_a_count_that_is_not_believed_is_no_new_sample() -> None:
     wheel = Counts()
     wheel.take(1234, 0.0)
     wheel.take(134, 0.005)
-    angle = wheel.turning.angle(1.0)
+    angle = wheel.counter.angle(1.0)
     assert angle is not None
     assert (angle.time, angle.sequence) == (0.0, 0)
 
 
 @pytest.fixture
-def findings() -> RangeSampler:
+def sampler() -> RangeSampler:
     assert NOSE
     return RangeSampler(NOSE, echo_free_cycles=3)
 
 
 @pytest.fixture
-def ranges(findings: RangeSampler) -> Ranges:
-    return Ranges("nose", findings)
+def ranges(sampler: RangeSampler) -> Ranges:
+    return Ranges("nose", sampler)
 
 
 @pytest.fixture
-def pings(findings: RangeSampler) -> Pings:
+def pings(sampler: RangeSampler) -> Pings:
     assert NOSE
-    return Pings(NOSE, findings)
+    return Pings(NOSE, sampler)
 
 
-def test_a_range_is_as_old_as_the_board_says(ranges: Ranges, findings: RangeSampler) -> None:
+def test_a_range_is_as_old_as_the_board_says(ranges: Ranges, sampler: RangeSampler) -> None:
     ranges.take(Answer((830, 24)), 10.0)
-    assert findings.newest.get() == Range(0.83, 10.0 - 0.024, 0)
+    assert sampler.newest.get() == Range(0.83, 10.0 - 0.024, 0)
 
 
-def test_a_range_that_comes_twice_is_one_sample(ranges: Ranges, findings: RangeSampler) -> None:
+def test_a_range_that_comes_twice_is_one_sample(ranges: Ranges, sampler: RangeSampler) -> None:
     ranges.take(Answer((830, 4)), 10.0)
     ranges.take(Answer((830, 36)), 10.03)
-    assert findings.newest.get().sequence == 0
+    assert sampler.newest.get().sequence == 0
     ranges.take(Answer((831, 6)), 10.06)
-    assert findings.newest.get().sequence == 1
+    assert sampler.newest.get().sequence == 1
 
 
-def test_a_row_of_cycles_without_an_echo_is_nothing_in_range(ranges: Ranges, findings: RangeSampler) -> None:
+def test_a_row_of_cycles_without_an_echo_is_nothing_in_range(ranges: Ranges, sampler: RangeSampler) -> None:
     ranges.take(Answer((830, 0)), 10.0)
     for cycle in (1, 2):
         ranges.take(Answer((-1, 0)), 10.0 + 0.06 * cycle)
-    assert findings.newest.get().distance == 0.83
+    assert sampler.newest.get().distance == 0.83
     ranges.take(Answer((-1, 0)), 10.18)
-    assert findings.newest.get().distance == math.inf
+    assert sampler.newest.get().distance == math.inf
 
 
 @pytest.mark.parametrize("answer", [Answer((-1, 65535)), Answer((830, 501))])
 def test_a_module_that_does_not_answer_is_a_fault(
-    ranges: Ranges, findings: RangeSampler, answer: Answer, raises: Raises
+    ranges: Ranges, sampler: RangeSampler, answer: Answer, raises: Raises
 ) -> None:
     ranges.take(answer, 70.0)
     with raises(DeviceError, "module-silent", device="nose"):
-        findings.newest.get()
+        sampler.newest.get()
     ranges.take(Answer((830, 0)), 71.0)
-    assert findings.newest.get().distance == 0.83
+    assert sampler.newest.get().distance == 0.83
 
 
-def test_what_the_board_refuses_is_no_sample(ranges: Ranges, pings: Pings, findings: RangeSampler) -> None:
+def test_what_the_board_refuses_is_no_sample(ranges: Ranges, pings: Pings, sampler: RangeSampler) -> None:
     ranges.take(Answer(is_refusal=True), 10.0)
     pings.take(Answer(is_refusal=True), 10.0)
-    assert not findings.has_result
+    assert not sampler.has_result
 
 
-def test_a_ping_is_in_centimetres(pings: Pings, findings: RangeSampler) -> None:
+def test_a_ping_is_in_centimetres(pings: Pings, sampler: RangeSampler) -> None:
     pings.take(Answer((52,)), 10.0)
-    assert findings.newest.get() == Range(0.52, 10.0, 0)
+    assert sampler.newest.get() == Range(0.52, 10.0, 0)
 
 
-def test_a_row_of_pings_from_beyond_is_nothing_in_range(pings: Pings, findings: RangeSampler) -> None:
+def test_a_row_of_pings_from_beyond_is_nothing_in_range(pings: Pings, sampler: RangeSampler) -> None:
     for cycle in range(3):
-        assert not findings.has_result
+        assert not sampler.has_result
         pings.take(Answer((655,)), 10.0 + cycle)
-    assert findings.newest.get().distance == math.inf
+    assert sampler.newest.get().distance == math.inf
 
 
-def test_a_row_of_pings_without_a_pulse_is_a_fault(pings: Pings, findings: RangeSampler, raises: Raises) -> None:
+def test_a_row_of_pings_without_a_pulse_is_a_fault(pings: Pings, sampler: RangeSampler, raises: Raises) -> None:
     for cycle in range(3):
-        assert not findings.has_result
+        assert not sampler.has_result
         pings.take(Answer((0,)), 10.0 + cycle)
     with raises(DeviceError, "module-silent", device="nose"):
-        findings.newest.get()
+        sampler.newest.get()
     pings.take(Answer((52,)), 14.0)
-    assert findings.newest.get().distance == 0.52
+    assert sampler.newest.get().distance == 0.52

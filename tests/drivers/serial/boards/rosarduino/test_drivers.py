@@ -9,7 +9,7 @@ from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, DeviceLostError
 from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
-from tests.doubles.serial.rosarduino import ArduinoDouble, OurDouble, TrueDouble
+from tests.doubles.serial.rosarduino import ArduinoDouble, RobotcoreBridgeDouble, RosArduinoBridgeDouble
 from tests.drivers.serial.boards.rosarduino.rig import ENCODERS, MODEL, MOTORS, WHEELS, Rig, let_pass
 from tests.texts import CheckText, Raises
 
@@ -36,7 +36,9 @@ def angle(robot: Robot, side: str) -> float:
     return encoder(robot, side).read().angle
 
 
-@pytest.mark.parametrize("board, unit", [(OurDouble(), COUNT_RAD_S), (TrueDouble(), TRUE_COUNT_RAD_S)])
+@pytest.mark.parametrize(
+    "board, unit", [(RobotcoreBridgeDouble(), COUNT_RAD_S), (RosArduinoBridgeDouble(), TRUE_COUNT_RAD_S)]
+)
 def test_the_velocity_returned_is_that_of_the_whole_counts_sent(rig: Rig, board: ArduinoDouble, unit: float) -> None:
     with rig.open(board, WHEELS) as robot:
         assert motor(robot, "left").set_velocity(4.0) == pytest.approx(round(4.0 / unit) * unit)
@@ -47,7 +49,7 @@ def test_the_velocity_returned_is_that_of_the_whole_counts_sent(rig: Rig, board:
 
 
 def test_less_than_half_a_count_stands_and_says_so(rig: Rig) -> None:
-    board = OurDouble()
+    board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         assert motor(robot, "left").set_velocity(0.4 * COUNT_RAD_S) == 0
         let_pass(robot, 0.02)
@@ -55,12 +57,12 @@ def test_less_than_half_a_count_stands_and_says_so(rig: Rig) -> None:
 
 
 def test_the_limit_is_a_whole_number_of_counts_and_not_above_the_one_described(rig: Rig) -> None:
-    with rig.open(OurDouble(), WHEELS) as robot:
+    with rig.open(RobotcoreBridgeDouble(), WHEELS) as robot:
         assert motor(robot, "left").max_velocity == pytest.approx(math.floor(12.0 / COUNT_RAD_S) * COUNT_RAD_S)
 
 
 def test_our_board_stops_by_itself_after_the_time_that_it_was_sent(rig: Rig) -> None:
-    board = OurDouble()
+    board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
         let_pass(robot, 0.4)
@@ -71,7 +73,7 @@ def test_our_board_stops_by_itself_after_the_time_that_it_was_sent(rig: Rig) -> 
 
 
 def test_closing_leaves_no_wheel_turning(rig: Rig) -> None:
-    board = OurDouble()
+    board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
         motor(robot, "right").set_velocity(4.0)
@@ -81,7 +83,7 @@ def test_closing_leaves_no_wheel_turning(rig: Rig) -> None:
 
 
 def test_both_motors_of_a_tick_go_in_one_line(rig: Rig) -> None:
-    board = OurDouble()
+    board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
         motor(robot, "right").set_velocity(-4.0)
@@ -90,7 +92,7 @@ def test_both_motors_of_a_tick_go_in_one_line(rig: Rig) -> None:
 
 
 def test_an_unplugged_board_stands_until_a_new_command_and_its_angles_go_on(rig: Rig, raises: Raises) -> None:
-    board = OurDouble()
+    board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
         let_pass(robot, 0.4)
@@ -110,7 +112,7 @@ def test_an_unplugged_board_stands_until_a_new_command_and_its_angles_go_on(rig:
 
 def test_the_shipped_rover_drives_the_shipped_firmware_as_fast_as_it_is_reported(rig: Rig) -> None:
     """The double's wheel has as many edges as FULL_SPEED in the firmware's config.h is of."""
-    board, shipped = OurDouble(), load_robot("rover").backends["serial"]
+    board, shipped = RobotcoreBridgeDouble(), load_robot("rover").backends["serial"]
     on_board = {name: {**table, "port": str(rig.pty.path)} for name, table in shipped.items() if name != "eye"}
     with rig.open(board, on_board) as robot:
         motor(robot, "left").set_velocity(4.0)
@@ -120,7 +122,7 @@ def test_the_shipped_rover_drives_the_shipped_firmware_as_fast_as_it_is_reported
 
 def test_cycles_are_four_counts_each(rig: Rig) -> None:
     cycles = {name: {**section, "counts": "cycles"} for name, section in ENCODERS.items()}
-    board = OurDouble(counts_per_turn=3840)
+    board = RobotcoreBridgeDouble(counts_per_turn=3840)
     with rig.open(board, {**MOTORS, **cycles}) as robot:
         motor(robot, "left").set_velocity(4.0)
         let_pass(robot, 0.5)
@@ -131,7 +133,7 @@ def test_cycles_are_four_counts_each(rig: Rig) -> None:
 def test_a_motor_by_duty_is_held_by_its_encoder(rig: Rig) -> None:
     weak = {"model": {"forward_rad_s": 20.0, "backward_rad_s": 20.0}, "control": {}}
     motors = {name: {**section, **weak} for name, section in MOTORS.items()}
-    board = OurDouble()
+    board = RobotcoreBridgeDouble()
     with rig.open(board, {**motors, **ENCODERS}) as robot:
         for _ in range(60):
             motor(robot, "left").set_velocity(4.0)
@@ -143,8 +145,8 @@ def test_a_motor_by_duty_is_held_by_its_encoder(rig: Rig) -> None:
 @pytest.mark.parametrize(
     "board, devices",
     [
-        (TrueDouble(), {"nose": {"driver": "ros-arduino-sonar"}}),
-        (TrueDouble(takes_duties=False), {"left_motor": {**MOTORS["left_motor"], **MODEL}}),
+        (RosArduinoBridgeDouble(), {"nose": {"driver": "ros-arduino-sonar"}}),
+        (RosArduinoBridgeDouble(takes_duties=False), {"left_motor": {**MOTORS["left_motor"], **MODEL}}),
     ],
     ids=["sonar-without-pin", "duties"],
 )
@@ -156,7 +158,7 @@ def test_features_that_ros_arduino_bridge_lacks_are_reported_with_a_remedy(
 
 
 def test_a_board_without_wheels_is_reported(rig: Rig, raises: Raises) -> None:
-    board = TrueDouble()
+    board = RosArduinoBridgeDouble()
     board.has_wheels = False
     with raises(DeviceGroupError) as caught:
         rig.open(board, WHEELS)
@@ -166,7 +168,7 @@ def test_a_board_without_wheels_is_reported(rig: Rig, raises: Raises) -> None:
 
 
 def test_an_unknown_version_is_reported(rig: Rig, raises: Raises) -> None:
-    board = OurDouble()
+    board = RobotcoreBridgeDouble()
     board.version = 2
     with raises(DeviceGroupError) as caught:
         rig.open(board, WHEELS)
@@ -175,7 +177,9 @@ def test_an_unknown_version_is_reported(rig: Rig, raises: Raises) -> None:
     }
 
 
-@pytest.mark.parametrize("board", [OurDouble(millivolts=-1), TrueDouble()], ids=["not-wired", "ros-arduino-bridge"])
+@pytest.mark.parametrize(
+    "board", [RobotcoreBridgeDouble(millivolts=-1), RosArduinoBridgeDouble()], ids=["not-wired", "ros-arduino-bridge"]
+)
 def test_a_battery_that_the_board_does_not_measure_is_noted(
     rig: Rig, board: ArduinoDouble, check_text: CheckText
 ) -> None:
@@ -185,13 +189,13 @@ def test_a_battery_that_the_board_does_not_measure_is_noted(
 
 
 def test_a_battery_is_reported_in_volts(rig: Rig) -> None:
-    with rig.open(OurDouble(), {"battery": {"driver": "ros-arduino-battery"}}) as robot:
+    with rig.open(RobotcoreBridgeDouble(), {"battery": {"driver": "ros-arduino-battery"}}) as robot:
         battery = robot["battery"]
         assert isinstance(battery, Battery)
         assert battery.read().voltage == 7.4
 
 
-@pytest.mark.parametrize("board, pin", [(OurDouble(), {}), (TrueDouble(), {"pin": 7})])
+@pytest.mark.parametrize("board, pin", [(RobotcoreBridgeDouble(), {}), (RosArduinoBridgeDouble(), {"pin": 7})])
 def test_a_range_is_reported_in_metres(rig: Rig, board: ArduinoDouble, pin: dict[str, int]) -> None:
     with rig.open(board, {"nose": {"driver": "ros-arduino-sonar", **pin}}) as robot:
         nose = robot["nose"]
@@ -213,10 +217,10 @@ def test_impossible_settings_are_refused_before_anything_opens(
     rig: Rig, devices: dict[str, dict[str, Any]], raises: Raises
 ) -> None:
     with raises(DescriptionError):
-        rig.open(OurDouble(), devices)
+        rig.open(RobotcoreBridgeDouble(), devices)
 
 
 def test_one_motor_with_a_model_and_one_without_are_refused(rig: Rig, raises: Raises) -> None:
     devices = {**WHEELS, "left_motor": {**MOTORS["left_motor"], **MODEL}}
     with raises(DeviceError, "motors-differ"):
-        rig.open(OurDouble(), devices)
+        rig.open(RobotcoreBridgeDouble(), devices)

@@ -11,13 +11,13 @@ from drivers.serial.boards.rosarduino.protocol import (
     Answer,
     Parser,
     Question,
-    checked,
     deadman,
-    framed,
+    frame_line,
+    identity_question,
     ping,
+    presence_question,
+    remove_sum,
     speeds,
-    still_there,
-    who_is_there,
 )
 
 REFUSED = "Invalid Command"
@@ -38,11 +38,11 @@ REFUSED = "Invalid Command"
         (ping(7), b"p 7\r", "52", Answer((52,))),
         (ping(7), b"p 7\r", "57600", None),
         (ping(7), b"p 7\r", "-1", None),
-        (who_is_there(57600), b"\rm 0 0\rv*76\rb\r", "57600", Answer((57600,))),
-        (who_is_there(57600), b"\rm 0 0\rv*76\rb\r", "robotcore-bridge 1", Answer((1,))),
-        (who_is_there(57600), b"\rm 0 0\rv*76\rb\r", REFUSED, None),
-        (still_there(57600, 1.0, is_summed=False), b"\rb\r", "5760", None),
-        (still_there(57600, 1.0, is_summed=True), b"\rv*76\r", "57600", None),
+        (identity_question(57600), b"\rm 0 0\rv*76\rb\r", "57600", Answer((57600,))),
+        (identity_question(57600), b"\rm 0 0\rv*76\rb\r", "robotcore-bridge 1", Answer((1,))),
+        (identity_question(57600), b"\rm 0 0\rv*76\rb\r", REFUSED, None),
+        (presence_question(57600, 1.0, is_summed=False), b"\rb\r", "5760", None),
+        (presence_question(57600, 1.0, is_summed=True), b"\rv*76\r", "57600", None),
     ],
 )
 def test_an_answer_is_known_by_its_shape(question: Question, sent: bytes, line: str, answer: Answer | None) -> None:
@@ -52,12 +52,12 @@ def test_an_answer_is_known_by_its_shape(question: Question, sent: bytes, line: 
 
 @pytest.mark.parametrize("text", ["e", "m 20 -20", "118 -120", "OK"])
 def test_one_byte_that_differs_is_seen_by_the_sum(text: str) -> None:
-    line = framed(text, is_summed=True).removesuffix(b"\r")
-    assert checked(line.decode()) == text
+    line = frame_line(text, is_summed=True).removesuffix(b"\r")
+    assert remove_sum(line.decode()) == text
     for place, change in product(range(len(line)), range(1, 128)):
         spoilt = bytearray(line)
         spoilt[place] ^= change
-        assert checked(spoilt.decode("latin-1")) is None
+        assert remove_sum(spoilt.decode("latin-1")) is None
 
 
 @pytest.mark.parametrize("noise", [b"9" * 100 + b"\r\n", b"5 \xff5\r\n"])

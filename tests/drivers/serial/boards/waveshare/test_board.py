@@ -30,7 +30,7 @@ def _metres(*feedback: tuple[int, float], every: float = 0.05) -> float:
     odometer = Odometer()
     for nth, (centimetres, speed) in enumerate(feedback):
         odometer.move(Track(centimetres, speed), nth * every)
-    angle = odometer.turning.angle(1.0)
+    angle = odometer.counter.angle(1.0)
     assert angle
     return angle.angle
 
@@ -62,7 +62,7 @@ def test_after_a_restart_it_goes_on_from_where_it_was() -> None:
         if centimetres in (-1, 700):
             odometer.restart()
         odometer.move(Track(centimetres, 0.0), nth)
-    angle = odometer.turning.angle(1.0)
+    angle = odometer.counter.angle(1.0)
     assert angle
     assert angle.angle == pytest.approx(0.4, abs=0.011)
 
@@ -155,10 +155,10 @@ def test_a_board_that_reported_before_it_was_asked_takes_speeds_as_they_are(rig:
 def test_what_was_sent_while_the_board_was_silent_is_not_sent_when_it_is_back() -> None:
     protocol, feedback = WaveshareProtocol(115200), WaveshareBoard().feedback()
     for now in (0.0, 1.0):
-        protocol.due(now)
+        protocol.data_to_send(now)
         protocol.command.set("left", 0.2, now)
         protocol.receive(feedback, now)
-        assert speeds(0.0, 0.0) in protocol.due(now)
+        assert speeds(0.0, 0.0) in protocol.data_to_send(now)
         assert protocol.is_ready
 
 
@@ -250,13 +250,13 @@ def test_a_motor_faster_than_the_board_obeys_is_refused(tmp_path: Path, raises: 
         for device in robot.devices
     )  # fmt: skip
     with raises(DescriptionError):
-        SerialBackend().fittings(robot.model_copy(update={"devices": fast}))
+        SerialBackend().bindings(robot.model_copy(update={"devices": fast}))
 
 
 def test_a_robot_without_a_drive_is_refused(tmp_path: Path, raises: Raises) -> None:
     robot = rover(tmp_path / "board").model_copy(update={"drive": None})
     with raises(DescriptionError):
-        SerialBackend().fittings(robot)
+        SerialBackend().bindings(robot)
 
 
 SIDES = ("left", "right")

@@ -7,8 +7,16 @@ import math
 import pytest
 
 from drivers.serial.boards.command import STOP_REPEAT_S
-from drivers.serial.boards.sabertooth.board import SETTLING_S, SabertoothProtocol
-from drivers.serial.boards.sabertooth.protocol import BAUDING, drive, packet, stop, timeout
+from drivers.serial.boards.sabertooth.protocol import (
+    BAUD_DETECTION,
+    SETTLING_S,
+    SabertoothProtocol,
+    drive,
+    packet,
+    stop,
+    timeout,
+)
+from tests.texts import CheckText
 
 PACKETS = {
     "manual, figure 7.1: half speed forward": (packet(130, 0, 64), [130, 0, 64, 66]),
@@ -44,24 +52,24 @@ def protocol() -> SabertoothProtocol:
 
 def begun(protocol: SabertoothProtocol) -> SabertoothProtocol:
     """Let a board take its rate, and be told once that it stands."""
-    assert [protocol.due(0.0), protocol.due(SETTLING_S)] == [BAUDING, STANDING]
+    assert [protocol.data_to_send(0.0), protocol.data_to_send(SETTLING_S)] == [BAUD_DETECTION, STANDING]
     return protocol
 
 
 def test_the_baud_rate_goes_first_and_is_given_time(protocol: SabertoothProtocol) -> None:
     assert protocol.next_due(0.0) == 0.0
-    assert protocol.due(0.0) == BAUDING
-    assert protocol.due(SETTLING_S - 0.01) == b""
+    assert protocol.data_to_send(0.0) == BAUD_DETECTION
+    assert protocol.data_to_send(SETTLING_S - 0.01) == b""
     assert not protocol.is_ready
     assert protocol.next_due(0.1) == SETTLING_S
-    assert protocol.due(SETTLING_S) == STANDING
+    assert protocol.data_to_send(SETTLING_S) == STANDING
     assert protocol.is_ready
 
 
 def test_a_robot_that_stands_is_sent_zero_again_and_again(protocol: SabertoothProtocol) -> None:
     begun(protocol)
     assert protocol.next_due(1.0) == SETTLING_S + STOP_REPEAT_S
-    assert protocol.due(SETTLING_S + STOP_REPEAT_S) == STANDING
+    assert protocol.data_to_send(SETTLING_S + STOP_REPEAT_S) == STANDING
 
 
 def test_a_command_that_turns_is_sent_once_with_the_boards_time_out(protocol: SabertoothProtocol) -> None:
@@ -69,9 +77,9 @@ def test_a_command_that_turns_is_sent_once_with_the_boards_time_out(protocol: Sa
     command.set("left", 1.0, 1.0)
     assert not protocol.is_settled
     command.set("right", -0.5, 1.0)
-    assert protocol.due(1.0) == drive(128, 1, 1.0) + drive(128, 2, -0.5) + timeout(128, 0.5)
+    assert protocol.data_to_send(1.0) == drive(128, 1, 1.0) + drive(128, 2, -0.5) + timeout(128, 0.5)
     assert protocol.is_settled
-    assert protocol.due(5.0) == b""
+    assert protocol.data_to_send(5.0) == b""
     assert protocol.next_due(5.0) == math.inf
 
 
@@ -80,46 +88,46 @@ def test_of_commands_that_came_while_the_line_was_busy_the_newest_is_sent(protoc
     for duty in (0.2, 0.4, 1.0):
         command.set("left", duty, 1.0)
         command.set("right", duty, 1.0)
-    assert protocol.due(1.1)[:8] == drive(128, 1, 1.0) + drive(128, 2, 1.0)
-    assert protocol.due(1.2) == b""
+    assert protocol.data_to_send(1.1)[:8] == drive(128, 1, 1.0) + drive(128, 2, 1.0)
+    assert protocol.data_to_send(1.2) == b""
 
 
-def test_the_shortest_time_out_that_anyone_asked_for_counts(protocol: SabertoothProtocol) -> None:
+def test_the_shortest_time_out_of_both_motors_applies(protocol: SabertoothProtocol, check_text: CheckText) -> None:
     protocol.board(128, 0.11)
     protocol.board(128, 1.0)
-    protocol.due(0.0)
-    assert protocol.due(SETTLING_S) == stop(128) + timeout(128, 0.2)
-    assert protocol.stops_itself == "The board stops its motors by itself 0.2 s after the last command that it heard."
+    protocol.data_to_send(0.0)
+    assert protocol.data_to_send(SETTLING_S) == stop(128) + timeout(128, 0.2)
+    check_text(protocol.timeout_notice)
 
 
 def test_boards_on_one_line_have_their_own_commands_and_who_stands_goes_first(protocol: SabertoothProtocol) -> None:
     protocol.board(135, 1.0)
-    protocol.due(0.0)
-    assert protocol.due(SETTLING_S) == STANDING + stop(135) + timeout(135, 1.0)
+    protocol.data_to_send(0.0)
+    assert protocol.data_to_send(SETTLING_S) == STANDING + stop(135) + timeout(135, 1.0)
     for address, duty in ((128, 0.5), (135, 0.0)):
         for side in ("left", "right"):
             protocol.board(address, 1.0).command.set(side, duty, 1.0)
-    assert protocol.due(1.0) == stop(135) + timeout(135, 1.0)
-    assert protocol.due(1.01)[:4] == drive(128, 1, 0.5)
+    assert protocol.data_to_send(1.0) == stop(135) + timeout(135, 1.0)
+    assert protocol.data_to_send(1.01)[:4] == drive(128, 1, 0.5)
 
 
 def test_while_one_board_turns_no_other_is_repeated(protocol: SabertoothProtocol) -> None:
     protocol.board(135, 1.0)
     begun_at = SETTLING_S
-    protocol.due(0.0)
-    protocol.due(begun_at)
+    protocol.data_to_send(0.0)
+    protocol.data_to_send(begun_at)
     protocol.board(128, 0.5).command.set("left", 0.5, 1.0)
-    assert protocol.due(1.1)
-    assert protocol.due(9.0) == b""
+    assert protocol.data_to_send(1.1)
+    assert protocol.data_to_send(9.0) == b""
 
 
 def test_what_was_commanded_before_a_port_was_lost_is_forgotten(protocol: SabertoothProtocol) -> None:
     begun(protocol).board(128, 0.5).command.set("left", 1.0, 1.0)
     protocol.begin(2.0)
     assert not protocol.is_ready
-    assert [protocol.due(2.0), protocol.due(2.0 + SETTLING_S)] == [BAUDING, STANDING]
+    assert [protocol.data_to_send(2.0), protocol.data_to_send(2.0 + SETTLING_S)] == [BAUD_DETECTION, STANDING]
 
 
 def test_what_comes_in_is_nothing(protocol: SabertoothProtocol) -> None:
     begun(protocol).receive(bytes(range(256)), 1.0)
-    assert protocol.due(1.0) == STANDING
+    assert protocol.data_to_send(1.0) == STANDING
