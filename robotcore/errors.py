@@ -1,36 +1,36 @@
-"""Every error this framework raises on purpose, as one tree.
+"""Every error that this framework raises on purpose, as one tree.
 
     RobotcoreError
-    ├── UsageError (ValueError)              what was asked for cannot be: exit 2
-    │   ├── UnknownNameError (LookupError)   no backend, app, robot, world, key of that name
-    │   ├── DescriptionError                 a robot or world file is wrong
+    ├── UsageError (ValueError)              a request is invalid, nothing has moved: exit 2
+    │   ├── UnknownNameError (LookupError)   no backend, app, robot, world or key has that name
+    │   ├── DescriptionError                 a robot's or a world's file is wrong
     │   ├── RecordingError                   a recording cannot be written, read or replayed
-    │   └── UnmetNeedError                   the robot lacks what the app needs
+    │   └── UnmetNeedError                   the robot lacks a device that the app needs
     ├── BackendError (RuntimeError)          a backend cannot work: exit 3
-    │   ├── BackendMissingError (ImportError)  it is not installed
-    │   ├── GuardianError                    nobody would stop the motors if this process could not
-    │   ├── ResourceError                    the system refuses the program a thread or memory
-    │   └── RecordingEndedError (EOFError)   a replay came to the end of its recording
+    │   ├── BackendMissingError (ImportError)  a backend's library is not installed
+    │   ├── GuardianError                    the process that can stop the motors is gone
+    │   ├── ResourceError                    the system refuses a thread or memory
+    │   └── RecordingEndedError (EOFError)   a replay has reached the end of its recording
     ├── DeviceError (OSError)                a device failed: exit 3
-    │   ├── DeviceClosedError                it was used after it was closed
-    │   ├── DeviceLostError                  its line or plug is gone, and it is being looked for
-    │   └── DeviceGroupError                 several failed at once
-    ├── DeviationError                       a replay does otherwise than its recording: exit 1
-    ├── DeployError                          a robot cannot be reached, or does not take a release: exit 3
-    ├── FirmwareError                        a board's firmware cannot be built, or not be put on it: exit 3
-    ├── UnprovenError                        what was to be sent did not pass its tests, checks or simulation: exit 1
-    ├── UnhealthyError                       the new release did not live, and was rolled back: exit 1
-    ├── SafetyStop                           the safety stage ended the run: exit 4
-    │   ├── InvalidCommandError (ValueError) a velocity that is no number
+    │   ├── DeviceClosedError                a device was used after it was closed
+    │   ├── DeviceLostError                  a device is disconnected, and its driver searches for it
+    │   └── DeviceGroupError                 several devices failed at once
+    ├── DeviationError                       a replay differs from its recording: exit 1
+    ├── DeployError                          a robot cannot be reached, or refuses a release: exit 3
+    ├── FirmwareError                        a board's firmware cannot be built or flashed: exit 3
+    ├── UnprovenError                        a release failed its tests, checks or simulation: exit 1
+    ├── UnhealthyError                       a new release failed on the robot and was rolled back: exit 1
+    ├── SafetyStop                           a safety rule ended the run: exit 4
+    │   ├── InvalidCommandError (ValueError) a velocity is not a finite number
     │   ├── StaleSampleError (TimeoutError)  a needed sample is too old
-    │   ├── WatchdogError (TimeoutError)     the app has not come back
-    │   ├── EmergencyStopError               somebody pressed the e-stop
+    │   ├── WatchdogError (TimeoutError)     the app, a device or a simulator hangs
+    │   ├── EmergencyStopError               the emergency stop was pressed
     │   ├── WheelFaultError                  a wheel does not follow its command
-    │   └── RangeFaultError                  a range sensor returns the same distance wherever the robot goes
-    └── BehaviourError                       the app raised: exit 5
+    │   └── RangeFaultError                  a range sensor returns one distance while the robot moves
+    └── BehaviourError                       the app raised an exception: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
 
-Each also inherits the builtin that fits, so that ``except ValueError`` works.
+Each also inherits a fitting builtin error, so that ``except ValueError`` works.
 """
 
 from __future__ import annotations
@@ -43,32 +43,32 @@ from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
 
 _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
-"""The packages by which an app comes to be called."""
-
+"""The packages that import or call an app: a traceback begins after their frames."""
 
 MAX_EXCEPTION_TEXT = 2000
-"""As much of an exception's text is kept, in characters: it goes into a line, a table, and each file of a sweep."""
+"""The longest text of an app's exception, in characters. The text goes into lines, tables and files of sweeps."""
 
 
 class _Portable(BaseException):
     """An exception that pickles, whatever arguments its constructor takes.
 
-    An app's own subclass arrives as its robotcore class, with the text: other processes do not know the subclass.
+    A subclass that an app defines is unpickled as its nearest class of this module, with the same text. Another
+    process may not be able to import the subclass.
     """
 
     def __reduce__(self) -> tuple[Any, ...]:
         kind = type(self)
         if kind.__module__ == __name__:
-            return _restored, (kind, self.args, self.__dict__)
+            return _restore, (kind, self.args, self.__dict__)
         ours = next(base for base in kind.__mro__ if base.__module__ == __name__)
-        return _restored, (ours, (str(self),), {})
+        return _restore, (ours, (str(self),), {})
 
 
 class RobotcoreError(_Portable, Exception):
-    """The root of the tree; the message is meant for the user as it stands.
+    """The root of the tree. Its message is shown to the user unchanged.
 
-    kind: a stable identifier of what happened, in kebab-case. Each class has one; a raise may give a narrower one.
-    fields: the values that the message holds, by name.
+    kind: a stable identifier of the event, in kebab-case. Each class has one, and a raise may give a narrower one.
+    fields: the values in the message, by name.
 
     >>> error = UsageError("a run takes at least 1 s, not 0 s", kind="duration-too-short", duration_s=0.0)
     >>> error.kind, error.fields["duration_s"]
@@ -87,15 +87,28 @@ class RobotcoreError(_Portable, Exception):
             self.fields = fields
 
 
+MistakeParts = tuple[str, str, str] | tuple[str, str, str, str]
+"""A mistake in a file: its key, the problem, the remedy, and, if it has one, its kind."""
+
+
 class UsageError(RobotcoreError, ValueError):
-    """What was asked for cannot be done; nothing has moved."""
+    """A request is invalid. No motor has moved."""
 
     kind = "usage"
     exit_status = 2
 
 
 class UnknownNameError(UsageError, LookupError):
-    """There is nothing of that name; what was ``meant`` is offered, or the nearest one that is known."""
+    """A name is unknown. The message suggests another name.
+
+    kind: the kind of thing that is named, such as ``app``. The error's own kind is then ``unknown-app``.
+    name: the unknown name.
+    known: all known names. The message suggests the nearest one.
+    meant: a suggestion in place of the nearest known name.
+
+    >>> str(UnknownNameError("app", "gren-search", ["green-search", "mark-green"]))
+    "unknown app 'gren-search'. Did you mean 'green-search'?"
+    """
 
     kind = "unknown-name"
 
@@ -108,62 +121,87 @@ class UnknownNameError(UsageError, LookupError):
 
 
 class DescriptionError(UsageError):
-    """A description is wrong: the file, the key, the fault and the remedy, in one line.
+    """A robot's or a world's file is wrong.
 
-    What else is wrong with it, ``others``, has a line each.
+    file: the file's name, for the message.
+    key: the dotted key of the wrong value, or ``""``.
+    problem: what is wrong with the value, as the predicate of a sentence about the key.
+    remedy: what the user can do, as a sentence without its full stop.
+    others: further errors of the same file. The message has a line for each.
+
+    >>> str(DescriptionError("r.toml", "body.mass_kg", "is missing", "Add the key"))
+    'r.toml: body.mass_kg: is missing. Add the key'
     """
 
     kind = "description"
 
-    def __init__(self, file: str, key: str, fault: str, remedy: str, others: Sequence[DescriptionError] = ()) -> None:
-        where = f"{file}: {key}" if key else file
-        super().__init__("\n".join((f"{where}: {fault}. {remedy}", *map(str, others))))
-        self.file, self.key, self.fault, self.remedy = file, key, fault, remedy
+    def __init__(
+        self,
+        file: str,
+        key: str,
+        problem: str,
+        remedy: str,
+        others: Sequence[DescriptionError] = (),
+        *,
+        kind: str = "",
+        **fields: object,
+    ) -> None:
+        place = f"{file}: {key}" if key else file
+        super().__init__("\n".join((f"{place}: {problem}. {remedy}", *map(str, others))), kind=kind, **fields)
+        self.file, self.key, self.problem, self.remedy = file, key, problem, remedy
         self.others = tuple(others)
 
     @classmethod
-    def of_all(cls, file: str, faults: Sequence[tuple[str, str, str]]) -> DescriptionError:
-        """Return the error for all that is wrong with a file, at least one: key, fault and remedy of each."""
-        first, *others = faults
-        return cls(file, *first, others=[cls(file, *other) for other in others])
+    def of_all(cls, file: str, mistakes: Sequence[MistakeParts]) -> DescriptionError:
+        """Return one error for all mistakes of a file; there is at least one mistake."""
+        first, *others = (cls(file, *parts[:3], kind="".join(parts[3:])) for parts in mistakes)
+        return cls(file, first.key, first.problem, first.remedy, others, kind=first.kind)
 
 
 class RecordingError(UsageError):
-    """A recording cannot be written, read or replayed: the file, what is wrong with it, the remedy."""
+    """A recording cannot be written, read or replayed.
+
+    file: the recording's file.
+    problem: what is wrong with the file.
+    remedy: what the user can do.
+    """
 
     kind = "recording"
 
-    def __init__(self, file: object, fault: str, remedy: str, *, kind: str = "", **fields: object) -> None:
-        super().__init__(f"{file}: {fault}. {remedy}", kind=kind, file=str(file), **fields)
+    def __init__(self, file: object, problem: str, remedy: str, *, kind: str = "", **fields: object) -> None:
+        super().__init__(f"{file}: {problem}. {remedy}", kind=kind, file=str(file), **fields)
 
 
 class UnmetNeedError(UsageError):
-    """The app needs a role that the robot's description does not fill."""
+    """The app needs a role that no device of the robot fills."""
 
     kind = "unmet-need"
 
 
 class BackendError(RobotcoreError, RuntimeError):
-    """A backend cannot do its work."""
+    """A backend cannot work."""
 
     kind = "backend"
     exit_status = 3
 
 
 class BackendMissingError(BackendError, ImportError):
-    """A backend's own library is not installed; the message says how to get it."""
+    """A backend's library is not installed. The message says how to install it."""
 
     kind = "backend-missing"
 
 
 class GuardianError(BackendError):
-    """The guardian process is gone, or cannot do its work; nothing moves without it."""
+    """The guardian process is gone or cannot work. No motor moves without it."""
 
     kind = "guardian"
 
 
 class ResourceError(BackendError):
-    """The system refuses the program a thread or memory; ``refusal`` says which one."""
+    """The system refuses the program a thread or memory.
+
+    refusal: a sentence that names the refused resource, without its full stop.
+    """
 
     kind = "resource"
 
@@ -176,55 +214,63 @@ class ResourceError(BackendError):
 
 
 class RecordingEndedError(BackendError, EOFError):
-    """A replay came to the end of its recording, and the app would have gone on."""
+    """A replay has reached the end of its recording before the app ended.
+
+    ticks: the number of ticks in the recording.
+    time: the recording's length in seconds.
+    """
 
     kind = "recording-ended"
 
     def __init__(self, ticks: int, time: float) -> None:
-        text = f"the recording ends here, after {ticks} ticks, at {time:g} s; the app would have gone on"
+        text = f"the recording ends here, after {ticks} ticks, at {time:g} s. The app did not end by then"
         super().__init__(text, ticks=ticks, time_s=time)
 
 
 class DeviationError(RobotcoreError):
-    """A replay does otherwise than its recording."""
+    """A replay differs from its recording."""
 
     kind = "deviation"
 
 
 class DeployError(RobotcoreError):
-    """A robot cannot be reached, or does not take what is sent; the release that runs there is as it was."""
+    """A robot cannot be reached, or refuses a release. The release that runs there is unchanged."""
 
     kind = "deploy"
     exit_status = 3
 
 
 class FirmwareError(RobotcoreError):
-    """A board's firmware cannot be built, or cannot be put on the board; with what the tool said."""
+    """A board's firmware cannot be built or flashed. The message holds the tool's output."""
 
     kind = "firmware"
     exit_status = 3
 
 
 class UnprovenError(RobotcoreError):
-    """What was to be sent did not pass its tests, its checks or its simulation; nothing was sent."""
+    """A release failed its tests, its checks or its simulation. It was not sent."""
 
     kind = "unproven"
 
 
 class UnhealthyError(RobotcoreError):
-    """A release was not healthy within its time; the one before it runs again, where there was one."""
+    """A release was not healthy in time. The release before it runs again, if there is one."""
 
     kind = "unhealthy"
 
 
 class DeviceError(RobotcoreError, OSError):
-    """A device failed; says which one and why."""
+    """A device failed.
+
+    device: the device's name.
+    problem: what failed. The message is the name, a colon and this text.
+    """
 
     kind = "device"
     exit_status = 3
 
-    def __init__(self, device: str, fault: str, *, kind: str = "", **fields: object) -> None:
-        super().__init__(f"{device}: {fault}", kind=kind, **fields)
+    def __init__(self, device: str, problem: str, *, kind: str = "", **fields: object) -> None:
+        super().__init__(f"{device}: {problem}", kind=kind, **fields)
         self.device = device
 
 
@@ -234,28 +280,35 @@ class DeviceClosedError(DeviceError):
     kind = "device-closed"
 
     def __init__(self, device: str) -> None:
-        super().__init__(device, "is closed; open the robot again to use it")
+        super().__init__(device, "is closed. Open the robot again to use it")
 
 
 class DeviceLostError(DeviceError):
-    """A device is gone, such as one that was unplugged; its driver goes on looking for it, and it may come back."""
+    """A device is disconnected, for example unplugged. Its driver keeps searching for it, and it may return."""
 
     kind = "device-lost"
 
 
 class DeviceGroupError(DeviceError):
-    """Several devices failed at once; each is a branch of the message."""
+    """Several devices failed at once.
+
+    action: the action that failed, such as ``opening rover``.
+    failures: the error of each device. The message has a line for each.
+    """
 
     kind = "device-group"
 
-    def __init__(self, doing: str, failures: Sequence[Exception]) -> None:
-        branches = "".join(f"\n  - {failure}" for failure in failures)
-        super().__init__(doing, f"{len(failures)} device(s) failed{branches}")
+    def __init__(self, action: str, failures: Sequence[Exception]) -> None:
+        lines = "".join(f"\n  - {failure}" for failure in failures)
+        super().__init__(action, f"{len(failures)} device(s) failed{lines}")
         self.failures = tuple(failures)
 
 
 class SafetyStop(RobotcoreError):  # noqa: N818  the field's word: it ends a run, it is no bug
-    """The safety stage ended the run; every motor is stopped. ``cause`` names the rule, as interventions do."""
+    """A safety rule ended the run, and every motor is stopped.
+
+    cause: the name of the rule. Interventions in the trace have the same name.
+    """
 
     kind = "safety-stop"
     exit_status = 4
@@ -263,35 +316,43 @@ class SafetyStop(RobotcoreError):  # noqa: N818  the field's word: it ends a run
 
 
 class InvalidCommandError(SafetyStop, ValueError):
-    """A velocity that is NaN or infinite was asked for."""
+    """The app commanded a velocity that is NaN or infinite."""
 
     kind = "invalid-command"
     cause = "invalid command"
 
 
 class StaleSampleError(SafetyStop, TimeoutError):
-    """A sample that was needed is older than its limit."""
+    """A needed sample is too old.
+
+    device: the sensor's name.
+    age: the sample's age in seconds.
+    limit: the greatest age in seconds that is allowed.
+    """
 
     kind = "stale-sample"
     cause = "stale sample"
 
     def __init__(self, device: str, age: float, limit: float) -> None:
         super().__init__(
-            f"{device}: the newest sample is {age:.3f} s old, the limit is {limit:.3f} s; "
-            "is the device still connected?"
+            f"{device}: the newest sample is {age:.3f} s old, the limit is {limit:.3f} s. "
+            "Check that the device is connected"
         )
         self.device, self.age, self.limit = device, age, limit
 
 
 class WatchdogError(SafetyStop, TimeoutError):
-    """The app, or what watches its run, has not come back."""
+    """A call into the app, an observer, a device or a simulator has not returned in time."""
 
     kind = "watchdog"
     cause = "watchdog"
 
 
 class EmergencyStopError(SafetyStop):
-    """Somebody pressed the e-stop."""
+    """The emergency stop was pressed.
+
+    how: which button was pressed, as a clause.
+    """
 
     kind = "emergency-stop"
     cause = "e-stop"
@@ -301,33 +362,39 @@ class EmergencyStopError(SafetyStop):
 
 
 class WheelFaultError(SafetyStop):
-    """By their encoders, wheels do not follow their commands; ``faults`` describes each."""
+    """The encoders show that wheels do not follow their commands.
+
+    faults: a clause for each such wheel.
+    """
 
     kind = "wheel-fault"
     cause = "wheel fault"
 
     def __init__(self, faults: Sequence[str]) -> None:
         super().__init__(
-            f"{', '.join(faults)}. Look whether the wheel is blocked, the motor has no power or its wires are swapped, "
-            "or the encoder is broken; how long it may take is safety.follow_s in the robot's description"
+            f"{', '.join(faults)}. Check if the wheel is blocked, if the motor has power, if its wires are swapped, "
+            "and if the encoder works. The time limit is safety.follow_s in the robot's description"
         )
 
 
 class RangeFaultError(SafetyStop):
-    """Range sensors return the same distance wherever the robot goes; ``faults`` describes each."""
+    """Range sensors return one and the same distance while the robot moves.
+
+    faults: a clause for each such sensor.
+    """
 
     kind = "range-fault"
     cause = "range fault"
 
     def __init__(self, faults: Sequence[str]) -> None:
         super().__init__(
-            f"{', '.join(faults)}. Look whether the sensor hangs or hears a part of the robot, or the wheels spin and "
-            "it stands; how far it may go meanwhile is safety.stuck_m in the robot's description"
+            f"{', '.join(faults)}. The sensor may be frozen or measure the robot itself, or the wheels may slip. "
+            "The distance limit is safety.stuck_m in the robot's description"
         )
 
 
 class BehaviourError(RobotcoreError):
-    """The app's own code raised; the cause carries its traceback."""
+    """The app's code raised an exception. The error's cause is that exception."""
 
     kind = "behaviour"
     exit_status = 5
@@ -339,17 +406,14 @@ class BehaviourError(RobotcoreError):
 
     @property
     def traceback(self) -> str:
-        """The cause's traceback in words, from the app's own code on; empty where there is no cause.
-
-        It survives pickling.
-        """
+        """The cause's traceback as text, from the app's code on; empty without a cause. It survives pickling."""
         if (cause := self.__cause__) is None:
             return self._traceback_text
-        return "".join(format_exception(type(cause), cause, _from_the_app_on(cause.__traceback__)))
+        return "".join(format_exception(type(cause), cause, _trim_traceback(cause.__traceback__)))
 
     @classmethod
-    def raised_by(cls, app: type, cause: BaseException) -> BehaviourError:
-        """Return the error for an exception of an app's code; a very long text of it is cut."""
+    def from_exception(cls, app: type, cause: BaseException) -> BehaviourError:
+        """Return the error for an exception of an app's code. Text beyond `MAX_EXCEPTION_TEXT` is cut off."""
         try:
             text = str(cause)
         except (Exception, SystemExit) as failure:  # noqa: BLE001  an app's own class of exceptions
@@ -362,7 +426,7 @@ class BehaviourError(RobotcoreError):
 
 
 class Interrupted(_Portable):
-    """A signal asked the program to end. No ``except Exception`` of an app holds it up."""
+    """A signal asked the program to end. ``except Exception`` in an app does not catch it."""
 
     kind = "interrupted"
 
@@ -371,14 +435,14 @@ class Interrupted(_Portable):
         self.exit_status = 128 + signal_number
 
 
-def _from_the_app_on(traceback: TracebackType | None) -> TracebackType | None:
-    """Return a traceback without its beginning, in which this framework imports or calls an app."""
+def _trim_traceback(traceback: TracebackType | None) -> TracebackType | None:
+    """Return a traceback without the first frames, in which this framework imports or calls the app."""
     while traceback and str(traceback.tb_frame.f_globals.get("__name__")).partition(".")[0] in _CALLERS:
         traceback = traceback.tb_next
     return traceback
 
 
-def _restored(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any]) -> _Portable:
+def _restore(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any]) -> _Portable:
     error = kind.__new__(kind)
     error.args = args
     error.__dict__.update(state)
@@ -386,12 +450,16 @@ def _restored(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any
 
 
 def suggestion(name: str, known: Sequence[str]) -> str:
-    """Say which known name was probably meant, or list them all."""
-    if close := nearest(name, known):
+    """Return a sentence that suggests the nearest known name, or lists all known names.
+
+    >>> suggestion("gren", ["green", "blue"]), suggestion("xyz", ["green", "blue"])
+    ("Did you mean 'green'?", 'There are: blue, green.')
+    """
+    if close := find_nearest(name, known):
         return f"Did you mean {close!r}?"
     return f"There are: {', '.join(sorted(known)) or 'none'}."
 
 
-def nearest(name: str, known: Sequence[str]) -> str | None:
-    """Return which known name was probably meant, if one was."""
+def find_nearest(name: str, known: Sequence[str]) -> str | None:
+    """Return the known name that is most similar to a name; None if none is similar."""
     return next(iter(get_close_matches(name, known, n=1, cutoff=0.5)), None)

@@ -1,4 +1,4 @@
-"""Write an output file completely or not at all."""
+"""Writes an output file completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,10 +13,20 @@ from secrets import token_hex
 
 @contextmanager
 def replace_file(file: Path) -> Iterator[Path]:
-    """Yield the path of a new empty file beside ``file``. The block writes it; at its end it replaces ``file``.
+    """Yield the path of a new empty file beside ``file``. The block writes the new file, which then replaces ``file``.
 
-    If the block raises, the new file is deleted and ``file`` keeps its content. Raises OSError if no file can be made,
-    and if ``file`` is no regular file: a link could lead to any file, a FIFO or a device would be replaced or block.
+    If the block raises, the new file is deleted and ``file`` keeps its content.
+
+    Raises OSError if no file can be created, and if ``file`` is not a regular file. A link could lead to any file, and
+    a FIFO or a device would block or be replaced.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "map.txt")
+    ...     with replace_file(file) as part:
+    ...         _ = part.write_text("a wall")
+    ...     file.read_text()
+    'a wall'
     """
     part = _make_part(file)
     try:
@@ -27,14 +37,14 @@ def replace_file(file: Path) -> Iterator[Path]:
 
 
 def require_replaceable(file: Path) -> None:
-    """Raise the OSError that `replace_file` would raise; what is in the file stays."""
+    """Raise the OSError that `replace_file` would raise. The file does not change."""
     if file.exists() and not os.access(file, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     _make_part(file).unlink()
 
 
 def _make_part(file: Path) -> Path:
-    """Make an empty file beside another one, with the same suffix and, if it exists, the same permissions.
+    """Create an empty file beside another file, with its suffix and, if it exists, its permissions.
 
     Some libraries choose the format by the suffix.
     """
@@ -54,7 +64,7 @@ def _make_part(file: Path) -> Path:
 
 
 def require_regular(file: Path) -> int | None:
-    """Return the permissions of a file, None if there is none; OSError if it is no regular file."""
+    """Return the permissions of a file, or None if it does not exist. Raises OSError if it is not a regular file."""
     try:
         mode = file.lstat().st_mode
     except FileNotFoundError:

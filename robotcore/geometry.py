@@ -1,6 +1,6 @@
-"""Plane geometry: poses, twists, and the exact motion of a rigid body.
+"""Plane geometry: poses, velocities, and the exact motion of a rigid body.
 
-Robot frame: x forward, y left, z up; a turn to the left is positive (REP 103).
+Robot frame: x forward, y left, z up. A turn to the left is positive (REP 103).
 """
 
 from __future__ import annotations
@@ -11,23 +11,45 @@ from typing import NamedTuple
 
 
 class Twist(NamedTuple):
-    """A velocity in the plane: ``linear`` forward in m/s, ``angular`` to the left in rad/s."""
+    """A velocity in the plane.
+
+    >>> Twist(linear=0.2, angular=-0.5)
+    Twist(linear=0.2, angular=-0.5)
+    """
 
     linear: float
+    """Forward, in m/s."""
     angular: float
+    """To the left, in rad/s."""
 
 
 class Pose(NamedTuple):
-    """A place in the plane, in metres, and a heading in radians."""
+    """A position and a heading in the plane.
+
+    >>> robot = Pose(1.0, 0.0, math.pi / 2)
+    >>> x, y = robot.to_world(2.0, 0.0)  # 2 m ahead of the robot
+    >>> round(x, 3), round(y, 3)
+    (1.0, 2.0)
+    """
 
     x: float
+    """In metres."""
     y: float
+    """In metres."""
     heading: float
+    """In radians, from the x axis to the left."""
 
     def advanced(self, distance: float, turn: float) -> Pose:
         """Return the pose after an arc of constant curvature.
 
-        The chord of an arc of length s that turns by a is s·sinc(a/2), along heading + a/2.
+        distance: the length of the arc in metres, negative if driven backward.
+        turn: the change of heading in radians, positive to the left.
+
+        The chord of an arc of length s and turn a has the length s·sinc(a/2) and the direction heading + a/2.
+
+        >>> end = Pose(0.0, 0.0, 0.0).advanced(math.pi / 2, turn=math.pi / 2)  # a quarter of a circle of radius 1 m
+        >>> round(end.x, 3), round(end.y, 3)
+        (1.0, 1.0)
         """
         half = turn / 2
         chord = distance * (math.sin(half) / half if abs(half) > 1e-12 else 1.0)
@@ -39,16 +61,16 @@ class Pose(NamedTuple):
         )
 
     def moved(self, by: Pose) -> Pose:
-        """Return the pose, in the world, of something that sits at ``by`` in this pose's frame."""
+        """Return in the world's frame a pose that is given in this pose's frame, such as a sensor's mount."""
         return Pose(*self.to_world(by.x, by.y), self.heading + by.heading)
 
     def to_world(self, x: float, y: float) -> tuple[float, float]:
-        """Return where a point of this pose's frame lies in the world."""
+        """Return in the world's frame a point that is given in this pose's frame, in metres."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return self.x + x * cos - y * sin, self.y + x * sin + y * cos
 
     def to_local(self, x: float, y: float) -> tuple[float, float]:
-        """Return where a point of the world lies in this pose's frame."""
+        """Return in this pose's frame a point that is given in the world's frame, in metres."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         dx, dy = x - self.x, y - self.y
         return dx * cos + dy * sin, dy * cos - dx * sin
@@ -58,20 +80,28 @@ class Pose(NamedTuple):
         return math.hypot(x - self.x, y - self.y)
 
     def bearing_to(self, x: float, y: float) -> float:
-        """Return the direction of a point as seen from here, in (-π, π], positive to the left."""
+        """Return the direction of a point, relative to the heading, in (-π, π] and positive to the left.
+
+        >>> round(math.degrees(Pose(0.0, 0.0, 0.0).bearing_to(1.0, 1.0)))
+        45
+        """
         return wrap_angle(math.atan2(y - self.y, x - self.x) - self.heading)
 
 
 def wrap_angle(angle: float) -> float:
-    """Return the same direction in (-π, π]."""
+    """Return an angle in (-π, π] with the same direction.
+
+    >>> round(math.degrees(wrap_angle(math.radians(350))))
+    -10
+    """
     wrapped = math.remainder(angle, math.tau)
     return math.pi if wrapped == -math.pi else wrapped
 
 
 def to_float(value: float) -> float:
-    """Return a copy of a real number as a float: an element of a NumPy array may change after the call.
+    """Return a number as a new float. An element of a NumPy array could change after the call.
 
-    Raises TypeError for text, which ``float`` would read.
+    Raises TypeError for text, which ``float`` would convert.
 
     >>> import numpy as np
     >>> to_float(np.where(True, 0.0, 0.2))
@@ -81,7 +111,7 @@ def to_float(value: float) -> float:
 
 
 class Wheels(NamedTuple):
-    """Something of both wheels: their velocities in rad/s, or their angles in rad."""
+    """A quantity of both wheels: their velocities in rad/s, or their angles in rad."""
 
     left: float
     right: float
@@ -89,20 +119,28 @@ class Wheels(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class DifferentialGeometry:
-    """The two lengths that relate wheels and body, in metres.
+    """Converts between the velocities of the wheels and of the body of a differential drive.
 
     v = r(ω_r + ω_l)/2 and ω = r(ω_r − ω_l)/track: Siegwart, Introduction to Autonomous Mobile Robots, 3.2.
+
+    >>> geometry = DifferentialGeometry(wheel_radius=0.05, track=0.2)
+    >>> geometry.to_wheels(linear=0.1, angular=0.0)
+    Wheels(left=2.0, right=2.0)
+    >>> geometry.to_twist(Wheels(left=-1.0, right=1.0))
+    Twist(linear=0.0, angular=0.5)
     """
 
     wheel_radius: float
+    """In metres."""
     track: float
+    """The distance between the middles of the wheels, in metres."""
 
     def to_wheels(self, linear: float, angular: float) -> Wheels:
-        """Return the wheel velocities that make the body move so."""
+        """Return the wheel velocities, rad/s, for a velocity forward, m/s, and to the left, rad/s."""
         turn = angular * self.track / 2
         return Wheels((linear - turn) / self.wheel_radius, (linear + turn) / self.wheel_radius)
 
     def to_twist(self, wheels: Wheels) -> Twist:
-        """Return how the body moves with these wheel velocities."""
+        """Return the velocity of the body for wheel velocities in rad/s."""
         left, right = wheels.left * self.wheel_radius, wheels.right * self.wheel_radius
         return Twist((left + right) / 2, (right - left) / self.track)

@@ -14,30 +14,41 @@ from robotcore.geometry import Pose
 
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
-    """A pinhole camera: size in pixels and horizontal field of view in radians.
+    """A pinhole camera with square pixels.
 
-    Pixel centres have whole coordinates, as in OpenCV, so the axis meets the picture at ``(cx, cy)``.
+    Pixel centres have whole coordinates, as in OpenCV. The optical axis meets the picture at ``(cx, cy)``.
+
+    >>> eye = Intrinsics(width=320, height=240, horizontal_fov=math.radians(60))
+    >>> round(eye.focal_length, 1), eye.cx
+    (277.1, 159.5)
+    >>> round(math.degrees(eye.bearing(0)), 1)  # the leftmost column
+    29.9
     """
 
     width: int
+    """In pixels."""
     height: int
+    """In pixels."""
     horizontal_fov: float
+    """The full horizontal field of view, in radians."""
 
     @property
     def focal_length(self) -> float:
-        """In pixels; pixels are square."""
+        """The focal length in pixels."""
         return self.width / 2 / math.tan(self.horizontal_fov / 2)
 
     @property
     def cx(self) -> float:
+        """The column of the optical axis."""
         return (self.width - 1) / 2
 
     @property
     def cy(self) -> float:
+        """The row of the optical axis."""
         return (self.height - 1) / 2
 
     def bearing(self, u: float) -> float:
-        """Return the direction of column ``u`` in radians, positive to the left."""
+        """Return the direction of a column in radians, positive to the left of the optical axis."""
         return math.atan2(self.cx - u, self.focal_length)
 
 
@@ -45,7 +56,7 @@ Array = NDArray[np.float64]
 
 
 class Mounted(Protocol):
-    """Where on a robot something sits and where it looks: metres, and radians to the left and downwards."""
+    """The position of a sensor on a robot, in metres, and its direction, in radians to the left and downwards."""
 
     @property
     def x_m(self) -> float: ...
@@ -61,15 +72,30 @@ class Mounted(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class CameraView:
-    """A camera in the world: the eye, (3,), and the rows right, down, forward of its rotation, (3, 3)."""
+    """A camera at a position in the world. It projects points of the world to pixels.
+
+    >>> from robotcore.description import CameraDescription, load_robot
+    >>> eye = load_robot("rover").first_of(CameraDescription)
+    >>> view = CameraView.of(eye.intrinsics, eye.mount, Pose(0.0, 0.0, 0.0))
+    >>> point = np.array([[1.14, 0.0, 0.1]])  # 1 m ahead of the camera
+    >>> view.to_pixels(view.to_camera(point)).tolist(), view.shows(point).tolist()
+    ([[159.5, 119.5]], [True])
+    """
 
     intrinsics: Intrinsics
     eye: Array
+    """The camera's position in the world, (3,), in metres."""
     rotation: Array
+    """The unit vectors right, down and forward of the camera as rows, in the world's frame, (3, 3)."""
 
     @classmethod
     def of(cls, intrinsics: Intrinsics, mount: Mounted, pose: Pose) -> CameraView:
-        """Return the view of a camera mounted on a robot at ``pose``."""
+        """Return the view of a camera on a robot.
+
+        intrinsics: the camera.
+        mount: the camera's position and direction on the robot.
+        pose: the robot's pose in the world.
+        """
         x, y = pose.to_world(mount.x_m, mount.y_m)
         yaw, pitch = pose.heading + mount.yaw_rad, mount.pitch_rad
         cy, sy, cp, sp = math.cos(yaw), math.sin(yaw), math.cos(pitch), math.sin(pitch)
@@ -77,16 +103,16 @@ class CameraView:
         return cls(intrinsics, np.array((x, y, mount.z_m)), np.array((right, down, forward)))
 
     def to_camera(self, points: Array) -> Array:
-        """Return points of the world, (n, 3), as right, down, forward of the eye, (n, 3)."""
+        """Return points of the world, (n, 3), in the camera's frame: right, down and forward of the camera, (n, 3)."""
         return np.asarray((points - self.eye) @ self.rotation.T)
 
     def to_pixels(self, points: Array) -> Array:
-        """Return where points ahead of the eye, (n, 3) in camera coordinates, appear: (n, 2)."""
+        """Return the pixels, column and row (n, 2), of points ahead of the camera, (n, 3) in the camera's frame."""
         i = self.intrinsics
         return points[:, :2] * (i.focal_length / points[:, 2:]) + (i.cx, i.cy)
 
     def shows(self, points: Array) -> NDArray[np.bool_]:
-        """Return for each point of the world, (n, 3), whether it lies within the picture, obstacles apart."""
+        """Return for each point of the world, (n, 3), whether it is in the picture, obstacles ignored, (n,)."""
         local = self.to_camera(points)
         depth = np.maximum(local[:, 2], 1e-9)
         half_width = self.intrinsics.width / 2 / self.intrinsics.focal_length

@@ -1,4 +1,4 @@
-"""Names and where they lead, found by entry point: ours and everyone else's alike."""
+"""Finds backends, apps, faults and device drivers by entry points, those of other packages too."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ DEVICES = "robotcore.devices"
 
 
 def backend_names() -> list[str]:
-    """Return the names of all backends, installed or not."""
+    """Return the names of all backends, also of those whose libraries are not installed.
+
+    >>> "kinematic" in backend_names()
+    True
+    """
     return sorted(_points(BACKENDS))
 
 
@@ -25,30 +29,39 @@ def app_names() -> list[str]:
 
 
 def fault_names() -> list[str]:
-    """Return the names of all faults: an effect, and behind a dot what it is on where several have that effect."""
+    """Return the names of all faults: effects such as ``drop``, and effects on one device such as ``noise.camera``."""
     return sorted(_points(FAULTS))
 
 
 def device_driver_names() -> list[str]:
-    """Return the names of all device drivers, whether or not their libraries are there."""
+    """Return the names of all device drivers, also of those whose libraries are not installed."""
     return sorted(_points(DEVICES))
 
 
 def load_registered(kind: str, group: str, name: str) -> Any:
-    """Return what a name of a group leads to; ``kind`` is what messages call it.
+    """Return the object of an entry point.
 
-    Raises UnknownNameError, with the nearest name, or BackendMissingError where it cannot be imported.
+    kind: the noun for messages, such as ``backend``.
+    group: the group of entry points.
+    name: the name of the entry point.
+
+    Raises UsageError for an empty group, UnknownNameError for an unknown name, and BackendMissingError for an entry
+    point that cannot be imported.
     """
     points = _points(group)
     if not points:
-        raise UsageError(f"no {kind} is registered. Install the project first: pip install -e .")
+        text = f"no {kind} is registered. Install the project first: pip install -e ."
+        raise UsageError(text, kind="nothing-registered", group=group)
     if name not in points:
         raise UnknownNameError(kind, name, list(points))
     try:
         return points[name].load()
     except Exception as error:
         raise BackendMissingError(
-            f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {error}. Reinstall the package it comes from"
+            f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {error}. Install its package again",
+            kind="unloadable-entry-point",
+            group=group,
+            name=name,
         ) from error
 
 

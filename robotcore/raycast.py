@@ -1,4 +1,4 @@
-"""Rays in the plane against outlines, and the fan of rays that stands for an ultrasonic cone."""
+"""Casts rays against outlines in the plane, and models the cone of a range sensor by a fan of rays."""
 
 from __future__ import annotations
 
@@ -16,12 +16,18 @@ Array = NDArray[np.float64]
 Outline = Sequence[tuple[float, float]]
 
 FAN_RAYS = 15
+"""The number of rays of a fan."""
+
 FAN_SETBACK_M = 0.05
-"""Rays begin this far behind the sensor, inside the body, so that what touches it is still hit."""
+"""The rays begin this far behind the sensor, inside the robot, so that they hit a body that touches the sensor."""
 
 
 def edges_of(outlines: Iterable[Outline]) -> Array:
-    """Return the edges of polygons as (n, 4): x and y of the start, x and y of the way to the end."""
+    """Return the edges of polygons, (n, 4): x and y of the start, then x and y from the start to the end.
+
+    >>> edges_of([[(1.0, 0.0), (1.0, 2.0)]]).tolist()
+    [[1.0, 0.0, 0.0, 2.0], [1.0, 2.0, 0.0, -2.0]]
+    """
     edges = [
         (ax, ay, bx - ax, by - ay)
         for outline in outlines
@@ -31,7 +37,16 @@ def edges_of(outlines: Iterable[Outline]) -> Array:
 
 
 def cast(x: Array | float, y: Array | float, dx: Array, dy: Array, edges: Array) -> Array:
-    """Return for each ray, (n,), the distance to the first edge in units of its direction; ``inf`` if none."""
+    """Return for each ray the distance to the first edge that it hits, (n,); ``inf`` if it hits none.
+
+    x, y: the start of all rays, or of each ray, (n,).
+    dx, dy: the direction of each ray, (n,). A distance is in units of the direction's length.
+    edges: the edges, as `edges_of` returns them.
+
+    >>> wall = edges_of([[(2.0, -1.0), (2.0, 1.0)]])
+    >>> cast(0.0, 0.0, np.array([1.0, -1.0]), np.array([0.0, 0.0]), wall).tolist()
+    [2.0, inf]
+    """
     if not len(edges):
         return np.full(dx.shape, math.inf)
     ex, ey = edges[:, 2], edges[:, 3]
@@ -49,36 +64,51 @@ def cast(x: Array | float, y: Array | float, dx: Array, dy: Array, edges: Array)
 
 @dataclass(frozen=True)
 class Fan:
-    """The horizontal fan of rays that every simulator casts for a range sensor."""
+    """The horizontal fan of rays by which every simulator models a range sensor.
+
+    >>> fan = Fan(cone=0.5, min_range=0.02, max_range=2.0)
+    >>> lengths = np.full(FAN_RAYS, 1.05)  # the rays begin 0.05 m behind the sensor
+    >>> fan.reading(lengths), fan.reading(lengths * 2)
+    (1.0, inf)
+    """
 
     cone: float
+    """The full opening angle, in radians."""
     min_range: float
+    """The shortest distance that the sensor measures, in metres."""
     max_range: float
+    """The longest distance that the sensor measures, in metres."""
 
     @property
     def angles(self) -> Array:
-        """The directions of the rays from the sensor's axis, (15,), right to left."""
+        """The angles of the rays from the sensor's axis, in radians, right to left, (15,)."""
         return np.linspace(-self.cone / 2, self.cone / 2, FAN_RAYS)
 
     def rays(self, mount: Mounted) -> tuple[Array, Array]:
-        """Return in the robot's frame where the rays begin, (3,), and their unit vectors, (15, 3)."""
+        """Return the common start of the rays, (3,), and their unit vectors, (15, 3), in the robot's frame."""
         sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
         directions = self.directions(sensor)
         origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
         return origin, np.stack((*directions, np.zeros_like(self.angles)), axis=1)
 
     def directions(self, sensor: Pose) -> tuple[Array, Array]:
-        """Return the unit vectors of the rays, x and y, (15,) each."""
+        """Return the x and the y of the rays' unit vectors, (15,) each, for a sensor at a pose."""
         angles = sensor.heading + self.angles
         return np.cos(angles), np.sin(angles)
 
     def reading(self, lengths: Array) -> float:
-        """Return the distance that rays of these lengths, begun FAN_SETBACK_M behind, amount to, in metres."""
+        """Return the distance that the sensor measures, in metres; ``inf`` beyond its range.
+
+        lengths: the length of each ray from its start to its hit, in metres, (15,).
+        """
         nearest = float(lengths.min()) - FAN_SETBACK_M
         return math.inf if nearest > self.max_range else max(nearest, self.min_range)
 
     def point(self, lengths: Array) -> tuple[float, float, float] | None:
-        """Return what rays of these lengths hit first, in the sensor's frame, in metres; None out of range."""
+        """Return the nearest hit in the sensor's frame, in metres; None beyond the sensor's range.
+
+        lengths: the length of each ray from its start to its hit, in metres, (15,).
+        """
         if math.isinf(self.reading(lengths)):
             return None
         ray = int(lengths.argmin())

@@ -1,4 +1,4 @@
-"""Small helpers for text that people read."""
+"""Helpers for text in messages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 
 def pluralize(number: int, noun: str) -> str:
-    """Return how many there are of what, in the plural but for one.
+    """Return a number and its noun, in the plural if the number is not 1.
 
     >>> pluralize(1, "warning"), pluralize(0, "warning")
     ('1 warning', '0 warnings')
@@ -15,10 +15,13 @@ def pluralize(number: int, noun: str) -> str:
 
 
 def escape(text: str, *, keep: str = "") -> str:
-    r"""Return the text with every character that a terminal would obey, or not show, as a backslash escape.
+    r"""Return a text with a backslash escape in place of each control or invisible character.
 
-    Text of a recording, a robot or a file is data: an escape sequence in it could rename the window, write to the
-    clipboard, or forge a line. ``keep`` lists control characters that pass, such as a line break.
+    Text from a recording, a robot or a file is untrusted. In a terminal, an escape sequence could rename the window,
+    write to the clipboard, or forge a line.
+
+    text: the text.
+    keep: characters that are not escaped, such as a line break.
 
     >>> print(escape("\x1b]0;title\x07 end\u202e"))
     \x1b]0;title\x07 end\u202e
@@ -33,10 +36,14 @@ def escape(text: str, *, keep: str = "") -> str:
 
 
 MOST_NAMED = 5
-"""So many files are named in a message."""
+"""The most names in a message."""
 
 
 def list_names(names: Collection[str], most: int = MOST_NAMED) -> str:
-    """Return the first names, escaped, and how many more there are."""
+    """Return the first names, escaped and separated by commas, and the number of the others.
+
+    >>> list_names(["a.mcap", "b.mcap", "c.mcap"], most=2)
+    'a.mcap, b.mcap and 1 more'
+    """
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"{', '.join(map(escape, list(names)[:most]))}{more}"

@@ -1,4 +1,4 @@
-"""Starting threads, and recognising that the system refuses memory."""
+"""Starts threads, and recognises errors that mean that the system refuses memory."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ from robotcore.errors import ResourceError
 
 
 def is_out_of_memory(error: BaseException) -> bool:
-    """Return whether the system refused memory, also to a device's driver.
+    """Return whether an error, or one of its causes, means that the system refused memory.
 
-    `threading` says so of a lock in a RuntimeError, and a device in a DeviceError with that cause.
+    `threading` raises a RuntimeError if it cannot allocate a lock.
+
+    >>> is_out_of_memory(MemoryError()), is_out_of_memory(RuntimeError("can't allocate lock"))
+    (True, True)
     """
     is_refusal = isinstance(error, MemoryError) or (type(error) is RuntimeError and "allocate lock" in str(error))
     return is_refusal or (error.__cause__ is not None and is_out_of_memory(error.__cause__))

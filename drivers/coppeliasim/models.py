@@ -217,4 +217,4 @@ class BuiltEncoder(Encoder):
 
     def _count(self, time: float, sequence: int) -> Angle:
         angle = self._scene.read_joint_position(self._joint) - self._zero
-        return Angle(self._description.quantised(angle), time, sequence)
+        return Angle(self._description.quantise(angle), time, sequence)

@@ -42,14 +42,14 @@ class KinematicEncoder(Encoder):
     def __init__(self, description: EncoderDescription, wheel: Wheel, clock: Clock) -> None:
         super().__init__(description.name)
         self._wheel = wheel
-        self._quantised = description.quantised
+        self._quantise = description.quantise
         self._newest_at = SampleCache(clock, self._read_wheel)
 
     def _newest(self) -> Angle:
         return self._newest_at()
 
     def _read_wheel(self, time: float, sequence: int) -> Angle:
-        return Angle(self._quantised(self._wheel.angle), time, sequence)
+        return Angle(self._quantise(self._wheel.angle), time, sequence)
 
 
 class KinematicRangeSensor(RangeSensor):

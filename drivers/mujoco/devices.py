@@ -57,7 +57,7 @@ class MujocoEncoder(Encoder):
         return self._newest_at()
 
     def _count(self, time: float, sequence: int) -> Angle:
-        return Angle(self._description.quantised(self._body.angle(self._joint)), time, sequence)
+        return Angle(self._description.quantise(self._body.angle(self._joint)), time, sequence)
 
 
 class MujocoRangeSensor(RangeSensor):

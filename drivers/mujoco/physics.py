@@ -131,7 +131,7 @@ class Body:
 def _joints(model: MjModel, description: RobotDescription) -> dict[str, int]:
     if (drive := description.drive) is None:
         return {}
-    return {name: int(model.joint(wheel_joint(motor)).qposadr[0]) for name, motor in drive.on_wheels.items()}
+    return {name: int(model.joint(wheel_joint(motor)).qposadr[0]) for name, motor in drive.wheel_motors.items()}
 
 
 class MujocoTruth:

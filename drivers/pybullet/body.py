@@ -95,7 +95,7 @@ def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
 def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
     if drive is None:
         return {}
-    return {name: links[wheel(motor)] for name, motor in drive.on_wheels.items()}
+    return {name: links[wheel(motor)] for name, motor in drive.wheel_motors.items()}
 
 
 def _links(bullet: Bullet, body: int) -> dict[str, int]:

@@ -36,7 +36,7 @@ class BulletEncoder(Encoder):
 
     def _count(self, time: float, sequence: int) -> Angle:
         angle = self._joint_state(self._body, self._joint)[0]
-        return Angle(self._description.quantised(angle), time, sequence)
+        return Angle(self._description.quantise(angle), time, sequence)
 
 
 class BulletRangeSensor(RangeSensor):

@@ -109,10 +109,9 @@ def _validate_table(model: type[ModelT], file: Path, where: str, table: Any) -> 
     try:
         return model.model_validate(table, strict=True)
     except ValidationError as error:
-        faults = [
-            (f"{where}.{key}".rstrip("."), fault, remedy) for key, fault, remedy in find_mistakes(error, model, table)
-        ]
-        raise DescriptionError.of_all(str(file), faults) from error
+        mistakes = find_mistakes(error, model, table)
+        keyed = [each._replace(key=f"{where}.{each.key}".rstrip(".")) for each in mistakes]
+        raise DescriptionError.of_all(str(file), keyed) from error
 
 
 def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:

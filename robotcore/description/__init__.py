@@ -1,4 +1,4 @@
-"""Robot and world descriptions: one file makes the simulators' models and the real robot's wiring."""
+"""Robots and worlds as data. A robot's file gives the simulators' model and the real robot's wiring."""
 
 from robotcore.description.conditions import Conditions, Light, Randomisation
 from robotcore.description.devices import (

@@ -1,6 +1,6 @@
-"""The robot description: one file that makes the simulators' model and the real robot's wiring.
+"""The descriptions of a robot's devices.
 
-Frame: origin on the floor under the middle of the axle, x forward, y left, z up. Keys end in their unit.
+Robot frame: origin on the floor under the middle of the axle, x forward, y left, z up. Keys end in their unit.
 """
 
 from __future__ import annotations
@@ -14,86 +14,106 @@ from pydantic import (
     model_validator,
 )
 
-from robotcore.description.types import Angle, Coordinate, Name, StrictModel
+from robotcore.description.types import Angle, Coordinate, InvalidValueError, Name, StrictModel
 from robotcore.optics import Intrinsics
 
 LEAST_LAG_S = 1e-4
-"""A shorter lag is none: no simulator takes such short steps."""
+"""The shortest lag other than 0. The steps of all simulators are longer."""
 
 
 def _require_measurable_lag(lag: float) -> float:
     if 0 < lag < LEAST_LAG_S:
-        raise ValueError(f"is {lag:g} s, shorter than any simulator's step; use 0, or at least {LEAST_LAG_S:g} s")
+        raise InvalidValueError(
+            "lag-too-short", f"is {lag:g} s, shorter than any simulator's step; use 0, or at least {LEAST_LAG_S:g} s"
+        )
     return lag
 
 
 AHEAD_RAD = math.pi / 4
+"""A sensor within this angle of the x axis points ahead."""
 
 Range = Annotated[float, Field(ge=1e-4, le=1000)]
 """A distance that a range sensor measures, in metres."""
 
 
 class Mount(StrictModel):
-    """Where on the robot a sensor sits and where it looks; pitch is positive downwards."""
+    """The position and the direction of a sensor in the robot's frame."""
 
     x_m: Coordinate = 0.0
+    """Forward of the axle."""
     y_m: Coordinate = 0.0
+    """To the left of the middle."""
     z_m: Annotated[float, Field(ge=0, le=100)]
+    """Above the floor."""
     yaw_rad: Angle = 0.0
+    """The turn to the left from straight ahead."""
     pitch_rad: Angle = 0.0
+    """The turn downwards from the horizontal."""
 
     @property
-    def looks_ahead(self) -> bool:
-        """Whether it looks where the robot drives, and not aside or at the floor."""
+    def is_ahead(self) -> bool:
+        """Whether the sensor points ahead, within 45° of the robot's x axis."""
         return math.cos(self.yaw_rad) * math.cos(self.pitch_rad) > math.cos(AHEAD_RAD)
 
 
 class MotorDescription(StrictModel):
-    """A wheel's motor: a first-order lag towards the commanded velocity."""
+    """A motor. Its velocity follows the command with a first-order lag."""
 
     kind: Literal["motor"]
     name: Name
     max_velocity_rad_s: Annotated[float, Field(ge=0.001, le=1e4)]
+    """The greatest velocity of the wheel, forward and backward."""
     lag_s: Annotated[float, Field(ge=0, le=10), AfterValidator(_require_measurable_lag)] = 0.05
+    """The time constant of the lag."""
     max_torque_nm: Annotated[float, Field(ge=1e-6, le=1e4)] = 0.08
+    """The greatest torque at the wheel."""
 
 
 class EncoderDescription(StrictModel):
-    """A counter on a wheel."""
+    """An incremental encoder on a wheel."""
 
     kind: Literal["encoder"]
     name: Name
     counts_per_turn: Annotated[int, Field(ge=1, le=10**7)]
+    """The counts in one turn of the wheel."""
 
-    def quantised(self, angle: float) -> float:
-        """Return the angle of the nearest whole count, in radians: a wheel that stands a hair off 0 has not turned."""
+    def quantise(self, angle: float) -> float:
+        """Return the angle of the nearest whole count, in radians.
+
+        Rounding to the nearest count, not down, keeps a wheel at rest near 0 from reading one count less.
+        """
         count = math.tau / self.counts_per_turn
         return round(angle / count) * count
 
 
 class BatteryDescription(StrictModel):
-    """A battery whose voltage somebody tells; below ``warn_below_v`` it is to be charged."""
+    """A battery whose voltage a driver measures."""
 
     kind: Literal["battery"]
     name: Name
     warn_below_v: Annotated[float, Field(ge=0.1, le=1000)] | None = None
+    """Below this voltage, robotcore warns that the battery must be charged. None: no warning."""
 
 
 class RangeSensorDescription(StrictModel):
-    """A distance sensor; ``cone_rad`` is the full angle."""
+    """A distance sensor with a cone-shaped beam."""
 
     kind: Literal["range_sensor"]
     name: Name
     mount: Mount
     min_range_m: Range
+    """The shortest distance that the sensor measures. A nearer object reads as this distance."""
     max_range_m: Range
+    """The longest distance that the sensor measures. Beyond it, the distance is ``inf``."""
     cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
+    """The full opening angle of the cone."""
 
     @model_validator(mode="after")
     def _ranges_in_order(self) -> RangeSensorDescription:
         if self.min_range_m >= self.max_range_m:
-            raise ValueError(
-                f"min_range_m {self.min_range_m:g} is not below max_range_m {self.max_range_m:g}; correct either"
+            raise InvalidValueError(
+                "ranges-in-wrong-order",
+                f"min_range_m {self.min_range_m:g} is not below max_range_m {self.max_range_m:g}; correct either",
             )
         return self
 
@@ -105,8 +125,11 @@ class CameraDescription(StrictModel):
     name: Name
     mount: Mount
     width_px: Annotated[int, Field(ge=16, le=4096)]
+    """The width of a picture."""
     height_px: Annotated[int, Field(ge=16, le=4096)]
+    """The height of a picture."""
     horizontal_fov_rad: Annotated[float, Field(ge=0.01, le=3)]
+    """The full horizontal field of view. Pixels are square."""
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -114,7 +137,7 @@ class CameraDescription(StrictModel):
 
 
 class DisplayDescription(StrictModel):
-    """Where an app's annotated picture goes."""
+    """A display for pictures from the app."""
 
     kind: Literal["display"]
     name: Name
@@ -123,7 +146,7 @@ class DisplayDescription(StrictModel):
 SimulatedDevice = (
     MotorDescription | EncoderDescription | RangeSensorDescription | CameraDescription | DisplayDescription
 )
-"""What a simulator opens: it has no battery to tell of."""
+"""The devices that a simulator opens. It has no battery."""
 
 AnyDevice = SimulatedDevice | BatteryDescription
 DeviceDescription = Annotated[AnyDevice, Field(discriminator="kind")]

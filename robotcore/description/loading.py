@@ -1,4 +1,7 @@
-"""Descriptions from files: shipped ones by name, a user's own by path; every fault in a line."""
+"""Loads descriptions: a shipped robot or world by its name, a user's own by its file.
+
+An error has one line for each mistake in a file.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,7 @@ from pydantic import ValidationError
 
 from robotcore.description.generation.clearance import require_room
 from robotcore.description.robot import RobotDescription
-from robotcore.description.types import StrictModel, frozen
+from robotcore.description.types import StrictModel, freeze
 from robotcore.description.validation import (
     BACKENDS,
     MAX_LIBRARY_MESSAGE,
@@ -42,13 +45,13 @@ ModelT = TypeVar("ModelT", bound=StrictModel)
 Table = dict[str, Any]
 
 MAX_FILE_BYTES = 2**20
-"""The most bytes of a file. A robot of a thousand devices needs a third; TOML of this size is parsed in two seconds."""
+"""The largest file in bytes. A robot of 1000 devices needs a third of it, and TOML of this size is parsed in 2 s."""
 
 MOST_ENTRIES = 1000
 """The most entries of a list or a table in a file, such as devices, obstacles or faults."""
 
 MOST_DOTS = 32
-"""The most dots of a key in a file. The time and the memory that TOML takes grow with the square of their number."""
+"""The most dots of a key in a file. The parser's time and memory grow with the square of their number."""
 
 MOST_BITS = 64
 """The most bits of a whole number in a file, as TOML defines it."""
@@ -58,74 +61,106 @@ _STRING = re.compile(
     |"(?:[^"\\\n]|\\.)*"?|'[^'\n]*'?|\#[^\n]*""",
     re.VERBOSE | re.DOTALL,
 )
-"""A string or a comment of TOML; one without its end too, so that a search takes no longer."""
+"""A string or a comment of TOML. A string without its end matches too, so that a search takes linear time."""
 
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MOST_DOTS + 1}}}")
 
 KINDS: dict[str, type[StrictModel]] = {"robot": RobotDescription, "world": WorldDescription}
-"""What a file can describe. Those that are shipped are in a folder named after it: robots, worlds."""
+"""The kinds of files. The package's folders ``robots`` and ``worlds`` hold the shipped files."""
 
 
 def robot_names() -> list[str]:
-    """Return the names of the robots that are shipped."""
-    return _shipped_names("robot")
+    """Return the names of the shipped robots.
+
+    >>> robot_names()
+    ['bubblerob', 'lookout', 'rover']
+    """
+    return _list_shipped("robot")
 
 
 def world_names() -> list[str]:
-    """Return the names of the worlds that are shipped."""
-    return _shipped_names("world")
+    """Return the names of the shipped worlds.
+
+    >>> world_names()
+    ['arena', 'clutter', 'occluded', 'open']
+    """
+    return _list_shipped("world")
 
 
 def is_own(name_or_file: str) -> bool:
-    """Return whether a robot or a world is named by its file, as a user's own is."""
+    """Return whether a text names a user's file, not a shipped robot or world.
+
+    >>> is_own("my_robot.toml"), is_own("rover")
+    (True, False)
+    """
     return name_or_file.endswith(".toml") or Path(name_or_file).name != name_or_file
 
 
 def load_robot(name_or_file: str) -> RobotDescription:
-    """Return a shipped robot by name, or a user's own from a ``.toml`` file."""
-    return _robot(*_read(name_or_file, "robot"), _own(name_or_file))
+    """Return a shipped robot by its name, or a user's robot from a ``.toml`` file.
+
+    Raises UnknownNameError for an unknown name, UsageError for a file that cannot be read, and DescriptionError for
+    mistakes in a file.
+
+    >>> rover = load_robot("rover")
+    >>> rover.drive.track_m, [device.name for device in rover.devices][:2]
+    (0.155, ['left_motor', 'right_motor'])
+    """
+    return _make_robot(*_read(name_or_file, "robot"), _file_of(name_or_file))
 
 
 def load_world(name_or_file: str) -> WorldDescription:
-    """Return a shipped world by name, or a user's own from a ``.toml`` file."""
-    return _world(*_read(name_or_file, "world"))
+    """Return a shipped world by its name, or a user's world from a ``.toml`` file.
+
+    Raises UnknownNameError for an unknown name, UsageError for a file that cannot be read, and DescriptionError for
+    mistakes in a file.
+
+    >>> arena = load_world("arena")
+    >>> arena.floor.length_m, arena.target.name
+    (4.0, 'ball')
+    """
+    return _make_world(*_read(name_or_file, "world"))
 
 
 def read_table(file: str) -> Table:
-    """Return what is in a TOML file of the user's, its lists as tuples; an error names what cannot be read."""
-    return _parsed(file, _content(Path(file)))
+    """Return the content of a user's TOML file, with lists as tuples.
+
+    Raises UsageError for a file that cannot be read, and DescriptionError for a file that is not TOML.
+    """
+    return _parse(file, _read_bytes(Path(file)))
 
 
 def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
-    """Return the robot or the world that a file describes; a shipped one by its name too."""
+    """Return a robot or a world by its name or from a file. Raises the errors of `load_robot`."""
     file, table = _read(name_or_file, *KINDS)
-    kind = _kind_of(table)
+    kind = _find_kind(table)
     if kind is None:
-        fault = "it describes neither a robot nor a world"
-        raise DescriptionError(file, "", fault, "A robot has a [body], a world has a [floor]")
-    return _robot(file, table, _own(name_or_file)) if kind == "robot" else _world(file, table)
+        problem = "it describes neither a robot nor a world"
+        raise DescriptionError(
+            file, "", problem, "A robot has a [body], a world has a [floor]", kind="no-robot-and-no-world"
+        )
+    return _make_robot(file, table, _file_of(name_or_file)) if kind == "robot" else _make_world(file, table)
 
 
-def _robot(file: str, table: Table, own: str | None) -> RobotDescription:
+def _make_robot(file: str, table: Table, own: str | None) -> RobotDescription:
     _require_kind("robot", file, table)
     if BACKENDS in table:
-        raise DescriptionError(
-            file, BACKENDS, "a backend's section stands at the top", "Write [NAME], not [backends.NAME]"
-        )
+        problem, remedy = "a backend's section stands at the top", "Write [NAME], not [backends.NAME]"
+        raise DescriptionError(file, BACKENDS, problem, remedy, kind="misplaced-section")
     sections = backend_names()
     present = {name: table[name] for name in sections if name in table}
     rest = {key: value for key, value in table.items() if key not in present}
-    return _validated(RobotDescription, file, {**rest, BACKENDS: present}, sections, own)
+    return _validate(RobotDescription, file, {**rest, BACKENDS: present}, sections, own)
 
 
-def _world(file: str, table: Table) -> WorldDescription:
+def _make_world(file: str, table: Table) -> WorldDescription:
     _require_kind("world", file, table)
-    world = _validated(WorldDescription, file, table)
+    world = _validate(WorldDescription, file, table)
     require_room(world, file)
     return world
 
 
-def _validated(
+def _validate(
     model: type[ModelT], file: str, table: Table, sections: Sequence[str] = (), own: str | None = None
 ) -> ModelT:
     try:
@@ -135,12 +170,13 @@ def _validated(
 
 
 def _require_kind(kind: str, file: str, table: Table) -> None:
-    if (other := _kind_of(table)) not in (None, kind):
-        raise DescriptionError(file, "", f"it describes a {other}, not a {kind}", f"Name it as the {other}")
+    if (other := _find_kind(table)) not in (None, kind):
+        problem, remedy = f"it describes a {other}, not a {kind}", f"Name it as the {other}"
+        raise DescriptionError(file, "", problem, remedy, kind=f"is-a-{other}")
 
 
-def _kind_of(table: Table) -> str | None:
-    """Return what a table describes, by the keys that only one kind has; None where they do not tell."""
+def _find_kind(table: Table) -> str | None:
+    """Return the kind of a table by the keys that only one kind has; None if it has as many keys of either kind."""
     robot, world = (set(model.model_fields) for model in KINDS.values())
     robots, worlds = len(table.keys() & (robot - world)), len(table.keys() & (world - robot))
     if robots == worlds:
@@ -148,99 +184,105 @@ def _kind_of(table: Table) -> str | None:
     return "robot" if robots > worlds else "world"
 
 
-def _shipped(kind: str) -> Traversable:
+def _shipped_folder(kind: str) -> Traversable:
     return resources.files("robotcore.description").joinpath(f"{kind}s")
 
 
-def _shipped_names(kind: str) -> list[str]:
-    names = (file.name for file in _shipped(kind).iterdir())
+def _list_shipped(kind: str) -> list[str]:
+    names = (file.name for file in _shipped_folder(kind).iterdir())
     return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
 def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
-    """Return what to call the file in messages, and what is in it."""
+    """Return the file's name for messages, and its content."""
     if is_own(name_or_file):
-        return name_or_file, _parsed(name_or_file, _content(Path(name_or_file)))
-    shipped = {name: kind for kind in kinds for name in _shipped_names(kind)}
+        return name_or_file, _parse(name_or_file, _read_bytes(Path(name_or_file)))
+    shipped = {name: kind for kind in kinds for name in _list_shipped(kind)}
     if name_or_file not in shipped:
         file = f"{name_or_file}.toml"
         raise UnknownNameError(
             " or ".join(kinds), name_or_file, list(shipped), f"the file {file}" if _is_file(file) else ""
         )
     file = f"{name_or_file}.toml"
-    return file, _parsed(file, _shipped(shipped[name_or_file]).joinpath(file).read_bytes())
+    return file, _parse(file, _shipped_folder(shipped[name_or_file]).joinpath(file).read_bytes())
 
 
-def _own(name_or_file: str) -> str | None:
-    """Return the file of the user's that is named, as it was; None for a name."""
+def _file_of(name_or_file: str) -> str | None:
+    """Return the text if it names a user's file; None for the name of a shipped robot or world."""
     return name_or_file if is_own(name_or_file) else None
 
 
 def _is_file(name: str) -> bool:
     try:
         return Path(name).is_file()
-    except (OSError, ValueError):  # longer than a name can be, or with a NUL
+    except (OSError, ValueError):  # the name is too long, or holds a NUL
         return False
 
 
-def _content(path: Path) -> bytes:
+def _read_bytes(path: Path) -> bytes:
     try:
-        if (problem := _find_read_problem(path)) is None:
-            return path.read_bytes()
+        _require_readable(path)
+        return path.read_bytes()
+    except UsageError:
+        raise
     except OSError as error:
-        raise UsageError(f"{path}: {error.strerror}. Name a file that can be read") from error
+        raise UsageError(f"{path}: {error.strerror}. Name a file that can be read", kind="unreadable-file") from error
     except ValueError as error:
-        raise UsageError(f"{str(path)!r} is no path: {error}. Name a file that can be read") from error
-    raise UsageError(f"{path}: {problem}")
+        text = f"{str(path)!r} is no path: {error}. Name a file that can be read"
+        raise UsageError(text, kind="unreadable-file") from error
 
 
-def _find_read_problem(path: Path) -> str | None:
-    """Return why a file cannot be read, or None."""
+def _require_readable(path: Path) -> None:
     status = path.stat()
-    if not (S_ISREG(status.st_mode) or S_ISDIR(status.st_mode)):  # the system tells of a folder
-        return "it is a device or a pipe. Name a file that can be read"
+    if not (S_ISREG(status.st_mode) or S_ISDIR(status.st_mode)):  # reading a folder raises OSError
+        raise UsageError(f"{path}: it is a device or a pipe. Name a file that can be read", kind="no-regular-file")
     if S_ISREG(status.st_mode) and status.st_size > MAX_FILE_BYTES:
-        return f"it has {status.st_size} bytes, at most {MAX_FILE_BYTES} are read. Name a smaller file"
-    return None
+        raise UsageError(
+            f"{path}: it has {status.st_size} bytes, at most {MAX_FILE_BYTES} are read. Name a smaller file",
+            kind="file-too-large",
+            bytes=status.st_size,
+            limit=MAX_FILE_BYTES,
+        )
 
 
-def _parsed(file: str, content: bytes) -> Table:
+def _parse(file: str, content: bytes) -> Table:
     try:
         text = content.decode("utf-8-sig")
-        problem = _find_long_key(text)
-        table = {} if problem else tomllib.loads(text)
-        problem = problem or next(_find_oversized(table, table), None)
-        read = {} if problem else {key: frozen(value) for key, value in table.items()}
+        mistake = _find_long_key(text)
+        table = {} if mistake else tomllib.loads(text)
+        mistake = mistake or next(_find_oversized(table, table), None)
+        content_read = {} if mistake else {key: freeze(value) for key, value in table.items()}
     except UnicodeDecodeError as error:
-        raise DescriptionError(file, "", "it is not text", "A description is a TOML file in UTF-8") from error
+        remedy = "A description is a TOML file in UTF-8"
+        raise DescriptionError(file, "", "it is not text", remedy, kind="not-text") from error
     except (RecursionError, MemoryError) as error:
-        raise DescriptionError(file, "", "it is nested too deep", "Take the nesting out") from error
+        problem = "it is nested too deep"
+        raise DescriptionError(file, "", problem, "Take the nesting out", kind="nested-too-deep") from error
     except ValueError as error:
-        raise DescriptionError(
-            file, "", f"it is not TOML: {str(error)[:MAX_LIBRARY_MESSAGE]}", "Mend it there"
-        ) from error
-    if problem:
-        raise DescriptionError(file, *problem)
-    return read
+        problem = f"it is not TOML: {str(error)[:MAX_LIBRARY_MESSAGE]}"
+        raise DescriptionError(file, "", problem, "Correct it there", kind="not-toml") from error
+    if mistake:
+        raise DescriptionError.of_all(file, [mistake])
+    return content_read
 
 
 def _find_long_key(text: str) -> Mistake | None:
-    """Return the fault of a key that has more than `MOST_DOTS` dots outside of quotes, if there is one."""
+    """Return the mistake of a key that has more than `MOST_DOTS` dots outside of quotes; None without such a key."""
     if found := _LONG_KEY.search(_STRING.sub("_", text)):
         problem = f"it is nested too deep: the key {found[0][:MAX_SHOWN_CHARACTERS]}… has more than {MOST_DOTS} dots"
-        return Mistake("", problem, "Take the nesting out")
+        return Mistake("", problem, "Take the nesting out", "too-many-dots")
     return None
 
 
-def _find_oversized(table: Table, value: Any, place: tuple[str | int, ...] = ()) -> Iterator[Mistake]:
-    """Yield a fault for each list or table in ``value`` of more than `MOST_ENTRIES`, and each longer whole number."""
+def _find_oversized(table: Table, value: Any, path: tuple[str | int, ...] = ()) -> Iterator[Mistake]:
+    """Yield a mistake for each list or table with too many entries, and for each whole number with too many bits."""
     if isinstance(value, int) and value.bit_length() > MOST_BITS:
         problem = f"has {value.bit_length()} bits, at most {MOST_BITS} are read"
-        yield Mistake(dotted_key(place, table), problem, "Take a smaller number")
+        yield Mistake(dotted_key(path, table), problem, "Take a smaller number", "number-too-long")
     if not isinstance(value, (dict, list)):
         return
     if len(value) > MOST_ENTRIES:
         problem = f"has {len(value)} entries, at most {MOST_ENTRIES} are read"
-        yield Mistake(dotted_key(place, table), problem, "Leave some out")
+        yield Mistake(dotted_key(path, table), problem, "Leave some out", "too-many-entries")
     for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-        yield from _find_oversized(table, item, (*place, key))
+        yield from _find_oversized(table, item, (*path, key))

@@ -1,4 +1,4 @@
-"""Surfaces of a world as simulators draw them: meshes, and how a texture is laid on each face."""
+"""Meshes of a world's surfaces for simulators, and the texture mapping of each face."""
 
 from __future__ import annotations
 
@@ -17,35 +17,46 @@ Array = NDArray[np.float64]
 
 
 class Wrap(NamedTuple):
-    """A texture on a plane: a point p is ``axes @ p + shift``, (2,), counted in tiles along it and up it."""
+    """The mapping of a texture to a plane. A point p has the texture coordinates ``axes @ p + shift``, in tiles."""
 
     texture: Texture
     axes: Array
+    """The directions of the texture's columns and rows, divided by the tile's size, (2, 3)."""
     shift: Array
+    """The texture coordinates of the origin, (2,)."""
 
     @classmethod
     def from_middle(cls, texture: Texture, middle: ArrayLike, along: ArrayLike, up: ArrayLike) -> Wrap:
-        """Return the wrap that begins at ``middle``; ``along`` and ``up`` are unit vectors, (3,)."""
+        """Return the mapping whose texture begins at a point.
+
+        texture: the texture.
+        middle: the point, (3,), in metres.
+        along: the direction of the texture's columns, a unit vector, (3,).
+        up: the direction of the texture's rows, a unit vector, (3,).
+        """
         axes = np.array((along, up), dtype=np.float64) / texture.scale_m
         return cls(texture, axes, -axes @ np.asarray(middle))
 
     def tiles(self, points: Array) -> Array:
-        """Return where points of the plane, (n, 3), lie, (n, 2)."""
+        """Return the texture coordinates, (n, 2), of points of the plane, (n, 3) in metres."""
         return points @ self.axes.T + self.shift
 
 
 def floor_wrap(floor: Floor) -> Wrap | None:
-    """Return how the floor is textured: along x and y of the world; None where it is of one colour."""
+    """Return the texture mapping of the floor, along x and y of the world; None for a floor without texture."""
     if floor.texture is None:
         return None
     return Wrap.from_middle(floor.texture, (0, 0, 0), (1, 0, 0), (0, 1, 0))
 
 
 def face_wrap(prism: Prism, normal: Array) -> Wrap | None:
-    """Return how the face of a prism with this outward unit normal, (3,), is textured; None where it is not.
+    """Return the texture mapping of a face of a prism; None for a prism without texture.
 
-    On a side, up from the floor: from a box's middle on every side, round a cylinder without end. On the top,
-    along the prism's own axes.
+    The texture of a side begins at the floor: in the middle of each side of a box, and once around a cylinder. The
+    texture of the top follows the prism's own axes.
+
+    prism: the prism.
+    normal: the outward unit normal of the face, (3,).
     """
     if (texture := prism.texture) is None:
         return None
@@ -63,23 +74,24 @@ def face_wrap(prism: Prism, normal: Array) -> Wrap | None:
 
 
 BALL_SEGMENTS, BALL_RINGS = 32, 16
-"""A simulator's own sphere may be drawn coarsely: Bullet's covers 7.5 % too little of a picture."""
+"""Simulators show this mesh as a ball. Their own spheres may be coarse: Bullet's covers 7.5 % too little."""
 
 
 class Mesh(NamedTuple):
-    """Vertices and their normals, (n, 3), and three indices a triangle, counter-clockwise from outside.
-
-    ``uvs``, (n, 2), are the vertices' places on a texture, in tiles; none where there is no texture.
-    """
+    """The triangles of a surface."""
 
     vertices: list[list[float]]
+    """(n, 3), in metres."""
     normals: list[list[float]]
+    """The unit normal at each vertex, (n, 3)."""
     indices: list[int]
+    """Three indices of vertices for each triangle, counter-clockwise from outside."""
     uvs: list[list[float]]
+    """The texture coordinates of each vertex, (n, 2), in tiles; empty without a texture."""
 
 
 def prism_mesh(prism: Prism) -> Mesh:
-    """Return a prism around its own middle, not turned."""
+    """Return the mesh of a prism in its own frame."""
     here = prism.model_copy(update={"x_m": 0.0, "y_m": 0.0, "yaw_rad": 0.0})
     base = np.array([(x, y, 0.0) for x, y in here.outline])
     top = base + np.array((0.0, 0.0, prism.height_m))
@@ -87,19 +99,20 @@ def prism_mesh(prism: Prism) -> Mesh:
         np.array((base[i], base[j], top[j], top[i]))
         for i, j in zip(range(len(base)), [*range(1, len(base)), 0], strict=True)
     ]
-    return _faceted([top, base[::-1], *sides], partial(face_wrap, here))
+    return _make_mesh([top, base[::-1], *sides], partial(face_wrap, here))
 
 
 def ground_mesh(half: float, floor: Floor) -> Mesh:
-    """Return a square that looks up, and shows what a floor shows."""
+    """Return the mesh of the ground, a square with the floor's texture; ``half`` is half its edge in metres."""
     square = np.array(((half, half, 0.0), (-half, half, 0.0), (-half, -half, 0.0), (half, -half, 0.0)))
-    return _faceted([square], lambda _: floor_wrap(floor))
+    return _make_mesh([square], lambda _: floor_wrap(floor))
 
 
 def ball_mesh(radius: float) -> Mesh:
-    """Return a ball around the origin, so much larger that its outline, a polygon, covers what the circle would.
+    """Return the mesh of a ball around the origin, with the radius in metres.
 
-    A regular polygon of n corners covers n/2·sin(2π/n) of its circle's radius squared, the circle π.
+    The mesh is a little larger than the ball, so that its polygonal outline covers the circle's area: a regular polygon
+    of n corners on a circle of radius r has the area n/2·sin(2π/n)·r², the circle π·r².
     """
     side = math.tau / BALL_SEGMENTS
     swollen = radius * math.sqrt(side / math.sin(side))
@@ -113,8 +126,8 @@ def ball_mesh(radius: float) -> Mesh:
     return Mesh((normals * swollen).tolist(), normals.tolist(), indices, [])
 
 
-def _faceted(faces: list[Array], wrap_of: Callable[[Array], Wrap | None]) -> Mesh:
-    """Return the mesh of convex faces, each given by its corners, (n, 3), and textured as its normal says."""
+def _make_mesh(faces: list[Array], wrap_of: Callable[[Array], Wrap | None]) -> Mesh:
+    """Return the mesh of convex faces, each given by its corners, (n, 3)."""
     normals: list[list[float]] = []
     indices: list[int] = []
     uvs: list[list[float]] = []

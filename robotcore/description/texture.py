@@ -1,4 +1,4 @@
-"""The patterns of floors and walls, as tiles of brightness."""
+"""The patterns of floors, walls and obstacles, as tiles of brightness."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pydantic import Field
 from robotcore.description.types import StrictModel
 
 TILE_PX = 64
-"""Of a tile, which is square; a power of two, so that a renderer wraps round with a mask."""
+"""The width and height of a tile, a power of two: a renderer can wrap coordinates with a bit mask."""
 
 Pattern = Literal["plain", "checker", "planks", "speckle", "grass"]
 PATTERNS: tuple[Pattern, ...] = get_args(Pattern)
@@ -26,21 +26,27 @@ Tile = NDArray[np.uint8]
 
 
 class Texture(StrictModel):
-    """A pattern that repeats every ``scale_m`` and takes up to ``contrast`` of the colour's brightness away."""
+    """A repeated pattern that darkens the colour of a surface.
+
+    >>> Texture(pattern="checker", contrast=0.5).tile[0, [0, -1]]
+    array([255, 128], dtype=uint8)
+    """
 
     pattern: Pattern
     scale_m: TileSize = 0.25
+    """The width and height of a tile on the surface."""
     contrast: Contrast = 0.3
+    """The greatest part of the brightness that the pattern takes away."""
 
     @property
     def tile(self) -> Tile:
-        """What is left of the colour, in 255ths, (TILE_PX, TILE_PX): rows go up the surface, columns along it."""
-        return np.rint(255 * (1 - self.contrast * _depths(self.pattern))).astype(np.uint8)
+        """The factor on the colour, times 255, (TILE_PX, TILE_PX). Rows go up the surface, columns along it."""
+        return np.rint(255 * (1 - self.contrast * _make_depths(self.pattern))).astype(np.uint8)
 
 
 @cache
-def _depths(pattern: Pattern) -> Depths:
-    """Return which part of its contrast a pattern takes away where, (TILE_PX, TILE_PX)."""
+def _make_depths(pattern: Pattern) -> Depths:
+    """Return the part of the contrast that a pattern takes away at each pixel, (TILE_PX, TILE_PX)."""
     return _PATTERNS[pattern]()
 
 
@@ -49,24 +55,23 @@ def _plain() -> Depths:
 
 
 def _checker() -> Depths:
-    """Two squares by two."""
-    return _enlarged(np.array(((0.0, 1.0), (1.0, 0.0))))
+    return _enlarge(np.array(((0.0, 1.0), (1.0, 0.0))))
 
 
 def _planks() -> Depths:
-    """Eight boards, each of its own shade, with dark joints."""
+    """Return eight boards, each in its own shade, with dark joints."""
     boards = 0.6 * _grain("planks", 8, 1)
     boards[:: TILE_PX // 8] = 1.0
     return boards
 
 
 def _speckle() -> Depths:
-    """Grain of two sizes."""
+    """Return grains of two sizes."""
     return np.asarray(0.6 * _grain("fine", 32, 32) + 0.4 * _grain("coarse", 16, 16))
 
 
 def _grass() -> Depths:
-    """Narrow blades over patches."""
+    """Return narrow blades over patches."""
     return np.asarray(0.7 * _grain("blades", 8, 64) + 0.3 * _grain("patches", 8, 8))
 
 
@@ -80,11 +85,11 @@ _PATTERNS: dict[Pattern, Callable[[], Depths]] = {
 
 
 def _grain(name: str, rows: int, columns: int) -> Depths:
-    """Return a tile of cells of random depth; the name always gives the same ones."""
+    """Return a tile of cells of random depth, seeded by a name."""
     random = Random(name)
-    return _enlarged(np.array([[random.random() for _ in range(columns)] for _ in range(rows)]))
+    return _enlarge(np.array([[random.random() for _ in range(columns)] for _ in range(rows)]))
 
 
-def _enlarged(cells: Depths) -> Depths:
+def _enlarge(cells: Depths) -> Depths:
     rows, columns = cells.shape
     return np.repeat(np.repeat(cells, TILE_PX // rows, axis=0), TILE_PX // columns, axis=1)

@@ -33,30 +33,46 @@ COLOURS: dict[str, tuple[int, int, int]] = {
 Number = TypeVar("Number", bound=float)
 
 
-class StrictModel(BaseModel):
-    """A part of a description: no unknown keys, no change afterwards, finite numbers.
+class InvalidValueError(ValueError):
+    """A validator refuses a value.
 
-    A type's ``description``, where it has one, says how it is written in a file; messages about mistakes quote it.
-    A validator that refuses raises ValueError with the fault and, after a semicolon, the remedy.
+    kind: a stable identifier of the mistake, in kebab-case.
+    text: the problem, a semicolon and the remedy.
+    """
+
+    def __init__(self, kind: str, text: str) -> None:
+        super().__init__(text)
+        self.kind = kind
+
+
+class StrictModel(BaseModel):
+    """The base of each part of a description. It refuses unknown keys, changes, and numbers that are not finite.
+
+    The ``description`` of a field's type is the form of its value in a file. Messages about mistakes quote it.
+    A validator raises InvalidValueError, or another ValueError whose text is the problem, a semicolon and the remedy.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
-def frozen(value: Any) -> Any:
-    """Return a value of a file, TOML or JSON, with its lists as tuples."""
+def freeze(value: Any) -> Any:
+    """Return a value from a TOML or JSON file with its lists as tuples.
+
+    >>> freeze({"pins": [1, [2, 3]]})
+    {'pins': (1, (2, 3))}
+    """
     if isinstance(value, list):
-        return tuple(frozen(item) for item in value)
+        return tuple(freeze(item) for item in value)
     if isinstance(value, dict):
-        return {key: frozen(item) for key, item in value.items()}
+        return {key: freeze(item) for key, item in value.items()}
     return value
 
 
-def _colour(value: Any) -> Any:
+def _to_colour(value: Any) -> Any:
     if isinstance(value, str):
         if value not in COLOURS:
             nearest = suggestion(value, list(COLOURS))
-            raise ValueError(f"unknown colour {value[:40]!r}; {nearest} Or take [r, g, b]")
+            raise InvalidValueError("unknown-colour", f"unknown colour {value[:40]!r}; {nearest} Or take [r, g, b]")
         return COLOURS[value]
     return value
 
@@ -65,51 +81,60 @@ Rgb = tuple[int, int, int]
 Byte = Annotated[int, Field(ge=0, le=255)]
 Colour = Annotated[
     tuple[Byte, Byte, Byte],
-    BeforeValidator(_colour),
+    BeforeValidator(_to_colour),
     Field(description="[red, green, blue] from 0 to 255, or the name of a colour"),
 ]
-"""Red, green, blue in 0 to 255; in a file also a name."""
+"""Red, green, blue in 0 to 255. A file may have a name from `COLOURS` in place of the numbers."""
 
 
-def _ordered(limits: tuple[float, float]) -> tuple[float, float]:
+def _require_order(limits: tuple[float, float]) -> tuple[float, float]:
     if limits[0] > limits[1]:
-        raise ValueError(f"the lower end {limits[0]:g} is above the upper end {limits[1]:g}; swap them")
+        raise InvalidValueError(
+            "ends-in-wrong-order", f"the lower end {limits[0]:g} is above the upper end {limits[1]:g}; swap them"
+        )
     return limits
 
 
-def _named(value: str) -> str:
+def _require_name(value: str) -> str:
     if not re.fullmatch(r"[a-z][a-z0-9_-]{0,63}", value):
-        raise ValueError(
-            f"{value[:40]!r} is no name; take up to 64 lower-case letters, digits, _ and -, beginning with a letter"
+        raise InvalidValueError(
+            "no-name",
+            f"{value[:40]!r} is no name; take up to 64 lower-case letters, digits, _ and -, beginning with a letter",
         )
     return value
 
 
-Ordered = AfterValidator(_ordered)
+Ordered = AfterValidator(_require_order)
 Metres = Annotated[float, Field(ge=0.001, le=100)]
-"""A length of something, from a millimetre to a hundred metres."""
+"""A length, from a millimetre to a hundred metres."""
 
 Angle = Annotated[float, Field(ge=-100, le=100)]
-"""An angle in radians, at most 100 rad (about 16 turns) either way."""
+"""An angle in radians, at most 100 rad (about 16 turns) in either direction."""
 
 Coordinate = Annotated[float, Field(ge=-100, le=100)]
 """A coordinate, in metres."""
 
 Between = Annotated[tuple[Number, Number], Ordered, Field(description="[from, to]")]
-"""Lower and upper end."""
+"""The lower and the upper end of an interval."""
 
-Name = Annotated[str, AfterValidator(_named)]
-"""Lower case, digits, ``_`` and ``-``; begins with a letter; up to 64 characters."""
+Name = Annotated[str, AfterValidator(_require_name)]
+"""Up to 64 lower-case letters, digits, ``_`` and ``-``, beginning with a letter."""
 
 
 def require_unique(kind: str, names: Iterable[str]) -> None:
-    """Raise ValueError where two things have one name."""
+    """Raise ValueError if a name occurs twice; ``kind`` is the plural noun for the message."""
     doubles = [name for name, count in Counter(names).items() if count > 1]
     if doubles:
-        raise ValueError(f"two {kind} are named {doubles[0]!r}; give each a name of its own")
+        raise InvalidValueError("same-name", f"two {kind} are named {doubles[0]!r}; give each a name of its own")
 
 
 def hue_degrees(colour: tuple[int, int, int]) -> float:
-    """Return the hue of a colour in degrees: 0 red, 120 green, 240 blue."""
+    """Return the hue of a colour in degrees: 0 is red, 120 green, 240 blue.
+
+    colour: red, green and blue in 0 to 255.
+
+    >>> hue_degrees((255, 128, 0))
+    30.11764705882353
+    """
     red, green, blue = (part / 255 for part in colour)
     return colorsys.rgb_to_hsv(red, green, blue)[0] * 360

@@ -1,4 +1,4 @@
-"""A robot, and a world around it, as URDF."""
+"""Writes a robot, and a world around it, as URDF."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.description.types import Colour
 from robotcore.description.world import Ball, Box, Cylinder, WorldDescription
 
 BASE = "base_link"
-"""The body; its frame has its origin on the floor under the middle of the axle."""
+"""The body's link. Its origin is on the floor under the middle of the axle."""
 
 CASTER = "caster_link"
 
@@ -22,17 +22,17 @@ CASTER_COLOUR = (150, 150, 150)
 
 
 def wheel(motor: str) -> str:
-    """Return the name of the wheel that a motor turns."""
+    """Return the name of the link of a motor's wheel."""
     return f"{motor}_wheel"
 
 
 def wheel_joint(motor: str) -> str:
-    """Return the name of the joint about which it turns it: forward where the angle grows."""
+    """Return the name of the joint of a motor's wheel. Its angle grows as the robot drives forward."""
     return f"{motor}_joint"
 
 
 def frame(sensor: str) -> str:
-    """Return the name of the frame along whose x axis a sensor looks."""
+    """Return the name of the link of a sensor. The sensor points along the link's x axis."""
     return f"{sensor}_frame"
 
 
@@ -41,40 +41,47 @@ ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 class Shape(NamedTuple):
-    """A geometry element's tag and attributes, and where it sits in its link."""
+    """The geometry of a link."""
 
     tag: str
+    """The tag of its element: ``box``, ``cylinder`` or ``sphere``."""
     size: dict[str, str]
+    """The attributes of its element."""
     xyz: Vector = ORIGIN
+    """Its position in the link, in metres."""
     rpy: Vector = ORIGIN
+    """Its roll, pitch and yaw in the link, in radians."""
 
 
 class Inertia(NamedTuple):
-    """A mass, its principal moments of inertia, and where its centre is in its link."""
+    """The mass of a link and its distribution."""
 
     mass: float
+    """In kg."""
     moments: Vector
+    """The principal moments of inertia, in kg·m²."""
     centre: Vector = ORIGIN
+    """The centre of mass in the link, in metres."""
 
 
 TOKEN_MASS_KG = 1e-6
 TOKEN = Inertia(TOKEN_MASS_KG, (TOKEN_MASS_KG * 1e-4,) * 3)
-"""Of a link that weighs nothing by itself: some engines put 1 kg where none, or zero, is written."""
+"""The inertia of a link without a mass of its own. Some engines assume 1 kg if the mass is 0 or missing."""
 
 
 def link(name: str, inertia: Inertia, visual: Shape, collision: Shape, rgb: Colour) -> ET.Element:
-    """Return a link that is seen and touched."""
+    """Return a link that is visible and collides."""
     element = ET.Element("link", name=name)
     element.append(inertial(inertia))
-    seen = _placed("visual", visual)
-    material = ET.SubElement(seen, "material", name=f"{name}_colour")
+    appearance = _make_geometry("visual", visual)
+    material = ET.SubElement(appearance, "material", name=f"{name}_colour")
     ET.SubElement(material, "color", rgba=numbers(*(part / 255 for part in rgb), 1.0))
-    element.extend((seen, _placed("collision", collision)))
+    element.extend((appearance, _make_geometry("collision", collision)))
     return element
 
 
 def inertial(inertia: Inertia) -> ET.Element:
-    """Return what a link weighs."""
+    """Return the ``inertial`` element of a link."""
     element = ET.Element("inertial")
     element.append(_pose(inertia.centre, ORIGIN))
     ET.SubElement(element, "mass", value=numbers(inertia.mass))
@@ -84,7 +91,7 @@ def inertial(inertia: Inertia) -> ET.Element:
 
 
 def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vector = ORIGIN) -> ET.Element:
-    """Return a joint that puts one link on another."""
+    """Return a joint between two links; ``xyz`` and ``rpy`` are the child's pose in the parent."""
     element = ET.Element("joint", name=name, type=kind)
     element.append(_pose(xyz, rpy))
     ET.SubElement(element, "parent", link=parent)
@@ -93,26 +100,26 @@ def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vecto
 
 
 def box(x: float, y: float, z: float, xyz: Vector = ORIGIN) -> Shape:
-    """Return a box by its edges, in metres."""
+    """Return a box with edges in metres."""
     return Shape("box", {"size": numbers(x, y, z)}, xyz)
 
 
 def cylinder(radius: float, length: float, xyz: Vector = ORIGIN, rpy: Vector = ORIGIN) -> Shape:
-    """Return a cylinder along z."""
+    """Return a cylinder along z, with radius and length in metres."""
     return Shape("cylinder", {"radius": numbers(radius), "length": numbers(length)}, xyz, rpy)
 
 
 def sphere(radius: float) -> Shape:
-    """Return a sphere."""
+    """Return a sphere with a radius in metres."""
     return Shape("sphere", {"radius": numbers(radius)})
 
 
 def numbers(*values: float) -> str:
-    """Return numbers as an attribute has them."""
+    """Return numbers as the text of an attribute."""
     return " ".join(f"{value:.9g}" for value in values)
 
 
-def _placed(role: str, shape: Shape) -> ET.Element:
+def _make_geometry(role: str, shape: Shape) -> ET.Element:
     element = ET.Element(role)
     element.append(_pose(shape.xyz, shape.rpy))
     ET.SubElement(ET.SubElement(element, "geometry"), shape.tag, shape.size)
@@ -178,34 +185,36 @@ def _frame(sensor: str, mount: Mount) -> Iterator[ET.Element]:
 
 
 WORLD = "world"
-"""The root: tools know by its name that it never moves."""
+"""The root link. By this name, tools recognise that it never moves."""
 
 FLOOR = "floor"
 GROUND_M = 100.0
-"""The ground goes on beyond the floor's edge; a tool that puts a box there needs its size."""
+"""The edge of the ground's box in metres. The ground continues beyond the floor's edge."""
 
 _GROUND_DEPTH_M = 0.1
 
 
 def world_parts(world: WorldDescription, robot: str, *, is_free: bool) -> Iterator[ET.Element]:
-    """Yield all links and joints of a world, and the joint by which a robot's first link, ``robot``, is at its start.
+    """Yield all links and joints of a world, and the joint between the world and the robot.
 
-    That one floats where the robot is free to move.
+    world: the world.
+    robot: the name of the robot's first link.
+    is_free: whether the robot can move. Then its joint is floating, else fixed.
     """
     yield ET.Element("link", name=WORLD)
     ground = box(GROUND_M, GROUND_M, _GROUND_DEPTH_M, (0.0, 0.0, -_GROUND_DEPTH_M / 2))
-    yield from _fixed(FLOOR, ground, world.floor.colour, ORIGIN, 0.0)
+    yield from _make_fixed(FLOOR, ground, world.floor.colour, ORIGIN, 0.0)
     for prism in world.prisms:
-        yield from _fixed(
-            _link_of(prism.name), _upright(prism), prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad
+        yield from _make_fixed(
+            _link_of(prism.name), _make_shape(prism), prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad
         )
     for ball in world.targets:
-        yield from _fixed(_link_of(ball.name), sphere(ball.radius_m), ball.colour, _middle(ball), 0.0)
+        yield from _make_fixed(_link_of(ball.name), sphere(ball.radius_m), ball.colour, _middle(ball), 0.0)
     start = world.start
     yield _place_joint(robot, "floating" if is_free else "fixed", (start.x_m, start.y_m, 0.0), start.yaw_rad)
 
 
-def _fixed(name: str, shape: Shape, rgb: Colour, xyz: Vector, yaw: float) -> Iterator[ET.Element]:
+def _make_fixed(name: str, shape: Shape, rgb: Colour, xyz: Vector, yaw: float) -> Iterator[ET.Element]:
     yield link(name, TOKEN, shape, shape, rgb)
     yield _place_joint(name, "fixed", xyz, yaw)
 
@@ -214,8 +223,8 @@ def _place_joint(name: str, kind: str, xyz: Vector, yaw: float) -> ET.Element:
     return joint(f"{name}_place", kind, WORLD, name, xyz, (0.0, 0.0, yaw))
 
 
-def _upright(prism: Box | Cylinder) -> Shape:
-    """Return what stands on the floor. A cylinder is round here: the prism's corners are on it."""
+def _make_shape(prism: Box | Cylinder) -> Shape:
+    """Return the shape of a prism. A cylinder is round here, through the corners of its 24-sided prism."""
     middle = (0.0, 0.0, prism.height_m / 2)
     if isinstance(prism, Box):
         return box(prism.length_m, prism.width_m, prism.height_m, middle)
@@ -227,7 +236,7 @@ def _middle(ball: Ball) -> Vector:
 
 
 def _link_of(thing: str) -> str:
-    """Return the name of a thing's link; no link of a robot's ends like it."""
+    """Return the name of the link of an obstacle or target. No link of a robot has this ending."""
     return f"{thing}_thing"
 
 
@@ -235,11 +244,15 @@ __all__ = ["robot_urdf"]
 
 
 def robot_urdf(description: RobotDescription, world: WorldDescription | None = None) -> str:
-    """Return the robot as a URDF document, at the start of a world where there is one.
+    """Return a robot, and a world around it if there is one, as a URDF document.
 
-    A wheel touches the floor as a sphere does: at one point, on the exact track, where a cylinder rolls on either
-    edge. URDF knows no friction: the caster slides, and wheels should grip with a coefficient of 1. Nor does it know
-    patterns: every surface has its one colour.
+    Wheels collide as spheres: a sphere touches the floor at one point on the exact track, a cylinder on either edge.
+    URDF has no friction and no textures. The caster should slide, and wheels should have the friction coefficient 1.
+    Each surface has one colour.
+
+    >>> from robotcore.description import load_robot
+    >>> robot_urdf(load_robot("lookout")).splitlines()[1]
+    '<robot name="lookout">'
     """
     name = f"{description.name} in {world.name}" if world else description.name
     robot = ET.Element("robot", name=name)

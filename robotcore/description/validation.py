@@ -1,4 +1,4 @@
-"""Mistakes in a description: key, problem and remedy of each, from pydantic's errors and the models' schemas."""
+"""Mistakes in a file, with key, problem and remedy, from pydantic's errors and the models' schemas."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
-from robotcore.errors import suggestion
+from robotcore.errors import MistakeParts, suggestion
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -20,38 +20,38 @@ if TYPE_CHECKING:
 Schema = dict[str, Any]
 
 
-def keys_at(model: type[BaseModel], place: Sequence[str | int]) -> list[str]:
-    """Return which keys there may be at a place of a model."""
-    return list(_at(model, place).get("properties", ()))
+def list_keys(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
+    """Return the keys that a model allows at a path of keys and list indices."""
+    return list(_find_schema(model, path).get("properties", ()))
 
 
-def written_form(model: type[BaseModel], place: Sequence[str | int]) -> str | None:
-    """Return how the value at a place is written in a file.
+def get_form(model: type[BaseModel], path: Sequence[str | int]) -> str | None:
+    """Return the form in which a file has the value at a path, such as ``[from, to]``.
 
-    As its type's description says, else one of the few that there are; None where neither is so.
+    The form is the description of the value's type, or the list of its few possible values. None if there is neither.
     """
-    *outer, key = place
-    value = _inside(_at(model, outer), key)
+    *outer, key = path
+    value = _find_child(_find_schema(model, outer), key)
     form: str | None = value.get("description") or " or ".join(map(json.dumps, value.get("enum", ())))
     return form or None
 
 
-def _at(model: type[BaseModel], place: Sequence[str | int]) -> Schema:
-    here = _schema(model)
-    parts = here.get("$defs", {})
-    for part in place:
-        here = _resolved(_inside(here, part), parts)
+def _find_schema(model: type[BaseModel], path: Sequence[str | int]) -> Schema:
+    here = _get_schema(model)
+    definitions = here.get("$defs", {})
+    for part in path:
+        here = _resolve(_find_child(here, part), definitions)
     return here
 
 
 @cache
-def _schema(model: type[BaseModel]) -> Schema:
-    """Return a model's schema, made once: it takes 30 ms, and a file may have a fault in every line."""
+def _get_schema(model: type[BaseModel]) -> Schema:
+    """Return a model's schema from a cache: pydantic takes 30 ms, and each line of a file may hold a mistake."""
     return model.model_json_schema()
 
 
-def _inside(schema: Schema, part: str | int) -> Schema:
-    """Return the schema of an item, of one kind of item, or of a key's value."""
+def _find_child(schema: Schema, part: str | int) -> Schema:
+    """Return the schema of a list's item, of one kind of item, or of a key's value."""
     if isinstance(part, int):
         return dict(schema.get("items", {}))
     if part in (kinds := schema.get("discriminator", {}).get("mapping", {})):
@@ -59,26 +59,26 @@ def _inside(schema: Schema, part: str | int) -> Schema:
     return dict(schema.get("properties", {}).get(part, {}))
 
 
-def _resolved(schema: Schema, parts: Schema) -> Schema:
-    """Return what a schema refers to, the None of an optional part left out.
+def _resolve(schema: Schema, definitions: Schema) -> Schema:
+    """Return the schema that a reference means. Of an optional value, the schema without None is returned.
 
-    A part with a description of its own is wrapped in ``allOf`` by pydantic before 2.9.
+    Pydantic before 2.9 wraps a part with its own description in ``allOf``.
     """
     first = (schema.get("anyOf") or schema.get("allOf") or [schema])[0]
-    return dict(parts[first["$ref"].rpartition("/")[2]]) if "$ref" in first else first
+    return dict(definitions[first["$ref"].rpartition("/")[2]]) if "$ref" in first else first
 
 
 BACKENDS = "backends"
-"""The field that gathers the backends' sections; in a file they stand at the top."""
+"""The field of a robot that holds the backends' sections. In a file they are tables at the top."""
 
 MAX_SHOWN_CHARACTERS = 40
-"""Of a value or key from a file, in a message."""
+"""The most characters of a file's key or value that a message quotes."""
 
 MAX_LIBRARY_MESSAGE = 200
-"""The most characters of a library's own message about a file."""
+"""The most characters of a library's own message about a file that a message quotes."""
 
 MAX_FILE_ERRORS = 50
-"""The most errors of one file that are reported: more of them usually have one cause."""
+"""The most errors of one file that are reported. More errors usually have one cause."""
 
 _UNITS = {
     "_kg": "kg",
@@ -92,7 +92,7 @@ _UNITS = {
     "_s": "s",
     "_v": "V",
 }
-"""By the ends of keys."""
+"""The unit of a value by the end of its key."""
 
 _TAGS = ("kind", "shape")
 _MESSAGES = {
@@ -111,103 +111,132 @@ _BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 _PLAINER = (("Input ", ""), ("greater than or equal to", "at least"), ("less than or equal to", "at most"))
 
 
+_KINDS = {"missing": "missing-key", "extra_forbidden": "unknown-key", **dict.fromkeys(_BOUNDS, "out-of-bounds")}
+
+
 class Mistake(NamedTuple):
-    """One thing that is wrong; the key is dotted, things in lists by name: ``devices[nose].mount.x_m``."""
+    """One mistake in a file."""
 
     key: str
-    fault: str
+    """The dotted key, with items of lists by name: ``devices[nose].mount.x_m``."""
+    problem: str
+    """The predicate of a sentence about the key, such as ``is missing``."""
     remedy: str
+    """What the user can do, as a sentence without its full stop."""
+    kind: str = "description"
+    """A stable identifier in kebab-case, such as ``missing-key``."""
 
 
 def first_mistake(error: ValidationError) -> tuple[str, str]:
-    """Return the key of the first fault of a model, dotted, and what is wrong with it."""
+    """Return the dotted key of a model's first mistake, and its problem.
+
+    >>> from robotcore.description import Body
+    >>> try:
+    ...     Body.model_validate({"length_m": -1.0})
+    ... except ValidationError as error:
+    ...     print(first_mistake(error))
+    ('length_m', 'should be at least 0.001 m, got -1.0')
+    """
     ranks = {"extra_forbidden": 0, "missing": 2}  # a misspelt key before the key that is missing for it
-    found = min(error.errors(include_url=False), key=lambda fault: ranks.get(fault["type"], 1))
+    found = min(error.errors(include_url=False), key=lambda mistake: ranks.get(mistake["type"], 1))
     return dotted_key(found["loc"], {}), _format_message(found)
 
 
 def find_mistakes(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str] = ()
 ) -> list[Mistake]:
-    """Return what to say of ``data`` that is no such model, in its order; ``sections`` may stand at its top too.
+    """Return the mistakes in ``data``, in its order.
 
-    What only follows from another fault is left out: a key that is missing because it is misspelt, a list that is too
-    short because an item in it is wrong.
+    Consequences of other mistakes are left out: a key that is missing because it is misspelt, and a list that is too
+    short because one of its items is wrong.
+
+    error: pydantic's error for the data.
+    model: the model that refused the data.
+    data: the content of the file.
+    sections: further keys that the file may have at its top.
     """
     all_found = error.errors(include_url=False)
     lists = {found["loc"][:-1] for found in all_found}
     causes = [found for found in all_found if found["type"] != "too_short" or found["loc"] not in lists]
-    found_faults = dict.fromkeys(_mistake(found, model, data, sections) for found in causes[: MAX_FILE_ERRORS + 1])
-    return limit_errors(fault for fault in found_faults if not _is_misspelt(fault, found_faults))
+    mistakes = dict.fromkeys(_make_mistake(found, model, data, sections) for found in causes[: MAX_FILE_ERRORS + 1])
+    return limit_errors(mistake for mistake in mistakes if not _is_misspelt(mistake, mistakes))
 
 
-def limit_errors(faults: Iterable[tuple[str, str, str]]) -> list[Mistake]:
-    """Return at most `MAX_FILE_ERRORS` errors, and then one that says that there are more."""
-    found_faults = [Mistake(*fault) for fault in islice(faults, MAX_FILE_ERRORS + 1)]
-    more = Mistake("", f"more than {MAX_FILE_ERRORS} errors; only the first are shown", "Correct these first")
-    return [*found_faults[:MAX_FILE_ERRORS], *[more] * (len(found_faults) > MAX_FILE_ERRORS)]
+def limit_errors(mistakes: Iterable[MistakeParts]) -> list[Mistake]:
+    """Return the first `MAX_FILE_ERRORS` mistakes; if there are more, the last item says so."""
+    found = [Mistake(*parts) for parts in islice(mistakes, MAX_FILE_ERRORS + 1)]
+    problem = f"more than {MAX_FILE_ERRORS} errors; only the first are shown"
+    more = Mistake("", problem, "Correct these first", "too-many-mistakes")
+    return [*found[:MAX_FILE_ERRORS], *[more] * (len(found) > MAX_FILE_ERRORS)]
 
 
 def _is_misspelt(missing: Mistake, mistakes: Iterable[Mistake]) -> bool:
-    """Return whether one of the faults is another spelling of a key that is missing."""
+    """Return whether another mistake is a misspelling of a missing key."""
     *table, key = missing.key.split(".")
     meant = f"Did you mean {key!r}?"
-    return missing.fault == _MESSAGES["missing"] and any(
+    return missing.problem == _MESSAGES["missing"] and any(
         other.key.split(".")[:-1] == table and other.remedy.endswith(meant) for other in mistakes
     )
 
 
-def _mistake(found: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str]) -> Mistake:
-    kind, loc, key, message = found["type"], found["loc"], dotted_key(found["loc"], data), _format_message(found)
-    if form := _form(model, found):
-        return Mistake(
-            dotted_key(_place(found), data), f"should be {form}, got {_format_value(found['input'])}", "Correct it"
-        )
-    if kind == "extra_forbidden":
-        known = [*_keys_beside(model, loc), *(sections if len(loc) == 1 else ())]
-        return Mistake(key, message, f"Correct it or take it out. {suggestion(_format_key(loc[-1]), known)}")
-    if kind == "missing":
-        form = written_form(model, loc)
-        return Mistake(key, message, f"Add it: {form}" if form else "Add it")
-    if kind.startswith("union_tag"):
-        return _unknown_kind(key, found)
-    if kind == "value_error":
-        fault, _, remedy = message.rpartition("; ")
-        return Mistake(key, fault, remedy[:1].upper() + remedy[1:])
-    return Mistake(key, message, "Correct it")
+def _make_mistake(
+    found: ErrorDetails, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str]
+) -> Mistake:
+    cause, path, key, message = found["type"], found["loc"], dotted_key(found["loc"], data), _format_message(found)
+    kind = _KINDS.get(cause, "wrong-value")
+    if form := _find_form(model, found):
+        problem = f"should be {form}, got {_format_value(found['input'])}"
+        return Mistake(dotted_key(_find_path(found), data), problem, "Correct it", "wrong-form")
+    if cause == "extra_forbidden":
+        known = [*_list_known_keys(model, path), *(sections if len(path) == 1 else ())]
+        return Mistake(key, message, f"Correct it or take it out. {suggestion(_format_key(path[-1]), known)}", kind)
+    if cause == "missing":
+        form = get_form(model, path)
+        return Mistake(key, message, f"Add it: {form}" if form else "Add it", kind)
+    if cause.startswith("union_tag"):
+        return _make_tag_mistake(key, found)
+    if cause == "value_error":
+        problem, _, remedy = message.rpartition("; ")
+        kind = getattr(found["ctx"]["error"], "kind", "invalid-value")
+        return Mistake(key, problem, remedy[:1].upper() + remedy[1:], kind)
+    return Mistake(key, message, "Correct it", kind)
 
 
-def _keys_beside(model: type[BaseModel], loc: Sequence[str | int]) -> list[str]:
-    """Return which keys there may be where ``loc`` ends in one that there may not."""
-    return [key for key in keys_at(model, loc[:-1]) if key != BACKENDS]
+def _list_known_keys(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
+    """Return the keys that a model allows in place of an unknown key."""
+    return [key for key in list_keys(model, path[:-1]) if key != BACKENDS]
 
 
-def _form(model: type[BaseModel], found: ErrorDetails) -> str | None:
-    """Return how a value is written that has the wrong type or length, where its own type says so."""
+def _find_form(model: type[BaseModel], found: ErrorDetails) -> str | None:
+    """Return the right form of a value that has the wrong type or length, if its type has one."""
     is_shapeless = found["type"].endswith("_type") or found["type"] in ("too_long", "too_short")
-    return written_form(model, _place(found)) if is_shapeless or _is_cut_short(found) else None
+    return get_form(model, _find_path(found)) if is_shapeless or _lacks_item(found) else None
 
 
-def _place(found: ErrorDetails) -> Sequence[str | int]:
-    """Return where the value stands that is wrong; that is a list, not the item that it lacks."""
-    return found["loc"][:-1] if _is_cut_short(found) else found["loc"]
+def _find_path(found: ErrorDetails) -> Sequence[str | int]:
+    """Return the path of the wrong value. If a list lacks an item, that is the list."""
+    return found["loc"][:-1] if _lacks_item(found) else found["loc"]
 
 
-def _is_cut_short(found: ErrorDetails) -> bool:
+def _lacks_item(found: ErrorDetails) -> bool:
     return found["type"] == "missing" and isinstance(found["loc"][-1], int)
 
 
-def _unknown_kind(key: str, found: ErrorDetails) -> Mistake:
-    """Return what to say of a thing that does not tell which of several kinds it is, or tells none of them."""
+def _make_tag_mistake(key: str, found: ErrorDetails) -> Mistake:
+    """Return the mistake of an item whose tag, such as ``kind``, is missing or unknown."""
     key += "." + str(found["ctx"]["discriminator"]).strip("'")
     if found["type"] == "union_tag_not_found":
-        return Mistake(key, "is missing", "Add it: it says what sort of thing this is")
+        return Mistake(key, "is missing", "Add it: it says what sort of thing this is", "missing-tag")
     tag, known = str(found["ctx"]["tag"])[:MAX_SHOWN_CHARACTERS], re.findall(r"'(\w+)'", found["ctx"]["expected_tags"])
-    return Mistake(key, f"{tag!r} is unknown", suggestion(tag, known))
+    return Mistake(key, f"{tag!r} is unknown", suggestion(tag, known), "unknown-tag")
 
 
 def dotted_key(loc: Sequence[str | int], data: Any) -> str:
-    """Return the key of a place in a file, dotted, with things in lists by name: ``devices[nose].mount``."""
+    """Return the dotted key of a path in a file, with items of lists by name.
+
+    >>> dotted_key(("devices", 0, "mount"), {"devices": [{"name": "nose"}]})
+    'devices[nose].mount'
+    """
     key, here, in_list = "", data, False
     for part in loc:
         if in_list and isinstance(here, dict) and part in [here.get(tag) for tag in _TAGS]:
@@ -230,13 +259,13 @@ def _item(data: Any, part: str | int) -> Any:
 
 
 def _label(item: Any, index: str | int) -> str:
-    """Return the name of a thing in a list, or its number: the first is #1."""
+    """Return the name of a list's item; without a name, its number from #1."""
     name = item.get("name") if isinstance(item, dict) else None
     return _format_key(name) if name and isinstance(name, str) else f"#{int(index) + 1}"
 
 
 def _format_key(key: str | int) -> str:
-    """Return a key as it stands in a file, in quotes where it needs them."""
+    """Return a key, in quotes if TOML needs them."""
     text = str(key)
     return text if re.fullmatch(r"[A-Za-z0-9_-]{1,40}", text) else repr(text[:MAX_SHOWN_CHARACTERS])
 
@@ -248,12 +277,12 @@ def _format_message(found: ErrorDetails) -> str:
     for formal, plain in _PLAINER:
         message = message.replace(formal, plain, 1)
     if found["type"] in _BOUNDS:
-        message += _unit(found["loc"])
+        message += _format_unit(found["loc"])
     return f"{message}, got {_format_value(found['input'])}"
 
 
-def _unit(loc: Sequence[str | int]) -> str:
-    """Return the unit at the end of a key, after a space; nothing for a key without one."""
+def _format_unit(loc: Sequence[str | int]) -> str:
+    """Return a space and the unit of a key's value; ``""`` for a key without a unit."""
     key = next((part for part in reversed(loc) if isinstance(part, str)), "")
     ends = [end for end in _UNITS if key.endswith(end)]
     return f" {_UNITS[max(ends, key=len)]}" if ends else ""

@@ -1,4 +1,7 @@
-"""The light of a world."""
+"""The description of a world: floor, walls, obstacles, targets, light, and what a seed may change.
+
+World frame: origin in the middle of the floor, z up. Keys end in their unit.
+"""
 
 from __future__ import annotations
 
@@ -28,26 +31,28 @@ Outline = tuple[tuple[float, float], ...]
 """The corners of a convex polygon on the floor, counter-clockwise."""
 
 CYLINDER_SIDES = 24
-"""A cylinder is this prism wherever it is drawn, touched or measured, the same on every simulator."""
+"""The sides of the prism by which every simulator draws and measures a cylinder."""
 
 
 def round_outline(x: float, y: float, radius: float) -> Outline:
-    """Return the prism's outline that stands for a circle."""
+    """Return the polygon of `CYLINDER_SIDES` corners on a circle, in metres."""
     step = math.tau / CYLINDER_SIDES
     return tuple((x + radius * math.cos(i * step), y + radius * math.sin(i * step)) for i in range(CYLINDER_SIDES))
 
 
 class Floor(StrictModel):
-    """A rectangle with the origin in its middle; beyond it the same ground goes on."""
+    """The floor, a rectangle. Beyond its edge the ground continues in the same colour."""
 
     length_m: Metres
+    """Along x."""
     width_m: Metres
+    """Along y."""
     colour: Colour = (190, 185, 175)
     texture: Texture | None = None
 
 
 class Walls(StrictModel):
-    """Four walls around the floor, standing outside its edge."""
+    """Four walls around the floor, outside its edge."""
 
     height_m: Metres
     thickness_m: Metres = 0.05
@@ -56,34 +61,39 @@ class Walls(StrictModel):
 
 
 class Prism(StrictModel):
-    """What all upright things on the floor have: a place, a height, a look."""
+    """The base of the upright bodies on the floor."""
 
     name: Name
     x_m: Coordinate = 0.0
+    """Its middle, in the world."""
     y_m: Coordinate = 0.0
+    """Its middle, in the world."""
     yaw_rad: Angle = 0.0
+    """Its turn to the left."""
     height_m: Metres
     colour: Colour
     texture: Texture | None = None
 
     @property
     def local_outline(self) -> Outline:
-        """Its outline around its own middle, before it is turned."""
+        """The outline in the body's own frame."""
         raise NotImplementedError
 
     @property
     def outline(self) -> Outline:
-        """Its outline in the world."""
+        """The outline in the world's frame."""
         pose = Pose(self.x_m, self.y_m, self.yaw_rad)
         return tuple(pose.to_world(x, y) for x, y in self.local_outline)
 
 
 class Box(Prism):
-    """A box that stands on the floor."""
+    """A box on the floor."""
 
     shape: Literal["box"]
     length_m: Metres
+    """Along its own x axis."""
     width_m: Metres
+    """Along its own y axis."""
 
     @property
     def local_outline(self) -> Outline:
@@ -92,7 +102,7 @@ class Box(Prism):
 
 
 class Cylinder(Prism):
-    """A cylinder that stands on the floor; a prism of 24 sides."""
+    """A cylinder on the floor, as a prism of 24 sides."""
 
     shape: Literal["cylinder"]
     radius_m: Metres
@@ -106,22 +116,24 @@ Obstacle = Annotated[Box | Cylinder, Field(discriminator="shape")]
 
 
 class Ball(StrictModel):
-    """A target: a ball that lies on the floor."""
+    """A target: a ball on the floor."""
 
     name: Name
     radius_m: Metres
     colour: Colour
     x_m: Coordinate
+    """Its middle, in the world."""
     y_m: Coordinate
+    """Its middle, in the world."""
 
     @property
     def outline(self) -> Outline:
-        """Its outline in the world, in plan."""
+        """The outline of the ball from above, in the world's frame."""
         return round_outline(self.x_m, self.y_m, self.radius_m)
 
 
 class Start(StrictModel):
-    """Where the robot begins: the middle of its axle."""
+    """The pose of the robot at the start: the middle of its axle."""
 
     x_m: Coordinate = 0.0
     y_m: Coordinate = 0.0
@@ -133,30 +145,33 @@ class Start(StrictModel):
 
 
 class Variation(StrictModel):
-    """From what a seed draws. What is left out stays as the file has it.
-
-    Start, obstacles and targets get a place; start and obstacles a heading. ``obstacle_scale`` is of an
-    obstacle's outline. ``target_distance_m`` is from the start to the first target's middle; where that is to
-    be hidden, nothing of it is in line of sight at the start, however the robot turns.
-    """
+    """The intervals from which a seed draws the layout of a world. Without an interval, the file's value stays."""
 
     place_x_m: Between[Coordinate] | None = None
+    """The x of the start, of each obstacle and of each target."""
     place_y_m: Between[Coordinate] | None = None
+    """The y of the start, of each obstacle and of each target."""
     yaw_rad: Between[Angle] | None = None
+    """The heading of the start and of each obstacle."""
     obstacle_scale: Between[Scale] = (1.0, 1.0)
+    """A factor on the outline of each obstacle."""
     gap_m: Annotated[float, Field(ge=0, le=100)] = 0.3
+    """The least distance between two bodies, and between a body and a wall."""
     target_distance_m: Between[Distance] | None = None
+    """The distance from the start to the middle of the first target."""
     target_hidden: bool = False
+    """Whether the first target must be out of the line of sight from the start, for each heading of the robot."""
     light_azimuth_rad: Between[Angle] | None = None
     light_elevation_rad: Between[Elevation] | None = None
     light_brightness: Between[Brightness] | None = None
 
 
 class WorldDescription(StrictModel):
-    """A world as it stands, and what a seed may make of it."""
+    """A world, and the ranges from which a seed draws its variations."""
 
     name: Name
     summary: str = ""
+    """One line for lists."""
     floor: Floor
     walls: Walls | None = None
     start: Start = Start()
@@ -165,16 +180,17 @@ class WorldDescription(StrictModel):
     obstacles: Annotated[tuple[Obstacle, ...], Field(description="a list of tables: [[obstacles]]")] = ()
     conditions: Conditions = Conditions()
     variation: Variation | None = None
+    """The ranges for layouts. None: a seed draws positions from the whole floor."""
     randomisation: Randomisation = Randomisation()
 
     @model_validator(mode="after")
-    def _names_differ(self) -> WorldDescription:
+    def _check_names(self) -> WorldDescription:
         require_unique("things", (thing.name for thing in (*self.prisms, *self.targets)))
         return self
 
     @property
     def wall_prisms(self) -> tuple[Box, ...]:
-        """The four walls as boxes: north and south cover the corners."""
+        """The four walls as boxes. North and south include the corners."""
         if self.walls is None:
             return ()
         length, width, thick = self.floor.length_m, self.floor.width_m, self.walls.thickness_m
@@ -202,15 +218,15 @@ class WorldDescription(StrictModel):
 
     @property
     def prisms(self) -> tuple[Box | Cylinder, ...]:
-        """Everything upright that can be bumped into: walls, then obstacles."""
+        """The walls, then the obstacles."""
         return (*self.wall_prisms, *self.obstacles)
 
     @property
     def things(self) -> tuple[Box | Cylinder | Ball, ...]:
-        """What stands or lies on the floor: obstacles, then targets."""
+        """The obstacles, then the targets."""
         return (*self.obstacles, *self.targets)
 
     @property
     def target(self) -> Ball | None:
-        """The first target: the one that an app is measured by."""
+        """The first target; an app's success is judged by it. None without targets."""
         return self.targets[0] if self.targets else None

@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any
 
 from robotcore.description import AnyDevice, BatteryDescription, DisplayDescription, RobotDescription
-from robotcore.description.sections import MistakeParts, MistakesError, read_each, validate_table
+from robotcore.description.sections import MistakesError, read_each, validate_table
 from robotcore.description.validation import MAX_SHOWN_CHARACTERS
-from robotcore.errors import BackendMissingError, DescriptionError, UnknownNameError, suggestion
+from robotcore.errors import BackendMissingError, DescriptionError, MistakeParts, UnknownNameError, suggestion
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver
 from robotcore.plugins import DEVICES, device_driver_names, load_registered
 

@@ -66,7 +66,7 @@ def check_description(
         bindings = bind()
     except DescriptionError as error:
         for each in (error, *error.others):
-            yield Finding.error("robot", f"{each.key}: {each.fault}", each.remedy, kind=each.kind)
+            yield Finding.error("robot", f"{each.key}: {each.problem}", each.remedy, kind=each.kind)
         return None
     yield Finding.ok("robot", f"{robot.file or robot.name} OK, {count_parts(bindings)}", kind="description-ok")
     for binding in bindings:

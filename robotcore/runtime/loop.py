@@ -185,7 +185,7 @@ class Loop:
         try:
             return self.behaviour.state
         except Exception as error:  # an app may define state as a property
-            raise BehaviourError.raised_by(type(self.behaviour), error) from error
+            raise BehaviourError.from_exception(type(self.behaviour), error) from error
 
     def _add_latch(self, commit: Commit) -> Commit:
         self._is_latch_recorded = True
@@ -197,13 +197,13 @@ class Loop:
         try:
             status = self._step()
         except UsageError as error:
-            raise BehaviourError.raised_by(app, error) from error
+            raise BehaviourError.from_exception(app, error) from error
         except (RobotcoreError, Interrupted, WatchdogInterrupt):
             raise
         except BaseException as error:
             self._reserve.release_memory()
             self._latch.check()
-            raise BehaviourError.raised_by(app, error) from error
+            raise BehaviourError.from_exception(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(
                 f"{app.__name__}.step returned {status!r}; it must return a Status, such as Status.RUNNING",

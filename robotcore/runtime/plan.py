@@ -131,7 +131,7 @@ class Plan:
         _require_randomisable(request, backend, builds_world=builds_world)
         world, drawn = _load_world(request, description, builds_world=builds_world)
         backend.require_installed()
-        robot = description.under(world.conditions) if world and builds_world else description
+        robot = description.with_conditions(world.conditions) if world and builds_world else description
         setup = Setup(robot, world, devices, request.rate_hz, request.seed or 0, request.gui, request.options)
         judge = behaviour if judge is None else judge
         notes = (*backend.notes(setup), *_explain_scene(world, backend, builds_world=builds_world))

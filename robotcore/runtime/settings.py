@@ -42,7 +42,7 @@ def settings_of(app: type[Behaviour]) -> dict[str, Setting]:
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:
-        raise BehaviourError.raised_by(app, error) from error
+        raise BehaviourError.from_exception(app, error) from error
 
 
 def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
@@ -70,7 +70,7 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:
-        raise BehaviourError.raised_by(app, error) from error
+        raise BehaviourError.from_exception(app, error) from error
 
 
 def _default_of(field: dataclasses.Field[Any]) -> Any:

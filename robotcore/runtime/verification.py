@@ -81,5 +81,5 @@ def ask_judge(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:
-        raised = BehaviourError.raised_by(type(judge), error)
+        raised = BehaviourError.from_exception(type(judge), error)
         raise (BehaviourError(f"--judge {name}: {raised}") if name else raised) from error

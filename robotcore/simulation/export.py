@@ -21,7 +21,7 @@ def prepare_world(robot: RobotDescription, world: str, seed: int | None) -> tupl
         require_start(described, robot)
     else:
         described = draw_world(described, robot, seed)
-    return robot.under(described.conditions), described
+    return robot.with_conditions(described.conditions), described
 
 
 def export_model(

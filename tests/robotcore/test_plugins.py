@@ -1,5 +1,3 @@
-"""test_plugins."""
-
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -13,13 +11,14 @@ from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.hal.backend import load_backend
 from robotcore.plugins import app_names, backend_names
 from robotcore.runtime.apps import app_name, load_app
+from tests.texts import Raises
 
 Register = Callable[..., None]
 
 
 @pytest.fixture
 def register(monkeypatch: pytest.MonkeyPatch) -> Iterator[Register]:
-    """Stand in for what is installed: entry points of both groups."""
+    """Return a function that replaces the installed entry points of all groups."""
 
     def install(**values: str) -> None:
         registry._points.cache_clear()
@@ -51,21 +50,20 @@ def test_a_name_with_an_underscore_is_the_one_with_a_hyphen(register: Register) 
     assert app_name("my_apps/null_app.py") == "my_apps/null_app.py"
 
 
-def test_an_unknown_name_offers_the_nearest(register: Register) -> None:
+def test_unknown_name_suggests_the_nearest_name(register: Register, raises: Raises) -> None:
     register(kinematic="a:B")
-    with pytest.raises(UnknownNameError, match=r"unknown backend 'kinematik'. Did you mean 'kinematic'\?"):
+    with raises(UnknownNameError, "unknown-backend"):
         load_backend("kinematik")
 
 
-@pytest.mark.parametrize("name, what", [("my_apps", "a folder"), ("my_apps/notes.txt", "no .py file")])
-def test_what_is_there_and_no_app_file_is_reported_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, what: str
-) -> None:
+@pytest.mark.parametrize("name", ["my_apps", "my_apps/notes.txt"])
+def test_folder_or_other_file_is_no_app(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "my_apps").mkdir()
     (tmp_path / "my_apps" / "notes.txt").touch()
-    with pytest.raises(UsageError, match=rf"^{name} is {what}, and no app. Name an app \(robotcore apps\), or the .py"):
+    with pytest.raises(UsageError) as raised:
         load_app(name)
+    assert not isinstance(raised.value, UnknownNameError)
 
 
 def test_an_app_is_not_hidden_by_a_folder_of_its_name(
@@ -78,18 +76,18 @@ def test_an_app_is_not_hidden_by_a_folder_of_its_name(
         assert load_app(name).__name__ == "Deed"
 
 
-def test_a_project_that_is_not_installed_says_what_to_do(register: Register) -> None:
+def test_project_that_is_not_installed_is_reported(register: Register, raises: Raises) -> None:
     register()
-    with pytest.raises(UsageError, match=r"no app is registered. Install the project first"):
+    with raises(UsageError, "nothing-registered"):
         load_app("green-search")
 
 
 @pytest.mark.parametrize("value", ["no_such_module:Thing", "tests.robotcore.fakes:NoSuchThing"])
-def test_what_cannot_be_loaded_is_reported_with_its_place_and_the_cause(register: Register, value: str) -> None:
+def test_entry_point_that_cannot_be_loaded_is_reported_with_the_cause(
+    register: Register, raises: Raises, value: str
+) -> None:
     register(broken=value)
-    with pytest.raises(
-        BackendMissingError, match=rf"the backend 'broken' \({value}\) cannot be loaded: .*\w"
-    ) as raised:
+    with raises(BackendMissingError, "unloadable-entry-point", group="robotcore.backends", name="broken") as raised:
         load_backend("broken")
     assert raised.value.__cause__
 

@@ -50,7 +50,7 @@ def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
             return _drive(backend.name, opened)
     except DescriptionError as error:
         others = f", and {len(error.others)} more" if error.others else ""
-        said = f"cannot open {error.file}: {error.key}: {error.fault}{others}"
+        said = f"cannot open {error.file}: {error.key}: {error.problem}{others}"
         return Finding.error(backend.name, said, f"robotcore check {robot.file or robot.name}", kind=error.kind)
     except DeviceGroupError as error:
         return _build_failure(backend, "; ".join(map(str, error.failures)), error.kind)

@@ -1,4 +1,4 @@
-"""Gaps between things on the floor, and mistakes of things that overlap."""
+"""Measures the gaps between bodies on the floor, and reports bodies that overlap."""
 
 from __future__ import annotations
 
@@ -16,23 +16,28 @@ Array = NDArray[np.float64]
 
 
 def gap_between(one: Outline, other: Outline) -> float:
-    """Return how far apart two convex outlines are, in metres.
+    """Return the gap between two convex outlines in metres, at most the true distance; below 0 if they overlap.
 
-    Below zero where they overlap; never more than the true distance. By separating axes: Ericson, Real-Time
-    Collision Detection, 5.2.1.
+    one, other: the corners, counter-clockwise.
+
+    The method is that of separating axes: Ericson, Real-Time Collision Detection, 5.2.1.
+
+    >>> square = ((1.0, 1.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0))
+    >>> gap_between(square, tuple((x + 1.5, y) for x, y in square))
+    0.5
     """
     a, b = np.array(one), np.array(other)
-    return max(_beyond_sides(a, b), _beyond_sides(b, a))
+    return max(_largest_gap(a, b), _largest_gap(b, a))
 
 
 def gap_to_edge(outline: Outline, floor: Floor) -> float:
-    """Return how far inside the floor's edge an outline lies, in metres; below zero where it stands out."""
+    """Return the distance of an outline to the floor's edge in metres; below 0 if a corner is outside."""
     half = np.array((floor.length_m, floor.width_m)) / 2
     return float((half - np.abs(np.array(outline))).min())
 
 
-def _beyond_sides(outline: Array, corners: Array) -> float:
-    """Return how far all the corners lie beyond a counter-clockwise outline, by the best of its sides."""
+def _largest_gap(outline: Array, corners: Array) -> float:
+    """Return the largest distance by which one side of an outline separates it from all corners."""
     dx, dy = (np.concatenate((outline[1:], outline[:1])) - outline).T
     normals = np.array((dy, -dx)) / np.hypot(dx, dy)
     offsets = (outline.T * normals).sum(axis=0)
@@ -41,70 +46,75 @@ def _beyond_sides(outline: Array, corners: Array) -> float:
 
 Thing = Box | Cylinder | Ball
 START_POINT_M = 0.01
-"""How much of the floor a start takes while nobody knows the robot."""
+"""The radius of the disc that is kept free at the start, before the robot is known."""
 
 
 def require_room(world: WorldDescription, file: str) -> None:
-    """Raise DescriptionError where things of a world, as it is written, are in each other; it tells all of them.
+    """Raise DescriptionError if targets or the start of a world overlap other bodies or lie beyond a wall.
 
-    Obstacles may overlap each other, and reach into a wall: so an L or an alcove is built.
+    The error lists all such mistakes. Obstacles may overlap each other and a wall, so that an L or an alcove can be
+    built from boxes.
+
+    world: the world as the file describes it.
+    file: the name of the file, for the message.
     """
-    if faults := limit_errors(_faults(world)):
-        raise DescriptionError.of_all(file, faults)
+    if mistakes := limit_errors(_find_mistakes(world)):
+        raise DescriptionError.of_all(file, mistakes)
 
 
 def require_start(world: WorldDescription, robot: RobotDescription, file: str | None = None) -> None:
-    """Raise DescriptionError where the robot, at the start, would stand in something or beyond a wall."""
+    """Raise DescriptionError if the robot at the start overlaps a body or a wall."""
     outline = tuple(world.start.pose.to_world(x, y) for x, y in robot.body.footprint)
-    if faults := list(_faults_of_start(world, _Outlines(world), outline, f"the robot {robot.name!r}")):
-        raise DescriptionError.of_all(file or f"the world {world.name!r}", faults)
+    if mistakes := list(_check_start(world, _Outlines(world), outline, f"the robot {robot.name!r}")):
+        raise DescriptionError.of_all(file or f"the world {world.name!r}", mistakes)
 
 
 class _Outlines:
-    """The outlines of a world's things, and the boxes around them: most things are too far apart to look closer."""
+    """The outlines of a world's bodies, with their bounding boxes for a quick first comparison."""
 
     def __init__(self, world: WorldDescription) -> None:
-        self._outlined = [(thing, thing.outline) for thing in world.things]
-        corners = [np.array(outline) for _, outline in self._outlined]
+        self._outlines = [(thing, thing.outline) for thing in world.things]
+        corners = [np.array(outline) for _, outline in self._outlines]
         self._lows = np.array([each.min(axis=0) for each in corners]).reshape(-1, 2)
         self._highs = np.array([each.max(axis=0) for each in corners]).reshape(-1, 2)
 
-    def overlapping(self, outline: Outline, first: int | None = None) -> Iterator[Thing]:
-        """Yield which things, of the ``first`` ones or of all, an outline is in."""
+    def find_overlaps(self, outline: Outline, first: int | None = None) -> Iterator[Thing]:
+        """Yield the bodies that overlap an outline; with ``first``, only the first so many bodies are compared."""
         low, high = np.min(outline, axis=0), np.max(outline, axis=0)
         is_near = (self._lows[:first] <= high).all(axis=1) & (self._highs[:first] >= low).all(axis=1)
         for index in np.flatnonzero(is_near):
-            thing, other = self._outlined[index]
+            thing, other = self._outlines[index]
             if gap_between(outline, other) < 0:
                 yield thing
 
 
-def _faults(world: WorldDescription) -> Iterator[Mistake]:
+def _find_mistakes(world: WorldDescription) -> Iterator[Mistake]:
     outlines = _Outlines(world)
     for obstacle in world.obstacles:
         middle, key = ((obstacle.x_m, obstacle.y_m),), f"obstacles[{obstacle.name}]"
-        yield from _beyond_walls(world, middle, key, "its middle")
+        yield from _check_walls(world, middle, key, "its middle")
     for number, ball in enumerate(world.targets, len(world.obstacles)):
         key = f"targets[{ball.name}]"
-        yield from _beyond_walls(world, ball.outline, key, "it")
-        yield from _overlaps(outlines.overlapping(ball.outline, number), key, "it")
+        yield from _check_walls(world, ball.outline, key, "it")
+        yield from _check_overlaps(outlines.find_overlaps(ball.outline, number), key, "it")
     start = round_outline(world.start.x_m, world.start.y_m, START_POINT_M)
-    yield from _faults_of_start(world, outlines, start, "it")
+    yield from _check_start(world, outlines, start, "it")
 
 
-def _faults_of_start(world: WorldDescription, outlines: _Outlines, outline: Outline, who: str) -> Iterator[Mistake]:
-    yield from _beyond_walls(world, outline, "start", who)
-    yield from _overlaps(outlines.overlapping(outline), "start", who)
+def _check_start(world: WorldDescription, outlines: _Outlines, outline: Outline, subject: str) -> Iterator[Mistake]:
+    yield from _check_walls(world, outline, "start", subject)
+    yield from _check_overlaps(outlines.find_overlaps(outline), "start", subject)
 
 
-def _beyond_walls(world: WorldDescription, outline: Outline, key: str, who: str) -> Iterator[Mistake]:
+def _check_walls(world: WorldDescription, outline: Outline, key: str, subject: str) -> Iterator[Mistake]:
     if world.walls and gap_to_edge(outline, world.floor) < 0:
         x, y = world.floor.length_m / 2, world.floor.width_m / 2
         remedy = f"The walls are at x = ±{x:g} m and y = ±{y:g} m: move it in between"
-        yield Mistake(key, f"{who} is in or beyond a wall", remedy)
+        yield Mistake(key, f"{subject} is in or beyond a wall", remedy, "beyond-wall")
 
 
-def _overlaps(things: Iterable[Thing], key: str, who: str) -> Iterator[Mistake]:
+def _check_overlaps(things: Iterable[Thing], key: str, subject: str) -> Iterator[Mistake]:
     for thing in things:
         kind = "target" if isinstance(thing, Ball) else "obstacle"
-        yield Mistake(key, f"{who} is in the {kind} {thing.name!r}", "Move either so that they are apart")
+        problem, remedy = f"{subject} is in the {kind} {thing.name!r}", "Move either so that they are apart"
+        yield Mistake(key, problem, remedy, f"in-{kind}")

@@ -1,4 +1,4 @@
-"""Whether a robot can reach the target of a world, and sees it from its start."""
+"""Checks if a robot can reach the target of a world, and if the target is visible from the start."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ Array = NDArray[np.float64]
 
 CELL_M = 0.025
 MAX_CELLS = 2000
-"""Along one side; the cells of a world beyond 50 m are larger."""
+"""The most cells along one side of the map. The cells of a world wider than 50 m are larger than `CELL_M`."""
 
 OPEN_MARGIN_M = 1.0
-"""How much of the open ground around everything belongs to the map where there are no walls."""
+"""The width of open ground around all bodies that the map includes if there are no walls."""
 
 ARRIVAL_GAP_M = 0.28
-"""Where a robot comes to rest: so far from the front of its body to the ball."""
+"""The distance from the front of the robot to the ball at which the robot stops."""
 
 ARRIVALS = 72
+"""The number of directions from which the robot may arrive at the ball."""
 
 
 def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether the robot can drive to where it faces the first target, near and all of it in sight.
+    """Return whether the robot can drive to a position near the first target with a free view of all of it.
 
-    It keeps so clear of everything that it can turn on the spot all along the way. True where there is no
-    target to go to, or no drive to go by.
+    On the whole path the robot has room to turn on the spot. True if there is no target or the robot has no drive.
     """
     if (ball := world.target) is None or robot.drive is None:
         return True
-    places = _arrivals(ball, robot)
+    points = _arrival_points(ball, robot)
     edges = edges_of(prism.outline for prism in world.prisms)
-    in_sight = visible_parts(places, ball, edges).all(axis=1)
-    return bool((FreeSpace(world).reached(places, robot.body.reach_m) & in_sight).any())
+    is_visible = visible_parts(points, ball, edges).all(axis=1)
+    return bool((FreeSpace(world).is_reachable(points, robot.body.reach_m) & is_visible).any())
 
 
 class FreeSpace:
-    """A map of a world's clearance, in square cells of ``cell_m``; rows are y, columns are x."""
+    """A grid of the distance to the nearest body. Rows are y, columns are x, and ``cell_m`` is a cell's edge."""
 
     def __init__(self, world: WorldDescription) -> None:
         self._start = np.array([(world.start.x_m, world.start.y_m)])
@@ -52,25 +52,25 @@ class FreeSpace:
         self.cell_m = max(CELL_M, 2 * half.max() / MAX_CELLS)
         columns, rows = (np.ceil(2 * half / self.cell_m).astype(int) + 2).tolist()
         self._origin = -(np.array((columns, rows)) - 1) / 2 * self.cell_m
-        self._clearance = cv2.distanceTransform(self._painted(world, rows, columns), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        self._clearance = cv2.distanceTransform(self._paint(world, rows, columns), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
         self._clearance *= self.cell_m
 
-    def reached(self, places: Array, radius: float) -> NDArray[np.bool_]:
-        """Return which places, (n, 2), a disc of this radius can be moved to from the start."""
+    def is_reachable(self, points: Array, radius: float) -> NDArray[np.bool_]:
+        """Return for each point, (n, 2), whether a disc of this radius can move there from the start, (n,)."""
         is_clear = (self._clearance >= radius).astype(np.uint8)
         _, labels = cv2.connectedComponents(is_clear, connectivity=4)
-        columns, rows = self._cells(np.concatenate((self._start, places)))
+        columns, rows = self._cells(np.concatenate((self._start, points)))
         start, *ends = labels[rows, columns]
         return np.asarray((np.array(ends) == start) & (start > 0))
 
-    def _cells(self, places: Array) -> NDArray[np.int64]:
-        """Return columns and rows, (2, n); on the border, which is taken, where a place lies outside."""
-        cells = np.rint((places - self._origin) / self.cell_m).astype(np.int64)
+    def _cells(self, points: Array) -> NDArray[np.int64]:
+        """Return the columns and rows of points, (2, n). A point outside gets a blocked cell of the border."""
+        cells = np.rint((points - self._origin) / self.cell_m).astype(np.int64)
         rows, columns = self._clearance.shape
         return np.asarray(np.clip(cells, 0, (columns - 1, rows - 1)).T)
 
-    def _painted(self, world: WorldDescription, rows: int, columns: int) -> NDArray[np.uint8]:
-        """Return 0 where something is and on the border, elsewhere 1."""
+    def _paint(self, world: WorldDescription, rows: int, columns: int) -> NDArray[np.uint8]:
+        """Return the grid with 0 in the cells of bodies and of the border, and 1 elsewhere."""
         image = np.zeros((rows, columns), np.uint8)
         image[1:-1, 1:-1] = 1
         for thing in world.things:
@@ -80,7 +80,7 @@ class FreeSpace:
 
 
 def _half_extent(world: WorldDescription) -> Array:
-    """Return half of the map's length and width: the floor's, or of the open ground around everything."""
+    """Return half the length and width of the map. Without walls it includes the open ground around all bodies."""
     half = np.array((world.floor.length_m, world.floor.width_m)) / 2
     if world.walls:
         return half
@@ -89,22 +89,27 @@ def _half_extent(world: WorldDescription) -> Array:
     return np.asarray(np.maximum(half, np.abs(np.array(corners)).max(axis=0)) + OPEN_MARGIN_M)
 
 
-def _arrivals(ball: Ball, robot: RobotDescription) -> Array:
-    """Return where the axle's middle may come to rest in front of the ball, (72, 2)."""
+def _arrival_points(ball: Ball, robot: RobotDescription) -> Array:
+    """Return the positions of the axle at which the robot may stop in front of the ball, (72, 2)."""
     distance = ball.radius_m + ARRIVAL_GAP_M + robot.body.front_x_m
     angles = np.arange(ARRIVALS) * (math.tau / ARRIVALS)
     return np.stack((ball.x_m + distance * np.cos(angles), ball.y_m + distance * np.sin(angles)), axis=1)
 
 
 PARTS = np.linspace(-1.0, 1.0, 7)
-"""Where across a ball it is looked for, in radii."""
+"""The points across a ball that are checked for visibility, in radii from its middle, right to left."""
 
 HEADINGS = 12
-"""How many ways a robot turns when it looks around."""
+"""The number of headings of the robot that are checked."""
 
 
 def visible_parts(eyes: Array, ball: Ball, edges: Array) -> NDArray[np.bool_]:
-    """Return which parts across the ball are in line of sight from each eye, (n, 2): (n, 7)."""
+    """Return for each eye and each point across a ball whether the line of sight is free, (n, 7).
+
+    eyes: the positions of cameras, (n, 2), in metres.
+    ball: the ball.
+    edges: the edges that block the view, as `robotcore.raycast.edges_of` returns them.
+    """
     to_ball = np.array((ball.x_m, ball.y_m)) - eyes
     distance = np.maximum(np.hypot(to_ball[:, 0], to_ball[:, 1]), ball.radius_m)[:, None]
     left = np.stack((-to_ball[:, 1], to_ball[:, 0]), axis=1) / distance
@@ -115,9 +120,9 @@ def visible_parts(eyes: Array, ball: Ball, edges: Array) -> NDArray[np.bool_]:
 
 
 def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether nothing of the first target is in line of sight at the start, however the robot turns.
+    """Return whether the first target is out of the line of sight from the start, for each heading of the robot.
 
-    What the camera looks over, or what the ball stands out above, hides nothing.
+    Obstacles that are lower than the camera or the ball hide nothing.
     """
     if (ball := world.target) is None:
         return False
@@ -141,7 +146,7 @@ def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
 
 
 def _eyes_around_start(world: WorldDescription, camera: CameraDescription | None) -> Array:
-    """Return where the camera comes to while the robot turns on the spot, and the start itself, (n, 2)."""
+    """Return the start, and the positions of the camera as the robot turns on the spot there, (n, 2)."""
     start = world.start
     eyes = [(start.x_m, start.y_m)]
     if camera:

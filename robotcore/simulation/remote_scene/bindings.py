@@ -21,7 +21,7 @@ from robotcore.description import (
     StrictModel,
 )
 from robotcore.description.sections import MistakesError, read_each, validate_table
-from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, nearest
+from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, find_nearest
 from robotcore.hal.finding import Finding
 from robotcore.simulation.remote_scene.devices import choose_intrinsics
 from robotcore.simulation.remote_scene.interface import ObjectKind, Scene, SceneObject
@@ -207,7 +207,7 @@ def _suggest(bound: SceneBinding, scene: Scene) -> str:
     """Return the nearest path of the right kind that no other device uses, or else all paths of that kind."""
     paths = [each.path for each in scene.list_objects() if each.kind is bound.kind]
     free = [path for path in paths if path not in bound.others]
-    if close := next((close for path in bound.place.path if (close := nearest(path, free))), None):
+    if close := next((close for path in bound.place.path if (close := find_nearest(path, free))), None):
         return f"Did you mean {close!r}?"
     return f"The scene's {bound.kind.value}s: {', '.join(sorted(paths)) or 'none'}"
 

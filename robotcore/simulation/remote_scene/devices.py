@@ -52,7 +52,7 @@ class SceneEncoder(Encoder):
         super().__init__(description.name)
         self._position = scene.read_joint_position
         self._joint, self._sign = joint, -1.0 if is_reversed else 1.0
-        self._quantised = description.quantised
+        self._quantise = description.quantise
         self._total_rad, self._last_rad = 0.0, self._position(joint)
         self._lock = Lock()
         self._newest_at = SampleCache(clock, self._count)
@@ -66,7 +66,7 @@ class SceneEncoder(Encoder):
         angle_rad = self._position(self._joint)
         self._total_rad += math.remainder(angle_rad - self._last_rad, math.tau)
         self._last_rad = angle_rad
-        return Angle(self._quantised(self._sign * self._total_rad), time, sequence)
+        return Angle(self._quantise(self._sign * self._total_rad), time, sequence)
 
     def _release(self) -> None:
         self._polling.stop()

@@ -92,7 +92,7 @@ class MockBackend(Backend):
 
 def _motor_of(encoder: str, drive: Drive | None) -> str:
     """Return the name of the motor whose wheel an encoder counts, or nothing."""
-    return drive.on_wheels.get(encoder, "") if drive else ""
+    return drive.wheel_motors.get(encoder, "") if drive else ""
 
 
 def _script_of_wheel(motor: MockMotor | None) -> Script:

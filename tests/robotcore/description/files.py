@@ -1,4 +1,4 @@
-"""The shipped files as text, to be changed; and what is said of a file that is wrong."""
+"""The shipped files as text, and the errors that loading a changed file raises."""
 
 from __future__ import annotations
 
@@ -15,23 +15,17 @@ ROVER = SHIPPED.joinpath("robots", "rover.toml").read_text(encoding="utf-8")
 ARENA = SHIPPED.joinpath("worlds", "arena.toml").read_text(encoding="utf-8")
 
 
-def values(tmp_path: Path, content: str | bytes) -> str:
-    """Return the one line that is said about a file with this content, from the key on."""
-    (error,) = errors(tmp_path, content)
-    line = str(error)
-    assert line.startswith(f"{error.file}: ")
-    assert "\n" not in line
-    return line.removeprefix(f"{error.file}: ")
-
-
 def errors(tmp_path: Path, content: str | bytes) -> list[DescriptionError]:
-    """Return all that is said about a file with this content, the first with no line for the others."""
+    """Return the errors of a file with this content. The text of each is one line."""
     file = tmp_path / "my.toml"
     file.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(DescriptionError) as caught:
         load_any(str(file))
     error = caught.value
-    return [DescriptionError(error.file, error.key, error.fault, error.remedy), *error.others]
+    found = [DescriptionError(error.file, error.key, error.problem, error.remedy, kind=error.kind), *error.others]
+    assert str(error).count("\n") == len(error.others)
+    assert not any("\n" in str(each) for each in found)
+    return found
 
 
 def changed(text: str, old: str, new: str) -> str:

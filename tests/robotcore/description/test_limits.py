@@ -1,4 +1,4 @@
-"""Files that are too large, and numbers that no robot has: each is a fault by its name, and soon."""
+"""Files and numbers that are too large are refused quickly."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from robotcore.errors import UsageError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.faults.spec import MAX_INJECTED_FAULTS, read_specs
 from tests.robotcore.description.files import ARENA, ROVER, changed, errors
+from tests.texts import CheckText, Raises
 
 SOON_S = 10.0
-"""On a machine that is busy; without the limits each of these takes minutes."""
+"""The limit on a busy machine. Without the limits in the code, each of these tests takes minutes."""
 
 BALL = '[[targets]]\nname = "b{0}"\nradius_m = 0.01\ncolour = "red"\nx_m = {1}\ny_m = {2}\n'
 OPEN = 'name = "big"\n[floor]\nlength_m = 90\nwidth_m = 90\n[start]\nx_m = -40\n'
 
 
-def test_a_file_that_is_larger_than_any_description_is_not_read(tmp_path: Path) -> None:
+def test_file_that_is_too_large_is_not_read(tmp_path: Path, raises: Raises) -> None:
     file = tmp_path / "sparse.toml"
     file.touch()
     os.truncate(file, 30 * 2**30)
-    with pytest.raises(UsageError, match=f"{30 * 2**30} bytes, at most {MAX_FILE_BYTES} are read"):
+    with raises(UsageError, "file-too-large", bytes=30 * 2**30, limit=MAX_FILE_BYTES):
         load_any(str(file))
 
 
@@ -39,11 +40,12 @@ def test_a_file_that_is_larger_than_any_description_is_not_read(tmp_path: Path) 
         (ROVER + "".join(f"[z{number}]\n" for number in range(MOST_ENTRIES + 1)), ""),
         (OPEN + "".join(BALL.format(number, number, 0) for number in range(MOST_ENTRIES + 1)), "targets"),
     ],
+    ids=["list", "section", "file", "list of tables"],
 )
-def test_too_long_list_is_reported_by_its_key(tmp_path: Path, content: str, key: str) -> None:
+def test_too_long_list_is_reported_by_its_key(tmp_path: Path, check_text: CheckText, content: str, key: str) -> None:
     (error,) = errors(tmp_path, content)
-    assert error.key == key
-    assert f"at most {MOST_ENTRIES} are read" in error.fault
+    assert (error.key, error.kind) == (key, "too-many-entries")
+    check_text(error)
 
 
 LONG_KEY = ".".join("a" * 5_000)
@@ -59,12 +61,13 @@ LONG_KEY = ".".join("a" * 5_000)
         LONG_KEY.replace(".", " . ") + " = 1",
         LONG_KEY.replace("a", '"."') + " = 1",
     ],
+    ids=["key", "table", "item", "inline", "spaces", "quotes"],
 )
 def test_key_of_many_dots_is_not_parsed(tmp_path: Path, content: str) -> None:
     clock = MonotonicClock()
     (error,) = errors(tmp_path, content)
     assert clock.now() < SOON_S / 10
-    assert f"more than {MOST_DOTS} dots" in error.fault
+    assert error.kind == "too-many-dots"
 
 
 def test_dots_in_strings_comments_and_numbers_are_no_dots_of_a_key(tmp_path: Path) -> None:
@@ -76,10 +79,14 @@ def test_dots_in_strings_comments_and_numbers_are_no_dots_of_a_key(tmp_path: Pat
     assert read_table(str(file)).keys() == {"one", "two", "three", "four"}
 
 
-@pytest.mark.parametrize("text", ["x" * 2**19, '"' * 2**19, '\\"' * 2**18, "a" + " " * 2**19, "x='''" + "''a" * 2**17])
-def test_search_for_long_keys_takes_no_longer_in_a_file_that_is_no_toml(tmp_path: Path, text: str) -> None:
+@pytest.mark.parametrize(
+    "text",
+    ["x" * 2**19, '"' * 2**19, '\\"' * 2**18, "a" + " " * 2**19, "x='''" + "''a" * 2**17],
+    ids=["letters", "quotes", "escapes", "spaces", "string"],
+)
+def test_search_for_long_keys_is_quick_in_a_file_that_is_not_toml(tmp_path: Path, text: str) -> None:
     clock = MonotonicClock()
-    assert "it is not TOML" in errors(tmp_path, text)[0].fault
+    assert errors(tmp_path, text)[0].kind == "not-toml"
     assert clock.now() < SOON_S
 
 
@@ -87,7 +94,7 @@ def test_number_of_many_digits_is_reported_without_its_digits(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (error,) = errors(tmp_path, f"[[devices]]\nkind = 0x{'F' * 20_000}\n")
-    assert (error.key, "80000 bits" in error.fault) == ("devices[#1].kind", True)
+    assert (error.key, error.kind) == ("devices[#1].kind", "number-too-long")
     assert capsys.readouterr().err == ""
 
 
@@ -96,7 +103,7 @@ def test_file_that_takes_all_memory_is_reported(tmp_path: Path, monkeypatch: pyt
         raise MemoryError(text)
 
     monkeypatch.setattr("robotcore.description.loading.tomllib.loads", refuse)
-    assert "nested too deep" in errors(tmp_path, "x = 1")[0].fault
+    assert errors(tmp_path, "x = 1")[0].kind == "nested-too-deep"
 
 
 def test_largest_world_is_checked_quickly(tmp_path: Path) -> None:
@@ -112,38 +119,41 @@ def test_only_the_first_errors_are_reported(tmp_path: Path) -> None:
     found = errors(tmp_path, OPEN + "".join(BALL.format(number, 0, 0) for number in range(MOST_ENTRIES)))
     assert clock.now() < SOON_S
     assert len(found) == MAX_FILE_ERRORS + 1
-    assert f"more than {MAX_FILE_ERRORS} errors" in found[-1].fault
+    assert found[-1].kind == "too-many-mistakes"
 
 
-def test_faults_of_a_run_are_so_few_that_their_layers_can_be_put_over_a_device(tmp_path: Path) -> None:
+def test_number_of_injected_faults_is_limited(tmp_path: Path) -> None:
     file = tmp_path / "faults.toml"
     file.write_text('[[fault]]\ntarget = "camera"\neffect = "drop"\nvalue = 0.2\n' * (MAX_INJECTED_FAULTS + 1))
-    with pytest.raises(UsageError, match=f"at most {MAX_INJECTED_FAULTS}"):
+    with pytest.raises(UsageError):
         read_specs([str(file)])
     assert len(read_specs(["camera drop=0.2"] * MAX_INJECTED_FAULTS)) == MAX_INJECTED_FAULTS
 
 
 @pytest.mark.parametrize(
-    "key, value, unit",
+    "key, value",
     [
-        ("body.mass_kg", "1e-9", "kg"),
-        ("body.mass_kg", "1e308", "kg"),
-        ("safety.max_age_s", "1e300", "s"),
-        ("safety.deceleration_m_s2", "1e300", "m/s²"),
-        ("safety.deceleration_m_s2", "1e-300", "m/s²"),
-        ("devices[left_motor].lag_s", "1e-300", "s"),
-        ("devices[left_motor].lag_s", "1e3", "s"),
-        ("devices[eye].horizontal_fov_rad", "3.14159", "rad"),
+        ("body.mass_kg", "1e-9"),
+        ("body.mass_kg", "1e308"),
+        ("safety.max_age_s", "1e300"),
+        ("safety.deceleration_m_s2", "1e300"),
+        ("safety.deceleration_m_s2", "1e-300"),
+        ("devices[left_motor].lag_s", "1e-300"),
+        ("devices[left_motor].lag_s", "1e3"),
+        ("devices[eye].horizontal_fov_rad", "3.14159"),
     ],
 )
-def test_a_number_that_no_robot_has_is_refused_with_its_unit(tmp_path: Path, key: str, value: str, unit: str) -> None:
+def test_number_out_of_bounds_is_reported_with_its_unit(
+    tmp_path: Path, check_text: CheckText, key: str, value: str
+) -> None:
     name = key.rpartition(".")[2]
     (error,) = errors(tmp_path, re.sub(rf"(?m)^{name} = .*", f"{name} = {value}", ROVER, count=1))
     assert error.key == key
-    assert re.search(rf"\d {unit}\b", f"{error.fault} {error.remedy}")
+    assert error.kind in ("out-of-bounds", "lag-too-short")
+    check_text(error)
 
 
-def test_words_of_a_file_are_cut_in_a_fault(tmp_path: Path) -> None:
+def test_long_texts_of_a_file_are_cut_in_messages(tmp_path: Path) -> None:
     for content in (
         changed(ROVER, 'name = "rover"', f'name = "{"x" * 100_000}"'),
         changed(ROVER, 'kind = "camera"', f'kind = "{"x" * 100_000}"'),
@@ -154,6 +164,6 @@ def test_words_of_a_file_are_cut_in_a_fault(tmp_path: Path) -> None:
         assert all(len(str(error)) < 1000 for error in errors(tmp_path, content))
 
 
-def test_shipped_files_keep_the_bounds() -> None:
+def test_shipped_files_are_within_the_limits() -> None:
     assert all(map(load_robot, robot_names()))
     assert all(map(load_world, world_names()))

@@ -9,6 +9,7 @@ from robotcore.description.generation.clearance import gap_between, gap_to_edge
 from robotcore.description.world import round_outline
 from robotcore.errors import DescriptionError
 from tests.robotcore.description.worlds import ball, box, room
+from tests.texts import CheckText, Raises
 
 SQUARE = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))
 
@@ -48,10 +49,10 @@ def test_the_gap_to_the_edge_is_that_of_the_corner_farthest_out() -> None:
     assert gap_to_edge(moved(0.0, -2.5), Floor(length_m=4, width_m=6)) == pytest.approx(-0.5)
 
 
-def fault_of(world: WorldDescription) -> DescriptionError:
+def find_error(world: WorldDescription) -> DescriptionError:
     with pytest.raises(DescriptionError) as caught:
         require_room(world, "my.toml")
-    assert "\n" not in str(caught.value)
+    assert not caught.value.others
     return caught.value
 
 
@@ -59,21 +60,23 @@ def test_things_apart_have_room() -> None:
     require_room(room(box(), ball(x_m=1.0), ball("other", x_m=-1.0)), "my.toml")
 
 
-def test_a_ball_in_an_obstacle_is_named_with_it() -> None:
-    fault = fault_of(room(box(), ball(x_m=0.3)))
-    assert (fault.file, fault.key) == ("my.toml", "targets[ball]")
-    assert "the obstacle 'box'" in fault.fault
+def test_ball_in_an_obstacle_is_refused(check_text: CheckText) -> None:
+    error = find_error(room(box(), ball(x_m=0.3)))
+    assert (error.file, error.key, error.kind) == ("my.toml", "targets[ball]", "in-obstacle")
+    check_text(error)
 
 
-def test_two_balls_in_one_place_are_refused() -> None:
-    assert "the target 'ball'" in fault_of(room(ball(), ball("other", x_m=0.15))).fault
+def test_two_balls_in_one_place_are_refused(check_text: CheckText) -> None:
+    error = find_error(room(ball(), ball("other", x_m=0.15)))
+    assert (error.key, error.kind) == ("targets[other]", "in-target")
+    check_text(error)
 
 
 @pytest.mark.parametrize("x", [1.95, 3.0, -1.95])
-def test_a_ball_in_or_beyond_a_wall_is_refused(x: float) -> None:
-    fault = fault_of(room(ball(x_m=x)))
-    assert "wall" in fault.fault
-    assert "±2 m" in fault.remedy
+def test_ball_in_or_beyond_a_wall_is_refused(x: float, check_text: CheckText) -> None:
+    error = find_error(room(ball(x_m=x)))
+    assert (error.key, error.kind) == ("targets[ball]", "beyond-wall")
+    check_text(error)
 
 
 def test_without_walls_a_ball_may_lie_beyond_the_floor() -> None:
@@ -86,23 +89,23 @@ def test_obstacles_may_overlap_to_build_an_l() -> None:
 
 def test_an_obstacle_may_reach_into_a_wall_but_not_stand_beyond_it() -> None:
     require_room(room(box(x_m=1.9)), "my.toml")
-    assert fault_of(room(box(x_m=2.1))).key == "obstacles[box]"
+    assert find_error(room(box(x_m=2.1))).key == "obstacles[box]"
 
 
 @pytest.mark.parametrize("thing", [box(x_m=-1.4, y_m=-1.4), ball(x_m=-1.45, y_m=-1.5)])
 def test_a_start_in_a_thing_is_refused(thing: object) -> None:
-    assert fault_of(room(thing)).key == "start"  # type: ignore[arg-type]
+    assert find_error(room(thing)).key == "start"  # type: ignore[arg-type]
 
 
 def test_a_start_beyond_a_wall_is_refused() -> None:
-    assert fault_of(room(start=Start(x_m=-2.5))).key == "start"
+    assert find_error(room(start=Start(x_m=-2.5))).key == "start"
 
 
-def test_whether_the_start_has_room_depends_on_the_robot() -> None:
+def test_whether_the_start_has_room_depends_on_the_robot(raises: Raises) -> None:
     world = room(box(x_m=-1.5, y_m=-1.12))
     require_room(world, "my.toml")
     require_start(world, load_robot("lookout"))
-    with pytest.raises(DescriptionError, match=r"the world 'room': start: the robot 'rover' is in the obstacle 'box'"):
+    with raises(DescriptionError, "in-obstacle", key="start"):
         require_start(room(box(x_m=-1.2, y_m=-1.5)), load_robot("rover"))
 
 
