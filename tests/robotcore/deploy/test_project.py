@@ -64,7 +64,7 @@ def test_home_folder_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 
 def test_every_mistake_of_the_table_is_named_by_its_key(tmp_path: Path, raises: Raises) -> None:
     table = '[tool.robotcore]\nap = "a.py"\n[tool.robotcore.deploy]\nsedes = "1"\nsettings = { a = [1] }\n'
-    with raises(DescriptionError) as raised:
+    with raises(DescriptionError, "invalid-value") as raised:
         project_in(tmp_path, table)
     faults = (raised.value, *raised.value.others)
     prefix = "tool.robotcore"

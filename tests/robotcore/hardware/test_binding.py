@@ -53,7 +53,7 @@ def test_only_the_requested_devices_need_a_section(post: Path) -> None:
 
 
 def test_the_section_of_a_device_that_is_not_requested_is_checked_too(post: Path, raises: Raises) -> None:
-    with raises(DescriptionError, key="plugboard.eye.pin"):
+    with raises(DescriptionError, "out-of-bounds", key="plugboard.eye.pin"):
         bind_devices(described(post, NECK + EYE.replace("2", "10")), "plugboard", {"neck"})
 
 

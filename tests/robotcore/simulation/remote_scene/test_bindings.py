@@ -53,23 +53,23 @@ def test_missing_section_is_an_error_with_an_example(raises: Raises) -> None:
 
 
 @pytest.mark.parametrize(
-    "table, key",
+    "table, key, kind",
     [
-        pytest.param({}, "memory.nose.path", id="empty"),
-        pytest.param({"path": 7}, "memory.nose.path", id="number"),
-        pytest.param({"path": ()}, "memory.nose.path", id="no-path"),
-        pytest.param({"path": "/nose", "reversed": True}, "memory.nose.reversed", id="unknown-key"),
-        pytest.param("/nose", "memory.nose", id="no-table"),
+        pytest.param({}, "memory.nose.path", "missing-key", id="empty"),
+        pytest.param({"path": 7}, "memory.nose.path", "wrong-form", id="number"),
+        pytest.param({"path": ()}, "memory.nose.path", "wrong-form", id="no-path"),
+        pytest.param({"path": "/nose", "reversed": True}, "memory.nose.reversed", "unknown-key", id="unknown-key"),
+        pytest.param("/nose", "memory.nose", "description", id="no-table"),
     ],
 )
-def test_mistake_names_its_key(table: Any, key: str, raises: Raises) -> None:
-    with raises(DescriptionError, key=key):
+def test_mistake_names_its_key(table: Any, key: str, kind: str, raises: Raises) -> None:
+    with raises(DescriptionError, kind, key=key):
         read_bindings(rover(nose=table), "memory")
 
 
 def test_one_error_reports_all_mistakes(raises: Raises) -> None:
     changed = rover(nose={}, left_motr={"path": "/left"}, eye={"path": "/eye", "as_fond": True})
-    with raises(DescriptionError) as caught:
+    with raises(DescriptionError, "unknown-device") as caught:
         read_bindings(changed, "memory")
     assert [caught.value.key, *(other.key for other in caught.value.others)] == [
         "memory.left_motr",
