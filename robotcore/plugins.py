@@ -58,7 +58,8 @@ def load_registered(kind: str, group: str, name: str) -> Any:
         return points[name].load()
     except Exception as error:
         raise BackendMissingError(
-            f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {error}. Reinstall the package it comes from",
+            f"the {kind} {name!r} ({points[name].value}) cannot be loaded: {error}. "
+            "Reinstall the package it comes from",
             group=group,
             name=name,
         ) from error
