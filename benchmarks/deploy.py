@@ -80,7 +80,7 @@ def main() -> bool:
 
 def _round(rover: Rover) -> Iterator[tuple[str, str, float]]:
     """Yield what was done, until when, and how many seconds it took."""
-    rover.done("remove", "--yes")
+    rover.run("remove", "--yes")
     yield from _deployed(rover, FIRST)
     yield BY_HAND, ENDED, _by_hand(rover)
     app = rover.project / "drive_ahead.py"
@@ -91,7 +91,7 @@ def _round(rover: Rover) -> Iterator[tuple[str, str, float]]:
 def _deployed(rover: Rover, what: str) -> Iterator[tuple[str, str, float]]:
     rover.motors.mark()
     start = monotonic()
-    rover.done("push", "--skip-checks", "--offline")
+    rover.run("push", "--skip-checks", "--offline")
     yield what, ENDED, monotonic() - start
     process = rover.motors.await_driving()
     drove = min(each.time_s for each in rover.motors.commands() if each.process == process and each.rad_s)

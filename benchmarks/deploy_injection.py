@@ -108,7 +108,7 @@ def main() -> bool:
 
 def _hosts(rover: Rover) -> Iterator[bool]:
     for host in HOSTS:
-        yield rover.desk.typed("deploy", "status", "--", host).returncode == REFUSED
+        yield rover.desk.run("deploy", "status", "--", host).returncode == REFUSED
 
 
 def _releases(rover: Rover) -> Iterator[bool]:
@@ -119,7 +119,7 @@ def _releases(rover: Rover) -> Iterator[bool]:
 
 def _settings(rover: Rover) -> Iterator[bool]:
     for note in NOTES:
-        rover.done("push", "--skip-checks", "--set", "speed_rad_s=2", "--set", f"note={note}")
+        rover.run("push", "--skip-checks", "--set", "speed_rad_s=2", "--set", f"note={note}")
         yield (rover.machine.home / "noted").read_text() == note
 
 

@@ -98,7 +98,10 @@ def _tried(rover: Rover, drawn: Interruption) -> str:
     old = rover.release
     chosen = [f"speed_rad_s={drawn.speed_rad_s:g}", *(["fault=raise", "at=5"] if drawn.is_broken else [])]
     settings = [word for setting in chosen for word in ("--set", setting)]
-    with with_requirement(rover.project, drawn.need) if drawn.need else nullcontext(), rover.pushing(*settings) as push:
+    with (
+        with_requirement(rover.project, drawn.need) if drawn.need else nullcontext(),
+        rover.run_push(*settings) as push,
+    ):
         with suppress(subprocess.TimeoutExpired):
             push.wait(drawn.after_s)
         _interrupt(drawn.kind, rover, push)
@@ -107,10 +110,10 @@ def _tried(rover: Rover, drawn: Interruption) -> str:
 
 
 def _running(rover: Rover, old: str, drawn: Interruption) -> str:
-    rover.await_judged()
+    rover.await_health_check()
     speed = _speed_of(rover)
     is_new = rover.release != old
-    if (is_new and (drawn.is_broken or speed != drawn.speed_rad_s)) or not rover.motors.come_to_be_driven(speed):
+    if (is_new and (drawn.is_broken or speed != drawn.speed_rad_s)) or not rover.motors.are_driven(speed):
         return NEITHER
     return NEW if is_new else OLD
 

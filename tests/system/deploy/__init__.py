@@ -1,1 +1,1 @@
-"""A Debian that systemd boots, as the robot that projects are deployed to."""
+"""System checks of a deploy: a Debian that systemd boots, as the robot."""

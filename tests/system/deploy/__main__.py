@@ -1,4 +1,4 @@
-"""Deploy to a Debian that systemd boots: python -m tests.system.deploy [NAME]."""
+"""Run the system checks of a deploy: python -m tests.system.deploy [NAME]."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pathlib import Path
 from tests.system import checking, needs
 from tests.system.deploy.machine import require_machine
 
-SIDE_BY_SIDE = ("-n", "3", "--dist", "loadfile")
-"""Each has a target of its own; most of the time they wait for what comes."""
+PARALLEL = ("-n", "3", "--dist", "loadfile")
+"""Options of pytest: three files at a time, each with a robot of its own, because the checks mostly wait."""
 
 
 def main(names: list[str]) -> bool:
-    """Run these files of checks, by default all; return whether every check was passed."""
+    """Run these files of checks, by default all; return whether every check passed."""
     require_machine()
-    return checking.run(Path(__file__).parent / "checks", names, *SIDE_BY_SIDE)
+    return checking.run(Path(__file__).parent / "checks", names, *PARALLEL)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The desk: whoever sits there has a key, an ssh configuration, and types commands in a project's folder."""
+"""The desk: an ssh key, an ssh configuration, and commands in a project's folder."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from tests.system.deploy.machine import USER, Machine
 from tests.system.speed import scaled
 
 HOST = "rover"
-"""What the ssh configuration calls the target."""
+"""The alias of the robot in the ssh configuration."""
 
 COMMAND_S = 240.0
-"""Of a command, on the reference machine: a hang."""
+"""The time limit of a command on the reference machine, in s."""
 
-BUILT_WITH = ("hatchling>=1.21",)
-"""What builds packages; else pip would fetch it for each push."""
+BUILD_TOOLS = ("hatchling>=1.21",)
+"""The build tool of packages. If it were not installed, pip would download it for each push."""
 
 CONFIG = """\
 Host {host}
@@ -36,13 +36,13 @@ Host {host}
 
 @dataclass(frozen=True)
 class Desk:
-    """A folder with a key that the target knows, the target's own, and an ssh configuration that tells of both."""
+    """A folder with the user's key, the robot's host key, and an ssh configuration that names both."""
 
     folder: Path
 
     @classmethod
     def of(cls, folder: Path, machine: Machine) -> Desk:
-        """Make a key, and give it to the target's user; the target may be off."""
+        """Make a key, and install it on the robot, which may be off."""
         desk = cls(folder)
         make = ["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", "desk", "-f", str(folder / "key")]
         subprocess.run(make, check=True)
@@ -58,18 +58,18 @@ class Desk:
         return self.folder / "ssh_config"
 
     def install(self, project: Path) -> None:
-        """Install a package of the user's, as who writes a driver does."""
+        """Install a user's package with a driver, and the build tool."""
         wheels.install(self._site, [str(project)], "--no-deps")
-        wheels.install(self._site, BUILT_WITH)
+        wheels.install(self._site, BUILD_TOOLS)
 
     def ssh(self, command: str) -> str:
-        """Run a command there as the user, by ssh alone; return what it printed."""
+        """Run a command on the robot by ssh, without robotcore; return its output."""
         ssh = ["ssh", "-F", str(self.config), HOST, command]
-        run = subprocess.run(ssh, capture_output=True, text=True, check=True, timeout=scaled(COMMAND_S))
-        return run.stdout
+        done = subprocess.run(ssh, capture_output=True, text=True, check=True, timeout=scaled(COMMAND_S))
+        return done.stdout
 
     def rsync(self, folder: Path, there: str) -> None:
-        """Send a folder by rsync alone, to one below the user's home."""
+        """Send a folder into the user's home by rsync, without robotcore."""
         ssh = shlex.join(["ssh", "-F", str(self.config)])
         subprocess.run(["rsync", "--archive", "--compress", "-e", ssh, f"{folder}/", f"{HOST}:{there}/"], check=True)
 
@@ -77,12 +77,12 @@ class Desk:
         """Return the command line of ``robotcore`` with these arguments."""
         return [sys.executable, "-m", "robotcore", *arguments]
 
-    def deploy(self, deed: str, *arguments: str, project: Path | None = None) -> subprocess.CompletedProcess[str]:
-        """Type ``robotcore deploy DEED rover …`` in a project's folder, and see what comes of it."""
-        return self.typed("deploy", deed, HOST, *arguments, "--ssh-config", str(self.config), project=project)
+    def deploy(self, action: str, *arguments: str, project: Path | None = None) -> subprocess.CompletedProcess[str]:
+        """Run ``robotcore deploy COMMAND rover …`` in a project's folder."""
+        return self.run("deploy", action, HOST, *arguments, "--ssh-config", str(self.config), project=project)
 
-    def typed(self, *arguments: str, project: Path | None = None) -> subprocess.CompletedProcess[str]:
-        """Type a command of robotcore's."""
+    def run(self, *arguments: str, project: Path | None = None) -> subprocess.CompletedProcess[str]:
+        """Run a command of robotcore."""
         return subprocess.run(
             self.command(*arguments),
             cwd=project or self.folder,
@@ -94,13 +94,13 @@ class Desk:
             timeout=scaled(COMMAND_S),
         )
 
-    def deploying(self, deed: str, *arguments: str) -> list[str]:
-        """Return the command line that `deploy` types."""
-        return self.command("deploy", deed, HOST, *arguments, "--ssh-config", str(self.config))
+    def build_command(self, action: str, *arguments: str) -> list[str]:
+        """Return the command line of `deploy`."""
+        return self.command("deploy", action, HOST, *arguments, "--ssh-config", str(self.config))
 
     @property
     def environment(self) -> dict[str, str]:
-        """This checkout's robotcore, and the packages that were installed."""
+        """The variables by which Python finds this checkout's robotcore and the installed packages."""
         packages = os.pathsep.join(map(str, (needs.ROOT, self._site)))
         return {**os.environ, "PYTHONPATH": packages, "NO_COLOR": "1", "COLUMNS": "160"}
 

@@ -1,4 +1,4 @@
-"""Debian as Raspberry Pi OS 12 has it, in a folder: systemd, sshd, rsync and Python; made once and kept."""
+"""The robot: a Debian 12 as a folder, like Raspberry Pi OS 12, that systemd-nspawn boots. Its power can be cut."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tests.system import needs
-from tests.system.deploy.isolation import Network, network, own_group
+from tests.system.deploy.isolation import Network, make_group, make_network
 from tests.system.speed import scaled
 
 SUITE = "bookworm"
@@ -31,18 +31,18 @@ INCLUDED = (
     "systemd-sysv",
 )
 USER = "pi"
-LISTENING = "ssh.service"
-SOCKET = "ssh.socket"
-"""Listens in sshd's place where it is enabled, on a port of its own."""
+SSH_SERVICE = "ssh.service"
+SSH_SOCKET = "ssh.socket"
+"""If it is enabled, systemd listens on another port in place of sshd."""
 
 
 def copy_debian(root: Path) -> None:
-    """Copy it into a new folder, so that each run begins with a robot that nobody has touched."""
+    """Copy the Debian into a new folder, so that each run begins with a fresh robot."""
     subprocess.run(["cp", "--archive", "--reflink=auto", build_debian(), root], check=True)
 
 
 def build_debian() -> Path:
-    """Return where it is kept, made where it is not; raises NotRunError where that fails."""
+    """Return the folder of the Debian. The first call makes it; raises NotRunError if that fails."""
     root = needs.cache() / f"deploy-{SUITE}"
     if not root.is_dir():
         with TemporaryDirectory(dir=needs.cache()) as scratch:
@@ -58,8 +58,8 @@ def _bootstrap(root: Path) -> Path:
     in_root = ["chroot", str(root)]
     for change in (
         ["useradd", "--create-home", "--shell", "/bin/bash", USER],
-        ["systemctl", "disable", SOCKET],
-        ["systemctl", "enable", LISTENING],
+        ["systemctl", "disable", SSH_SOCKET],
+        ["systemctl", "enable", SSH_SERVICE],
     ):
         subprocess.run([*in_root, *change], capture_output=True, check=True)
     root.joinpath("etc", "hostname").write_text("rover\n")
@@ -69,7 +69,7 @@ def _bootstrap(root: Path) -> Path:
 
 
 def _linger(root: Path) -> None:
-    """Let the user's services run without a login: what ``loginctl enable-linger`` leaves behind."""
+    """Let the user's services run without a login, as ``loginctl enable-linger`` does."""
     folder = root / "var" / "lib" / "systemd" / "linger"
     folder.mkdir(parents=True, exist_ok=True)
     folder.joinpath(USER).touch()
@@ -77,19 +77,19 @@ def _linger(root: Path) -> None:
 
 TOOLS = ("debootstrap", "systemd-container", "iproute2", "openssh-client", "rsync")
 BOOT_S = 60.0
-"""On the reference machine: a hang; it is up in 2 s."""
+"""The time limit of a boot on the reference machine, in s. A boot takes 2 s."""
 
 SSH_PORT = 22
 NAMESPACES = ("--mount", "--uts", "--ipc", "--net", "--pid", "--cgroup")
-ALONE = ("unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc")
-"""Runs a command in a namespace of processes: systemd-nspawn, killed, leaves what it has booted to itself."""
+OWN_PROCESSES = ("unshare", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc")
+"""Runs a command in a namespace of processes, because a killed systemd-nspawn does not end the robot."""
 
 CONSOLE = needs.ROOT / "build" / f"deploy-console-{os.environ.get('PYTEST_XDIST_WORKER', 'gw')}.log"
 
 
 @dataclass
 class Machine:
-    """A Debian on ``root``, booted by systemd-nspawn; what it says on its console is kept in ``build``."""
+    """A Debian that systemd-nspawn boots. The log of its console is in ``build``."""
 
     root: Path
     network: Network
@@ -102,36 +102,36 @@ class Machine:
 
     @property
     def home(self) -> Path:
-        """The user's home, as this machine finds it: with what is mounted there while the target is up."""
+        """The user's home as a path on this machine. While the robot runs, it has the robot's mounts."""
         is_up = self._booted is not None and self._booted.poll() is None
         root = Path(f"/proc/{self._init}/root") if is_up else self.root
         return root / "home" / USER
 
     def boot(self) -> None:
-        """Switch it on, and return when its sshd answers."""
+        """Switch the robot on, and wait until its sshd answers."""
         command = self.command("--boot")
         with CONSOLE.open("ab") as console:
             self._booted = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=console, stderr=console)
         self._await_sshd(self._booted)
 
     def command(self, *arguments: str) -> list[str]:
-        """Return the command that runs systemd-nspawn on it, in a network, a group and a namespace of its own."""
+        """Return the command of systemd-nspawn, with the robot's own network, control group and namespaces."""
         nspawn = ["systemd-nspawn", "--quiet", "--register=no", "--keep-unit", f"--directory={self.root}", *arguments]
-        return [*needs.ENDING_WITH_US, *self.group, *self.network.entering, *ALONE, *nspawn]
+        return [*needs.ENDING_WITH_US, *self.group, *self.network.command_prefix, *OWN_PROCESSES, *nspawn]
 
     def cut_power(self) -> None:
-        """End all that runs on it at once, in the middle of whatever it does."""
+        """Kill all processes of the robot at once."""
         if self._booted and self._booted.poll() is None:
             os.kill(_child(self._booted.pid), signal.SIGKILL)
-            self._booted.wait(scaled(BOOT_S))  # the first of a namespace is not gone before all the others are
+            self._booted.wait(scaled(BOOT_S))  # the first process of a namespace ends last
 
     def shut_down(self) -> None:
-        """Let it go down in good order."""
+        """Shut the robot down in an orderly way."""
         self.as_root("systemctl", "poweroff")
         self._running.wait(scaled(BOOT_S))
 
     def as_root(self, *command: str, is_checked: bool = True) -> str:
-        """Run a command on it as root; return what it printed."""
+        """Run a command on the robot as root; return its output."""
         entering = ["nsenter", f"--target={self._init}", *NAMESPACES, "--"]
         run = subprocess.run([*entering, *command], stdout=subprocess.PIPE, text=True, check=is_checked)
         return run.stdout
@@ -147,14 +147,14 @@ class Machine:
 
     def _await_sshd(self, booted: subprocess.Popen[bytes]) -> None:
         ending = time.monotonic() + scaled(BOOT_S)
-        while not self._answers():
+        while not self._is_sshd_up():
             if booted.poll() is not None or time.monotonic() > ending:
                 self.cut_power()
-                said = needs.last_line(CONSOLE.read_text(errors="replace"))
-                raise RuntimeError(f"the target has not come up; its console says: {said}")
+                last = needs.last_line(CONSOLE.read_text(errors="replace"))
+                raise RuntimeError(f"the robot did not boot; the last line of its console: {last}")
             time.sleep(0.05)
 
-    def _answers(self) -> bool:
+    def _is_sshd_up(self) -> bool:
         try:
             with socket.create_connection((self.address, SSH_PORT), timeout=scaled(1.0)) as connection:
                 return connection.recv(4) == b"SSH-"
@@ -168,25 +168,25 @@ def _child(process: int) -> int:
 
 
 def require_machine() -> None:
-    """Raise NotRunError where no target could be booted: a command is run on it, as it is kept."""
+    """Raise NotRunError if no robot can be booted here; it runs a command on one to find out."""
     needs.debian()
     needs.packages(*TOOLS)
-    with own_group() as group, network() as wire:
-        command = Machine(build_debian(), wire, group).command("--read-only", "true")
+    with make_group() as group, make_network() as link:
+        command = Machine(build_debian(), link, group).command("--read-only", "true")
         run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode:
-        raise needs.NotRunError(f"needs what systemd-nspawn does, and it said: {needs.last_line(run.stderr)}")
+        raise needs.NotRunError(f"needs systemd-nspawn, which failed: {needs.last_line(run.stderr)}")
 
 
 @contextmanager
 def make_machine() -> Iterator[Machine]:
-    """Copy a Debian and make it ready to boot, where `require_machine` has none against it; it ends with this block."""
+    """Make a robot that can be booted, and delete it at the end. Call `require_machine` first."""
     CONSOLE.parent.mkdir(exist_ok=True)
     CONSOLE.unlink(missing_ok=True)
     with ExitStack() as stack:
         folder = Path(stack.enter_context(TemporaryDirectory(prefix="robotcore-target-")))
-        group = stack.enter_context(own_group())
-        made = Machine(folder / "root", stack.enter_context(network()), group)
-        copy_debian(made.root)
-        stack.callback(made.cut_power)
-        yield made
+        group = stack.enter_context(make_group())
+        machine = Machine(folder / "root", stack.enter_context(make_network()), group)
+        copy_debian(machine.root)
+        stack.callback(machine.cut_power)
+        yield machine

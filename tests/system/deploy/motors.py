@@ -1,4 +1,4 @@
-"""What the bench's motors were told, as their file on the target says."""
+"""The log of the commands to the motors of the bench, read from the robot."""
 
 from __future__ import annotations
 
@@ -11,64 +11,70 @@ from tests.system.speed import scaled
 
 FILE = "wheels.log"
 LIMIT_S = 60.0
-"""On the reference machine: a hang."""
+"""The time limit of `wait_for` on the reference machine, in s."""
 
 
 class MotorCommand(NamedTuple):
-    """A motor was told a velocity, in rad/s, at a time, in s since boot, by a process: the app, or what cuts it off."""
+    """A command in the log."""
 
     time_s: float
+    """Time since boot."""
     process: int
-    who: str
+    source: str
+    """``app`` or ``cutoff``."""
     motor: str
     rad_s: float
 
 
 class Motors:
-    """The diary of the motors, and what of it is new since somebody marked a place in it."""
+    """The log of the motors since a mark."""
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         self._marked = 0
 
     def commands(self) -> list[MotorCommand]:
-        """Return the commands since the mark. A line that the app is still writing is left for the next call."""
+        """Return the commands since the mark, without a line that is still being written."""
         file = self._machine.home / FILE
         text = file.read_text() if file.exists() else ""
         lines = text[: text.rfind("\n") + 1].splitlines()
         rows = [line.split() for line in lines[self._marked :]]
         return [
-            MotorCommand(float(at), int(process), who, motor, float(rad_s)) for at, process, who, motor, rad_s in rows
+            MotorCommand(float(at), int(process), source, motor, float(rad_s))
+            for at, process, source, motor, rad_s in rows
         ]
 
     def mark(self) -> None:
-        """Begin anew here."""
+        """Set the mark to the end of the log."""
         self._marked = 0
         self._marked = len(self.commands())
 
     def await_driving(self, rad_s: float = 2.0, instead_of: int = 0) -> int:
-        """Wait until both motors are driven at this velocity, by another process if so asked; return by which one."""
+        """Wait until one process drives both motors at this velocity; return the process.
 
-        def look() -> int | None:
+        instead_of: a process that does not count.
+        """
+
+        def read() -> int | None:
             process = self._driving(rad_s)
             return process if process != instead_of else None
 
-        return awaited(look, f"both motors at {rad_s:g} rad/s", lambda: self.commands()[-20:])
+        return wait_for(read, f"both motors at {rad_s:g} rad/s", lambda: self.commands()[-20:])
 
-    def come_to_be_driven(self, rad_s: float) -> bool:
-        """Whether both motors are driven at this velocity, if need be after a while."""
+    def are_driven(self, rad_s: float) -> bool:
+        """Wait until both motors are driven at this velocity; return whether that happened within the limit."""
         try:
             return bool(self.await_driving(rad_s))
         except AssertionError:
             return False
 
-    def is_still(self) -> bool:
-        """Whether the last that each motor was told is to stand."""
+    def are_stopped(self) -> bool:
+        """Return whether the last command of each motor is 0."""
         last = {command.motor: command.rad_s for command in self.commands()}
         return bool(last) and not any(last.values())
 
-    def stood_between(self, first: int, second: int) -> bool:
-        """Whether both motors were made to stand after one process last drove them, and before another first did."""
+    def stopped_between(self, first: int, second: int) -> bool:
+        """Return whether both motors were stopped between the last command of one process and the first of another."""
         found = self.commands()
         drove = max(at for at, each in enumerate(found) if each.process == first and each.rad_s)
         drives = min(at for at, each in enumerate(found) if each.process == second and each.rad_s)
@@ -81,10 +87,14 @@ class Motors:
         return processes.pop() if is_both and len(processes) == 1 else None
 
 
-def awaited(look: Callable[[], int | None], what: str, otherwise: Callable[[], object]) -> int:
-    """Return what is seen, once it is; a check that waits in vain fails, and tells what there was instead."""
+def wait_for(read: Callable[[], int | None], name: str, describe: Callable[[], object]) -> int:
+    """Wait until ``read`` returns a value, and return it; fail after `LIMIT_S`.
+
+    name: the awaited state, for the error.
+    describe: returns the present state, for the error.
+    """
     ending = time.monotonic() + scaled(LIMIT_S)
-    while (seen := look()) is None:
-        assert time.monotonic() < ending, f"waited for {what} in vain; there was {otherwise()}"
+    while (value := read()) is None:
+        assert time.monotonic() < ending, f"waited for {name} in vain; the state is {describe()}"
         time.sleep(0.05)
-    return seen
+    return value

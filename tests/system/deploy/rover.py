@@ -1,4 +1,4 @@
-"""The robot as whoever sits at the desk knows it: what is pushed there, and what comes of it."""
+"""The robot from the desk: a project that is pushed to it, and its state."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from typing import Any
 
 from tests.system.deploy.desk import Desk
 from tests.system.deploy.machine import Machine
-from tests.system.deploy.motors import Motors, awaited
+from tests.system.deploy.motors import Motors, wait_for
 
 BENCH = Path(__file__).parent / "bench"
-"""A project with a driver of its own, whose motors write down what they are told."""
+"""A project with a driver of its own, whose motors write their commands into a log."""
 
 SERVICE = "robotcore.service"
 Ran = subprocess.CompletedProcess[str]
@@ -24,7 +24,7 @@ Ran = subprocess.CompletedProcess[str]
 
 @dataclass
 class Rover:
-    """The target, the desk, and a project that is deployed from there."""
+    """A robot, the desk, and a project that is deployed."""
 
     machine: Machine
     desk: Desk
@@ -34,24 +34,24 @@ class Rover:
     def __post_init__(self) -> None:
         self.motors = Motors(self.machine)
 
-    def deploy(self, deed: str, *arguments: str) -> Ran:
-        """Type a command in the project's folder."""
-        return self.desk.deploy(deed, *arguments, project=self.project)
+    def deploy(self, action: str, *arguments: str) -> Ran:
+        """Run a command of ``robotcore deploy`` in the project's folder."""
+        return self.desk.deploy(action, *arguments, project=self.project)
 
-    def done(self, deed: str, *arguments: str) -> str:
-        """Type a command that is to succeed; return what it printed."""
-        ran = self.deploy(deed, *arguments)
-        assert ran.returncode == 0, f"{deed}: exit status {ran.returncode}\n{ran.stdout}{ran.stderr}"
-        return ran.stdout
+    def run(self, action: str, *arguments: str) -> str:
+        """Run a command that must succeed; return its output."""
+        done = self.deploy(action, *arguments)
+        assert done.returncode == 0, f"{action}: exit status {done.returncode}\n{done.stdout}{done.stderr}"
+        return done.stdout
 
     def push(self, *arguments: str) -> Ran:
-        """Push the project as it is now, unproven, with all that pip needs."""
+        """Push the project without checks, and with wheels."""
         return self.deploy("push", "--skip-checks", "--offline", *arguments)
 
     @contextmanager
-    def pushing(self, *arguments: str) -> Iterator[subprocess.Popen[str]]:
-        """Push as `push` does, beside the check: whatever is done to it meanwhile, it ends with this block."""
-        command = self.desk.deploying("push", "--skip-checks", "--offline", *arguments)
+    def run_push(self, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+        """Push in another process, which is killed at the end of the block."""
+        command = self.desk.build_command("push", "--skip-checks", "--offline", *arguments)
         pipe, folder, environment = subprocess.PIPE, self.project, self.desk.environment
         with subprocess.Popen(
             command, cwd=folder, env=environment, stdout=pipe, stderr=pipe, text=True, start_new_session=True
@@ -62,9 +62,9 @@ class Rover:
                 process.kill()
 
     def drive(self, rad_s: float) -> str:
-        """Push a release that is to live, and drives at this speed; return its name."""
-        ran = self.push("--set", f"speed_rad_s={rad_s:g}")
-        assert ran.returncode == 0, f"exit status {ran.returncode}\n{ran.stdout}{ran.stderr}"
+        """Push a release that drives at this speed, and wait until it does; return its name."""
+        done = self.push("--set", f"speed_rad_s={rad_s:g}")
+        assert done.returncode == 0, f"exit status {done.returncode}\n{done.stdout}{done.stderr}"
         self.motors.await_driving(rad_s)
         return self.release
 
@@ -72,19 +72,19 @@ class Rover:
         status: dict[str, Any] = json.loads(self.deploy("status", "--json").stdout)
         return status
 
-    def await_judged(self) -> None:
-        """Wait until no release is on trial."""
+    def await_health_check(self) -> None:
+        """Wait until no health check is pending."""
         trial = self.files / "trial.json"
-        awaited(lambda: None if trial.exists() else 1, "the end of a trial", self.status)
+        wait_for(lambda: None if trial.exists() else 1, "the end of a health check", self.status)
 
     @property
     def files(self) -> Path:
-        """Where everything is on the robot."""
+        """robotcore's folder on the robot."""
         return self.machine.home / "robotcore"
 
     @property
     def release(self) -> str:
-        """The name of the release that is in place, as its folder has it."""
+        """The name of the current release."""
         return (self.files / "current").readlink().name
 
     @property
@@ -93,14 +93,14 @@ class Rover:
 
     @property
     def process(self) -> int:
-        """The app's process, as the target's own systemd counts it; 0 where none runs."""
+        """The app's process, from the robot's systemd; 0 if none runs."""
         shown = self.desk.ssh(f"systemctl --user show --property MainPID --value {SERVICE}")
         return int(shown)
 
 
 @contextmanager
 def with_requirement(project: Path, need: str = "six") -> Iterator[None]:
-    """Let it need a package, a small one that nothing else needs: no environment on the robot has it."""
+    """Add a requirement, a small package that no environment on the robot has."""
     file = project / "pyproject.toml"
     text = file.read_text()
     with with_text(file, text.replace('version = "0.1.0"', f'version = "0.1.0"\ndependencies = ["{need}"]')):
@@ -109,7 +109,7 @@ def with_requirement(project: Path, need: str = "six") -> Iterator[None]:
 
 @contextmanager
 def with_large_file(project: Path, size_mb: int) -> Iterator[None]:
-    """Let it have a file that takes a while to send, for no two bytes of it are alike."""
+    """Add a file of random bytes, which takes a while to send."""
     file = project / "heavy.bin"
     file.write_bytes(os.urandom(size_mb << 20))
     try:
@@ -120,7 +120,7 @@ def with_large_file(project: Path, size_mb: int) -> Iterator[None]:
 
 @contextmanager
 def with_text(file: Path, text: str) -> Iterator[None]:
-    """Let a file have another text."""
+    """Give a file another text."""
     before = file.read_text()
     file.write_text(text)
     try:

@@ -1,4 +1,4 @@
-"""What the checks share: one target, which stays on from the first check to the last, and the desk."""
+"""Fixtures of the checks: one robot that stays on from the first check to the last, and the desk."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from tests.system.deploy.rover import BENCH, Rover
 
 @pytest.fixture(autouse=True)
 def _nothing_is_left_running() -> None:
-    """Let a target that a check has booted again live on."""
+    """Replace the fixture that ends processes, because a robot that a check has booted again must stay on."""
 
 
 @pytest.fixture(scope="session")
 def target() -> Iterator[Machine]:
-    """The target, up."""
-    with make_machine() as made:
-        made.boot()
-        yield made
+    """A robot that is switched on."""
+    with make_machine() as machine:
+        machine.boot()
+        yield machine
 
 
 @pytest.fixture(scope="session")
@@ -33,7 +33,7 @@ def desk(target: Machine, tmp_path_factory: pytest.TempPathFactory) -> Desk:
 
 @pytest.fixture(scope="session")
 def rover(target: Machine, desk: Desk, tmp_path_factory: pytest.TempPathFactory) -> Rover:
-    """The bench's project, deployed: it drives."""
+    """A robot on which the project of the bench drives."""
     project = Path(shutil.copytree(BENCH, tmp_path_factory.mktemp("desk") / "bench"))
     desk.install(project)
     deployed = Rover(target, desk, project)
@@ -43,6 +43,6 @@ def rover(target: Machine, desk: Desk, tmp_path_factory: pytest.TempPathFactory)
 
 @pytest.fixture
 def driving(rover: Rover) -> int:
-    """The process that drives."""
-    rover.done("start")
+    """The process of the app, which drives."""
+    rover.run("start")
     return rover.motors.await_driving()

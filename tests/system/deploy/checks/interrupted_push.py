@@ -1,4 +1,4 @@
-"""The steps of a push, as they are seen on the robot from outside, and a deed in the middle of one."""
+"""Interruptions in each step of a push, and full disks: the old release goes on, or the new one runs."""
 
 from __future__ import annotations
 
@@ -10,41 +10,41 @@ from contextlib import contextmanager
 
 import pytest
 
-from tests.system.deploy.motors import awaited
+from tests.system.deploy.motors import wait_for
 from tests.system.deploy.rover import Ran, Rover, with_large_file, with_requirement
 from tests.system.speed import scaled
 
 RAD_S = 2.0
 HEAVY_MB = 40
-"""Takes a moment to send."""
+"""The size of a file that takes a moment to send."""
 
 ENDING_S = 120
-"""Of what is left of a push, on the reference machine: a hang."""
+"""The time limit for the rest of a push on the reference machine, in s."""
 
 SIGNS = {
     "sent": "incoming/*/project/.heavy.bin.*",
     "environment": "environments/*/bin/pip",
     "doctor": "incoming/*/environment",
 }
-"""What is there on the robot in a step, and was not before; in the last one, the new release is in place."""
+"""The files on the robot that show each step. The last step, ``release``, shows by the current release."""
 
 STEPS = (*SIGNS, "release")
 
 
-def push_interrupted(rover: Rover, step: str, deed: Callable[[subprocess.Popen[str]], object]) -> Ran:
-    """Push what has to take this step, and do the deed in the middle of it; return what came of the push."""
+def interrupt_push(rover: Rover, step: str, interrupt: Callable[[subprocess.Popen[str]], object]) -> Ran:
+    """Push, and call ``interrupt`` with the process during this step; return the result of the push."""
     change = with_requirement(rover.project) if step == "environment" else with_large_file(rover.project, HEAVY_MB)
-    before = _seen(rover, step)
-    with change, rover.pushing("--set", f"speed_rad_s={RAD_S:g}") as push:
-        awaited(lambda: 1 if _seen(rover, step) - before else None, f"the step {step!r}", push.poll)
-        deed(push)
+    before = _find_signs(rover, step)
+    with change, rover.run_push("--set", f"speed_rad_s={RAD_S:g}") as push:
+        wait_for(lambda: 1 if _find_signs(rover, step) - before else None, f"the step {step!r}", push.poll)
+        interrupt(push)
         out, err = push.communicate(timeout=scaled(ENDING_S))
         return Ran(push.args, push.returncode, out, err)
 
 
 def require_either(rover: Rover, driving: int, before: str, step: str) -> None:
-    """The very process that drove drives on; or, once a new release was in place, a process of that one."""
-    rover.await_judged()
+    """Require that the same process still drives, or, in the step ``release``, a process of the new release."""
+    rover.await_health_check()
     if step == "release":
         assert rover.release > before
         rover.motors.await_driving(RAD_S, instead_of=driving)
@@ -53,34 +53,34 @@ def require_either(rover: Rover, driving: int, before: str, step: str) -> None:
         assert rover.motors.await_driving(RAD_S) == driving
 
 
-def _seen(rover: Rover, step: str) -> set[str]:
+def _find_signs(rover: Rover, step: str) -> set[str]:
     return {rover.release} if step == "release" else set(map(str, rover.files.glob(SIGNS[step])))
 
 
 @pytest.mark.parametrize("step", STEPS)
-def test_ctrl_c(rover: Rover, driving: int, step: str) -> None:
+def test_ctrl_c_keeps_a_release_running(rover: Rover, driving: int, step: str) -> None:
     before = rover.release
-    ran = push_interrupted(rover, step, lambda push: os.killpg(push.pid, signal.SIGINT))
-    assert ran.returncode == -signal.SIGINT, ran.stderr
-    assert ("Nothing has changed" in ran.stderr) == (step != "release"), ran.stderr
+    done = interrupt_push(rover, step, lambda push: os.killpg(push.pid, signal.SIGINT))
+    assert done.returncode == -signal.SIGINT, done.stderr
+    assert ("Nothing has changed" in done.stderr) == (step != "release"), done.stderr
     require_either(rover, driving, before, step)
 
 
 @pytest.mark.parametrize("step", ["sent", "release"])
-def test_desk_is_killed(rover: Rover, driving: int, step: str) -> None:
+def test_killed_desk_keeps_a_release_running(rover: Rover, driving: int, step: str) -> None:
     before = rover.release
-    push_interrupted(rover, step, subprocess.Popen.kill)
+    interrupt_push(rover, step, subprocess.Popen.kill)
     require_either(rover, driving, before, step)
 
 
 @pytest.mark.parametrize("step", ["sent", "release"])
-def test_connection_is_killed(rover: Rover, driving: int, step: str) -> None:
-    """While a release is on trial, the desk connects again and tells what came of it."""
+def test_killed_connection_keeps_a_release_running(rover: Rover, driving: int, step: str) -> None:
+    """During a health check, the desk connects again and reports the result."""
     before = rover.release
-    ran = push_interrupted(
+    done = interrupt_push(
         rover, step, lambda _: rover.machine.as_root("systemctl", "kill", "--signal=KILL", "session-*")
     )
-    assert ran.returncode == (0 if step == "release" else 3), ran.stdout + ran.stderr
+    assert done.returncode == (0 if step == "release" else 3), done.stdout + done.stderr
     require_either(rover, driving, before, step)
 
 
@@ -95,32 +95,32 @@ mount --bind /run/small {home}/robotcore
 """
 
 
-def test_disk_that_fills_up_while_files_are_sent(rover: Rover) -> None:
+def test_disk_that_fills_during_the_upload_keeps_the_release_running(rover: Rover) -> None:
     with small_disk(rover, spare_mb=HEAVY_MB + 120) as fill:
         driving, before = rover.motors.await_driving(RAD_S), rover.release
-        ran = push_interrupted(rover, "sent", lambda _: fill())
-        assert (ran.returncode, "full" in ran.stderr) == (3, True), ran.stderr
+        done = interrupt_push(rover, "sent", lambda _: fill())
+        assert (done.returncode, "full" in done.stderr) == (3, True), done.stderr
         require_either(rover, driving, before, "sent")
 
 
 @pytest.mark.parametrize("spare_mb", [60, 220], ids=["to send anything", "for what pip installs"])
-def test_disk_that_is_too_small(rover: Rover, spare_mb: int) -> None:
+def test_too_small_disk_keeps_the_release_running(rover: Rover, spare_mb: int) -> None:
     with small_disk(rover, spare_mb), with_requirement(rover.project):
         driving, before = rover.motors.await_driving(RAD_S), rover.release
-        ran = rover.push()
-        assert (ran.returncode, "full" in ran.stderr) == (3, True), ran.stderr
+        done = rover.push()
+        assert (done.returncode, "full" in done.stderr) == (3, True), done.stderr
         require_either(rover, driving, before, "sent")
 
 
 @contextmanager
 def small_disk(rover: Rover, spare_mb: int) -> Iterator[Callable[[], object]]:
-    """Let the robot's files be on a disk with little room left; gives what fills it up."""
-    rover.done("stop")
+    """Move robotcore's files to a disk with little free space; yield a function that fills it."""
+    rover.run("stop")
     home = f"/home/{rover.machine.home.name}"
     rover.machine.as_root("sh", "-c", SMALL.format(home=home, spare_mb=spare_mb))
     try:
-        rover.done("start")
+        rover.run("start")
         yield lambda: rover.machine.as_root("sh", "-c", f"cat /dev/zero > {home}/robotcore/full", is_checked=False)
     finally:
-        rover.done("stop")
+        rover.run("stop")
         rover.machine.as_root("umount", "--lazy", f"{home}/robotcore", "/run/small")

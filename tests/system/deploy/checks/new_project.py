@@ -1,4 +1,4 @@
-"""A project made by one command: proven, deployed without a network, changed, taken back; its recordings fetched."""
+"""A project of ``robotcore new`` through all commands of a deploy, and a project with difficult file names."""
 
 from __future__ import annotations
 
@@ -19,62 +19,64 @@ VIRTUAL = ("--backend", "virtualpi")
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rover]:
-    """A project as `robotcore new` makes it, on a target of its own: as it is but for the pins, which are simulated."""
+def deployed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rover]:
+    """A new project on a robot of its own, with simulated pins."""
     folder = tmp_path_factory.mktemp("new")
     with make_machine() as target:
         target.boot()
         desk = Desk.of(folder, target)
         subprocess.run(desk.command("new", "my-robot"), cwd=folder, env=desk.environment, check=True)
         rover = Rover(target, desk, folder / "my-robot")
-        rover.done("push", *VIRTUAL, "--offline")
+        rover.run("push", *VIRTUAL, "--offline")
         yield rover
 
 
-def test_it_is_proven_before_it_is_sent(made: Rover) -> None:
-    (release,) = [each for each in json.loads(made.done("list", "--json"))["releases"] if each["name"] == made.release]
+def test_checks_run_before_the_push(deployed: Rover) -> None:
+    (release,) = [
+        each for each in json.loads(deployed.run("list", "--json"))["releases"] if each["name"] == deployed.release
+    ]
     assert [gate.partition(":")[0] for gate in release["gates"]] == ["tests", "check", "simulation"]
 
 
-def test_it_runs_and_says_so(made: Rover) -> None:
-    assert made.release in made.done("status")
-    assert "search" in made.done("logs", "-n", "20")
+def test_status_and_logs_show_the_app(deployed: Rover) -> None:
+    assert deployed.release in deployed.run("status")
+    assert "search" in deployed.run("logs", "-n", "20")
 
 
-def test_what_does_not_pass_its_tests_is_not_sent(made: Rover) -> None:
-    app = made.project / APP
-    release = made.release
+def test_project_with_a_failing_test_is_not_sent(deployed: Rover) -> None:
+    app = deployed.project / APP
+    release = deployed.release
     with with_text(app, app.read_text().replace("saw nothing", "found no")):
-        ran = made.deploy("push", *VIRTUAL)
-    assert (ran.returncode, made.release) == (1, release)
-    assert "test_gives_up_where_there_is_no_ball" in ran.stderr
+        done = deployed.deploy("push", *VIRTUAL)
+    assert (done.returncode, deployed.release) == (1, release)
+    assert "test_gives_up_where_there_is_no_ball" in done.stderr
 
 
-def test_a_changed_file_is_all_that_a_second_push_sends_and_a_rollback_takes_it_back(made: Rover) -> None:
-    first, app = made.release, made.project / APP
+def test_second_push_keeps_the_environment_and_a_rollback_restores_the_files(deployed: Rover) -> None:
+    first, app = deployed.release, deployed.project / APP
     app.write_text(f"{app.read_text()}\n# Changed.\n")
-    said = made.done("push", *VIRTUAL, "--skip-checks")
-    assert "environment  kept" in said
-    assert made.release > first
-    made.done("rollback")
-    assert made.release == first
-    assert "# Changed." not in (made.files / "current" / "project" / APP).read_text()
+    output = deployed.run("push", *VIRTUAL, "--skip-checks")
+    assert "environment  kept" in output
+    assert deployed.release > first
+    deployed.run("rollback")
+    assert deployed.release == first
+    assert "# Changed." not in (deployed.files / "current" / "project" / APP).read_text()
 
 
-def test_recordings_come_home_and_are_replayed(made: Rover) -> None:
-    made.done("stop")
-    made.done("fetch")
-    recordings = sorted(made.project.rglob("*.mcap"))
+def test_recordings_are_fetched_and_replayed(deployed: Rover) -> None:
+    deployed.run("stop")
+    deployed.run("fetch")
+    recordings = sorted(deployed.project.rglob("*.mcap"))
     assert recordings
-    command = made.desk.command("replay", str(recordings[-1]))
-    refused = subprocess.run(command, cwd=made.project, env=made.desk.environment, check=False)
+    command = deployed.desk.command("replay", str(recordings[-1]))
+    refused = subprocess.run(command, cwd=deployed.project, env=deployed.desk.environment, check=False)
     assert refused.returncode == 2, "the app has changed at the desk since"
-    subprocess.run([*command, "--app", APP], cwd=made.project, env=made.desk.environment, check=True)
+    subprocess.run([*command, "--app", APP], cwd=deployed.project, env=deployed.desk.environment, check=True)
 
 
-def test_nothing_is_left_when_it_is_removed_but_the_recordings(made: Rover) -> None:
-    made.done("remove", "--yes")
-    assert made.desk.ssh("find robotcore .config/systemd -mindepth 1 -type f | xargs -n 1 dirname | uniq") == (
+def test_remove_leaves_only_the_recordings(deployed: Rover) -> None:
+    deployed.run("remove", "--yes")
+    assert deployed.desk.ssh("find robotcore .config/systemd -mindepth 1 -type f | xargs -n 1 dirname | uniq") == (
         "robotcore/recordings\n"
     )
 
@@ -96,8 +98,8 @@ NOTE = "$(touch pwned)'; touch pwned; \" ü\nand on"
 
 
 @pytest.fixture
-def odd(rover: Rover, tmp_path: Path) -> Rover:
-    """The project in a folder with a name as odd as its files'."""
+def difficult(rover: Rover, tmp_path: Path) -> Rover:
+    """A project whose folder and files have difficult names."""
     folder = Path(shutil.copytree(rover.project, tmp_path / 'it\'s my "robot" $(touch pwned) ü'))
     for name in NAMES:
         file = folder / "data" / name
@@ -106,12 +108,12 @@ def odd(rover: Rover, tmp_path: Path) -> Rover:
     return Rover(rover.machine, rover.desk, folder)
 
 
-def test_files_arrive_as_they_are_called(odd: Rover, tmp_path: Path) -> None:
-    ran = odd.push("--set", "speed_rad_s=2", "--set", f"note={NOTE}")
-    assert ran.returncode == 0, ran.stdout + ran.stderr
-    there = odd.files / "releases" / odd.release / "project" / "data"
+def test_file_names_arrive_unchanged(difficult: Rover, tmp_path: Path) -> None:
+    done = difficult.push("--set", "speed_rad_s=2", "--set", f"note={NOTE}")
+    assert done.returncode == 0, done.stdout + done.stderr
+    there = difficult.files / "releases" / difficult.release / "project" / "data"
     arrived = {str(path.relative_to(there)): path.read_text() for path in there.rglob("*") if path.is_file()}
     assert arrived == {name: name for name in NAMES}
-    assert (odd.machine.home / "noted").read_text() == NOTE
-    assert not list(odd.machine.home.rglob(CANARY))
+    assert (difficult.machine.home / "noted").read_text() == NOTE
+    assert not list(difficult.machine.home.rglob(CANARY))
     assert not list(tmp_path.rglob(CANARY))

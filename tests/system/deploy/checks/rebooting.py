@@ -1,4 +1,4 @@
-"""The robot is switched off, in good order or not, also while a new release has yet to prove itself."""
+"""Shutdowns and power cuts of the robot, also during a health check."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from tests.system.deploy.rover import Ran, Rover
 from tests.system.speed import scaled
 
 LIMIT_S = 120
-"""Of what is left of a push, on the reference machine: a hang."""
+"""The time limit for the rest of a push on the reference machine, in s."""
 
 RAD_S, NEW_RAD_S = 2.0, 3.0
 
 
 @pytest.mark.parametrize("way", ["shut_down", "cut_power"])
-def test_release_that_drove_drives_again(rover: Rover, way: str) -> None:
-    rover.done("start")
+def test_release_drives_again_after_a_boot(rover: Rover, way: str) -> None:
+    rover.run("start")
     release = rover.release
     rover.motors.await_driving(RAD_S)
     getattr(rover.machine, way)()
@@ -26,36 +26,36 @@ def test_release_that_drove_drives_again(rover: Rover, way: str) -> None:
 
 
 def test_stopped_app_stays_stopped(rover: Rover) -> None:
-    rover.done("stop")
+    rover.run("stop")
     rover.machine.shut_down()
     rover.machine.boot()
-    assert (rover.status()["state"], rover.process, rover.motors.is_still()) == ("stopped", 0, True)
+    assert (rover.status()["state"], rover.process, rover.motors.are_stopped()) == ("stopped", 0, True)
 
 
-def test_release_on_trial_is_judged_again_and_kept_if_it_lives(rover: Rover) -> None:
-    rover.done("start")
+def test_interrupted_health_check_begins_again_and_keeps_a_healthy_release(rover: Rover) -> None:
+    rover.run("start")
     rover.motors.await_driving(RAD_S)
     before = rover.release
-    ran = pushed_while_power_is_cut(rover, f"speed_rad_s={NEW_RAD_S:g}")
-    assert (ran.returncode, rover.release > before) == (0, True), ran.stderr
+    done = push_and_cut_power(rover, f"speed_rad_s={NEW_RAD_S:g}")
+    assert (done.returncode, rover.release > before) == (0, True), done.stderr
     rover.motors.await_driving(NEW_RAD_S)
-    rover.done("rollback", before)
+    rover.run("rollback", before)
 
 
-def test_release_on_trial_is_judged_again_and_rolled_back_if_it_does_not_live(rover: Rover) -> None:
-    rover.done("start")
+def test_interrupted_health_check_begins_again_and_rolls_back_a_failing_release(rover: Rover) -> None:
+    rover.run("start")
     rover.motors.await_driving(RAD_S)
     before = rover.release
-    ran = pushed_while_power_is_cut(rover, f"speed_rad_s={NEW_RAD_S:g}", "fault=raise", "at=40")
-    assert (ran.returncode, rover.release) == (1, before), ran.stderr
-    assert "no ball today" in ran.stderr
+    done = push_and_cut_power(rover, f"speed_rad_s={NEW_RAD_S:g}", "fault=raise", "at=40")
+    assert (done.returncode, rover.release) == (1, before), done.stderr
+    assert "no ball today" in done.stderr
     rover.motors.await_driving(RAD_S)
 
 
-def pushed_while_power_is_cut(rover: Rover, *settings: str) -> Ran:
-    """Push a release, and cut the power once it drives; the desk waits until the robot is there again."""
+def push_and_cut_power(rover: Rover, *settings: str) -> Ran:
+    """Push a release, cut the power once it drives, and boot the robot; return the result of the push."""
     options = [word for setting in settings for word in ("--set", setting)]
-    with rover.pushing(*options) as push:
+    with rover.run_push(*options) as push:
         rover.motors.await_driving(NEW_RAD_S)
         assert (rover.files / "trial.json").exists()
         rover.machine.cut_power()
