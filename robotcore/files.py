@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from secrets import token_hex
+from typing import Any, TextIO
+
+_PART_NAME = re.compile(r"\.[0-9a-f]{16}(\.\w+)?")
 
 
 @contextmanager
@@ -32,8 +36,29 @@ def replace_file(file: Path) -> Iterator[Path]:
     try:
         yield part
         part.replace(file)
+    except OSError as error:
+        if str(error.filename) == str(part):
+            error.filename = str(file)
+        raise
     finally:
         part.unlink(missing_ok=True)
+
+
+@contextmanager
+def replace_text(file: Path, **how: Any) -> Iterator[TextIO]:
+    """Yield a new text file in UTF-8. At the end of the block it is synced to the disk, then it replaces ``file``.
+
+    how: keyword arguments of `open`. Errors are those of `replace_file`.
+    """
+    with replace_file(file) as part, part.open("w", encoding="utf-8", **how) as text:
+        yield text
+        text.flush()
+        os.fsync(text.fileno())
+
+
+def find_parts(folder: Path) -> list[Path]:
+    """Return the new files that processes left in a folder because they were killed in `replace_file`."""
+    return [file for file in folder.iterdir() if _PART_NAME.fullmatch(file.name)]
 
 
 def require_replaceable(file: Path) -> None:
@@ -49,7 +74,7 @@ def _make_part(file: Path) -> Path:
     Some libraries choose the format by the suffix.
     """
     mode = require_regular(file)
-    part = file.with_name(f".{token_hex(8)}{file.suffix}")
+    part = file.with_name(f".{token_hex(8)}{file.suffix}")  # what _PART_NAME matches
     try:
         opened = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666 if mode is None else 0o600)
     except OSError as error:

@@ -46,12 +46,12 @@ def show_sweep(
 
     Requirements are not checked if the sweep did not end.
     """
-    from robotcore.sweep.statistics import group_records, list_missed, list_passed
+    from robotcore.sweep.statistics import group_records, list_met_requirements, list_missed_requirements
 
     groups = group_records(results.records())
     failing = [record for record in results.records() if record.is_failure]
     checked = [] if ended_by else requirements
-    misses = list_missed(checked, groups)
+    misses = list_missed_requirements(checked, groups)
     status = ended_by.exit_status if ended_by else MISSED if misses else 0
     if as_json:
         write_json(
@@ -65,7 +65,7 @@ def show_sweep(
     elif groups:
         _write_summary(results, groups, failing)
         _write_findings(results)
-        _write_passed(list_passed(checked, groups))
+        _write_passed(list_met_requirements(checked, groups))
     _show_ending(results, groups, misses, ended_by)
     return status
 
@@ -129,7 +129,7 @@ def _write_findings(results: Results) -> None:
 def _write_passed(requirements: Sequence[Requirement]) -> None:
     if requirements:
         write_line()
-        write_line(f"Kept everywhere: {', '.join(map(str, requirements))}")
+        write_line(f"Met everywhere: {', '.join(map(str, requirements))}")
 
 
 def _show_ending(
@@ -142,7 +142,7 @@ def _show_ending(
         write_failure(miss)
     if isinstance(ended_by, Interrupted):
         done = sum(group.runs for group in groups)
-        text = f"{ended_by}: {done} of {len(results.sweep)} runs are kept; {results.resume_hint}."
+        text = f"{ended_by}: {done} of {len(results.sweep)} runs are saved; {results.resume_hint}."
         write_line(text, is_error=True)
     elif ended_by:
         write_failure(str(ended_by))

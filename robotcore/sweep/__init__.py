@@ -1,6 +1,6 @@
-"""One app in many worlds: every backend, world and seed, on all cores or on a cluster.
+"""Sweeps: run one app on every backend, in every world, with every seed, on all cores or on a cluster.
 
-What can be had from here is imported when it is first asked for: a worker process sets its threads before NumPy comes.
+The names below are imported when they are first used. A worker process limits its threads before it imports NumPy.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Run jobs on a worker of a Dask cluster, with the user's files unpacked there."""
+"""Execute runs on a worker of a Dask cluster, with the user's files unpacked there."""
 
 from __future__ import annotations
 
@@ -17,38 +17,42 @@ from robotcore.errors import BackendError, RobotcoreError
 from robotcore.runtime.apps import app_name, app_path, is_app_file
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.versions import PYTHON, libraries
-from robotcore.sweep.fingerprint import code_digest, read_own_files
+from robotcore.sweep.fingerprint import compute_code_digest, read_own_files
 from robotcore.sweep.single_run import RunOutput, attempt, make_failed_output
 from robotcore.sweep.spec import Sweep, format_command
 from robotcore.sweep.worker import WorkerProcess
 
 _worker_lock = Lock()
-"""The threads of a worker take turns with its one child process."""
+"""Held during a run. The threads of a Dask worker share one worker process."""
 
 _workers: dict[Path, WorkerProcess] = {}
-"""The child process, by the folder of the bundle that it runs."""
+"""The worker process, by the folder of the bundle that it runs; at most one."""
 
 
 def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOutput:
-    """Run as `attempt` does, in a worker that may have come since the sweep began.
+    """Execute a run with `attempt`, and return its output with the names of the sweep's machine.
 
-    BackendError if this worker's software differs from the bundle's.
+    request: the run, with the names of the sweep's machine.
+    bundle: the files of the sweep.
+    limit_s: the most seconds of wall time that the run takes.
+
+    Raises BackendError if the software of this worker differs. A worker may join after the sweep began.
     """
-    if fault := bundle.mismatch():
+    if mismatch := bundle.find_mismatch():
         address = _read_address()
-        raise BackendError(format_mismatch(address, fault), kind="worker-mismatch", worker=address)
+        raise BackendError(format_mismatch(address, mismatch), kind="worker-mismatch", worker=address)
     with _worker_lock:
         try:
             root = _unpack_bundle(bundle)
-        except OSError as error:  # raised over there, it would look like a connection that is lost
+        except OSError as error:  # if it were raised, the engine would take it for a lost connection
             return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
         local = _localize_request(request, bundle, root)
         return _restore_names(attempt(_get_worker(root), local, limit_s), request, local)
 
 
-def format_mismatch(worker: str, fault: str) -> str:
+def format_mismatch(worker: str, mismatch: str) -> str:
     """Return the message for a worker whose software differs."""
-    return f"the worker {worker} cannot run this: {fault}"
+    return f"the worker {worker} cannot run this sweep: {mismatch}"
 
 
 def _read_address() -> str:
@@ -58,40 +62,40 @@ def _read_address() -> str:
 
 
 def _localize_request(request: RunRequest, bundle: JobBundle, root: Path) -> RunRequest:
-    """Return the request with the names that the files have here."""
+    """Return the request with the names of the unpacked files."""
     return replace(
         request,
-        app=bundle.app_in(root, request.app),
-        judge=bundle.app_in(root, request.judge) if request.judge else None,
-        robot=bundle.description_in(root, request.robot),
-        world=bundle.description_in(root, request.world) if request.world else None,
+        app=bundle.locate_app(root, request.app),
+        judge=bundle.locate_app(root, request.judge) if request.judge else None,
+        robot=bundle.locate_description(root, request.robot),
+        world=bundle.locate_description(root, request.world) if request.world else None,
     )
 
 
-def _restore_names(ended: RunOutput, request: RunRequest, local: RunRequest) -> RunOutput:
-    """Call the run, and the files that its reason speaks of, by the names it was asked for."""
-    reason = ended.record.result.reason
-    for asked, here in zip(_list_file_names(request), _list_file_names(local), strict=True):
-        reason = reason.replace(here, asked)
+def _restore_names(output: RunOutput, request: RunRequest, local: RunRequest) -> RunOutput:
+    """Return the output with the names of ``request`` in place of those of ``local``, in its reason too."""
+    reason = output.record.result.reason
+    for original, unpacked in zip(_list_file_names(request), _list_file_names(local), strict=True):
+        reason = reason.replace(unpacked, original)
     judge = app_name(request.judge) if request.judge else None
-    result = replace(ended.record.result, app=app_name(request.app), judge=judge, reason=reason)
-    return RunOutput(replace(ended.record, result=result, command=format_command(request)), ended.picture)
+    result = replace(output.record.result, app=app_name(request.app), judge=judge, reason=reason)
+    return RunOutput(replace(output.record, result=result, command=format_command(request)), output.picture)
 
 
 def _list_file_names(request: RunRequest) -> list[str]:
-    """Return what a request names that may be files, an app's without the class in it."""
+    """Return the names in a request that may be files. An app's name is without its class."""
     apps = [str(app_path(name)) for name in (request.app, request.judge) if name]
     return [*apps, request.robot, *filter(None, [request.world])]
 
 
 @cache
 def _make_bundles_folder() -> TemporaryDirectory[str]:
-    """Return the folder of this process for everyone's files."""
+    """Return the folder in which this process unpacks bundles."""
     return TemporaryDirectory(prefix="robotcore-")
 
 
 def _unpack_bundle(bundle: JobBundle) -> Path:
-    """Return where a bundle's files are."""
+    """Unpack a bundle if it is new, and return its folder."""
     root = Path(_make_bundles_folder().name) / bundle.digest
     if not root.exists():
         bundle.unpack(root)
@@ -99,7 +103,7 @@ def _unpack_bundle(bundle: JobBundle) -> Path:
 
 
 def _get_worker(root: Path) -> WorkerProcess:
-    """Return a process that has imported nothing of any other bundle; the one of another ends."""
+    """Return the process of a bundle. A process that imported another bundle ends."""
     for other in [each for each in _workers if each != root]:
         _workers.pop(other).close()
     return _workers.setdefault(root, WorkerProcess())
@@ -107,45 +111,66 @@ def _get_worker(root: Path) -> WorkerProcess:
 
 @dataclass(frozen=True)
 class JobBundle:
-    """The own files of a sweep by their absolute paths, ``home`` being where relative names begin."""
+    """The user's files of a sweep, and the software that its runs need."""
 
     apps: tuple[str, ...]
+    """The names of the app and the judge."""
+
     backends: tuple[str, ...]
+    """The names of the backends."""
+
     faults: tuple[str, ...]
+    """The injected faults."""
+
     versions: Mapping[str, str]
+    """The versions of Python and the libraries."""
+
     code: str
+    """The digest of the installed code, by `compute_code_digest`."""
+
     home: Path
+    """The folder that relative names are relative to."""
+
     files: Mapping[Path, bytes]
+    """The contents of the files, by their absolute paths."""
 
     @classmethod
     def of(cls, sweep: Sweep) -> JobBundle:
-        """Return the bundle of a sweep that was checked."""
+        """Return the bundle of a sweep that passed `Sweep.check`."""
         named = sweep.apps, sweep.backends, sweep.request.faults
-        return cls(*named, _read_versions(sweep.backends), code_digest(*named), Path.cwd(), read_own_files(sweep))
+        return cls(
+            *named, _read_versions(sweep.backends), compute_code_digest(*named), Path.cwd(), read_own_files(sweep)
+        )
 
-    def mismatch(self) -> str | None:
-        """Return why this process cannot run the bundle; None if it can."""
+    def find_mismatch(self) -> str | None:
+        """Return the first difference between this process's software and the bundle's; None if there is none."""
         try:
-            found, code = _read_versions(self.backends), code_digest(self.apps, self.backends, self.faults)
+            found, code = _read_versions(self.backends), compute_code_digest(self.apps, self.backends, self.faults)
         except RobotcoreError as error:
             return str(error)
         for name, wanted in self.versions.items():
-            if (has := found.get(name, "none")) != wanted:
-                return f"{name}: it has {has}, here is {wanted}. {_format_remedy(name, wanted)}, and start it again"
+            if (version_there := found.get(name, "not installed")) != wanted:
+                return (
+                    f"{name} is {version_there} there and {wanted} here. {_format_remedy(name, wanted)}, and restart "
+                    "the worker"
+                )
         if code != self.code:
-            return "its robotcore, drivers, apps or faults are not ours. Install the same, and start it again"
+            return (
+                "its robotcore, drivers, apps or faults differ from those here. Install the same there, and restart "
+                "the worker"
+            )
         return None
 
     @property
     def digest(self) -> str:
-        """A digest of the files and their places."""
+        """The digest of the files and their paths."""
         total = hashlib.sha256()
         for file, content in sorted(self.files.items()):
             total.update(b"%b %b" % (os.fsencode(file), hashlib.sha256(content).digest()))
         return total.hexdigest()
 
     def unpack(self, root: Path) -> None:
-        """Make ``root`` with the files below it, all or none; those of one folder stay beside each other."""
+        """Make the folder ``root`` with all files in it, or no folder. Files of one folder stay in one folder."""
         with TemporaryDirectory(dir=root.parent) as folder:
             part = Path(folder, root.name)
             part.mkdir()
@@ -155,12 +180,12 @@ class JobBundle:
                 path.write_bytes(content)
             part.rename(root)
 
-    def app_in(self, root: Path, name: str) -> str:
-        """Return an app's name where the files are unpacked below ``root``."""
+    def locate_app(self, root: Path, name: str) -> str:
+        """Return the name of an app whose file is unpacked below ``root``."""
         return str(root / _relative_path(self.home / name)) if is_app_file(name) else name
 
-    def description_in(self, root: Path, name: str) -> str:
-        """Return a robot's or a world's name where the files are unpacked below ``root``."""
+    def locate_description(self, root: Path, name: str) -> str:
+        """Return the name of a robot or world whose file is unpacked below ``root``."""
         return str(root / _relative_path(self.home / name)) if is_own(name) else name
 
 
@@ -169,10 +194,10 @@ def _read_versions(backends: tuple[str, ...]) -> dict[str, str]:
 
 
 def _format_remedy(name: str, wanted: str) -> str:
-    return f"Take the same {name} there" if name == PYTHON else f"pip install {name}=={wanted} there"
+    return f"Install the same {name} there" if name == PYTHON else f"pip install {name}=={wanted} there"
 
 
 def _relative_path(file: Path) -> Path:
-    """Return a relative place for an absolute one; no ``..`` in it leads anywhere else."""
+    """Return a relative path without ``..`` for an absolute path: a digest of its folder, and its name."""
     folder = hashlib.sha256(os.fsencode(file.parent)).hexdigest()[:16]
     return Path(folder, file.name)

@@ -1,4 +1,4 @@
-"""The engine interface: what carries out the runs of a sweep, with a bounded number of tasks under way."""
+"""The interface of the engines that execute the runs of a sweep, and a loop that limits the tasks at a time."""
 
 from __future__ import annotations
 
@@ -14,29 +14,32 @@ from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.spec import Sweep
 
 HANG_FACTOR = 10.0
-"""A run counts as hung after this many times its own time-out, plus a minute."""
+"""A run counts as hung after this many times its own time limit, plus a minute."""
 
 TaskT = TypeVar("TaskT")
 
 POLL_S = 1.0
-"""Interval at which the allowed number of tasks is read again."""
+"""The seconds after which the allowed number of tasks is read again."""
 
 
 class Engine(Protocol):
-    """Carries out runs, in any order; closing the generator hands out no more of them."""
+    """Executes runs, in any order."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
-        """Yield each run as it ends. One that dies or hangs ends as an error; it keeps no other from running."""
+        """Execute runs of a sweep, and yield the output of each as it ends. Closing the generator stops the others.
+
+        A run that dies or hangs has the outcome ``error``. The other runs go on.
+        """
         ...
 
 
-def compute_hang_limit(request: RunRequest, asked_s: float | None) -> float:
-    """Return after how many seconds of wall time a run counts as hung."""
-    return 60.0 + HANG_FACTOR * request.timeout_s if asked_s is None else asked_s
+def compute_hang_limit(request: RunRequest, wall_timeout_s: float | None) -> float:
+    """Return the seconds of wall time after which a run counts as hung: ``wall_timeout_s``, or a default."""
+    return 60.0 + HANG_FACTOR * request.timeout_s if wall_timeout_s is None else wall_timeout_s
 
 
 def import_extra(module: str, extra: str) -> Any:
-    """Return a module that an extra brings; BackendMissingError names the extra."""
+    """Return a module that an extra of robotcore installs. Raises BackendMissingError if it is not installed."""
     try:
         return import_module(module)
     except ImportError as error:
@@ -49,7 +52,7 @@ def import_extra(module: str, extra: str) -> Any:
 
 
 class Future(Protocol):
-    """The interface that the futures of executors share."""
+    """The methods that the futures of `concurrent.futures` and of Dask share."""
 
     def add_done_callback(self, callback: Callable[[Any], Any], /) -> None: ...
     def result(self) -> Any: ...
@@ -58,9 +61,12 @@ class Future(Protocol):
 def iterate_completed(
     submit: Callable[[TaskT], Future], tasks: Iterable[TaskT], width: Callable[[], int]
 ) -> Iterator[tuple[TaskT, Future]]:
-    """Yield each task with its future as it ends; at most ``width()`` of them are under way.
+    """Submit tasks, and yield each with its future as it ends.
 
-    ``width`` is asked again whenever one has ended and every `POLL_S` seconds; what it raises ends the waiting.
+    submit: starts a task.
+    tasks: the tasks.
+    width: returns the number of tasks that may run at a time. It is called whenever a task ends, and every `POLL_S`
+        seconds. Its exceptions are raised.
     """
     ended: SimpleQueue[tuple[TaskT, Future]] = SimpleQueue()
     waiting, under_way = iter(tasks), 0

@@ -1,4 +1,4 @@
-"""Failure analysis: which recorded conditions tell failing runs from passing ones."""
+"""Failure analysis: find the recorded conditions under which more runs fail."""
 
 from __future__ import annotations
 
@@ -13,157 +13,194 @@ from robotcore.sweep.permutation_test import Floats, Split, Splits, Value, find_
 from robotcore.sweep.record import GroupKey, Record
 
 SIGNIFICANCE = 0.05
+"""The largest p of a finding."""
 
 _SEED = 0
 _ROUNDING = 1e-9
-"""Logarithms of one chance that was reckoned in two ways differ by less."""
+"""Two computations of one logarithm differ by less than this."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """The best split of a condition for a backend and world; ``p`` is corrected for all splits that were tried."""
+    """The best split of a condition for one backend in one world."""
 
-    place: GroupKey
+    group: GroupKey
+    """The backend and the world."""
+
     condition: str
+    """The name of the condition."""
+
     split: Split
+    """The split with the least p-value of Fisher's exact test."""
+
     p: float
+    """The p-value, corrected for all splits that were tried."""
 
     @property
-    def where(self) -> str:
+    def side(self) -> str:
         """The side on which more runs fail, such as ``light_brightness < 0.34``."""
         return f"{self.condition} {self.split.sign} {str(self.split.value).removesuffix('.0')}"
 
     @property
     def shares(self) -> str:
-        """How many fail there and how many elsewhere."""
-        return f"{self.split.inside}, elsewhere {self.split.outside}"
+        """The number of failing runs on this side and on the other."""
+        return f"{self.split.inside}, else {self.split.outside}"
 
     def __str__(self) -> str:
-        return f"fails more {self.place} where {self.where}: {self.shares}"
+        return f"fails more {self.group} if {self.side}: {self.shares}"
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """The findings, the best first. Without findings, ``silence`` is the reason; it is empty if no run failed."""
+    """The conditions that explain failures."""
 
     findings: tuple[Finding, ...]
-    silence: str
+    """The findings, the one with the least p first."""
+
+    reason: str
+    """Why there are no findings; empty if there are some, or if no run failed."""
 
     @property
     def lines(self) -> list[str]:
         """The lines for a terminal."""
-        return [f"{each} ({format_p(each.p)})" for each in self.findings] or [self.silence] * bool(self.silence)
+        return [f"{each} ({format_p(each.p)})" for each in self.findings] or [self.reason] * bool(self.reason)
 
 
 def explain(records: Iterable[Record]) -> Explanation:
-    """Return which conditions explain failures, of those runs that tell their conditions.
+    """Return the conditions under which more runs fail. Records without conditions do not count.
 
-    The best of many splits looks good by chance too. How good is seen where it is shuffled, within each place, who
-    failed: a finding's ``p`` is the share of shuffles whose best split anywhere is as good, and it is listed if
-    that is at most 5 %. Splits that are almost the same so count as one, not as many. It is the min-P permutation
-    test of P. H. Westfall and S. S. Young, Resampling-Based Multiple Testing (1993), in its single step; the runs as
-    they failed count as one shuffle more (B. Phipson and G. K. Smyth, Permutation p-values should never be zero,
-    Statistical Applications in Genetics and Molecular Biology 9 (2010), article 39). The shuffles are the same each
-    time, in whatever order the runs ended.
+    The best of many splits looks good by chance too. So the test shuffles which runs of a group failed, again and
+    again. A finding's ``p`` is the fraction of permutations whose best split of any condition is at least as good. The
+    observed runs count as one permutation. A finding is listed if ``p`` is at most `SIGNIFICANCE`.
+
+    The permutations are the same each time, in whatever order the runs ended.
+
+    Method: the single-step min-P test of P. H. Westfall and S. S. Young, Resampling-Based Multiple Testing (1993).
+    Counting the observed runs: B. Phipson and G. K. Smyth, Permutation p-values should never be zero, Statistical
+    Applications in Genetics and Molecular Biology 9 (2010), article 39.
+
+    >>> from robotcore import Outcome, RunResult
+    >>> def run(light: float, outcome: Outcome) -> Record:
+    ...     result = RunResult("search", "kinematic", "rover", "arena", 1, outcome, 0, conditions={"light": light})
+    ...     return Record(result, None, "robotcore run search")
+    >>> dark = [run(0.2, Outcome.FAILURE) for _ in range(8)]
+    >>> bright = [run(0.8, Outcome.SUCCESS) for _ in range(20)]
+    >>> explain(dark + bright).lines
+    ['fails more in arena on kinematic if light < 0.5: 8 of 8, else 0 of 20 (p = 0.001)']
     """
     strata = make_strata(records)
     random = np.random.RandomState(_SEED)
     ranked = _rank([test for each in strata if each.is_mixed for test in each.find_splits(random)])
     findings = tuple(each for each in ranked if each.p <= SIGNIFICANCE)
-    return Explanation(findings, "" if findings else _explain_silence(strata, ranked))
+    return Explanation(findings, "" if findings else _find_reason(strata, ranked))
 
 
 def format_p(p: float) -> str:
-    """Return a chance in short, such as ``p = 0.003``."""
+    """Return the text for a p-value, such as ``p = 0.003``."""
     return f"p = {p:.2g}"
 
 
 def _rank(tests: Sequence[ConditionTest]) -> list[Finding]:
-    """Return what was tried, the surest first."""
+    """Return the best split of each condition, the one with the least p first."""
     least = np.min([test.log_p for test in tests], axis=0) if tests else np.empty(0)
     ordered = sorted(tests, key=lambda test: float(test.log_p[0]))
     return [Finding(*each[:3], float(np.mean(least <= each.log_p[0] + _ROUNDING))) for each in ordered]
 
 
-def _explain_silence(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> str:
-    """Return why no condition was found."""
+def _find_reason(strata: Sequence[Stratum], ranked: Sequence[Finding]) -> str:
+    """Return why there is no finding; empty if no run failed."""
     runs, failing = sum(len(each.cases) for each in strata), sum(each.failing for each in strata)
     counts = f"({runs} runs, {failing} failing)"
     mixed = [each for each in strata if each.is_mixed]
     if not failing:
         return ""
     if not mixed:
-        which = "every run" if failing == runs else "in each world on each backend every run or none"
-        return f"{which} failed: nothing to compare with {counts}"
+        which = "every run" if failing == runs else "in each world on each backend, every run or none"
+        return f"{which} failed, so there is nothing to compare {counts}"
     if not ranked:
-        return f"no condition differs from run to run {counts}"
+        return f"every condition has the same value in all runs {counts}"
     if max(each.permutations for each in mixed) < 1 / SIGNIFICANCE:
-        return f"too few runs to tell any condition from chance {counts}"
-    nearest = ranked[0]
-    near = f"{nearest.where} {nearest.place}, {nearest.shares} ({format_p(nearest.p)})"
-    return f"no condition can be told from chance {counts}; nearest: {near}"
+        return f"too few runs for a significant split {counts}"
+    best = ranked[0]
+    return f"no split is significant {counts}; the best: {best.side} {best.group}, {best.shares} ({format_p(best.p)})"
 
 
 class Case(NamedTuple):
-    """A run's seed, outcome and conditions."""
+    """The seed, the outcome and the conditions of a run."""
 
     seed: int
+    """The seed; -1 for a run without one."""
+
     is_failure: bool
+    """Whether the run failed."""
+
     conditions: Mapping[str, Value]
+    """The value of each condition."""
 
 
 class ConditionTest(NamedTuple):
-    """A condition's best split in a place; ``log_p`` has the logarithm of its chance: as runs failed, then shuffled."""
+    """The permutation test of one condition in one group."""
 
-    place: GroupKey
+    group: GroupKey
+    """The backend and the world."""
+
     condition: str
+    """The name of the condition."""
+
     split: Split
+    """The split with the least p-value."""
+
     log_p: Floats
+    """The logarithm of the least p-value in each permutation, the observed one first."""
 
 
 @dataclass(frozen=True)
 class Stratum:
-    """Comparable runs: same backend, same world, same conditions recorded, in the order of their seeds."""
+    """Comparable runs: same backend, same world, same conditions recorded."""
 
-    place: GroupKey
+    group: GroupKey
+    """The backend and the world."""
+
     cases: Sequence[Case]
+    """The runs, in the order of their seeds."""
 
     @property
     def failing(self) -> int:
+        """The number of failing runs."""
         return sum(case.is_failure for case in self.cases)
 
     @property
     def is_mixed(self) -> bool:
-        """Whether some runs failed and some did not."""
+        """Whether some runs failed and some passed."""
         return 0 < self.failing < len(self.cases)
 
     @property
     def permutations(self) -> int:
-        """In how many ways as many runs could have failed."""
+        """The number of ways to choose the failing runs."""
         return math.comb(len(self.cases), self.failing)
 
     def find_splits(self, random: np.random.RandomState) -> Iterator[ConditionTest]:
-        """Yield the best split of each condition that is not the same in all runs."""
+        """Yield the best split of each condition whose value differs between runs."""
         failing = np.flatnonzero([case.is_failure for case in self.cases])
         rows = shuffle_failing(len(self.cases), failing, random)
         for name in self.cases[0].conditions:
             splits = Splits.of([case.conditions[name] for case in self.cases])
             if splits.sides:
                 side, least = find_best_side(splits, rows)
-                yield ConditionTest(self.place, name, splits.split(side, failing), least)
+                yield ConditionTest(self.group, name, splits.build_split(side, failing), least)
 
 
 def make_strata(records: Iterable[Record]) -> list[Stratum]:
-    """Return the runs that tell conditions, parted so that only like is compared with like.
+    """Return the runs that have conditions, in groups that can be compared.
 
-    Each backend is looked at in each world by itself: the same seed draws the same conditions for every backend, so
-    that its runs are no independent cases, and worlds differ in how often runs fail as they do in what is drawn.
+    Backends are separate: the same seed draws the same conditions for each, so their runs are not independent. Worlds
+    are separate: they differ both in the share of failing runs and in the conditions that are drawn.
     """
-    parted: dict[tuple[GroupKey, tuple[str, ...]], list[Case]] = {}
+    cases_by_group: dict[tuple[GroupKey, tuple[str, ...]], list[Case]] = {}
     for record in records:
         result = record.result
         if result.conditions:
             case = Case(-1 if result.seed is None else result.seed, record.is_failure, result.conditions)
-            parted.setdefault((GroupKey.of(record), tuple(sorted(result.conditions))), []).append(case)
-    ordered = sorted(parted.items(), key=lambda item: item[0])
-    return [Stratum(place, sorted(cases, key=lambda case: case.seed)) for (place, _), cases in ordered]
+            cases_by_group.setdefault((GroupKey.of(record), tuple(sorted(result.conditions))), []).append(case)
+    ordered = sorted(cases_by_group.items(), key=lambda item: item[0])
+    return [Stratum(group, sorted(cases, key=lambda case: case.seed)) for (group, _), cases in ordered]

@@ -1,4 +1,4 @@
-"""What the results of a sweep depend on: the request, the code, the user's files, the libraries."""
+"""The fingerprint of a sweep: digests of the request, the code, the user's files and the libraries."""
 
 from __future__ import annotations
 
@@ -13,34 +13,37 @@ from typing import Any
 
 from robotcore.description import is_own
 from robotcore.errors import UsageError
+from robotcore.files import replace_text
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.apps import app_path, is_app_file, load_app
 from robotcore.runtime.faults.planning import modules_of
 from robotcore.runtime.versions import libraries
-from robotcore.sweep.durable import replace_text
 from robotcore.sweep.spec import Sweep
 
 Dependencies = dict[str, dict[str, Any]]
+"""Everything that the results of a sweep depend on, as `collect_dependencies` returns it."""
 
 _SOURCES = {".py", ".toml"}
 _DRIVERS = "drivers"
 _REPORT = "robotcore/sweep/report"
-"""Made from results; a change in it changes none."""
+"""Excluded: the report is made from results, so it changes none."""
 
 MANIFEST = "sweep.json"
+"""The file of a results folder with its dependencies."""
 
 _MAX_CHANGES = 4
-"""The most differences in an error's text."""
+"""The most changes that the text of an error lists."""
 
 
 def collect_dependencies(sweep: Sweep) -> Dependencies:
-    """Return everything that could change a result, ready for JSON: ``asked``, ``code``, ``files``, ``libraries``.
+    """Return everything that results depend on, ready for JSON, with the keys of ``sweep.json``.
 
-    The seeds do not count: no run depends on another. Code and files are listed by their digests.
+    ``asked`` has the request, ``code`` the digests of packages, ``files`` the digests of the user's files, and
+    ``libraries`` the versions. Seeds are left out, because no run depends on another.
     """
     found = {
         "asked": _flatten_request(sweep),
-        "code": _code_digests(sweep.apps, sweep.backends, sweep.request.faults),
+        "code": _compute_code_digests(sweep.apps, sweep.backends, sweep.request.faults),
         "files": {str(file): _sha256(content) for file, content in read_own_files(sweep).items()},
         "libraries": libraries(sweep.backends),
     }
@@ -49,17 +52,17 @@ def collect_dependencies(sweep: Sweep) -> Dependencies:
 
 
 def compute_digest(dependencies: Dependencies) -> str:
-    """Return a digest of what `collect_dependencies` returned."""
+    """Return the digest of dependencies."""
     return _sha256(json.dumps(dependencies, sort_keys=True).encode())
 
 
-def code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> str:
-    """Return a digest of the sources of robotcore, of the backends and faults, and of those apps that have a name."""
-    return _sha256("".join(_code_digests(apps, backends, faults).values()).encode())
+def compute_code_digest(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> str:
+    """Return the digest of the sources of robotcore, the backends, the faults and the installed apps."""
+    return _sha256("".join(_compute_code_digests(apps, backends, faults).values()).encode())
 
 
 def _flatten_request(sweep: Sweep) -> dict[str, Any]:
-    """Return what was asked for, each setting and option by itself; the order of backends and worlds does not count."""
+    """Return the request with a key for each setting and option. The order of backends and worlds does not count."""
     request: dict[str, Any] = {name: ", ".join(sorted(getattr(sweep, name))) for name in ("backends", "worlds")}
     for name, value in asdict(sweep.request).items():
         if isinstance(value, Mapping):
@@ -69,41 +72,41 @@ def _flatten_request(sweep: Sweep) -> dict[str, Any]:
     return request
 
 
-def _code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> dict[str, str]:
-    """Return the digests of packages by their names, in the order of these.
+def _compute_code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> dict[str, str]:
+    """Return the digests of packages by their names, sorted.
 
-    Whole packages count: a line that changes nothing is taken for one that might. Of robotcore's own drivers each is
-    a package by itself: none knows another.
+    Each whole package counts, even if a changed line has no effect on results. Each driver of this project counts as
+    a package, because no driver imports another.
     """
     modules = [type(load_backend(backend)).__module__ for backend in backends]
     modules += [load_app(app).__module__ for app in apps if not is_app_file(app)]
     packages = {"robotcore", *map(_find_package, [*modules, *modules_of(faults)])}
-    return {package: _package_digest(package) for package in sorted(packages)}
+    return {package: _compute_package_digest(package) for package in sorted(packages)}
 
 
 def _find_package(module: str) -> str:
-    """Return the outermost package of a module, or the folder of a driver in ours."""
+    """Return the outermost package of a module. For a driver of this project, return the driver's own package."""
     names = module.split(".")
     return ".".join(names[: 2 if names[0] == _DRIVERS else 1])
 
 
 @cache
-def _package_digest(name: str) -> str:
-    """Return a digest of a package's sources as they were when this process looked first, soon after importing it."""
+def _compute_package_digest(name: str) -> str:
+    """Return the digest of a package's sources. It is cached, since the process has imported the package by now."""
     total = hashlib.sha256()
-    for file, name_there in sorted(_list_sources(name), key=lambda source: source[1]):
-        total.update(f"{name_there} {_sha256(file.read_bytes())}\n".encode())
+    for file, key in sorted(_list_sources(name), key=lambda source: source[1]):
+        total.update(f"{key} {_sha256(file.read_bytes())}\n".encode())
     return total.hexdigest()
 
 
 def _list_sources(name: str) -> Iterator[tuple[Path, str]]:
-    """Yield the source files of a package, or of a module that stands alone, and what they are called in it."""
+    """Yield the source files of a package or module, each with its name in the package."""
     module = sys.modules[name]
     for root in map(Path, getattr(module, "__path__", ())):
         for file in root.rglob("*"):
-            there = f"{name}/{file.relative_to(root)}"
-            if file.suffix in _SOURCES and not there.startswith(_REPORT):
-                yield file, there
+            key = f"{name}/{file.relative_to(root)}"
+            if file.suffix in _SOURCES and not key.startswith(_REPORT):
+                yield file, key
     if not hasattr(module, "__path__") and module.__file__:
         yield Path(module.__file__), name
 
@@ -113,7 +116,11 @@ def _sha256(content: bytes) -> str:
 
 
 def read_own_files(sweep: Sweep) -> dict[Path, bytes]:
-    """Return the files by their absolute paths, in order, with what is in them."""
+    """Return the contents of the user's files by their absolute paths, sorted.
+
+    They are the app's file, the judge's file, all modules beside them, and the descriptions of the robot and worlds.
+    Raises UsageError if a file cannot be read.
+    """
     return {file: _read_content(file) for file in sorted(set(_list_own_files(sweep)))}
 
 
@@ -125,7 +132,7 @@ def _list_own_files(sweep: Sweep) -> Iterator[Path]:
 
 
 def _is_module(file: Path) -> bool:
-    """Return whether it can be imported; the lock of an editor (``.#app.py``) or a folder cannot."""
+    """Return whether a file can be imported. A folder or the lock file of an editor (``.#app.py``) cannot."""
     return file.is_file() and not file.name.startswith(".")
 
 
@@ -134,7 +141,7 @@ def _read_content(file: Path) -> bytes:
         return file.read_bytes()
     except OSError as error:
         raise UsageError(
-            f"{file}: {error.strerror}. Name a file that can be read", kind="unreadable-file", file=str(file)
+            f"{file}: {error.strerror}. Name a readable file", kind="unreadable-file", file=str(file)
         ) from error
 
 
@@ -150,66 +157,66 @@ def write_manifest(directory: Path, content: str) -> None:
 
 
 def require_same(directory: Path, dependencies: Dependencies) -> None:
-    """Raise UsageError, with the changes, if the results in a folder depend on something else."""
+    """Raise UsageError if the dependencies in a folder's `MANIFEST` differ. Its field ``changes`` lists them."""
     try:
         then = json.loads((directory / MANIFEST).read_text(encoding="utf-8"))
-        changed = (
+        changes = (
             [] if {name: then[name] for name in dependencies} == dependencies else _describe_changes(dependencies, then)
         )
     except (ValueError, KeyError, TypeError, AttributeError):
-        changed = [f"its {MANIFEST} cannot be read"]
-    if changed:
-        more = f"; and {len(changed) - _MAX_CHANGES} more" if len(changed) > _MAX_CHANGES else ""
+        changes = [f"its {MANIFEST} cannot be read"]
+    if changes:
+        more = f"; and {len(changes) - _MAX_CHANGES} more" if len(changes) > _MAX_CHANGES else ""
         raise UsageError(
-            f"{directory} holds other results: {'; '.join(changed[:_MAX_CHANGES])}{more}. "
-            "Name another folder with --out, or run it anew with --fresh",
+            f"{directory} has the results of another sweep: {'; '.join(changes[:_MAX_CHANGES])}{more}. "
+            "Name another folder with --out, or delete these results with --fresh",
             kind="other-results",
             directory=str(directory),
-            changes=changed,
+            changes=changes,
         )
 
 
 def _describe_changes(now: Dependencies, then: Dependencies) -> list[str]:
-    """Describe the changes; if the request differs, only the changes of the request."""
+    """Return a text for each change. If the request changed, leave out the others."""
     return _describe_part("asked", now, then) or [
-        words for name in now if name != "asked" for words in _describe_part(name, now, then)
+        text for name in now if name != "asked" for text in _describe_part(name, now, then)
     ]
 
 
 def _describe_part(name: str, now: Dependencies, then: Dependencies) -> list[str]:
-    return [_DESCRIBERS[name](key, is_, was) for key, is_, was in _list_changes(now[name], then[name])]
+    return [_DESCRIBERS[name](key, new, old) for key, new, old in _list_changes(now[name], then[name])]
 
 
 def _list_changes(now: dict[str, Any], then: dict[str, Any]) -> Iterator[tuple[str, Any, Any]]:
-    """Yield each key with what it is and what it was, None where it is not there."""
+    """Yield each key whose value changed, with its new and its old value; None for a missing key."""
     for key in dict.fromkeys([*now, *then]):
         if now.get(key) != then.get(key):
             yield key, now.get(key), then.get(key)
 
 
-def _describe_value(key: str, is_: Any, was: Any) -> str:
-    is_, was = (
-        "not given" if each is None else each if isinstance(each, str) else json.dumps(each) for each in (is_, was)
+def _describe_value(key: str, new: Any, old: Any) -> str:
+    new, old = (
+        "not given" if each is None else each if isinstance(each, str) else json.dumps(each) for each in (new, old)
     )
-    return f"{key} is {is_}, was {was}"
+    return f"{key} is {new}, was {old}"
 
 
-def _describe_code(package: str, is_: Any, was: Any) -> str:
-    return f"the code of {package} {_describe_change(is_, was)}"
+def _describe_code(package: str, new: Any, old: Any) -> str:
+    return f"the code of {package} {_describe_change(new, old)}"
 
 
-def _describe_file(file: str, is_: Any, was: Any) -> str:
+def _describe_file(file: str, new: Any, old: Any) -> str:
     path = Path(file)
     shown = path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
-    return f"your file {shown} {_describe_change(is_, was)}"
+    return f"your file {shown} {_describe_change(new, old)}"
 
 
-def _describe_version(library: str, is_: Any, was: Any) -> str:
-    return f"{library} is {is_ or 'not there'}, was {was or 'not there'}"
+def _describe_version(library: str, new: Any, old: Any) -> str:
+    return f"{library} is {new or 'not installed'}, was {old or 'not installed'}"
 
 
-def _describe_change(is_: Any, was: Any) -> str:
-    return "has changed" if is_ and was else "is new" if is_ else "is gone"
+def _describe_change(new: Any, old: Any) -> str:
+    return "has changed" if new and old else "is new" if new else "is gone"
 
 
 _DESCRIBERS: dict[str, Callable[[str, Any, Any], str]] = {

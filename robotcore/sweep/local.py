@@ -21,8 +21,8 @@ from robotcore.sweep.worker import WorkerProcess
 
 RecordCallback = Callable[[Record], None]
 
-_AHEAD = 2
-"""Runs handed out for each process, so that none waits for its next."""
+_RUNS_PER_WORKER = 2
+"""The runs that are submitted for each worker process, so that no worker waits for its next run."""
 
 
 def run_sweep(
@@ -32,9 +32,14 @@ def run_sweep(
     *,
     fresh: bool = False,
 ) -> Results:
-    """Run what is not yet done of a sweep, on all cores where no engine is given; return its results.
+    """Execute the missing runs of a sweep, and return its results. `Results` has an example.
 
-    Raises UsageError and BackendMissingError before anything is run.
+    sweep: the sweep.
+    engine: the engine; None for a `LocalEngine` on all cores.
+    directory: the folder of the results; None for ``sweeps/<app>-<digest>``.
+    fresh: whether to delete the results that exist.
+
+    Raises UsageError, BackendError and BehaviourError before the first run, as `preflight` does.
     """
     preflight(sweep)
     with Results(sweep, directory, fresh=fresh) as results:
@@ -43,33 +48,36 @@ def run_sweep(
 
 
 def execute(results: Results, engine: Engine, watch: RecordCallback = lambda _: None) -> None:
-    """Run what is missing, and write the tables of what is there, however it ends."""
+    """Execute the missing runs, and call ``watch`` with each record. Then write the tables, even after an error."""
     try:
         if missing := results.missing():
-            with closing(engine.perform(results.sweep, missing)) as ended:
-                for each in ended:
-                    watch(results.add(each))
+            with closing(engine.perform(results.sweep, missing)) as outputs:
+                for output in outputs:
+                    watch(results.add(output))
     finally:
         results.write_tables()
 
 
 def count_cores() -> int:
-    """Return how many cores this process may use."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)
 class LocalEngine:
-    """Runs in ``jobs`` processes of their own; a run that takes longer than ``wall_timeout_s`` is given up."""
+    """Executes runs in worker processes on this machine."""
 
     jobs: int
+    """The number of worker processes."""
+
     wall_timeout_s: float | None = None
+    """The seconds of wall time after which a run counts as hung; None for a default from the run's time limit."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
         limit = compute_hang_limit(sweep.request, self.wall_timeout_s)
         with _start_workers(self.jobs) as (threads, idle):
 
-            def attempted(request: RunRequest) -> RunOutput:
+            def attempt_in_worker(request: RunRequest) -> RunOutput:
                 worker = idle.get()
                 try:
                     return attempt(worker, request, limit)
@@ -77,16 +85,16 @@ class LocalEngine:
                     idle.put(worker)
 
             def submit(request: RunRequest) -> Future:
-                return threads.submit(attempted, request)
+                return threads.submit(attempt_in_worker, request)
 
-            for _, future in iterate_completed(submit, requests, lambda: _AHEAD * self.jobs):
-                ended: RunOutput = future.result()
-                yield ended
+            for _, future in iterate_completed(submit, requests, lambda: _RUNS_PER_WORKER * self.jobs):
+                output: RunOutput = future.result()
+                yield output
 
 
 @contextmanager
 def _start_workers(size: int) -> Iterator[tuple[ThreadPoolExecutor, SimpleQueue[WorkerProcess]]]:
-    """Give as many threads as child processes for them to take; on leaving, all are ended, whatever they are at."""
+    """Yield threads, and a queue of as many idle workers. On leaving, end all of them, even during a run."""
     idle: SimpleQueue[WorkerProcess] = SimpleQueue()
     with ExitStack() as stack:
         threads = ThreadPoolExecutor(size)

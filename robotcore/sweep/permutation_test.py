@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from robotcore.sweep.statistics import subsample
 
 SHUFFLES = 999
-"""With the runs as they failed 1000 rows, which tell a chance of 5 % with a standard error of 0.7 %."""
+"""The number of permutations beside the observed one. With 1000 in all, a p of 5 % has a standard error of 0.7 %."""
 
 _CELLS = 1_000_000
-"""About so many numbers are counted at a time; all shuffles at once of a big sweep would fill the memory."""
+"""The numbers that are counted at a time. All permutations of a big sweep at once would fill the memory."""
 
 MAX_THRESHOLDS = 128
-"""Neighbours part a big sweep almost alike: of 600 runs all 599 find no more causes, and take five times as long."""
+"""The most thresholds for a condition. All 599 thresholds of 600 runs take five times as long, and find no more."""
 
 Value = float | str
 
@@ -28,7 +28,12 @@ Floats = NDArray[np.float64]
 
 
 def shuffle_failing(runs: int, failing: Ints, random: np.random.RandomState) -> Ints:
-    """Return which runs fail: in the first row those that did, in each of `SHUFFLES` more as many, drawn by chance."""
+    """Return the indices of failing runs, of shape (1 + `SHUFFLES`, k).
+
+    runs: the number of runs.
+    failing: the indices of the k runs that failed. They are the first row.
+    random: the generator that draws the k indices of each other row.
+    """
     rows = np.empty((1 + SHUFFLES, len(failing)), np.int64)
     rows[0] = failing
     for row in rows[1:]:
@@ -37,61 +42,96 @@ def shuffle_failing(runs: int, failing: Ints, random: np.random.RandomState) -> 
 
 
 def find_best_side(splits: Splits, rows: Ints) -> tuple[int, Floats]:
-    """Return the side that chance explains least in the first row, and the logarithm of that least chance in each."""
-    chances = list(_compute_log_chances(splits, rows))
-    return int(chances[0][0].argmin()), np.concatenate([each.min(axis=1) for each in chances])
+    """Find the side with the least p-value of Fisher's exact test in the first row.
+
+    splits: the splits of one condition.
+    rows: the indices of failing runs, as `shuffle_failing` returns them.
+
+    Return the index of the side, and the natural logarithm of the least p-value in each row.
+
+    >>> splits = Splits.of([0.1, 0.2, 0.3, 0.7, 0.8, 0.9])
+    >>> failing = np.array([0, 1, 2])
+    >>> rows = shuffle_failing(6, failing, np.random.RandomState(0))
+    >>> side, log_p = find_best_side(splits, rows)
+    >>> splits.build_split(side, failing)
+    Split(sign='<', value=0.5, inside=Share(failing=3, runs=3), outside=Share(failing=0, runs=3))
+    >>> float(np.mean(log_p <= log_p[0] + 1e-9))  # the fraction of permutations with a split at least as good
+    0.114
+    """
+    log_p = list(_compute_log_p(splits, rows))
+    return int(log_p[0][0].argmin()), np.concatenate([each.min(axis=1) for each in log_p])
 
 
-def _compute_log_chances(splits: Splits, rows: Ints) -> Iterator[Floats]:
-    """Yield Fisher's chance of each side, in logarithms, for some more rows: of shape (n, sides)."""
+def _compute_log_p(splits: Splits, rows: Ints) -> Iterator[Floats]:
+    """Yield the logarithms of Fisher's p-value of each side for the next n rows, of shape (n, sides)."""
     failing, sides = rows.shape[1], np.arange(len(splits.sides))
     table = compute_log_tails(len(splits.classes), failing, splits.sizes)
     step = max(1, _CELLS // (failing + len(sides)))
     for start in range(0, len(rows), step):
-        yield table[sides, splits.inside(rows[start : start + step])]
+        yield table[sides, splits.count_inside(rows[start : start + step])]
 
 
 class Share(NamedTuple):
-    """How many of some runs failed."""
+    """A number of runs, and how many of them failed."""
 
     failing: int
+    """The number of failing runs."""
+
     runs: int
+    """The number of all runs."""
 
     def __str__(self) -> str:
         return f"{self.failing} of {self.runs}"
 
 
 class Split(NamedTuple):
-    """The runs where ``value`` holds, of one condition, and the runs elsewhere; ``sign`` is ``<``, ``≥`` or ``=``."""
+    """A split of runs into two parts by the value of one condition."""
 
     sign: str
+    """``<``, ``≥`` or ``=``."""
+
     value: Value
+    """The value that the condition is compared with."""
+
     inside: Share
+    """The runs for which the comparison is true."""
+
     outside: Share
+    """The other runs."""
 
 
 class SplitSide(NamedTuple):
-    """One side of a split that is tried: the classes from ``first`` up to, but without, ``end``."""
+    """One side of a split: a range of classes of runs."""
 
     sign: str
+    """``<``, ``≥`` or ``=``."""
+
     value: Value
+    """The value that the condition is compared with."""
+
     first: int
+    """The first class on this side."""
+
     end: int
+    """The class after the last one on this side."""
 
 
 @dataclass(frozen=True)
 class Splits:
-    """All the splits of a condition that are tried.
-
-    Runs that no threshold parts are a class; ``classes`` has the class of each run.
-    """
+    """All splits of a condition that the test tries."""
 
     classes: Ints
+    """The class of each run. Runs are in one class if no split separates them."""
+
     sides: tuple[SplitSide, ...]
+    """Both sides of each split."""
 
     @classmethod
     def of(cls, values: Sequence[Value]) -> Splits:
-        """Return the splits of runs by a condition's value in each: by thresholds, or each word against the others."""
+        """Return the splits of runs, given the condition's value in each run.
+
+        Numbers are split by thresholds. If any value is a word, each word is split from all others.
+        """
         numbers = [value for value in values if not isinstance(value, str)]
         return (
             _split_by_threshold(numbers)
@@ -101,12 +141,17 @@ class Splits:
 
     @property
     def sizes(self) -> Ints:
-        """How many of all runs are on each side."""
-        sizes: Ints = self.inside(np.arange(len(self.classes))[None])[0]
+        """The number of all runs on each side."""
+        sizes: Ints = self.count_inside(np.arange(len(self.classes))[None])[0]
         return sizes
 
-    def inside(self, runs: Ints) -> Ints:
-        """Return how many of some runs are on each side: ``runs``, of shape (n, k), give shape (n, sides)."""
+    def count_inside(self, runs: Ints) -> Ints:
+        """Count the runs on each side.
+
+        runs: the indices of runs, of shape (n, k).
+
+        Return the counts, of shape (n, sides).
+        """
         rows, count = len(runs), 1 + int(self.classes.max())
         cells = count * np.arange(rows)[:, None] + self.classes[runs]
         per_class = np.bincount(cells.ravel(), minlength=rows * count).reshape(rows, count)
@@ -115,9 +160,13 @@ class Splits:
         inside: Ints = below[:, end] - below[:, first]
         return inside
 
-    def split(self, side: int, failing: Ints) -> Split:
-        """Return a split by the number of its side, with its shares; ``failing`` are the runs that failed."""
-        inside = Share(int(self.inside(failing[None])[0, side]), int(self.sizes[side]))
+    def build_split(self, side: int, failing: Ints) -> Split:
+        """Return the split of a side, with its shares.
+
+        side: the index of the side.
+        failing: the indices of the runs that failed.
+        """
+        inside = Share(int(self.count_inside(failing[None])[0, side]), int(self.sizes[side]))
         outside = Share(len(failing) - inside.failing, len(self.classes) - inside.runs)
         return Split(*self.sides[side][:2], inside, outside)
 
@@ -142,18 +191,26 @@ def _split_by_word(values: Sequence[str]) -> Splits:
 
 
 def _shortest_between(below: float, above: float) -> float:
-    """Return the shortest number that is greater than ``below`` and not greater than ``above``."""
+    """Return the number with the fewest digits that is greater than ``below`` and not greater than ``above``."""
     middle = (below + above) / 2
     short = (float(f"{middle:.{digits}g}") for digits in range(1, 18))
     return next((number for number in short if below < number <= above), above)
 
 
 def compute_log_tails(runs: int, failing: int, sizes: Ints) -> Floats:
-    """Return a table: the logarithm of the chance that ``column`` or more of all who fail are inside a split.
+    """Return the logarithms of the p-values of Fisher's exact test, one-sided, of shape (sizes, failing + 1).
 
-    Of shape (sizes, failing + 1), a row for each number of runs inside. Fisher's exact test, one-sided: R. A. Fisher,
-    Statistical Methods for Research Workers, 5th ed. (1934), section 21.02. It is the upper tail of the hypergeometric
-    distribution; in logarithms, since of a big sweep it may be less than any float.
+    runs: the number of all runs.
+    failing: the number of failing runs.
+    sizes: the numbers of runs on the sides of the splits. Each has a row.
+
+    Column k has the probability that at least k failing runs are on the side by chance. This is the upper tail of the
+    hypergeometric distribution. In a big sweep it may be less than the least float, hence logarithms.
+
+    R. A. Fisher, Statistical Methods for Research Workers, 5th ed. (1934), section 21.02.
+
+    >>> float(np.exp(compute_log_tails(8, 4, np.array([4]))[0, 4]).round(4))  # 1 of 70 draws
+    0.0143
     """
     inside, size = np.arange(failing + 1), sizes[:, None]
     log_factorial = np.concatenate([[0.0], np.log(np.arange(1, runs + 1)).cumsum()])
@@ -163,5 +220,5 @@ def compute_log_tails(runs: int, failing: int, sizes: Ints) -> Floats:
         ways: Floats = log_factorial[n] - log_factorial[within] - log_factorial[n - within]
         return np.where(within == k, ways, -np.inf)
 
-    log_chance = log_choose(failing, inside) + log_choose(runs - failing, size - inside) - log_choose(runs, size)
-    return np.logaddexp.accumulate(log_chance[:, ::-1], axis=1)[:, ::-1]
+    log_p = log_choose(failing, inside) + log_choose(runs - failing, size - inside) - log_choose(runs, size)
+    return np.logaddexp.accumulate(log_p[:, ::-1], axis=1)[:, ::-1]

@@ -14,21 +14,24 @@ from robotcore.sweep.spec import Sweep
 from robotcore.sweep.worker import WorkerDiedError, WorkerHungError, WorkerProcess
 
 LOAD_S = 30.0
-"""An app that is not loaded within this time counts as hung."""
+"""The most seconds that it takes to import an app."""
 
 CHECK_S = 300.0
-"""The limit for opening every backend and drawing every world."""
+"""The most seconds that it takes to open every backend and to draw every world."""
 
-_REMEDY = "Try one at a time: robotcore run APP --backend NAME"
+_REMEDY = "Try each backend alone: robotcore run APP --backend NAME"
 
 
 def preflight(sweep: Sweep, load_s: float = LOAD_S) -> None:
-    """Run `Sweep.check` in another process, so that no code of the user is imported in this one.
+    """Run `Sweep.check` in another process, so that this process imports no code of the user.
 
-    Raises the errors of `Sweep.check`; UsageError if an app ends the process or is not loaded within ``load_s``
-    seconds; BackendError if a backend ends the process or hangs.
+    sweep: the sweep to check.
+    load_s: the most seconds that it takes to import an app.
+
+    Raises the errors of `Sweep.check`. Raises UsageError if an app ends the process or hangs, and BackendError if a
+    backend ends the process or hangs.
     """
-    # In the order of a run: a module beside an app may have the name of a package.
+    # Backends are imported first, as in a run. A module beside the app may have the name of a package.
     with closing(WorkerProcess()) as worker:
         _call_backends(worker, sweep, _load_backends, sweep.backends)
         for app in reversed(sweep.apps):
@@ -52,7 +55,7 @@ def _call_app(
         fault = f"ends its process when it is {step} ({error})"
         kind = "app-ends-process"
     except WorkerHungError:
-        fault = f"does not come to an end within {limit_s:g} s when it is {step}"
+        fault = f"hangs when it is {step}: no end after {limit_s:g} s"
         kind = "app-hangs"
     else:
         return
@@ -65,7 +68,7 @@ def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., 
         worker.call(function, *arguments, limit_s=CHECK_S)
     except WorkerDiedError as error:
         raise BackendError(
-            f"a process that opens {_format_backends(sweep)} dies: {error}. {_REMEDY}",
+            f"the process that opened {_format_backends(sweep)} died: {error}. {_REMEDY}",
             kind="backend-died",
             backends=list(sweep.backends),
         ) from error

@@ -1,4 +1,4 @@
-"""The record of one run of a sweep: one line of JSON."""
+"""The record of one run of a sweep, and its form as one line of JSON."""
 
 from __future__ import annotations
 
@@ -20,25 +20,39 @@ if TYPE_CHECKING:
 
 
 MAX_RESULT_TEXT = 2000
-"""The most characters of a reason or a note in the results of a sweep: an exception may print a whole picture."""
+"""The most characters of a reason or a note in the results of a sweep. An app's exception may have millions."""
 
 MAX_NOTES = 100
+"""The most notes of a run in the results of a sweep."""
 
 TruePath = tuple[tuple[float, float, float], ...]
-"""Where the robot truly was: (t, x, y) in seconds and metres, in the order of time."""
+"""The true positions of the robot: (t, x, y) in seconds and metres, in the order of time."""
 
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 INTERVAL_S = 0.5
+"""The time between two points of a path."""
+
 _EARLY_S = 1e-6
-"""A tick's time is a sum of steps, and may come out this much early."""
+"""A tick's time is a sum of steps. Rounding may make it this much too small."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One run of a sweep."""
+    """One run of a sweep.
+
+    >>> from robotcore import Outcome, RunResult
+    >>> result = RunResult("search", "kinematic", "rover", "arena", 7, Outcome.TIMEOUT, 1, "not done after 60 s")
+    >>> record = Record(result, None, "robotcore run search --seed 7")
+    >>> record.is_failure
+    True
+    >>> Record.from_json(record.to_json()) == record
+    True
+    """
 
     result: RunResult
+    """The result of the run."""
+
     path: TruePath | None
     """The robot's true positions; None if the backend has no true pose."""
 
@@ -46,19 +60,19 @@ class Record:
     """The shell command that repeats the run."""
 
     picture: str | None = None
-    """The PNG of a failing run, relative to the sweep's folder."""
+    """The PNG of a failing run, relative to the sweep's folder; None if there is none."""
 
     @property
     def is_failure(self) -> bool:
-        """Whether the run is no success, is not verified, or touched something."""
+        """Whether the run did not succeed, was found false by the judge or simulator, or had a contact."""
         result = self.result
         return result.outcome is not Outcome.SUCCESS or result.verified is False or bool(result.contacts)
 
     def to_json(self) -> str:
-        """Return the keys of the result, then ``command``, ``path`` and ``picture``, as one line of JSON.
+        """Return one line of JSON with the keys of the result, then ``command``, ``path`` and ``picture``.
 
-        JSON has no NaN and no infinity: such a number becomes null, such a point of the path is left out. Text that
-        is no Unicode is written as escapes.
+        JSON has no NaN and no infinity. Such a number becomes null, and such a point of the path is left out. A
+        character that is no Unicode is written as an escape.
         """
         payload = json.loads(self.result.to_json(), parse_constant=lambda _: None)
         path = self.path and [point for point in self.path if all(map(math.isfinite, point))]
@@ -68,11 +82,11 @@ class Record:
 
     @classmethod
     def from_json(cls, line: str | bytes) -> Record:
-        """Return the record in a line that `to_json` wrote; ValueError if the line is no record."""
+        """Return the record in a line that `to_json` wrote. Raises ValueError if the line is no record."""
         try:
             values = vars(_Line.model_validate_json(line.strip()))
         except ValidationError as error:
-            raise ValueError(f"no record of a run: {_format_error(error)}") from error
+            raise ValueError(f"not a record of a run: {_format_error(error)}") from error
         return cls(
             path=values.pop("path"),
             command=values.pop("command"),
@@ -82,7 +96,7 @@ class Record:
 
 
 def shorten(result: RunResult) -> RunResult:
-    """Return a result whose reason and notes are so short that many results fit in a file.
+    """Return the result with its reason and notes cut to `MAX_RESULT_TEXT` and `MAX_NOTES`.
 
     >>> short = shorten(RunResult("a", "b", "c", None, 1, Outcome.ERROR, 5, reason="x" * 2500))
     >>> short.reason[-26:]
@@ -102,23 +116,26 @@ def _truncate(text: str) -> str:
 _hints = get_type_hints(RunResult) | get_type_hints(Record)
 _required: dict[str, Any] = {name: (hint, ...) for name, hint in _hints.items() if name not in ("result", "error")}
 _Line = create_model("_Line", __config__=ConfigDict(strict=True, allow_inf_nan=False), **_required)
-"""A line: the fields of both, but for what is no JSON, each of them there."""
+"""The model of a line: the fields of the result and the record, all required."""
 
 
 def _format_error(error: ValidationError) -> str:
     first = error.errors(include_url=False)[0]
     if first["type"] == "json_invalid":
         column = first["msg"].rpartition(" ")[2]
-        return f"it is no JSON from column {column} on" if int(column) else "the line is empty"
+        return f"it is not JSON, from column {column} on" if int(column) else "the line is empty"
     key, mistake = first_mistake(error)
-    return f"{key} {mistake}" if key else "it is no JSON object"
+    return f"{key} {mistake}" if key else "it is not a JSON object"
 
 
 class GroupKey(NamedTuple):
-    """A backend and a world; the world is empty if the backend has none."""
+    """The backend and the world of a group of runs."""
 
     backend: str
+    """The name of the backend."""
+
     world: str
+    """The name of the world; empty if the backend has no world."""
 
     @classmethod
     def of(cls, record: Record) -> GroupKey:
@@ -130,7 +147,7 @@ class GroupKey(NamedTuple):
 
 
 class PathRecorder:
-    """An observer that records the true position every half a second, rounded to 1 mm."""
+    """An observer that records the true position every `INTERVAL_S` seconds, rounded to 1 mm."""
 
     def __init__(self) -> None:
         self._truth: Truth | None = None
@@ -154,19 +171,19 @@ class PathRecorder:
 
 
 def format_ending(result: RunResult) -> str:
-    """Return how a run ended, and why."""
+    """Return the outcome of a run, its reason, and the dispute about it, if there are any."""
     return ", ".join(part for part in (result.outcome.value, result.reason, result.dispute) if part)
 
 
 def format_failure(record: Record) -> str:
-    """Return why a run is failing: how it ended, and what it touched."""
+    """Return why a run is failing: its ending, and the number of its contacts."""
     contacts = record.result.contacts
     touched = f", {contacts} contact{'' if contacts == 1 else 's'}" if contacts else ""
     return format_ending(record.result) + touched
 
 
 def classify_failure(result: RunResult) -> str:
-    """Return in a word or two what a failing run is counted as."""
+    """Return the class of a failing run: its outcome, ``not verified`` or ``contact``."""
     if result.outcome is not Outcome.SUCCESS:
         return str(result.outcome.value)
     return "not verified" if result.dispute else "contact"

@@ -1,4 +1,4 @@
-"""Carry out one run of a sweep, in this process or in a worker process."""
+"""Execute one run of a sweep, in this process or in a worker process."""
 
 from __future__ import annotations
 
@@ -17,19 +17,24 @@ if TYPE_CHECKING:
 
 
 TIMEOUT_SCALE = 10.0
-"""So many times as long as in a single run may an app or a simulator let wait: nothing real moves here, and a machine
-whose cores are all busy must not decide results."""
+"""The factor on the time limits of apps and simulators.
+
+All cores are busy in a sweep, and a slow machine must not change results. Nothing real moves.
+"""
 
 
 class RunOutput(NamedTuple):
-    """The record of a run that has ended; ``picture`` is the PNG of a failing run."""
+    """The record and the picture of a run that has ended."""
 
     record: Record
+    """The record."""
+
     picture: bytes | None = None
+    """The PNG of a failing run."""
 
 
 def perform(request: RunRequest) -> RunOutput:
-    """Run, and return the record, also of a run that ended with an error."""
+    """Execute a run, and return its output. A run that raises a RobotcoreError has the outcome ``error``."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.session import run
     from robotcore.sweep.record import PathRecorder, Record, shorten
@@ -41,16 +46,20 @@ def perform(request: RunRequest) -> RunOutput:
         result = run(request, [path, picture], timeout_scale=TIMEOUT_SCALE)
     except RobotcoreError as error:
         result = _make_error_result(request, error)
-    # An app's own objects may not fit through a pipe; the words of its exception are in the reason.
+    # The error may hold objects of the app that do not pickle. Its text is in the reason.
     record = Record(shorten(replace(result, error=None)), path.path, format_command(request))
     return RunOutput(record, picture.png() if record.is_failure else None)
 
 
 def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOutput:
-    """Run in a child process. The run is an error if the process dies, hangs, or answers with anything but this run.
+    """Execute a run in a worker process, and return its output.
 
-    Raises NoChildError if no process can be started. An error that the process sends is never raised: an app may have
-    written it.
+    worker: the process.
+    request: the run.
+    limit_s: the most seconds of wall time that the run takes.
+
+    The run has the outcome ``error`` if the process dies, hangs, or sends anything but this run. An error that the
+    process sends is not raised, because an app may have sent it. Raises NoWorkerError if no process can be started.
     """
     from robotcore.errors import BackendError, RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
@@ -66,19 +75,19 @@ def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOu
     except NoWorkerError:
         raise
     except (RobotcoreError, TypeError, ValueError) as error:
-        worker.close()  # what it sends next may be the answer to this call
+        worker.close()  # its next reply may be the one to this call
         problem = RobotcoreError(f"the worker process gave no result: {error}")
         return make_failed_output(request, problem, wall.now())
 
 
 def _perform_and_pack(request: RunRequest) -> list[str]:
-    """Run; return what JSON can hold of the end: the record as its line, and the picture in base 64."""
-    ended = _perform_or_exit(request)
-    return [ended.record.to_json(), b64encode(ended.picture or b"").decode("ascii")]
+    """Execute a run. Return its record as a line, and its picture in base 64."""
+    output = _perform_or_exit(request)
+    return [output.record.to_json(), b64encode(output.picture or b"").decode("ascii")]
 
 
 def _unpack(packed: list[str], request: RunRequest) -> RunOutput:
-    """Return what `_perform_and_pack` packed for a request; TypeError or ValueError if it is something else."""
+    """Return the output that `_perform_and_pack` packed. Raises TypeError or ValueError if it packed another run."""
     from robotcore.sweep.record import Record
     from robotcore.sweep.spec import format_command
 
@@ -91,7 +100,7 @@ def _unpack(packed: list[str], request: RunRequest) -> RunOutput:
 
 
 def _require_same_run(request: RunRequest, result: RunResult) -> None:
-    """Raise ValueError if a result is that of another run."""
+    """Raise ValueError if a result is of another run."""
     from robotcore.description import load_robot, load_world
     from robotcore.runtime.apps import app_name
 
@@ -104,29 +113,31 @@ def _require_same_run(request: RunRequest, result: RunResult) -> None:
     }
     for key, value in asked.items():
         if (received := getattr(result, key)) != value:
-            raise ValueError(f"its record has {key} {received!r}, not {value!r}. Check what the app writes, and where")
+            raise ValueError(f"its record has {key} {received!r}, not {value!r}. Check which files the app writes to")
 
 
 def _perform_or_exit(request: RunRequest) -> RunOutput:
-    """Run; exit if the run was interrupted. An exception of a library makes this run an error."""
+    """Execute a run. Exit if it was interrupted. Any other exception gives the outcome ``error``."""
     from robotcore.errors import RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
     from robotcore.runtime.result import Outcome
 
     wall = MonotonicClock()
     try:
-        ended = perform(request)
-    except Exception as error:  # noqa: BLE001  whatever the app or a vendor's library raises
+        output = perform(request)
+    except Exception as error:  # noqa: BLE001  of the app or a vendor's library
         return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
-    if ended.record.result.outcome is Outcome.INTERRUPTED:
-        os._exit(ended.record.result.exit_status)
-    return ended
+    if output.record.result.outcome is Outcome.INTERRUPTED:
+        os._exit(output.record.result.exit_status)
+    return output
 
 
 def make_failed_output(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> RunOutput:
-    """Return the output of a run that ended without one, with the wall time that it took if that is known.
+    """Return the output of a run that failed without one. If the request names a judge, the run is not verified.
 
-    If the request names a judge, the run counts as not verified.
+    request: the run.
+    error: the reason.
+    wall_time_s: the wall time that the run took, in seconds; 0 if it is not known.
     """
     from robotcore.sweep.record import Record, shorten
     from robotcore.sweep.spec import format_command
@@ -157,7 +168,7 @@ def _make_error_result(request: RunRequest, error: RobotcoreError) -> RunResult:
 
 
 def _draw_conditions(request: RunRequest) -> dict[str, float | str]:
-    """Return the conditions of the run; none if its world cannot be drawn."""
+    """Return the conditions of the run; an empty dict if its world cannot be drawn."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.plan import drawn_for
 

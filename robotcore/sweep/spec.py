@@ -1,4 +1,4 @@
-"""What a sweep runs: one request with every backend, world and seed; seeds and requests as command-line text."""
+"""The runs of a sweep, and the command-line text of seeds and requests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.errors import UsageError
 from robotcore.runtime.plan import Plan, RunRequest
 
 MAX_SEEDS = 1_000_000
-"""Requests are kept in memory; and so many runs take a core three weeks."""
+"""The most seeds of a sweep. Its requests are kept in memory, and this many runs take one core three weeks."""
 
 _RANGE = re.compile(r"(\d{1,18})(?:\s*-\s*(\d{1,18}))?")
 
@@ -24,46 +24,61 @@ _OPTIONS = {
     "options": "--option",
     "faults": "--fault",
 }
-"""The options that are not called what the field of the request is called."""
+"""The options whose name differs from the field of the request."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A request, tried on every backend, in every world, with every seed.
+    """One request, to be run on every backend, in every world, with every seed.
 
-    What the request itself says of these three does not count.
+    >>> from robotcore import RunRequest
+    >>> sweep = Sweep(RunRequest("green-search"), worlds=("arena", "open"), seeds=(1, 2))
+    >>> len(sweep)
+    4
+    >>> [format_command(request) for request in sweep.requests()][:2]
+    ['robotcore run green-search --world arena --seed 1', 'robotcore run green-search --world open --seed 1']
     """
 
     request: RunRequest
+    """The request. Its own backend, world and seed are ignored."""
+
     backends: tuple[str, ...] = ("kinematic",)
+    """The names of the backends."""
+
     worlds: tuple[str, ...] = ("arena",)
+    """The names of the worlds, or paths of their files."""
+
     seeds: tuple[int, ...] = (0,)
+    """The seeds."""
 
     def __len__(self) -> int:
         return len(self.backends) * len(self.worlds) * len(self.seeds)
 
     @property
     def apps(self) -> tuple[str, ...]:
-        """The app, and the one that judges it."""
+        """The app, then the judge if there is one."""
         return (self.request.app, *filter(None, (self.request.judge,)))
 
     def requests(self) -> Iterator[RunRequest]:
-        """Yield every run, seed by seed, so that what is cut short has tried every world about as often."""
+        """Yield the request of every run, seed by seed. So a sweep that is stopped has tried each world as often."""
         for seed, backend, world in product(self.seeds, self.backends, self.worlds):
             yield replace(self.request, backend=backend, world=world, seed=seed)
 
     def check(self) -> None:
-        """Refuse now what would fail in every run: a wrong name, a setting, a backend that does not open."""
+        """Raise the errors that every run would raise. Opens each backend.
+
+        Raises UsageError, such as for a wrong name or setting, and BackendError if a backend cannot be opened.
+        """
         if not len(self):
             raise UsageError(
-                "there is nothing to sweep: name one backend, one world and one seed, or more of them",
+                "there is nothing to sweep. Name at least one backend, one world and one seed",
                 kind="empty-sweep",
             )
         names: dict[str, str] = {}
         for backend, world in product(self.backends, self.worlds):
             plan = Plan.of(replace(self.request, backend=backend, world=world, seed=self.seeds[0]))
             _require_simulator(plan)
-            assert plan.world, "a world was asked for"
+            assert plan.world, "the request names a world"
             if (other := names.setdefault(plan.world.name, world)) != world:
                 raise UsageError(
                     f"the worlds {other} and {world} are both called {plan.world.name!r}. Rename one",
@@ -71,7 +86,7 @@ class Sweep:
                     worlds=[other, world],
                     name=plan.world.name,
                 )
-            if world == self.worlds[0]:  # the backend alone knows what is wrong with its options
+            if world == self.worlds[0]:  # opening the backend checks its options
                 plan.backend.open(plan.setup).close()
 
 
@@ -79,18 +94,22 @@ def _require_simulator(plan: Plan) -> None:
     if not plan.backend.builds_world(plan.description):
         raise UsageError(
             f"the backend {plan.backend.name!r} simulates no world, so there is nothing to sweep. "
-            "Take --backend kinematic, or another simulator (robotcore backends)",
+            "Use --backend kinematic, or another simulator (robotcore backends)",
             kind="no-simulator",
             backend=plan.backend.name,
         )
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:
-    """Return the seeds in the order they are written, each once."""
+    """Return the seeds in a text, in its order, each once. Raises UsageError if the text has another form.
+
+    >>> parse_seeds("1,5,9-12")
+    (1, 5, 9, 10, 11, 12)
+    """
     ranges = [_parse_range(text, part.strip()) for part in text.split(",")]
     if sum(map(len, ranges)) > MAX_SEEDS:
         raise UsageError(
-            f"--seeds {text}: more than {MAX_SEEDS:,} seeds. Take fewer, in several sweeps if need be",
+            f"--seeds {text}: more than {MAX_SEEDS:,} seeds. Run several smaller sweeps",
             kind="too-many-seeds",
             seeds=text,
         )
@@ -98,7 +117,11 @@ def parse_seeds(text: str) -> tuple[int, ...]:
 
 
 def format_seeds(seeds: Sequence[int]) -> str:
-    """Return how seeds are written: what `parse_seeds` takes."""
+    """Return the text that `parse_seeds` reads.
+
+    >>> format_seeds([1, 5, 9, 10, 11, 12])
+    '1,5,9-12'
+    """
     ranges: list[list[int]] = []
     for seed in seeds:
         if ranges and seed == ranges[-1][-1] + 1:
@@ -120,18 +143,21 @@ def _parse_range(text: str, part: str) -> range:
     first, last = int(found[1]), int(found[2] or found[1])
     if last < first:
         raise UsageError(
-            f"--seeds {text}: {part} runs backwards. Write {last}-{first}", kind="reversed-seeds", seeds=text, part=part
+            f"--seeds {text}: {part} ends before it begins. Write {last}-{first}",
+            kind="reversed-seeds",
+            seeds=text,
+            part=part,
         )
     return range(first, last + 1)
 
 
 def format_command(request: RunRequest) -> str:
-    """Return ``robotcore run …`` with every option that is not the default, quoted."""
+    """Return the shell command of a run, with every option that is not the default."""
     return shlex.join(["robotcore", "run", request.app, *format_options(request)])
 
 
 def format_options(request: RunRequest) -> list[str]:
-    """Return the options of ``robotcore run`` that are not the default, word by word."""
+    """Return the options of ``robotcore run`` that are not the default, as a list of words."""
     return [
         word
         for name, value in _list_changed_fields(request)
@@ -140,7 +166,7 @@ def format_options(request: RunRequest) -> list[str]:
 
 
 def _list_changed_fields(request: RunRequest) -> Iterator[tuple[str, Any]]:
-    """Yield the fields of a request that are not what they are by default."""
+    """Yield each field of a request whose value is not the default, but for the app."""
     for each in fields(request):
         default = each.default if each.default_factory is MISSING else each.default_factory()
         if each.name != "app" and (value := getattr(request, each.name)) != default:

@@ -15,7 +15,7 @@ from robotcore.runtime.result import Outcome, RunResult
 from robotcore.sweep.record import GroupKey, Record
 
 Z_95 = 1.959964
-"""The standard normal distribution has 95 % within so many standard deviations."""
+"""95 % of the standard normal distribution lies within this many standard deviations."""
 
 MEASURES: dict[str, Callable[[Group], float | None]] = {
     "verified": lambda group: group.verified_share,
@@ -24,9 +24,10 @@ MEASURES: dict[str, Callable[[Group], float | None]] = {
     "median_time_s": lambda group: group.median_time_s,
     "slowest_time_s": lambda group: group.slowest_time_s,
 }
-"""What can be required of each backend in each world; the first two are shares from 0 to 1, the third a total.
+"""The measures that a requirement can bound, for each backend in each world.
 
-Contacts are known only if every run counted them: a run that hangs may have touched anything.
+``verified`` and ``success`` are shares from 0 to 1, ``contacts`` is a total. The total is unknown unless every run
+counted its contacts.
 """
 
 _SHARES = ("verified", "success")
@@ -40,10 +41,17 @@ T = TypeVar("T")
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
-    """Return the 95 % score interval of a proportion; (0, 1) if ``n`` is 0.
+    """Return the 95 % score interval of a proportion: its ends, from 0 to 1; (0, 1) if ``n`` is 0.
 
-    E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American
+    successes: the number of successes, from 0 to ``n``.
+    n: the number of trials.
+
+    Formula: E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American
     Statistical Association 22 (1927), 209-212.
+
+    >>> low, high = wilson(97, 100)
+    >>> f"{low:.3f} to {high:.3f}"
+    '0.915 to 0.990'
     """
     if n == 0:
         return 0.0, 1.0
@@ -56,77 +64,86 @@ def wilson(successes: int, n: int) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class Group:
-    """The runs of one backend in one world.
+    """The counts and times of the runs of one backend in one world.
 
-    A run passes if it is not failing. Times are on the robot's clock, and None if too few runs pass, so that a run that
-    hangs or fails at once makes no group faster.
+    A run passes if `Record.is_failure` is false. Times are on the robot's clock. A failing run counts as one that never
+    passes, so a run that fails at once makes no group faster.
     """
 
     backend: str
+    """The name of the backend."""
+
     world: str
-    """Empty if the backend has no world."""
+    """The name of the world; empty if the backend has no world."""
 
     runs: int
+    """The number of runs, at least 1."""
+
     failing: int
+    """The number of failing runs."""
+
     successes: int
-    """Runs that the app calls a success."""
+    """The number of runs that the app calls a success."""
 
     verified: int | None
-    """Runs that the simulator or the judge verified; None if no run could be verified."""
+    """The number of runs that the simulator or the judge verified; None if no run could be verified."""
 
     contacts: int | None
-    """Contacts in the runs that counted them; None if no run did."""
+    """The contacts in the runs that counted them; None if no run did."""
 
     contacts_unknown: int
-    """Runs that did not count their contacts."""
+    """The number of runs that did not count their contacts."""
 
     median_time_s: float | None
-    """Half of all runs pass within this time."""
+    """The time within which half of all runs pass; None if fewer pass."""
 
     p90_time_s: float | None
-    """90 % of all runs pass within this time."""
+    """The time within which 90 % of all runs pass; None if fewer pass."""
 
     slowest_time_s: float | None
-    """All runs pass within this time."""
+    """The time within which all runs pass; None if fewer pass."""
 
     @property
     def name(self) -> str:
+        """The world and the backend as one text."""
         return f"{self.world} · {self.backend}" if self.world else self.backend
 
     @property
     def verified_share(self) -> float | None:
+        """The share of verified runs, from 0 to 1; None if no run could be verified."""
         return None if self.verified is None else self.verified / self.runs
 
     @property
     def verified_95(self) -> tuple[float, float] | None:
-        """The 95 % interval of the verified share."""
+        """The 95 % interval of the verified share, by `wilson`."""
         return None if self.verified is None else wilson(self.verified, self.runs)
 
     @property
     def success_share(self) -> float:
+        """The share of runs that the app calls a success, from 0 to 1."""
         return self.successes / self.runs
 
 
 def group_records(records: Iterable[Record]) -> list[Group]:
-    """Return the group of each backend in each world, in the order of their names."""
+    """Return a group for each backend in each world, in the order of their names."""
     tallies: dict[GroupKey, Tally] = {}
     for record in records:
         tallies.setdefault(GroupKey.of(record), Tally()).add(record)
-    return [tally.group(place) for place, tally in sorted(tallies.items())]
+    return [tally.build_group(key) for key, tally in sorted(tallies.items())]
 
 
 class Tally:
-    """Adds up the records of one place without keeping them."""
+    """Adds up the runs of one backend in one world. It does not keep their records."""
 
     def __init__(self) -> None:
         self._successes = self._contacts_unknown = 0
         self._verified: int | None = None
         self._contacts: int | None = None
         self._times: list[float] = []
-        """When each run passed; infinite for one that did not."""
+        """The time at which each run passed; infinite for a failing run."""
 
     def add(self, record: Record) -> None:
-        """Count a run."""
+        """Add a run."""
         result = record.result
         self._successes += result.outcome is Outcome.SUCCESS
         self._times.append(math.inf if record.is_failure else result.sim_time_s)
@@ -137,44 +154,54 @@ class Tally:
         else:
             self._contacts = (self._contacts or 0) + result.contacts
 
-    def group(self, place: GroupKey) -> Group:
-        """Return what the runs came to; there is at least one."""
+    def build_group(self, key: GroupKey) -> Group:
+        """Return the group of the runs, of which there is at least one."""
         times = sorted(self._times)
         return Group(
-            *place,
+            *key,
             runs=len(times),
             failing=times.count(math.inf),
             successes=self._successes,
             verified=self._verified,
             contacts=self._contacts,
             contacts_unknown=self._contacts_unknown,
-            median_time_s=_finite(_median(times)),
-            p90_time_s=_finite(times[math.ceil(0.9 * len(times)) - 1]),
-            slowest_time_s=_finite(times[-1]),
+            median_time_s=_drop_infinity(_compute_median(times)),
+            p90_time_s=_drop_infinity(times[math.ceil(0.9 * len(times)) - 1]),
+            slowest_time_s=_drop_infinity(times[-1]),
         )
 
 
-def _median(times: Sequence[float]) -> float:
-    """Return the middle time; the earlier of two where only half of the runs pass."""
+def _compute_median(times: Sequence[float]) -> float:
+    """Return the middle time. If exactly half of the runs pass, return the last time of a passing run."""
     middle = statistics.median(times)
     return middle if math.isfinite(middle) else statistics.median_low(times)
 
 
-def _finite(time: float) -> float | None:
+def _drop_infinity(time: float) -> float | None:
     return time if math.isfinite(time) else None
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """A bound that every backend must keep in every world."""
+    """A bound that every backend must meet in every world.
+
+    >>> requirement = Requirement.parse("verified>=0.97")
+    >>> requirement.measure, requirement.relation, requirement.bound
+    ('verified', '>=', 0.97)
+    """
 
     measure: str
+    """A name in `MEASURES`."""
+
     relation: str
+    """``>=`` or ``<=``."""
+
     bound: float
+    """The least or the largest value that meets the requirement."""
 
     @classmethod
     def parse(cls, text: str) -> Requirement:
-        """Return what is written; UsageError says what would be right."""
+        """Return the requirement that a text such as ``contacts<=0`` states. Raises UsageError if it states none."""
         if not (found := _FORM.fullmatch(text)):
             raise UsageError(f"--require {text!r} is no requirement. {_EXAMPLE}", kind="bad-requirement", text=text)
         measure, relation, number = found.groups()
@@ -191,7 +218,7 @@ class Requirement:
         return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"
 
     def evaluate(self, group: Group) -> float | None:
-        """Return a group's value; None if it is unknown, or if too few runs pass for such a time."""
+        """Return a group's value; None if it is unknown, or if too few runs pass."""
         return MEASURES[self.measure](group)
 
     def format_value(self, group: Group) -> str:
@@ -202,15 +229,15 @@ class Requirement:
         return f"{value:.6g}" if isinstance(value, float) else str(value)
 
     def is_met_by(self, group: Group) -> bool:
-        """Return whether a group meets the bound; a value of None meets none."""
+        """Return whether a group meets the bound. A value of None meets no bound."""
         value = self.evaluate(group)
         if value is None:
             return False
         return value >= self.bound if self.relation == ">=" else value <= self.bound
 
 
-def list_missed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
-    """Return a line for each group that misses a requirement: its value, and the requirement."""
+def list_missed_requirements(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
+    """Return a line for each requirement and each group that does not meet it, with the group's value."""
     return [
         f"{group.backend}, {group.world}: {each.measure} is {each.format_value(group)}, required {each}"
         for each in requirements
@@ -219,7 +246,7 @@ def list_missed(requirements: Sequence[Requirement], groups: Sequence[Group]) ->
     ]
 
 
-def list_passed(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[Requirement]:
+def list_met_requirements(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[Requirement]:
     """Return the requirements that every group meets."""
     return [each for each in requirements if all(map(each.is_met_by, groups))]
 
@@ -233,41 +260,50 @@ def _parse_bound(text: str, measure: str, number: str) -> float:
         ) from None
     if measure in _SHARES and not 0 <= bound <= 1:
         raise UsageError(
-            f"--require {text!r}: {measure} is a share from 0 to 1; write 97 % as 0.97",
+            f"--require {text!r}: {measure} is a share from 0 to 1. Write 97 % as 0.97",
             kind="bound-out-of-range",
             text=text,
         )
     if not 0 <= bound < math.inf:
         raise UsageError(
-            f"--require {text!r}: the bound must be a number from 0 on", kind="bound-out-of-range", text=text
+            f"--require {text!r}: the bound must be a finite number from 0 on. {_EXAMPLE}",
+            kind="bound-out-of-range",
+            text=text,
         )
     return bound
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Two backends, and every pair of their runs of the same app, robot, world and seed."""
+    """The runs of two backends, compared."""
 
     first: str
+    """The name of the first backend."""
+
     second: str
+    """The name of the second backend."""
+
     pairs: tuple[Pair, ...]
+    """The results of both backends for the same app, robot, world and seed."""
 
     @property
     def same_outcome(self) -> int:
+        """The number of pairs with the same outcome."""
         return sum(one.outcome is other.outcome for one, other in self.pairs)
 
     @property
     def same_milestones(self) -> int:
-        """How many pairs reached the same milestones in the same order."""
+        """The number of pairs with the same milestones in the same order."""
         return sum(list(one.milestones) == list(other.milestones) for one, other in self.pairs)
 
     @property
     def differing(self) -> tuple[Pair, ...]:
+        """The pairs whose outcome or milestones differ."""
         return tuple(pair for pair in self.pairs if _list_events(pair[0]) != _list_events(pair[1]))
 
 
 def compare_backends(records: Sequence[Record]) -> list[Agreement]:
-    """Return what each two backends make of the runs that both did."""
+    """Return the agreement of every two backends that share runs."""
     runs: dict[str, dict[Hashable, RunResult]] = {}
     for record in records:
         runs.setdefault(record.result.backend, {})[_make_key(record.result)] = record.result
@@ -291,7 +327,11 @@ def _list_events(result: RunResult) -> tuple[object, ...]:
 
 
 def subsample(items: Sequence[T], most: int) -> list[T]:
-    """Return at most ``most`` of the items, evenly over their order, the first among them."""
+    """Return at most ``most`` of the items, evenly spaced, beginning with the first.
+
+    >>> subsample(range(10), 3)
+    [0, 3, 6]
+    """
     if len(items) <= most:
         return list(items)
     return [items[index * len(items) // most] for index in range(most)]

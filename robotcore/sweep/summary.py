@@ -25,21 +25,29 @@ from robotcore.text import escape
 KeyT = TypeVar("KeyT", bound=Hashable)
 
 MAX_CAUSES = 20
+"""The most causes of failure that are printed. A file has all of them."""
+
 MAX_LISTED_SEEDS = 8
-"""The most causes, and the most seeds of each cause, backend and world; a file has all of them."""
+"""The most seeds that are printed for a cause, a backend and a world."""
 
 _LEFT_ALIGNED = ("backend", "world")
 _SUMMARY_COLUMNS = (*_LEFT_ALIGNED, "verified", "%", "95 %", "contacts", "median", "slowest")
-"""As many as fit into 80 letters."""
+"""The columns that fit into 80 characters."""
 
-_MEMORY_S = 600.0
-"""The time left is reckoned from so many of the last seconds: slow runs and quick ones take turns."""
+_SPEED_PERIOD_S = 600.0
+"""The remaining time is estimated from this many of the last seconds, because slow and quick runs alternate."""
 
 
 def render_summary(
     request: RunRequest, groups: Sequence[Group], failing: Sequence[Record], file: Path
 ) -> RenderableType:
-    """Return the table, then the failing runs by their causes, each with a command; ``file`` has every one of them."""
+    """Return the table of groups, the judge, and the failing runs by their causes.
+
+    request: the request of the sweep.
+    groups: the groups, a row each.
+    failing: the failing runs.
+    file: the file that has all failing runs, to be named.
+    """
     return Lines(_render_table(groups), *_render_judge(request, groups), *_render_failures(failing, file))
 
 
@@ -55,13 +63,13 @@ def _render_table(groups: Sequence[Group]) -> Table:
 
 
 def _render_judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
-    """Yield whose word it is, where it may be another's than that of an app that is installed."""
+    """Yield the name of the judge, if the sweep has one or if its app is a user's file."""
     if request.judge or is_app_file(request.app):
         yield Text(f"\nJudge: {escape(format_judge(request.judge, groups))}")
 
 
 def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
-    """Yield each cause, the commonest first, with where it is met and what repeats it."""
+    """Yield each cause, the most frequent first, with its backends, worlds and seeds, and a command that repeats it."""
     if not failing:
         return
     yield Text(f"\n{len(failing)} failing run{'' if len(failing) == 1 else 's'}:", "bold")
@@ -71,26 +79,26 @@ def _render_failures(failing: Sequence[Record], file: Path) -> Iterator[Text]:
     if len(causes) > MAX_CAUSES:
         yield Text(f"  and {len(causes) - MAX_CAUSES} more causes")
     if len(failing) > 1:
-        yield Text(f"  each of them: {escape(str(file))}")
+        yield Text(f"  all failing runs: {escape(str(file))}")
 
 
 def _render_cause(cause: str, records: Sequence[Record]) -> Iterator[Text]:
     words = escape(cause)
     yield Text(f"  {len(records)} × {words}" if len(records) > 1 else f"  {words}", "yellow")
     if len(records) > 1:
-        for place, there in _group_by(GroupKey.of, records).items():
-            yield Text(f"    {place}: {_format_seeds(there)}")
+        for key, group in _group_by(GroupKey.of, records).items():
+            yield Text(f"    {key}: {_format_seeds(group)}")
     yield Text(f"    {escape(records[0].command)}")
 
 
 def _format_seeds(records: Sequence[Record]) -> str:
-    some = ", ".join(str(record.result.seed) for record in records[:MAX_LISTED_SEEDS])
+    listed = ", ".join(str(record.result.seed) for record in records[:MAX_LISTED_SEEDS])
     more = f" and {len(records) - MAX_LISTED_SEEDS} more" if len(records) > MAX_LISTED_SEEDS else ""
-    return f"seed{'' if len(records) == 1 else 's'} {some}{more}"
+    return f"seed{'' if len(records) == 1 else 's'} {listed}{more}"
 
 
 def _group_by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[KeyT, list[Record]]:
-    """Return the records of each key, in the order of backends, worlds and seeds."""
+    """Return the records by a key, in the order of backends, worlds and seeds."""
     ordered = sorted(records, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
     found: dict[KeyT, list[Record]] = {}
     for record in ordered:
@@ -99,7 +107,7 @@ def _group_by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[
 
 
 class SweepProgress:
-    """A bar on stderr while it is entered, gone after it; nothing where stderr is no terminal."""
+    """A progress bar on stderr. It is shown inside ``with``, and only if stderr is a terminal."""
 
     def __init__(self, total: int, done: int, failing: int) -> None:
         self._failing = failing
@@ -110,7 +118,7 @@ class SweepProgress:
             TimeRemainingColumn(),
             console=Console(stderr=True, highlight=False),
             transient=True,
-            speed_estimate_period=_MEMORY_S,
+            speed_estimate_period=_SPEED_PERIOD_S,
             disable=not (sys.stderr and sys.stderr.isatty()),
         )
         self._task = self._bar.add_task("", total=total, completed=done, failing=failing)
@@ -125,6 +133,6 @@ class SweepProgress:
         self._bar.stop()
 
     def show(self, record: Record) -> None:
-        """Count one run more."""
+        """Add a run to the bar."""
         self._failing += record.is_failure
         self._bar.update(self._task, advance=1, failing=self._failing)

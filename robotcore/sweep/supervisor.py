@@ -26,23 +26,25 @@ _PR_SET_CHILD_SUBREAPER = 36
 """Linux, ``include/uapi/linux/prctl.h``."""
 
 _ENDING_S = 5.0
-"""The supervisor gives up a process that does not end within this time, such as one of another user."""
+"""The most seconds that the supervisor takes to end processes. It cannot end those of another user."""
 
 _POLL_S = 0.05
 _SIGNALS = (signal.SIGTERM, signal.SIGCHLD)
 
 
 def supervise(handle: int) -> None:
-    """Fork. The parent becomes the supervisor and never returns; the child returns as the worker.
+    """Fork: the parent becomes the supervisor and never returns, the child returns as the worker.
 
-    Do nothing outside of Linux. The supervisor closes its copy of ``handle``, ends the worker on SIGTERM, and exits as
-    the worker did. The worker does not outlive it.
+    handle: the file descriptor of the worker's pipe. The supervisor closes its copy.
+
+    The supervisor ends the worker on SIGTERM, and exits with the worker's status. If the supervisor dies, the kernel
+    ends the worker. Outside of Linux the function does nothing.
     """
     if not IS_AVAILABLE:
         return
     _prctl(_PR_SET_CHILD_SUBREAPER, 1)
     for number in _SIGNALS:
-        signal.signal(number, signal.SIG_DFL)  # the parent may ignore them, and a process inherits that
+        signal.signal(number, signal.SIG_DFL)  # a process inherits the signals that its parent ignores
     before = signal.pthread_sigmask(signal.SIG_BLOCK, signal.valid_signals())
     supervisor = os.getpid()
     if worker := os.fork():
@@ -50,7 +52,7 @@ def supervise(handle: int) -> None:
         _watch(worker)
     os.setsid()
     _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != supervisor:  # it died before the call above
+    if os.getppid() != supervisor:  # the supervisor died before the call above
         os._exit(1)
     signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
@@ -77,9 +79,9 @@ def _reap() -> Iterator[tuple[int, int]]:
 
 
 def _end_children() -> None:
-    """End every child, and its children, which become ours when it ends."""
+    """End every child. The children of a child that ended become children of this process, and end too."""
     clock = MonotonicClock()
-    while clock.now() < _ENDING_S and (children := _children()):
+    while clock.now() < _ENDING_S and (children := _list_children()):
         for child in children:
             with suppress(ProcessLookupError, PermissionError):
                 os.kill(child, signal.SIGKILL)
@@ -87,20 +89,23 @@ def _end_children() -> None:
         dict(_reap())
 
 
-def _children() -> list[int]:
+def _list_children() -> list[int]:
     own = os.getpid()
-    return [process for process, parent in _processes() if parent == own]
+    return [process for process, parent in _list_processes() if parent == own]
 
 
-def _processes() -> Iterator[tuple[int, int]]:
-    """Yield the id of each process, and its parent's: proc(5), the fields behind the name in parentheses."""
+def _list_processes() -> Iterator[tuple[int, int]]:
+    """Yield the id and the parent's id of each process.
+
+    Format: proc(5). The fields come after the name in parentheses.
+    """
     for file in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError):  # it has just ended
+        with suppress(OSError):  # the process has just ended
             yield int(file.parent.name), int(file.read_bytes().rpartition(b")")[2].split()[1])
 
 
 def _exit_as(status: int) -> NoReturn:
-    """Exit with a status of ``waitpid``, or die of the signal in it, without a core file of this process."""
+    """Exit with a status of ``waitpid``, or die of the signal in it without a core file."""
     if os.WIFSIGNALED(status):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         number = os.WTERMSIG(status)

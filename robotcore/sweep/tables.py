@@ -8,38 +8,41 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from robotcore.sweep.durable import replace_text
+from robotcore.files import replace_text
 from robotcore.sweep.record import Record, format_failure
 from robotcore.sweep.statistics import Group
 
-TABLE, FAILURES = "results.csv", "failures.csv"
-"""All runs, and the failing ones alone."""
+TABLE = "results.csv"
+"""The table of all runs."""
+
+FAILURES = "failures.csv"
+"""The table of the failing runs."""
 
 _LAST_COLUMNS = ("fault", "command", "picture")
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> None:
-    """Write both tables, with the same columns; ``records`` yields all of them anew each time."""
+    """Write both tables, with the same columns. ``records`` is called for each pass over the records."""
     columns = list_columns(records())
     write_csv(directory / TABLE, columns, records())
     write_csv(directory / FAILURES, columns, (record for record in records() if record.is_failure))
 
 
 def are_current(directory: Path, source: Path) -> bool:
-    """Return whether both tables were written after the last change of the file that they are made of."""
+    """Return whether both tables are newer than the results file ``source``."""
     tables = [directory / name for name in (TABLE, FAILURES)]
     return all(table.exists() and _changed_ns(table) > _changed_ns(source) for table in tables)
 
 
 def list_columns(records: Iterable[Record]) -> list[str]:
-    """Return the columns that records need: a mapping has one for each of its keys. The path is left out."""
+    """Return the columns of records. A mapping has a column for each of its keys. The path has none."""
     columns = dict.fromkeys(column for record in records for column in _make_row(record))
     return sorted(columns, key=lambda column: column in _LAST_COLUMNS)
 
 
 def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
-    """Write a row for each record; text that is no Unicode is written as escapes."""
+    """Write a row for each record. A character that is no Unicode is written as an escape."""
     with replace_text(file, newline="", errors="backslashreplace") as table:
         writer = csv.DictWriter(table, columns)
         writer.writeheader()
@@ -59,9 +62,9 @@ def _make_row(record: Record) -> dict[str, Any]:
 
 
 def _escape_formula(value: Any) -> Any:
-    """Return a value that a spreadsheet does not take for a formula: an app's words are somebody's, and may be one.
+    """Return a text that a spreadsheet does not run as a formula. An app may put any text into its reason.
 
-    OWASP, CSV injection.
+    Source: OWASP, CSV injection.
     """
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
 
@@ -73,7 +76,7 @@ def _flatten(key: str, item: Any) -> list[tuple[str, Any]]:
 
 
 def format_verified(group: Group) -> str:
-    """Return how many runs the simulator verified; ``?`` if no run could be verified."""
+    """Return the number of verified runs, of all runs; ``?`` if no run could be verified."""
     return f"{'?' if group.verified is None else group.verified}/{group.runs}"
 
 
@@ -83,19 +86,19 @@ def format_share(group: Group) -> str:
 
 
 def format_interval(group: Group) -> str:
-    """Return the 95 % interval of that share in percent."""
+    """Return the 95 % interval of the verified share in percent; empty if no run could be verified."""
     return "" if group.verified_95 is None else "–".join(f"{100 * edge:.1f}" for edge in group.verified_95)
 
 
 def format_contacts(group: Group) -> str:
-    """Return the contacts that were counted; ``≥`` if some runs did not count them."""
+    """Return the number of contacts; with ``≥`` if some runs did not count them, ``?`` if none did."""
     if group.contacts is None:
         return "?"
     return f"≥ {group.contacts}" if group.contacts_unknown else f"{group.contacts}"
 
 
 def format_time(time_s: float | None) -> str:
-    """Return a group's time, or that not so many of its runs ever pass."""
+    """Return a time of a group; ``never`` if too few of its runs pass."""
     return "never" if time_s is None else f"{time_s:.1f} s"
 
 
@@ -111,11 +114,11 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
     "90 % within": lambda group: format_time(group.p90_time_s),
     "slowest": lambda group: format_time(group.slowest_time_s),
 }
-"""The columns of a group; ``%`` and ``95 %`` are of the verified runs."""
+"""The columns of a group by their titles. ``%`` and ``95 %`` are about the verified runs."""
 
 
 def format_judge(judge: str | None, groups: Iterable[Group]) -> str:
-    """Return which app judged the runs: the judge, the app itself, or ``nobody``."""
+    """Return the judge of the runs: its name, ``the app itself``, or ``nobody`` if no run could be verified."""
     if judge:
         return judge
     return "nobody" if all(group.verified is None for group in groups) else "the app itself"

@@ -1,4 +1,4 @@
-"""A sweep as one page: self-contained, to be read over coffee or to grade a class with."""
+"""Write the report of a sweep: one self-contained web page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from robotcore.description import WorldDescription
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.sweep.durable import part_path, replace_text
+from robotcore.files import replace_text, require_replaceable
 from robotcore.sweep.record import Record
 from robotcore.sweep.statistics import Requirement
 
@@ -27,9 +27,13 @@ def write_report(
 ) -> Path:
     """Write ``directory/index.html`` and return its path.
 
-    ``folder`` is the sweep's, which a record's picture is relative to; ``command`` is the command of the sweep;
-    ``worlds`` are those that are not shipped; ``requirements`` are listed with the values that were reached. Raises
-    BackendMissingError where Jinja2 is missing and UsageError where the page cannot be written.
+    directory: the folder of the page; it is made if it does not exist.
+    folder: the folder of the sweep. Pictures of records are relative to it.
+    command: the command that ran the sweep, to be shown.
+    worlds: the descriptions of worlds that robotcore does not ship.
+    requirements: the bounds to be listed, each with the value that was reached.
+
+    Raises BackendMissingError if Jinja2 is missing, and UsageError if the page cannot be written.
     """
     require_writable(directory)
     from robotcore.sweep.report.page import render_page
@@ -43,9 +47,9 @@ def write_report(
 
 
 def require_writable(directory: Path) -> None:
-    """Raise, before a long sweep and not after it, where a report could not be written; leave no new folder behind.
+    """Raise the error that `write_report` would raise, so that it comes before a long sweep. Leaves no new folder.
 
-    BackendMissingError where Jinja2 is missing, UsageError where the folder cannot be written.
+    Raises BackendMissingError if Jinja2 is missing, and UsageError if the folder cannot be written.
     """
     if find_spec("jinja2") is None:
         raise BackendMissingError(
@@ -57,10 +61,8 @@ def require_writable(directory: Path) -> None:
     made = [folder for folder in (directory, *directory.parents) if not folder.exists()]
     with _report_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
-        probe = part_path(directory / PAGE)
-        probe.touch()
-        probe.unlink()
-    with suppress(OSError):  # where somebody else has put something there meanwhile
+        require_replaceable(directory / PAGE)
+    with suppress(OSError):  # another process may have written a file into a new folder
         for folder in made:
             folder.rmdir()
 

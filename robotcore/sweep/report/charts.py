@@ -1,4 +1,4 @@
-"""Charts of the report: verified share, times, and conditions of failing runs."""
+"""Draw the charts of the report: verified shares, times, and conditions of failing runs."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from robotcore.sweep.report.drawing import (
     group,
     line,
     measure_labels,
+    polyline,
     render_svg,
     text,
-    trail,
 )
 from robotcore.sweep.report.series import Series, Spread
 from robotcore.sweep.statistics import Group, subsample
@@ -29,14 +29,14 @@ _SUCCESS_ROW, _SUCCESS_TOP, _SUCCESS_FOOT = 26, 8, 26
 
 WIDTH, HEIGHT = 460, 230
 MAX_STEPS = 200
-"""The most steps of a curve; more are indistinguishable."""
+"""The most steps of a curve. More cannot be distinguished."""
 
 _LEFT, _RIGHT, _TOP, _FOOT = 54, 14, 10, 26
 _BAR = 11
 _GAP = 18
 
 MAX_MARKS = 300
-"""A row's marks, evenly chosen; more of them run together."""
+"""The most marks of a row, evenly chosen. More would merge."""
 
 _RUG_LEFT, _RUG_TOP, _RUG_FOOT = 64, 4, 24
 _RUG_ROW, _RUG_MARK = 22, 16
@@ -44,9 +44,9 @@ _RUG_BOTTOM = _RUG_TOP + 2 * _RUG_ROW
 
 
 def plot_success(groups: Sequence[Group]) -> str:
-    """Return a row for each group: a dot where its share is, a bar over its 95 % interval, the count beside it.
+    """Return the chart of verified shares: for each group a dot, a bar over the 95 % interval, and the count.
 
-    Neither dot nor bar where nobody can judge. Empty where nobody can judge any group.
+    A group whose runs could not be verified has neither dot nor bar. The text is empty if no run could be verified.
     """
     if all(each.verified is None for each in groups):
         return ""
@@ -77,23 +77,23 @@ def _describe_shares(groups: Sequence[Group]) -> str:
 
 
 def plot_arrivals(series: Sequence[Series], milestone: str) -> str:
-    """Return for each group the share of all its runs that have reached a milestone by a time."""
+    """Return the chart of the share of runs that reached a milestone over time, a curve for each group."""
     time = _make_time_axis(series, [milestone], _LEFT)
     share = Axis(0, 100, HEIGHT - _FOOT, _TOP)
     curves = [_draw_curve(each, time, share, milestone) for each in series]
     description = f"Share of runs that reached {milestone}, over time: " + ", ".join(
-        f"{each.group.name} {len(each.arrivals(milestone))} of {each.group.runs}" for each in series
+        f"{each.group.name} {len(each.list_times(milestone))} of {each.group.runs}" for each in series
     )
     grid = draw_axis(time, _TOP, HEIGHT - _FOOT, _format_seconds)
     return render_svg(WIDTH, HEIGHT, description, [grid, group(_draw_share_axis(share), class_="axis"), *curves])
 
 
 def plot_milestones(series: Sequence[Series], milestones: Sequence[str]) -> str:
-    """Return, for each milestone and group, a bar over the middle 80 % of its times, and a dot at their median.
+    """Return the chart of the times of milestones: a bar over the middle 80 %, and a dot at the median.
 
-    A milestone that every run reaches at once is left out.
+    A milestone that every run reaches at 0 s is left out.
     """
-    milestones = [name for name in milestones if any(time > 0 for each in series for time in each.arrivals(name))]
+    milestones = [name for name in milestones if any(time > 0 for each in series for time in each.list_times(name))]
     time = _make_time_axis(series, milestones, measure_labels(milestones))
     tall = _BAR * len(series) + _GAP
     bottom = _TOP + tall * len(milestones)
@@ -101,12 +101,12 @@ def plot_milestones(series: Sequence[Series], milestones: Sequence[str]) -> str:
     rows = (
         group(_draw_milestone(series, name, time, _TOP + index * tall, tall)) for index, name in enumerate(milestones)
     )
-    description = "Time to each milestone; the table below tells the figures"
+    description = "Time to each milestone; the table below has the numbers"
     return render_svg(WIDTH, bottom + _FOOT, description, [grid, *rows])
 
 
 def _make_time_axis(series: Sequence[Series], milestones: Sequence[str], start: float) -> Axis:
-    slowest = max((time for each in series for name in milestones for time in each.arrivals(name)), default=0.0)
+    slowest = max((time for each in series for name in milestones for time in each.list_times(name)), default=0.0)
     return Axis(0, max(1.04 * slowest, 1.0), start, WIDTH - _RIGHT)
 
 
@@ -115,21 +115,21 @@ def _format_seconds(value: float) -> str:
 
 
 def _draw_share_axis(share: Axis) -> Iterator[Element]:
-    for value in share.ticks(4):
+    for value in share.list_ticks(4):
         y = share.at(value)
         yield line((_LEFT, y), (WIDTH - _RIGHT, y))
         yield text((_LEFT - 8, y + 4), f"{value:.0f}\N{NO-BREAK SPACE}%", text_anchor="end")
 
 
 def _draw_curve(each: Series, time: Axis, share: Axis, milestone: str) -> Element:
-    return trail(_make_steps(each, time, share, milestone), class_=f"curve {each.style}")
+    return polyline(_make_steps(each, time, share, milestone), class_=f"curve {each.style}")
 
 
 def _make_steps(each: Series, time: Axis, share: Axis, milestone: str) -> Iterator[Point]:
-    """Yield the corners of an empirical distribution, on to the right edge."""
+    """Yield the corners of an empirical distribution function, as far as the right edge."""
     reached = 0.0
     yield time.start, share.at(reached)
-    counted = list(enumerate(each.arrivals(milestone), start=1))
+    counted = list(enumerate(each.list_times(milestone), start=1))
     for count, moment in [*subsample(counted, MAX_STEPS), *counted[-1:]]:
         yield time.at(moment), share.at(reached)
         reached = 100 * count / each.group.runs
@@ -140,19 +140,19 @@ def _make_steps(each: Series, time: Axis, share: Axis, milestone: str) -> Iterat
 def _draw_milestone(series: Sequence[Series], name: str, time: Axis, top: float, tall: float) -> Iterator[Element]:
     yield draw_label(time, top + tall / 2, name)
     for index, each in enumerate(series):
-        if spread := Spread.of(each.arrivals(name)):
+        if spread := Spread.of(each.list_times(name)):
             y = top + _GAP / 2 + _BAR * (index + 0.5)
             yield line((time.at(spread.fast), y), (time.at(spread.slow), y), class_=f"interval {each.style}")
             yield dot((time.at(spread.median), y), 4, class_=each.style)
 
 
 def plot_condition(finding: Finding, records: Iterable[Record]) -> str:
-    """Return a mark for each run of the finding's place where its condition was, failing ones below.
+    """Return the chart of a finding: a mark for each run at the value of its condition, failing runs below.
 
-    Empty where the condition is a word.
+    The text is empty if the condition is a word.
     """
     passing, failing = _split_values(
-        (each for each in records if GroupKey.of(each) == finding.place), finding.condition
+        (each for each in records if GroupKey.of(each) == finding.group), finding.condition
     )
     if isinstance(finding.split.value, str):
         return ""
@@ -168,7 +168,7 @@ def plot_condition(finding: Finding, records: Iterable[Record]) -> str:
 
 
 def _split_values(records: Iterable[Record], condition: str) -> tuple[list[float], list[float]]:
-    """Return the condition's numbers in passing runs and in failing ones, in order."""
+    """Return the values of a condition in passing runs and in failing runs, each sorted."""
     passing: list[float] = []
     failing: list[float] = []
     for record in records:
@@ -179,7 +179,7 @@ def _split_values(records: Iterable[Record], condition: str) -> tuple[list[float
 
 
 def _draw_side(sign: str, threshold: float) -> Element:
-    """Return the ground of the side on which more runs fail."""
+    """Return the background of the side on which more runs fail."""
     left, right = (_RUG_LEFT, threshold) if sign == "<" else (threshold, WIDTH - _RIGHT)
     return element("rect", x=left, y=_RUG_TOP, width=right - left, height=_RUG_BOTTOM - _RUG_TOP, class_="side")
 

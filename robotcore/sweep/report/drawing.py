@@ -1,4 +1,4 @@
-"""Elements of a chart: SVG, axes, colours."""
+"""The elements of a chart: SVG, axes, colours."""
 
 from __future__ import annotations
 
@@ -14,14 +14,20 @@ Attribute = str | float
 Point = tuple[float, float]
 
 MAX_LABEL = 28
+"""The most characters of a label."""
+
 _LETTER, _GAP, _TICK_ROOM = 8.4, 12, 60
 
 _FOR_DARK = 0.42
-"""How far a colour goes to white on a dark page."""
+"""The share of white that is mixed into a colour on a dark page."""
 
 
 def element(tag: str, *children: Element | str, **attributes: Attribute) -> Element:
-    """Return an element; a trailing underscore of an attribute's name is dropped, others become hyphens."""
+    """Return an element. In names of attributes, a trailing underscore is dropped, and others become hyphens.
+
+    >>> tostring(element("line", x1=0.25, class_="axis", stroke_width=2.0))
+    b'<line x1="0.2" class="axis" stroke-width="2" />'
+    """
     made = Element(
         tag, {name.rstrip("_").replace("_", "-"): _format_value(value) for name, value in attributes.items()}
     )
@@ -36,7 +42,7 @@ def element(tag: str, *children: Element | str, **attributes: Attribute) -> Elem
 def render_svg(
     width: float, height: float, description: str, children: Iterable[Element], **attributes: Attribute
 ) -> str:
-    """Return an SVG drawing as text that is safe in HTML; screen readers read its ``description``."""
+    """Return an SVG drawing as text that is safe in HTML. Screen readers read its ``description``."""
     box = {"viewBox": f"0 0 {_format_value(width)} {_format_value(height)}"}
     return tostring(
         element("svg", *children, role="img", aria_label=description, **box, **attributes), encoding="unicode"
@@ -44,7 +50,7 @@ def render_svg(
 
 
 def group(children: Iterable[Element], **attributes: Attribute) -> Element:
-    """Return elements that have attributes in common."""
+    """Return a group of elements with common attributes."""
     return element("g", *children, **attributes)
 
 
@@ -53,9 +59,9 @@ def line(start: Point, end: Point, **attributes: Attribute) -> Element:
     return element("line", x1=start[0], y1=start[1], x2=end[0], y2=end[1], **attributes)
 
 
-def text(place: Point, words: str, **attributes: Attribute) -> Element:
-    """Return words whose baseline begins at a place."""
-    return element("text", words, x=place[0], y=place[1], **attributes)
+def text(start: Point, words: str, **attributes: Attribute) -> Element:
+    """Return a text whose baseline begins at ``start``."""
+    return element("text", words, x=start[0], y=start[1], **attributes)
 
 
 def dot(centre: Point, radius: float, **attributes: Attribute) -> Element:
@@ -63,7 +69,7 @@ def dot(centre: Point, radius: float, **attributes: Attribute) -> Element:
     return element("circle", cx=centre[0], cy=centre[1], r=radius, **attributes)
 
 
-def trail(points: Iterable[Point], **attributes: Attribute) -> Element:
+def polyline(points: Iterable[Point], **attributes: Attribute) -> Element:
     """Return an open line through points."""
     (x, y), *rest = points
     way = f"M{_format_value(x)} {_format_value(y)}" + "".join(
@@ -78,23 +84,37 @@ def _format_value(value: Attribute) -> str:
 
 @dataclass(frozen=True)
 class Axis:
-    """Values from ``low`` to ``high`` lie between ``start`` and ``end``; ``low`` is less than ``high``."""
+    """A linear axis.
+
+    >>> axis = Axis(low=0, high=100, start=50, end=450)
+    >>> axis.at(25)
+    150.0
+    >>> axis.list_ticks(4)
+    [0, 50, 100]
+    """
 
     low: float
+    """The value at ``start``."""
+
     high: float
+    """The value at ``end``, greater than ``low``."""
+
     start: float
+    """The coordinate of ``low``."""
+
     end: float
+    """The coordinate of ``high``."""
 
     def at(self, value: float) -> float:
-        """Return where a value lies."""
+        """Return the coordinate of a value."""
         return self.start + (value - self.low) / (self.high - self.low) * (self.end - self.start)
 
-    def ticks(self, about: int) -> list[float]:
-        """Return about so many round values within the scale, at steps of 1, 2 or 5.
+    def list_ticks(self, count: int) -> list[float]:
+        """Return about ``count`` round values of the axis, at steps of 1, 2 or 5 times a power of ten.
 
-        P. S. Heckbert, Nice numbers for graph labels, Graphics Gems (1990).
+        Source: P. S. Heckbert, Nice numbers for graph labels, Graphics Gems (1990).
         """
-        rough = (self.high - self.low) / about
+        rough = (self.high - self.low) / count
         unit = 10 ** math.floor(math.log10(rough))
         step = unit * next(size for size in (1, 2, 5, 10) if size * unit >= rough * (1 - 1e-9))
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
@@ -102,42 +122,45 @@ class Axis:
 
 
 def measure_labels(labels: Iterable[str]) -> float:
-    """Return how much room labels need beside a drawing, their gap to it among it."""
+    """Return the width of the longest label and its gap to the drawing."""
     longest = max((len(shorten_label(label)) for label in labels), default=0)
     return _GAP + _LETTER * longest
 
 
 def shorten_label(label: str) -> str:
-    """Return a label that is not too long to stand beside a drawing."""
+    """Return a label cut to `MAX_LABEL` characters."""
     return label if len(label) <= MAX_LABEL else f"{label[: MAX_LABEL - 1]}…"
 
 
 def draw_label(axis: Axis, y: float, words: str) -> Element:
-    """Return words that end at an axis's beginning, centred on a height."""
+    """Return a label left of an axis, centred at the height ``y``."""
     return text((axis.start - _GAP, y + 4), shorten_label(words), text_anchor="end")
 
 
 def draw_axis(axis: Axis, top: float, bottom: float, format_tick: Callable[[float], str]) -> Element:
-    """Return the grid of a horizontal axis from ``top`` to ``bottom``, its numbers below."""
+    """Return the grid of a horizontal axis from ``top`` to ``bottom``, with its numbers below."""
     return group(_draw_grid(axis, top, bottom, format_tick), class_="axis")
 
 
 def _draw_grid(axis: Axis, top: float, bottom: float, format_tick: Callable[[float], str]) -> Iterator[Element]:
-    for value in axis.ticks(max(2, int((axis.end - axis.start) / _TICK_ROOM))):
+    for value in axis.list_ticks(max(2, int((axis.end - axis.start) / _TICK_ROOM))):
         x = axis.at(value)
         yield line((x, top), (x, bottom))
         yield text((x, bottom + 16), format_tick(value), text_anchor="middle")
 
 
 class Shades(NamedTuple):
-    """One colour as CSS, on a light page and on a dark one."""
+    """A colour as CSS, such as ``#2463eb``."""
 
     light: str
+    """The colour on a light page."""
+
     dark: str
+    """The colour on a dark page."""
 
 
-def make_shades(names: Sequence[str]) -> list[Shades]:
-    """Return a colour for each name, far apart for the colour-blind too."""
+def compute_shades(names: Sequence[str]) -> list[Shades]:
+    """Return a colour for each name. They differ with the common kinds of colour blindness too."""
     return [Shades(_css(colour), _css(lighten(colour, _FOR_DARK))) for colour in assign_state_colours(names).values()]
 
 

@@ -1,4 +1,4 @@
-"""The failing runs of a report: how they end, their conditions and their pictures."""
+"""The failing runs of a report: their endings, conditions and pictures."""
 
 from __future__ import annotations
 
@@ -22,107 +22,148 @@ from robotcore.sweep.report.series import Series
 from robotcore.sweep.statistics import subsample
 
 MAX_DETAILED = 100
-"""With a picture and all that was drawn: some 3 MB."""
+"""The most failing runs with a picture and all conditions. They take about 3 MB."""
 
 MAX_LISTED = 1000
+"""The most failing runs in a list."""
 
 MAX_ENDINGS = 12
-"""The most endings in the table; the others are counted as one row."""
+"""The most endings in the table. The others are one row."""
 
 MAX_WIDTH = 480
+"""The width of a picture, in pixels."""
+
 QUALITY = 80
-"""Of a JPEG. A camera's noise, which makes a PNG big, is not what one looks at a failing run for."""
+"""The quality of a JPEG. A PNG would be large, because it keeps the noise of the camera."""
 
 
 class Condition(NamedTuple):
-    """What a run was under; ``finding`` says on which side of it runs fail more, where it was found to matter."""
+    """A condition of a failing run."""
 
     name: str
+    """The name of the condition."""
+
     value: str
+    """Its value in this run."""
+
     finding: str
+    """The side on which more runs fail; empty if there is no finding about the condition."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A failing run in words; ``picture`` is a ``data:`` URI made from ``file``; both may be empty."""
+    """A failing run, as text."""
 
-    place: str
+    group: str
+    """The world and the backend."""
+
     title: str
+    """The world, the backend and the seed."""
+
     cause: str
+    """The outcome, its reason, and the contacts."""
+
     facts: tuple[str, ...]
+    """The last milestone, and the distance to the target."""
+
     command: str
+    """The command that repeats the run."""
+
     conditions: tuple[Condition, ...] = ()
+    """The conditions, those with a finding first."""
+
     picture: str = ""
+    """The picture as a ``data:`` URI; empty if there is none."""
+
     file: str = ""
+    """The file of the picture, relative to the sweep's folder; empty if there is none."""
 
     @classmethod
-    def brief(cls, record: Record) -> Failure:
-        """Return what fits into a list."""
+    def build_brief(cls, record: Record) -> Failure:
+        """Return a failing run without conditions and picture, for a list."""
         result = record.result
-        place = _format_place(record)
-        title = place if result.seed is None else f"{place} · seed {result.seed}"
-        return cls(place, title, format_failure(record), tuple(_list_facts(result)), record.command)
+        group = _format_group(record)
+        title = group if result.seed is None else f"{group} · seed {result.seed}"
+        return cls(group, title, format_failure(record), tuple(_list_facts(result)), record.command)
 
     @classmethod
-    def full(cls, record: Record, folder: Path, findings: Sequence[Finding]) -> Failure:
-        """Return all; the picture is looked for in the sweep's ``folder``."""
-        brief = cls.brief(record)
-        here = {each.condition: each.where for each in findings if each.place == GroupKey.of(record)}
-        full = replace(brief, conditions=_sort_conditions(record.result.conditions, here))
+    def build_full(cls, record: Record, folder: Path, findings: Sequence[Finding]) -> Failure:
+        """Return a failing run with its conditions, and its picture from the sweep's ``folder``."""
+        brief = cls.build_brief(record)
+        sides = {each.condition: each.side for each in findings if each.group == GroupKey.of(record)}
+        full = replace(brief, conditions=_sort_conditions(record.result.conditions, sides))
         picture = embed_picture(folder / record.picture) if record.picture else ""
         return replace(full, picture=picture, file=record.picture) if picture and record.picture else full
 
 
 class FailureGroup(NamedTuple):
-    """The failing runs of one backend and world that are shown in full."""
+    """The failing runs of one backend in one world."""
 
-    place: str
+    name: str
+    """The world and the backend."""
+
     runs: int
-    some: tuple[Failure, ...]
+    """The number of all failing runs of the group."""
+
+    detailed: tuple[Failure, ...]
+    """Those that are shown in full."""
 
 
 @dataclass(frozen=True)
 class Failures:
-    """All failing runs: some in full, by backend and world, others in a list, and the number of the rest."""
+    """All failing runs of a sweep."""
 
     runs: int
+    """The number of failing runs."""
+
     groups: tuple[FailureGroup, ...]
+    """The runs that are shown in full, by backend and world."""
+
     listed: tuple[Failure, ...]
+    """The runs that are in a list."""
+
     unlisted: int
+    """The number of the other runs."""
 
     @classmethod
     def of(cls, records: Sequence[Record], folder: Path, findings: Sequence[Finding]) -> Failures:
-        """Return the failing ones of some records, which are sorted by their places."""
+        """Return the failing runs of records that are sorted by world and backend.
+
+        records: the records of the sweep, passing ones too.
+        folder: the sweep's folder, which has the pictures.
+        findings: the findings of the failure analysis.
+        """
         failing = [record for record in records if record.is_failure]
         chosen = set(subsample(range(len(failing)), MAX_DETAILED))
-        full = [Failure.full(failing[at], folder, findings) for at in sorted(chosen)]
+        full = [Failure.build_full(failing[at], folder, findings) for at in sorted(chosen)]
         others = [record for at, record in enumerate(failing) if at not in chosen]
-        runs = Counter(map(_format_place, failing))
+        runs = Counter(map(_format_group, failing))
         groups = tuple(
-            FailureGroup(place, runs[place], tuple(some)) for place, some in groupby(full, key=lambda each: each.place)
+            FailureGroup(name, runs[name], tuple(detailed))
+            for name, detailed in groupby(full, key=lambda each: each.group)
         )
-        listed = tuple(map(Failure.brief, others[:MAX_LISTED]))
+        listed = tuple(map(Failure.build_brief, others[:MAX_LISTED]))
         return cls(len(failing), groups, listed, len(others) - len(listed))
 
 
-def _format_place(record: Record) -> str:
+def _format_group(record: Record) -> str:
     return " · ".join(part for part in (record.result.world, record.result.backend) if part)
 
 
 def _list_facts(result: RunResult) -> Iterator[str]:
-    """Yield how far the run got."""
+    """Yield the last milestone, and the distance to the target."""
     if result.milestones:
         name, time = list(result.milestones.items())[-1]
-        yield f"got as far as {name}, at {time:.1f} s"
+        yield f"last milestone {name}, at {time:.1f} s"
     if result.distance_to_target_m is not None:
         yield f"ended {result.distance_to_target_m:.2f} m from the target"
 
 
-def _sort_conditions(values: Mapping[str, float | str], findings: Mapping[str, str]) -> tuple[Condition, ...]:
-    """Return what a run was under, what was found to matter first."""
-    first = [name for name in findings if name in values]
+def _sort_conditions(values: Mapping[str, float | str], sides: Mapping[str, str]) -> tuple[Condition, ...]:
+    """Return the conditions of a run, those with a finding first."""
+    first = [name for name in sides if name in values]
     order = dict.fromkeys([*first, *values])
-    return tuple(Condition(name, _format_value(values[name]), findings.get(name, "")) for name in order)
+    return tuple(Condition(name, _format_value(values[name]), sides.get(name, "")) for name in order)
 
 
 def _format_value(value: float | str) -> str:
@@ -130,15 +171,20 @@ def _format_value(value: float | str) -> str:
 
 
 class Ending(NamedTuple):
-    """A way to fail; ``counts`` has a number for each of the series."""
+    """An ending of failing runs, counted."""
 
     text: str
+    """The outcome and its reason."""
+
     runs: int
+    """The number of runs that ended so."""
+
     counts: tuple[int, ...]
+    """The number of those runs in each of the series."""
 
 
 def count_endings(series: Sequence[Series]) -> list[Ending]:
-    """Return the ways in which runs fail, the most frequent first."""
+    """Return the endings of failing runs, the most frequent first, at most `MAX_ENDINGS` and a row for the others."""
     tallies = [Counter(_describe_ending(record) for record in each.records if record.is_failure) for each in series]
     total: Counter[str] = sum(tallies, Counter())
     common = [text for text, _ in total.most_common(MAX_ENDINGS)]
@@ -149,13 +195,13 @@ def count_endings(series: Sequence[Series]) -> list[Ending]:
 
 
 def _describe_ending(record: Record) -> str:
-    """Return how a run ended; or that it touched something, where it succeeded but for that."""
+    """Return the outcome of a run and its reason; ``contact`` if only its contacts make it fail."""
     text = classify_failure(record.result)
     return text if text == "contact" else format_ending(record.result)
 
 
 def embed_picture(file: Path) -> str:
-    """Return a picture's file as a ``data:`` URI of a small JPEG; empty where there is none that can be read."""
+    """Return a picture as a ``data:`` URI of a small JPEG; an empty text if the file is missing or damaged."""
     with suppress(OSError, cv2.error):
         image = cv2.imdecode(np.frombuffer(file.read_bytes(), np.uint8), cv2.IMREAD_COLOR)
         if image is not None:

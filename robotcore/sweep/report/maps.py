@@ -1,4 +1,4 @@
-"""Where the robots went: the paths of all runs of a world, from above. North is up."""
+"""Draw the paths of all runs of a world from above. North is up."""
 
 from __future__ import annotations
 
@@ -10,38 +10,49 @@ from xml.etree.ElementTree import Element
 
 from robotcore.description import WorldDescription
 from robotcore.sweep.record import Record, TruePath
-from robotcore.sweep.report.drawing import Point, dot, element, group, line, render_svg, trail
+from robotcore.sweep.report.drawing import Point, dot, element, group, line, polyline, render_svg
 from robotcore.sweep.report.series import Series
 from robotcore.sweep.statistics import subsample
 
 MAX_PATHS = 100
-"""Of passing and of failing runs each."""
+"""The most paths of passing runs, and the most of failing runs, in a map."""
 
 CM = 100.0
-"""Drawings are in centimetres: whole numbers are fine enough, and short."""
+"""The units of a drawing in a metre. Whole centimetres are accurate enough, and short as text."""
 
 _MARGIN_CM = 12.0
 _STEP_M = 0.03
+"""The least distance between two points of a drawn path."""
+
 _GRID_M = 1.0
 
 
 @dataclass(frozen=True)
 class Map:
-    """A world's drawing; ``caption`` says whose paths are in it."""
+    """The drawing of a world."""
 
     world: str
+    """The name of the world; empty if the backend has none."""
+
     drawing: str
+    """The drawing as SVG."""
+
     caption: str
+    """The numbers of passing and failing runs."""
 
 
 @dataclass(frozen=True)
 class MapScale:
-    """From the world's metres to the drawing's centimetres, y downwards; the origin is in the middle."""
+    """The transform from metres in a world to centimetres in its drawing, whose y axis points down."""
 
     half_width: float
+    """The x coordinate of the world's origin in the drawing, in centimetres."""
+
     half_height: float
+    """The y coordinate of the world's origin in the drawing, in centimetres."""
 
     def at(self, x: float, y: float) -> Point:
+        """Return the point of the drawing for a point of the world, in metres."""
         return round(self.half_width + x * CM), round(self.half_height - y * CM)
 
 
@@ -54,7 +65,7 @@ def draw_maps(series: Sequence[Series], worlds: Mapping[str, WorldDescription]) 
 
 
 def _is_known(record: Record) -> bool:
-    """Whether a path can be drawn; a simulation that broke down may have left no numbers."""
+    """Return whether a run has a path of finite numbers. A simulation that fails may return NaN."""
     return bool(record.path) and all(map(math.isfinite, chain.from_iterable(record.path or ())))
 
 
@@ -68,8 +79,8 @@ def _draw_map(name: str, records: Sequence[Record], world: WorldDescription | No
     parts = [
         *(_draw_ground(chart, world) if world else ()),
         *(_draw_objects(chart, world) if world and is_unseeded else ()),
-        group((_draw_path(chart, record) for record in passing), class_="ways passing"),
-        group((_draw_path(chart, record) for record in failing), class_="ways failing"),
+        group((_draw_path(chart, record) for record in passing), class_="paths passing"),
+        group((_draw_path(chart, record) for record in failing), class_="paths failing"),
         group((_draw_end(chart, record) for record in passing), class_="ends passing"),
         group((_draw_cross(chart, record) for record in failing), class_="ends failing"),
     ]
@@ -82,7 +93,7 @@ def _format_count(records: Sequence[Record]) -> str:
 
 
 def _make_scale(records: Sequence[Record], world: WorldDescription | None) -> MapScale:
-    """Return a chart that holds the floor, its walls, and every path."""
+    """Return the scale of a drawing that contains the floor, its walls, and every path."""
     wall = world.walls.thickness_m if world and world.walls else 0.0
     points = [(x, y) for record in records for _, x, y in record.path or ()]
     reach_x = max(abs(x) for x, _ in points)
@@ -94,7 +105,7 @@ def _make_scale(records: Sequence[Record], world: WorldDescription | None) -> Ma
 
 
 def _draw_ground(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
-    """Yield the walls, the floor within them, and a line each metre."""
+    """Yield the walls, the floor, and a line each metre."""
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     if world.walls:
         yield _draw_rectangle(chart, x + world.walls.thickness_m, y + world.walls.thickness_m, "wall")
@@ -115,7 +126,7 @@ def _draw_grid(chart: MapScale, x: float, y: float) -> Iterator[Element]:
 
 
 def _draw_objects(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
-    """Yield what stands and lies in the world as its file has it."""
+    """Yield the obstacles and the targets of the world's file."""
     for obstacle in world.obstacles:
         yield _draw_outline(chart, obstacle.outline, "obstacle")
     for ball in world.targets:
@@ -128,14 +139,13 @@ def _draw_outline(chart: MapScale, corners: Sequence[Point], kind: str) -> Eleme
 
 
 def _draw_path(chart: MapScale, record: Record) -> Element:
-    return trail(chart.at(x, y) for x, y in _simplify(record.path or ()))
+    return polyline(chart.at(x, y) for x, y in _simplify(record.path or ()))
 
 
 def _simplify(path: TruePath) -> Iterator[Point]:
-    """Yield the places of a path without those where the robot hardly moved on."""
+    """Yield the points of a path that are at least `_STEP_M` from the point before."""
     last: Point | None = None
-    for _, *place in path:
-        x, y = place
+    for _, x, y in path:
         if last is None or math.dist(last, (x, y)) >= _STEP_M:
             last = x, y
             yield last

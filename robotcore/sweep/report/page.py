@@ -1,4 +1,4 @@
-"""Put the report's page together; its layout is in ``templates``."""
+"""Render the page of a report. Its layout is in ``templates``."""
 
 from __future__ import annotations
 
@@ -17,17 +17,19 @@ from robotcore.runtime.result import RunResult
 from robotcore.sweep.failure_analysis import explain, format_p
 from robotcore.sweep.record import Record, classify_failure
 from robotcore.sweep.report.charts import plot_arrivals, plot_condition, plot_milestones, plot_success
-from robotcore.sweep.report.drawing import make_shades
+from robotcore.sweep.report.drawing import compute_shades
 from robotcore.sweep.report.failures import Failures, count_endings
 from robotcore.sweep.report.maps import draw_maps
 from robotcore.sweep.report.series import Series, Spread, find_goal, list_milestones, make_series
 from robotcore.sweep.spec import format_seeds
-from robotcore.sweep.statistics import Requirement, compare_backends, list_missed
+from robotcore.sweep.statistics import Requirement, compare_backends, list_missed_requirements
 from robotcore.sweep.tables import COLUMNS, format_judge
 
 MAX_DIFFERING = 30
+"""The most pairs of differing runs in a table."""
+
 MAX_OPEN = 8
-"""So many failing runs are shown at once; more are folded, place by place."""
+"""The most failing runs that are shown unfolded. If there are more, each group is folded."""
 
 
 def render_page(
@@ -37,7 +39,10 @@ def render_page(
     worlds: Sequence[WorldDescription],
     requirements: Sequence[Requirement],
 ) -> str:
-    """Return the page as HTML; in which order the runs came to an end does not matter."""
+    """Return the page as HTML. The order of the records does not matter.
+
+    The parameters are those of `write_report`.
+    """
     loader = PackageLoader("robotcore.sweep.report")
     environment = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -58,10 +63,10 @@ def render_page(
         series=series,
         success=plot_success(groups),
         requirements=requirements,
-        misses=list_missed(requirements, groups),
+        misses=list_missed_requirements(requirements, groups),
         agreements=compare_backends(records),
         maps=draw_maps(series, _load_worlds(series, worlds)),
-        colours=make_shades(["passing", "failing", *dict.fromkeys(each.style for each in series)]),
+        colours=compute_shades(["passing", "failing", *dict.fromkeys(each.style for each in series)]),
         **_render_times(series),
         **_render_failing(records, series, folder),
     )
@@ -88,35 +93,51 @@ def _render_failing(records: Sequence[Record], series: Sequence[Series], folder:
     return {
         "endings": count_endings(series),
         "findings": [(finding, plot_condition(finding, records)) for finding in explanation.findings],
-        "silence": explanation.silence,
+        "no_finding": explanation.reason,
         "failures": Failures.of(records, folder, explanation.findings),
     }
 
 
 def _load_worlds(series: Sequence[Series], worlds: Sequence[WorldDescription]) -> dict[str, WorldDescription]:
-    """Return the descriptions of the worlds that are run in: those that are given, else those that are shipped."""
+    """Return the descriptions of the worlds of a sweep by name: those that are given, and shipped ones."""
     shipped = set(world_names()) & {each.group.world for each in series}
     return {name: load_world(name) for name in shipped} | {world.name: world for world in worlds}
 
 
 @dataclass(frozen=True)
 class Head:
-    """``facts`` are pairs of a term and what it is; ``causes`` how many failing runs ended in which way.
-
-    ``unverified`` are those of the passing runs that nobody could verify.
-    """
+    """The head of the page."""
 
     apps: str
+    """The names of the apps."""
+
     runs: int
+    """The number of runs."""
+
     failing: int
+    """The number of failing runs."""
+
     unverified: int
+    """The number of passing runs that could not be verified."""
+
     causes: tuple[tuple[str, int], ...]
+    """The classes of failing runs, and the number of runs in each."""
+
     facts: tuple[tuple[str, str], ...]
+    """Pairs of a term and its text, such as the robot's name."""
+
     command: str
+    """The command that ran the sweep."""
 
     @classmethod
     def of(cls, records: Sequence[Record], command: str, folder: Path, judge: str = "") -> Head:
-        """Return the head of a page made now; the results are in ``folder``, and ``judge`` says whose word counts."""
+        """Return the head of a page.
+
+        records: the records of the sweep.
+        command: the command that ran the sweep.
+        folder: the folder of the results.
+        judge: the name of the app that judged the runs.
+        """
         results = [record.result for record in records]
         failing = [record.result for record in records if record.is_failure]
         unverified = sum(record.result.verified is None and not record.is_failure for record in records)

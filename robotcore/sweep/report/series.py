@@ -1,4 +1,4 @@
-"""The runs of one backend in one world as what is drawn of them."""
+"""The runs of one backend in one world, prepared for charts."""
 
 from __future__ import annotations
 
@@ -14,74 +14,85 @@ from robotcore.sweep.statistics import Group, Tally
 
 @dataclass(frozen=True)
 class Series:
-    """A group with its runs.
-
-    ``style`` are the CSS classes that tell its curves from others: ``c0`` … for the colour, ``d0`` … for the dashes.
-    """
+    """A group with its records."""
 
     group: Group
-    records: tuple[Record, ...]
-    style: str = ""
+    """The counts and times of the runs."""
 
-    def arrivals(self, milestone: str) -> list[float]:
-        """Return when each run that reached a milestone did so, in seconds, the earliest first."""
+    records: tuple[Record, ...]
+    """The records of the runs."""
+
+    style: str = ""
+    """The CSS classes of its curves: ``c0`` … for the colour, ``d0`` … for the dashes."""
+
+    def list_times(self, milestone: str) -> list[float]:
+        """Return the times at which runs reached a milestone, in seconds, sorted."""
         times = (record.result.milestones.get(milestone) for record in self.records)
         return sorted(time for time in times if time is not None)
 
 
 @dataclass(frozen=True)
 class Spread:
-    """Times in seconds: what 10 %, half and 90 % of them stay within."""
+    """Quantiles of times, in seconds."""
 
     fast: float
+    """The 10 % quantile."""
+
     median: float
+    """The median."""
+
     slow: float
+    """The 90 % quantile."""
 
     @classmethod
     def of(cls, times: Iterable[float]) -> Spread | None:
-        """Return the spread of some times; None where there are none."""
+        """Return the quantiles of times; None if there are no times.
+
+        >>> Spread.of([1.0, 2.0, 3.0])
+        Spread(fast=1.2, median=2.0, slow=2.8)
+        """
         some = list(times)
         return cls(*map(float, np.quantile(some, (0.1, 0.5, 0.9)))) if some else None
 
 
 def make_series(records: Iterable[Record]) -> list[Series]:
-    """Return a series for each group, world by world, in the order in which they occur.
+    """Return a series for each backend in each world, world by world, in the order in which they occur.
 
-    A world has a colour and a backend its dashes; where there is one world, a backend has a colour too.
+    Each world has a colour, and each backend has a kind of dashes. If there is one world, each backend has a colour.
     """
     gathered: dict[GroupKey, list[Record]] = {}
     for record in records:
         gathered.setdefault(GroupKey.of(record), []).append(record)
     backends, worlds = (list(dict.fromkeys(names)) for names in zip(*gathered, strict=True)) if gathered else ([], [])
     return [
-        Series(_make_group(place, gathered[place]), tuple(gathered[place]), f"c{hue} d{dashes}")
+        Series(_make_group(key, gathered[key]), tuple(gathered[key]), f"c{hue} d{dashes}")
         for row, world in enumerate(worlds)
         for dashes, backend in enumerate(backends)
         for hue in [row if len(worlds) > 1 else dashes]
-        if (place := GroupKey(backend, world)) in gathered
+        if (key := GroupKey(backend, world)) in gathered
     ]
 
 
-def _make_group(place: GroupKey, records: Iterable[Record]) -> Group:
+def _make_group(key: GroupKey, records: Iterable[Record]) -> Group:
     tally = Tally()
     for record in records:
         tally.add(record)
-    return tally.group(place)
+    return tally.build_group(key)
 
 
 def list_milestones(series: Sequence[Series]) -> list[str]:
-    """Return every milestone that was reached, in the order of the median times."""
+    """Return every milestone that a run reached, in the order of their median times."""
     names = dict.fromkeys(name for each in series for record in each.records for name in record.result.milestones)
-    times = {name: [time for each in series for time in each.arrivals(name)] for name in names}
+    times = {name: [time for each in series for time in each.list_times(name)] for name in names}
     return sorted(names, key=lambda name: float(np.median(times[name])))
 
 
 def find_goal(series: Sequence[Series], milestones: Sequence[str]) -> str | None:
-    """Return the milestone that a passing run most often reaches last; where none passed, the latest of all.
+    """Return the milestone that most passing runs reach last; if no run passed, the last milestone of all.
 
-    None where no run gets farther than what it reaches at once: that takes no time.
+    Return None if every milestone was reached at 0 s.
     """
-    if not any(time > 0 for each in series for name in milestones for time in each.arrivals(name)):
+    if not any(time > 0 for each in series for name in milestones for time in each.list_times(name)):
         return None
     passing = (record.result.milestones for each in series for record in each.records if not record.is_failure)
     ends = Counter(list(reached)[-1] for reached in passing if reached)

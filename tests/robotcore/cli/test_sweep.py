@@ -122,7 +122,7 @@ def test_failing_runs_are_reported_by_reason_with_a_command_and_all_of_them_by_a
         rf"    in open on kinematic: seeds [\d, ]+ and \d+ more\n    {repeats}\n",
         done.out,
     )
-    assert "\n  each of them: here/failures.csv\n" in done.out
+    assert "\n  all failing runs: here/failures.csv\n" in done.out
 
 
 def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(
@@ -210,7 +210,7 @@ def test_ctrl_c_in_a_terminal_stops_at_once(tmp_path: Path) -> None:
         out, err = process.communicate()
     assert process.returncode == -signal.SIGINT
     assert (json.loads(out)["done"], json.loads(out)["exit_status"]) == (0, 130)
-    assert err == "interrupted by SIGINT: 0 of 20 runs are kept; the same command goes on.\n"
+    assert err == "interrupted by SIGINT: 0 of 20 runs are saved; the same command resumes the sweep.\n"
 
 
 def test_every_field_of_a_request_can_be_asked_for_but_a_window_and_real_time() -> None:

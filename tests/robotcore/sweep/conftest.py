@@ -11,7 +11,7 @@ from robotcore.sweep import Record, Sweep
 AppFile = Callable[..., str]
 
 SWEEP = "int(open(f'/proc/{os.getppid()}/stat').read().rpartition(')')[2].split()[1])"
-"""The process of the sweep, in what an app does: the parent of its supervisor."""
+"""Code in an app for the id of the sweep's process, which is the parent of the supervisor."""
 
 APP = """
 import os, signal
@@ -35,7 +35,7 @@ class Odd(Behaviour):
 
 @pytest.fixture
 def app_file(tmp_path: Path) -> AppFile:
-    """A file with an app whose third tick does what is asked for; it ends after 0.7 s."""
+    """Writes a file with an app that runs ``deed`` in its third tick, and ends after 0.7 s."""
 
     def write(deed: str = "pass", head: str = "") -> str:
         file = tmp_path / "app" / "odd.py"

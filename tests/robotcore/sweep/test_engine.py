@@ -1,4 +1,4 @@
-"""A bounded number of tasks under way."""
+"""The loop that limits the number of tasks at a time."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from concurrent.futures import Future
 
 import pytest
 
-from robotcore.sweep import engine as window
+from robotcore.sweep import engine
 from robotcore.sweep.engine import iterate_completed
 
 
-def test_what_the_width_raises_ends_a_wait_for_what_never_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(window, "POLL_S", 0.0)
-    widths = iter((2, 2))
-    with pytest.raises(RuntimeError, match="StopIteration"):
-        list(iterate_completed(lambda _: Future(), range(9), lambda: next(widths)))
+def test_an_exception_of_width_ends_the_wait_for_a_task(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine, "POLL_S", 0.0)
+    widths = [2, 2]
+    with pytest.raises(IndexError):
+        list(iterate_completed(lambda _: Future(), range(9), widths.pop))
 
 
-def test_a_window_that_widens_meanwhile_is_filled(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(window, "POLL_S", 0.0)
+def test_more_tasks_start_if_the_width_grows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engine, "POLL_S", 0.0)
     started: list[Future[int]] = []
 
     def submit(task: int) -> Future[int]:

@@ -17,9 +17,9 @@ import pytest
 from apps.green_search import GreenSearch
 from robotcore.errors import UsageError
 from robotcore.sweep import Results, Sweep, fingerprint
-from robotcore.sweep.fingerprint import MANIFEST, code_digest, read_own_files
+from robotcore.sweep.fingerprint import MANIFEST, compute_code_digest, read_own_files
 from tests.robotcore.sweep.conftest import AppFile, sweep_of
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 REFLEX = """
 from apps.green_search import GreenSearch
@@ -37,7 +37,7 @@ def _digest(sweep: Sweep) -> str:
 
 @pytest.fixture
 def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A package of somebody's, with an app two folders down; that app is what every name of an app stands for."""
+    """A user's package with an app two folders down. Every name of an app then means this app."""
     root = tmp_path / "my_robots"
     (root / "apps").mkdir(parents=True)
     (root / "__init__.py").touch()
@@ -50,14 +50,14 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     yield root
     for name in ("my_robots", "my_robots.apps", "my_robots.apps.reflex"):
         del sys.modules[name]
-    fingerprint._package_digest.cache_clear()
+    fingerprint._compute_package_digest.cache_clear()
 
 
-def test_a_module_beside_the_folder_of_the_app_counts(package: Path) -> None:
-    before = code_digest(["reflex"], (), ())
+def test_a_module_of_the_package_above_the_app_counts(package: Path) -> None:
+    before = compute_code_digest(["reflex"], (), ())
     (package / "gains.py").write_text("GAIN = 2\n")
-    fingerprint._package_digest.cache_clear()
-    assert code_digest(["reflex"], (), ()) != before
+    fingerprint._compute_package_digest.cache_clear()
+    assert compute_code_digest(["reflex"], (), ()) != before
 
 
 @pytest.mark.parametrize(
@@ -70,11 +70,11 @@ def test_a_module_beside_the_folder_of_the_app_counts(package: Path) -> None:
         ("acme.drivers.arm.backend", "acme"),
     ],
 )
-def test_code_counts_by_its_outermost_package_but_drivers_one_by_one(module: str, package: str) -> None:
+def test_a_module_counts_by_its_outermost_package_or_its_driver(module: str, package: str) -> None:
     assert fingerprint._find_package(module) == package
 
 
-def test_a_judge_counts_with_what_is_beside_it(app_file: AppFile, tmp_path: Path) -> None:
+def test_a_judge_counts_with_the_modules_beside_it(app_file: AppFile, tmp_path: Path) -> None:
     judge = tmp_path / "judge" / "strict.py"
     judge.parent.mkdir()
     judge.write_text("LIMIT = 1\n")
@@ -87,8 +87,8 @@ def test_a_judge_counts_with_what_is_beside_it(app_file: AppFile, tmp_path: Path
     assert len({before, _digest(judged), _digest(sweep)}) == 3
 
 
-def test_what_cannot_be_imported_is_no_file_of_an_app(app_file: AppFile) -> None:
-    """Emacs locks a file with a link that leads nowhere, macOS keeps what a foreign disk cannot in a second file."""
+def test_a_file_that_cannot_be_imported_does_not_count(app_file: AppFile) -> None:
+    """Emacs locks a file with a broken link. macOS writes a second file for attributes on a foreign disk."""
     app = Path(app_file())
     app.with_name(".#odd.py").symlink_to("somebody@somewhere.1234")
     app.with_name("._odd.py").touch()
@@ -97,17 +97,17 @@ def test_what_cannot_be_imported_is_no_file_of_an_app(app_file: AppFile) -> None
     assert {file.name for file in read_own_files(sweep_of(str(app)))} == {"odd.py", "helper.py"}
 
 
-def _asking(sweep: Sweep = SWEEP, **changes: Any) -> Sweep:
+def _change_request(sweep: Sweep = SWEEP, **changes: Any) -> Sweep:
     return replace(sweep, request=replace(sweep.request, **changes))
 
 
-def _begun(directory: Path, sweep: Sweep = SWEEP) -> Path:
+def _begin(directory: Path, sweep: Sweep = SWEEP) -> Path:
     with Results(sweep, directory):
         return directory / MANIFEST
 
 
-def _changes(directory: Path, sweep: Sweep = SWEEP) -> list[str]:
-    """Return what has changed, by the error that refuses the folder."""
+def _list_changes(directory: Path, sweep: Sweep = SWEEP) -> list[str]:
+    """Return the changes in the error that refuses the folder."""
     with pytest.raises(UsageError) as refused, Results(sweep, directory):
         pass
     assert (refused.value.kind, refused.value.fields["directory"]) == ("other-results", str(directory))
@@ -117,58 +117,59 @@ def _changes(directory: Path, sweep: Sweep = SWEEP) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "then, now, changes",
+    "old, new",
     [
-        (
-            _asking(settings={"speed_m_s": "0.3"}),
-            _asking(settings={"speed_m_s": "0.2"}),
-            ["settings.speed_m_s is 0.2, was 0.3"],
-        ),
-        (SWEEP, _asking(settings={"speed_m_s": "0.2"}), ["settings.speed_m_s is 0.2, was not given"]),
-        (SWEEP, _asking(randomise=True, rate_hz=10.0), ["randomise is true, was false", "rate_hz is 10.0, was 20.0"]),
-        (_asking(judge="green-search"), SWEEP, ["judge is not given, was green-search"]),
-        (SWEEP, replace(SWEEP, worlds=("open", "arena")), ["worlds is arena, open, was open"]),
+        (_change_request(settings={"speed_m_s": "0.3"}), _change_request(settings={"speed_m_s": "0.2"})),
+        (SWEEP, _change_request(settings={"speed_m_s": "0.2"})),
+        (SWEEP, _change_request(randomise=True, rate_hz=10.0)),
+        (_change_request(judge="green-search"), SWEEP),
+        (SWEEP, replace(SWEEP, worlds=("open", "arena"))),
     ],
+    ids=["other setting", "new setting", "two fields", "no judge", "more worlds"],
 )
-def test_what_else_was_asked_for_is_named_by_key(tmp_path: Path, then: Sweep, now: Sweep, changes: list[str]) -> None:
-    _begun(tmp_path, then)
-    assert _changes(tmp_path, now) == changes
+def test_changes_of_the_request_are_listed_by_key(
+    tmp_path: Path, old: Sweep, new: Sweep, check_text: CheckText
+) -> None:
+    _begin(tmp_path, old)
+    check_text("\n".join(_list_changes(tmp_path, new)))
 
 
-def test_what_is_asked_for_in_another_order_is_the_same(tmp_path: Path) -> None:
-    _begun(tmp_path, sweep_of("green-search", worlds=("open", "arena")))
-    _begun(tmp_path, sweep_of("green-search", worlds=("arena", "open")))
+def test_the_order_of_worlds_does_not_count(tmp_path: Path) -> None:
+    _begin(tmp_path, sweep_of("green-search", worlds=("open", "arena")))
+    _begin(tmp_path, sweep_of("green-search", worlds=("arena", "open")))
 
 
-def test_files_of_ones_own_are_named_by_name(
-    app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_changes_of_the_users_files_are_listed_by_path(
+    app_file: AppFile, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     sweep, folder = sweep_of(app_file()), tmp_path / "out"
     monkeypatch.chdir(tmp_path)
-    _begun(folder, sweep)
+    _begin(folder, sweep)
     app_file("self.ticks += 1")
-    assert _changes(folder, sweep) == ["your file app/odd.py has changed"]
+    check_text("\n".join(_list_changes(folder, sweep)))
     app_file()
     (tmp_path / "app" / "helper.py").touch()
-    assert _changes(folder, sweep) == ["your file app/helper.py is new"]
+    check_text("\n".join(_list_changes(folder, sweep)))
     monkeypatch.chdir(tmp_path / "app")
     (tmp_path / "app" / "helper.py").unlink()
-    _begun(folder, sweep)
+    _begin(folder, sweep)
 
 
-def test_code_and_libraries_are_named_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    _begun(tmp_path)
+def test_changes_of_code_and_libraries_are_listed_by_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
+    _begin(tmp_path)
     with monkeypatch.context() as updated:
         updated.setattr(fingerprint, "libraries", lambda _: {"numpy": "2.9", "python": platform.python_version()})
-        changes = _changes(tmp_path)
-    assert changes[0] == f"numpy is 2.9, was {np.__version__}"
+        changes = _list_changes(tmp_path)
+    check_text(changes[0], hide=[np.__version__])
     assert changes[1].startswith("opencv-python")
-    monkeypatch.setattr(fingerprint, "_package_digest", lambda name: f"changed {name}")
-    assert _changes(tmp_path)[:2] == ["the code of apps has changed", "the code of drivers.kinematic has changed"]
+    monkeypatch.setattr(fingerprint, "_compute_package_digest", lambda name: f"changed {name}")
+    check_text("\n".join(_list_changes(tmp_path)[:2]))
 
 
-def test_many_changes_are_reported_in_a_few_words(tmp_path: Path, raises: Raises) -> None:
-    _begun(tmp_path, _asking(settings={f"key{n}": "1" for n in range(7)}))
+def test_the_error_names_a_few_of_many_changes(tmp_path: Path, raises: Raises) -> None:
+    _begin(tmp_path, _change_request(settings={f"key{n}": "1" for n in range(7)}))
     with raises(UsageError, "other-results"), Results(SWEEP, tmp_path):
         pass
 
@@ -176,26 +177,26 @@ def test_many_changes_are_reported_in_a_few_words(tmp_path: Path, raises: Raises
 @pytest.mark.parametrize(
     "content", [b"", b"[]", b"{}", b"\xff", b'{"asked": 1, "code": 2, "files": 3, "libraries": 4}']
 )
-def test_a_file_that_somebody_has_spoilt_is_reported_and_forgotten_with_the_rest(
-    tmp_path: Path, content: bytes
+def test_a_damaged_manifest_is_refused_and_fresh_replaces_it(
+    tmp_path: Path, content: bytes, check_text: CheckText
 ) -> None:
-    spec = _begun(tmp_path)
-    whole = spec.read_bytes()
-    spec.write_bytes(content)
-    assert _changes(tmp_path) == ["its sweep.json cannot be read"]
+    manifest = _begin(tmp_path)
+    whole = manifest.read_bytes()
+    manifest.write_bytes(content)
+    check_text("\n".join(_list_changes(tmp_path)))
     with Results(SWEEP, tmp_path, fresh=True):
-        assert spec.read_bytes() == whole
+        assert manifest.read_bytes() == whole
 
 
-def test_it_tells_which_seeds_were_asked_for_last(tmp_path: Path) -> None:
-    spec = _begun(tmp_path)
-    assert json.loads(spec.read_text())["seeds"] == "1-3"
-    _begun(tmp_path, replace(SWEEP, seeds=(5, 7, 8, 9, 2)))
-    assert json.loads(spec.read_text())["seeds"] == "5,7-9,2"
+def test_the_manifest_has_the_seeds_of_the_last_sweep(tmp_path: Path) -> None:
+    manifest = _begin(tmp_path)
+    assert json.loads(manifest.read_text())["seeds"] == "1-3"
+    _begin(tmp_path, replace(SWEEP, seeds=(5, 7, 8, 9, 2)))
+    assert json.loads(manifest.read_text())["seeds"] == "5,7-9,2"
 
 
-def test_a_refusal_leaves_everything_as_it_was(tmp_path: Path) -> None:
-    before = _begun(tmp_path).read_bytes()
-    _changes(tmp_path, _asking(rate_hz=10.0))
+def test_a_refused_folder_does_not_change(tmp_path: Path) -> None:
+    before = _begin(tmp_path).read_bytes()
+    _list_changes(tmp_path, _change_request(rate_hz=10.0))
     assert {file.name for file in tmp_path.iterdir()} == {MANIFEST, "results.jsonl"}
     assert (tmp_path / MANIFEST).read_bytes() == before

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -20,17 +21,18 @@ from robotcore.sweep import LocalEngine, Record, Sweep, run_sweep
 from robotcore.sweep.record import MAX_RESULT_TEXT
 from robotcore.sweep.spec import format_command
 from tests.robotcore.sweep.conftest import SWEEP, AppFile, sweep_of
+from tests.texts import CheckText
 
 OWN_SESSION = "__import__('subprocess').Popen(['sleep', '60'], start_new_session=True)"
 PIPES = "[int(fd.name) for fd in __import__('pathlib').Path('/proc/self/fd').iterdir() if fd.is_socket()]"
-"""Of a worker, the one to its parent among them: in what an app does."""
+"""Code in an app for the pipes of its worker, the one to the parent among them."""
 
 
 def _records(sweep: Sweep, engine: LocalEngine) -> dict[int | None, Record]:
     return {record.result.seed: record for record, _ in engine.perform(sweep, sweep.requests())}
 
 
-def test_runs_come_out_as_they_do_one_by_one(app_file: AppFile) -> None:
+def test_a_run_of_a_sweep_has_the_result_of_a_single_run(app_file: AppFile) -> None:
     sweep = sweep_of(app_file(), seeds=3)
     records = _records(sweep, LocalEngine(2))
     for request in sweep.requests():
@@ -49,38 +51,36 @@ def test_a_path_has_a_point_every_half_second() -> None:
     assert path[0][1:] != path[-1][1:]
 
 
-def test_an_app_that_raises_fails_each_run_with_its_words(app_file: AppFile) -> None:
+def test_an_app_that_raises_fails_each_run(app_file: AppFile, check_text: CheckText) -> None:
     sweep = sweep_of(app_file("1 / 0"))
-    for ended in LocalEngine(1).perform(sweep, sweep.requests()):
-        assert ended.record.result.outcome is Outcome.ERROR
-        assert ended.record.result.reason == "Odd raised ZeroDivisionError: division by zero"
-        assert ended.picture
-        assert ended.picture.startswith(b"\x89PNG")
+    for output in LocalEngine(1).perform(sweep, sweep.requests()):
+        assert output.record.result.outcome is Outcome.ERROR
+        check_text(output.record.result.reason)
+        assert output.picture
+        assert output.picture.startswith(b"\x89PNG")
 
 
-def test_a_worker_that_dies_costs_its_run_alone(app_file: AppFile, tmp_path: Path) -> None:
+def test_a_worker_that_dies_fails_its_run_alone(app_file: AppFile, tmp_path: Path, check_text: CheckText) -> None:
     deed = f"open({str(tmp_path / 'once')!r}, 'x'); os.kill(os.getpid(), signal.SIGKILL)"
     sweep = sweep_of(app_file(f"(not os.path.exists({str(tmp_path / 'once')!r})) and exec({deed!r})"), seeds=3)
     results = [record.result for record in _records(sweep, LocalEngine(1)).values()]
     (died,) = [result for result in results if result.outcome is Outcome.ERROR]
-    assert died.reason == "the worker process died: SIGKILL"
+    check_text(died.reason)
     assert (died.app, died.robot, died.world) == (sweep.request.app, "rover", "open")
     assert [result.outcome for result in results].count(Outcome.SUCCESS) == 2
 
 
-@pytest.mark.parametrize(
-    "deed, status", [("os._exit(0)", 0), ("os._exit(1)", 1), ("os.kill(os.getpid(), signal.SIGTERM)", 143)]
-)
-def test_a_worker_that_is_ended_is_reported_at_once_by_the_exit_status(
-    app_file: AppFile, deed: str, status: int
+@pytest.mark.parametrize("deed", ["os._exit(0)", "os._exit(1)", "os.kill(os.getpid(), signal.SIGTERM)"])
+def test_a_worker_that_exits_is_reported_at_once_with_its_status(
+    app_file: AppFile, deed: str, check_text: CheckText
 ) -> None:
     (record,) = _records(sweep_of(app_file(deed), seeds=1), LocalEngine(1, wall_timeout_s=1e6)).values()
-    assert record.result.reason == f"the worker process died: exit status {status}"
+    check_text(record.result.reason)
 
 
 @pytest.mark.parametrize("start", ["os.system('sleep 60 &')", "os.fork() or Event().wait()"])
-def test_a_worker_that_ends_is_reported_at_once_whatever_it_has_started(
-    app_file: AppFile, tmp_path: Path, start: str
+def test_a_worker_that_exits_is_reported_at_once_even_if_a_process_that_it_started_lives(
+    app_file: AppFile, tmp_path: Path, start: str, check_text: CheckText
 ) -> None:
     group = tmp_path / "group"
     sweep = sweep_of(app_file(f"open({str(group)!r}, 'w').write(str(os.getpgrp())); {start}; os._exit(3)"), seeds=1)
@@ -89,43 +89,43 @@ def test_a_worker_that_ends_is_reported_at_once_whatever_it_has_started(
     finally:
         with suppress(ProcessLookupError):
             os.killpg(int(group.read_text()), signal.SIGKILL)
-    assert record.result.reason == "the worker process died: exit status 3"
+    check_text(record.result.reason)
 
 
-def test_a_copy_that_an_app_makes_of_its_process_answers_for_no_run(app_file: AppFile) -> None:
+def test_a_process_that_an_app_forks_replies_for_no_run(app_file: AppFile) -> None:
     sweep = sweep_of(app_file("os.fork() or Event().wait(0.02)"), seeds=20)
-    seeds = [ended.record.result.seed for ended in LocalEngine(1).perform(sweep, sweep.requests())]
+    seeds = [output.record.result.seed for output in LocalEngine(1).perform(sweep, sweep.requests())]
     assert seeds == list(sweep.seeds)
 
 
-def test_the_states_of_an_app_may_be_an_enumeration_of_its_own(app_file: AppFile) -> None:
+def test_the_states_of_an_app_may_be_an_enumeration_in_its_file(app_file: AppFile) -> None:
     app = Path(app_file(head="from enum import Enum\nclass Phase(str, Enum):\n    GO = 'go'"))
     app.write_text(app.read_text() + "\n    milestones = (Phase.GO,)\n    state = Phase.GO\n")
     (record,) = _records(sweep_of(str(app), seeds=1), LocalEngine(1)).values()
     assert (record.result.outcome, list(record.result.milestones)) == (Outcome.SUCCESS, ["go"])
 
 
-def test_an_app_that_exits_has_raised(app_file: AppFile) -> None:
+def test_an_app_that_calls_exit_fails_its_run(app_file: AppFile, check_text: CheckText) -> None:
     (record,) = _records(sweep_of(app_file("raise SystemExit(0)"), seeds=1), LocalEngine(1)).values()
-    assert record.result.reason == "Odd raised SystemExit: 0"
+    check_text(record.result.reason)
 
 
-def test_a_worker_may_die_of_a_signal_without_a_name(app_file: AppFile) -> None:
+def test_a_worker_may_die_of_a_signal_without_a_name(app_file: AppFile, check_text: CheckText) -> None:
     sweep = sweep_of(app_file("os.kill(os.getpid(), signal.SIGRTMIN + 1)"), seeds=1)
     (record,) = _records(sweep, LocalEngine(1)).values()
-    assert record.result.reason == f"the worker process died: signal {signal.SIGRTMIN + 1}"
+    check_text(record.result.reason, hide=[signal.SIGRTMIN + 1])
 
 
-def test_a_run_that_hangs_is_given_up(app_file: AppFile) -> None:
+def test_a_run_that_hangs_is_ended(app_file: AppFile, check_text: CheckText) -> None:
     sweep = sweep_of(app_file("Event().wait()"), seeds=1)
     (record,) = _records(sweep, LocalEngine(1, wall_timeout_s=3.0)).values()
-    assert record.result.reason == "hung: no end after 3 s of wall time"
+    check_text(record.result.reason)
     assert (record.path, record.is_failure) == (None, True)
     assert record.result.wall_time_s >= 3.0
 
 
 @pytest.mark.parametrize("judge, verified", [("green-search", False), (None, None)])
-def test_a_run_that_died_is_not_verified_where_somebody_judges(
+def test_a_run_that_died_is_not_verified_if_there_is_a_judge(
     app_file: AppFile, judge: str | None, *, verified: bool | None
 ) -> None:
     sweep = Sweep(RunRequest(app_file("os._exit(1)"), timeout_s=5.0, judge=judge), worlds=("open",), seeds=(1,))
@@ -135,7 +135,7 @@ def test_a_run_that_died_is_not_verified_where_somebody_judges(
     assert record.result.wall_time_s > 0.0
 
 
-def test_what_a_run_that_hangs_has_started_ends_with_it(app_file: AppFile, tmp_path: Path) -> None:
+def test_a_process_that_a_hanging_run_started_ends_with_it(app_file: AppFile, tmp_path: Path) -> None:
     note = tmp_path / "note"
     sweep = sweep_of(app_file(f"os.system('sleep 60 & echo $! > {note}'); Event().wait()"), seeds=1)
     _records(sweep, LocalEngine(1, wall_timeout_s=3.0))
@@ -143,7 +143,7 @@ def test_what_a_run_that_hangs_has_started_ends_with_it(app_file: AppFile, tmp_p
 
 
 @pytest.mark.parametrize("end, outcome", [("pass", "success"), ("os._exit(3)", "error"), ("Event().wait()", "error")])
-def test_what_a_run_has_started_in_a_session_of_its_own_ends_with_the_sweep(
+def test_a_process_in_its_own_session_ends_with_the_sweep(
     app_file: AppFile, tmp_path: Path, end: str, outcome: str
 ) -> None:
     note = tmp_path / "note"
@@ -154,7 +154,7 @@ def test_what_a_run_has_started_in_a_session_of_its_own_ends_with_the_sweep(
         os.kill(int(note.read_text()), 0)
 
 
-def test_a_sweep_gives_standard_error_back_whatever_a_run_has_started(app_file: AppFile, tmp_path: Path) -> None:
+def test_a_sweep_closes_standard_error_even_if_a_run_started_a_process(app_file: AppFile, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "robotcore", *_sweep(app_file(OWN_SESSION), tmp_path)]
     subprocess.run(command, capture_output=True, check=True, timeout=50.0)
 
@@ -199,7 +199,7 @@ def test_a_record_of_another_run_that_an_app_forges_fails_its_run_alone(
     assert (record.result.outcome, getattr(record.result, key) == value) == (Outcome.ERROR, False)
 
 
-def test_the_command_and_the_picture_s_place_are_those_of_the_sweep_whatever_an_app_sends(app_file: AppFile) -> None:
+def test_an_app_cannot_forge_the_command_and_the_path_of_the_picture(app_file: AppFile) -> None:
     app = app_file()
     line = _forged_record(app)
     app_file(_forge({"result": [line, ""], "error": None}))
@@ -218,24 +218,23 @@ def _forge(answer: dict[str, Any]) -> str:
     return f"[os.write(fd, {line!r}) for fd in {PIPES}] and Event().wait()"
 
 
-def test_long_reasons_are_cut(app_file: AppFile) -> None:
+def test_long_reasons_are_cut(app_file: AppFile, check_text: CheckText) -> None:
     sweep = sweep_of(app_file("raise ValueError('x' * 20_000_000)"), seeds=1)
     (record,) = _records(sweep, LocalEngine(1)).values()
     assert record.result.outcome is Outcome.ERROR
     assert len(record.to_json()) < 3 * MAX_RESULT_TEXT
-    assert record.result.reason.startswith("Odd raised ValueError: xxx")
-    assert record.result.reason.endswith("more characters)")
+    check_text(re.sub("x+", "x", record.result.reason))
 
 
-def test_a_run_without_an_end_tells_the_conditions_that_it_was_under(app_file: AppFile) -> None:
+def test_a_run_that_died_has_its_conditions(app_file: AppFile) -> None:
     request = RunRequest(app_file("os._exit(1)"), timeout_s=5.0, randomise=True)
     sweep = Sweep(request, worlds=("open",), seeds=(1,))
     (record,) = _records(sweep, LocalEngine(1)).values()
-    assert record.result.reason == "the worker process died: exit status 1"
+    assert record.result.outcome is Outcome.ERROR
     assert record.result.conditions == Plan.of(next(sweep.requests())).drawn != {}
 
 
-def test_the_conditions_of_an_app_that_cannot_be_imported_are_reported_too(app_file: AppFile) -> None:
+def test_a_run_of_an_app_that_cannot_be_imported_has_its_conditions(app_file: AppFile) -> None:
     (record,) = _records(sweep_of(app_file(head="1 / 0"), seeds=1), LocalEngine(1)).values()
     assert record.result.outcome is Outcome.ERROR
     assert record.result.conditions
@@ -248,7 +247,7 @@ def test_a_run_in_a_world_that_cannot_be_drawn_has_no_conditions(app_file: AppFi
     assert (record.result.outcome, record.result.conditions) == (Outcome.ERROR, {})
 
 
-CTRL_C_AT_A_WORKER_S_START = """
+INTERRUPT_AT_START_OF_WORKER = """
 import os, signal, sys
 if "robotcore.sweep.worker" in sys.orig_argv[-1]:
     os.killpg(os.getpgid(os.getppid()), signal.SIGINT)
@@ -256,8 +255,8 @@ if "robotcore.sweep.worker" in sys.orig_argv[-1]:
 
 
 def test_ctrl_c_while_workers_start_is_reported_once(app_file: AppFile, tmp_path: Path) -> None:
-    """A terminal sends it to the whole group, in which no worker is."""
-    (tmp_path / "sitecustomize.py").write_text(CTRL_C_AT_A_WORKER_S_START)
+    """A terminal sends SIGINT to the whole process group. No worker is in the group."""
+    (tmp_path / "sitecustomize.py").write_text(INTERRUPT_AT_START_OF_WORKER)
     done = subprocess.run(
         [sys.executable, "-m", "robotcore", *_sweep(app_file(), tmp_path)],
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
@@ -271,17 +270,17 @@ def test_ctrl_c_while_workers_start_is_reported_once(app_file: AppFile, tmp_path
     assert "Traceback" not in done.stderr
 
 
-def test_a_worker_that_has_started_hears_signals_again(app_file: AppFile) -> None:
+def test_a_worker_blocks_no_signals_after_its_start(app_file: AppFile) -> None:
     deed = "assert not signal.pthread_sigmask(signal.SIG_BLOCK, ())"
     assert _records(sweep_of(app_file(deed), seeds=1), LocalEngine(1))[1].result.outcome is Outcome.SUCCESS
 
 
-def test_closing_stops_what_is_under_way(app_file: AppFile, tmp_path: Path) -> None:
-    """No process is left: every test checks that."""
+def test_closing_the_generator_ends_the_running_run(app_file: AppFile, tmp_path: Path) -> None:
+    """A fixture checks after every test that no process is left."""
     first = tmp_path / "first"
     sweep = sweep_of(app_file(f"os.path.exists({str(first)!r}) and Event().wait(); open({str(first)!r}, 'w')"), seeds=9)
-    with closing(LocalEngine(1, wall_timeout_s=1e6).perform(sweep, sweep.requests())) as ended:
-        next(ended)
+    with closing(LocalEngine(1, wall_timeout_s=1e6).perform(sweep, sweep.requests())) as outputs:
+        next(outputs)
 
 
 def test_workers_compute_with_one_thread_each(app_file: AppFile) -> None:
@@ -290,7 +289,7 @@ def test_workers_compute_with_one_thread_each(app_file: AppFile) -> None:
     assert _records(sweep, LocalEngine(1))[1].result.outcome is Outcome.SUCCESS
 
 
-def test_a_worker_does_not_outlive_a_parent_that_is_killed(app_file: AppFile, tmp_path: Path) -> None:
+def test_a_worker_ends_if_its_parent_is_killed(app_file: AppFile, tmp_path: Path) -> None:
     note = tmp_path / "worker"
     app = app_file(f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill({SWEEP}, 9); Event().wait()")
     done = subprocess.run([sys.executable, "-m", "robotcore", *_sweep(app, tmp_path)], capture_output=True, check=False)
@@ -301,7 +300,7 @@ def test_a_worker_does_not_outlive_a_parent_that_is_killed(app_file: AppFile, tm
 @pytest.mark.parametrize(
     "deed", ["print('verified')", "os.system('echo verified')", "(print('verified'), os._exit(0))"]
 )
-def test_what_an_app_prints_goes_to_standard_error_also_where_it_is_its_last(
+def test_the_output_of_an_app_goes_to_standard_error_even_if_the_app_exits(
     app_file: AppFile, tmp_path: Path, deed: str
 ) -> None:
     command = [sys.executable, "-m", "robotcore", *_sweep(app_file(deed), tmp_path), "--json"]
@@ -320,26 +319,26 @@ def _require_gone(process: int) -> None:
         assert select([ended], [], [], 30.0)[0]
 
 
-def test_a_sweep_goes_on_where_it_was_left(tmp_path: Path, app_file: AppFile) -> None:
+def test_a_sweep_resumes_with_the_missing_runs(tmp_path: Path, app_file: AppFile) -> None:
     sweep = sweep_of(app_file(), seeds=3)
-    first = run_sweep(sweep, _Only(1), tmp_path / "out")
+    first = run_sweep(sweep, _PartialEngine(1), tmp_path / "out")
     assert len(list(first.records())) == 1
     assert (tmp_path / "out" / "results.csv").exists()
-    engine = _Only(9)
+    engine = _PartialEngine(9)
     second = run_sweep(sweep, engine, tmp_path / "out")
-    assert len(engine.asked) == 2
+    assert len(engine.requests) == 2
     assert {record.result.seed for record in second.records()} == {1, 2, 3}
 
 
-class _Only:
-    """An engine that ends after some runs, in this process."""
+class _PartialEngine:
+    """An engine that ends after some runs. It executes them in this process."""
 
     def __init__(self, runs: int) -> None:
         self._runs = runs
-        self.asked: Sequence[RunRequest] = ()
+        self.requests: Sequence[RunRequest] = ()
 
     def perform(self, sweep: Sweep, requests: Any) -> Any:
         from robotcore.sweep.single_run import perform
 
-        self.asked = list(requests)
-        yield from map(perform, self.asked[: self._runs])
+        self.requests = list(requests)
+        yield from map(perform, self.requests[: self._runs])

@@ -27,31 +27,31 @@ def test_a_word_is_split_from_all_others() -> None:
     assert splits.sizes.tolist() == [1, 1, 2]
 
 
-def test_words_among_numbers_make_all_of_them_words() -> None:
+def test_a_word_among_numbers_makes_all_of_them_words() -> None:
     assert sides(Splits.of([0.5, "auto"])) == [("=", "0.5"), ("=", "auto")]
 
 
-def test_what_never_changes_has_no_split() -> None:
+def test_a_condition_that_never_changes_has_no_split() -> None:
     assert Splits.of([1.0, 1.0]).sides == Splits.of(["wood", "wood"]).sides == ()
 
 
 def test_runs_are_counted_on_each_side() -> None:
     splits = Splits.of([0.4, 0.1, 0.1, 0.2])
-    assert splits.inside(np.array([[1, 3], [0, 3]])).tolist() == [[1, 1, 2, 0], [0, 2, 1, 1]]
+    assert splits.count_inside(np.array([[1, 3], [0, 3]])).tolist() == [[1, 1, 2, 0], [0, 2, 1, 1]]
 
 
 def test_a_split_has_the_shares_of_both_its_sides() -> None:
-    split = Splits.of([0.4, 0.1, 0.1, 0.2]).split(2, np.array([1, 3]))
+    split = Splits.of([0.4, 0.1, 0.1, 0.2]).build_split(2, np.array([1, 3]))
     assert split == ("<", 0.3, Share(2, 3), Share(0, 1))
 
 
-def test_counts_are_those_of_looking_at_every_run() -> None:
+def test_counts_are_those_of_a_loop_over_all_runs() -> None:
     dice = random.Random(1)
     values = [dice.random() for _ in range(500)]
     runs = np.array([dice.sample(range(500), 40) for _ in range(3)])
     splits = Splits.of(values)
     assert len(splits.sides) == 2 * MAX_THRESHOLDS
-    for row, counts in zip(runs.tolist(), splits.inside(runs).tolist(), strict=True):
+    for row, counts in zip(runs.tolist(), splits.count_inside(runs).tolist(), strict=True):
         below = [sum(values[run] < float(side.value) for run in row) for side in splits.sides[::2]]
         assert counts[::2] == below
         assert counts[1::2] == [40 - count for count in below]
@@ -62,7 +62,7 @@ def tail(runs: int, failing: int, size: int, inside: int) -> float:
 
 
 @pytest.mark.parametrize(
-    "size, inside, chance",
+    "size, inside, p",
     [
         (4, 4, 1 / 70),  # the lady tasting tea: Fisher, The Design of Experiments (1935)
         (4, 3, 17 / 70),
@@ -72,17 +72,17 @@ def tail(runs: int, failing: int, size: int, inside: int) -> float:
         (3, 4, 0.0),
     ],
 )
-def test_it_is_the_chance_of_so_many_or_more_of_four_among_eight(size: int, inside: int, chance: float) -> None:
-    assert math.exp(tail(8, 4, size, inside)) == pytest.approx(chance)
+def test_fishers_p_of_four_failing_runs_among_eight(size: int, inside: int, p: float) -> None:
+    assert math.exp(tail(8, 4, size, inside)) == pytest.approx(p)
 
 
-def test_it_is_the_sum_of_the_hypergeometric_tail() -> None:
+def test_fishers_p_is_the_tail_of_the_hypergeometric_distribution() -> None:
     ways = sum(math.comb(21, inside) * math.comb(179, 40 - inside) for inside in range(12, 22))
     assert tail(200, 21, 40, 12) == pytest.approx(math.log(ways / math.comb(200, 40)), rel=1e-9)
 
 
-def test_a_chance_too_small_for_a_float_is_still_reported() -> None:
-    """`math.log` takes whole numbers of any size."""
+def test_a_p_that_is_too_small_for_a_float_has_a_logarithm() -> None:
+    """`math.log` accepts integers of any size."""
     exact = math.log(math.comb(5000, 3000)) - math.log(math.comb(10_000, 3000))
     assert exact < -2000
     assert tail(10_000, 3000, 5000, 3000) == pytest.approx(exact, rel=1e-9)

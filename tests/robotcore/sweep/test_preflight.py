@@ -42,7 +42,7 @@ def test_an_app_that_calls_exit_at_import_is_refused(app_file: AppFile, head: st
     check_text(raised.value)
 
 
-def test_an_app_that_hangs_while_it_is_made_is_reported_so(app_file: AppFile, raises: Raises) -> None:
+def test_an_app_that_hangs_in_its_constructor_is_refused(app_file: AppFile, raises: Raises) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    def __init__(self):\n        Event().wait()\n")
     with raises(UsageError, "app-hangs", step="made"):
@@ -50,35 +50,35 @@ def test_an_app_that_hangs_while_it_is_made_is_reported_so(app_file: AppFile, ra
 
 
 @pytest.mark.parametrize("name", ["drivers", "apps"])
-def test_a_module_beside_an_app_may_be_called_as_a_package_of_ours_is(app_file: AppFile, name: str) -> None:
+def test_a_module_beside_an_app_may_have_the_name_of_a_package(app_file: AppFile, name: str) -> None:
     app = Path(app_file())
     app.with_name(f"{name}.py").touch()
     sweep = sweep_of(str(app))
     preflight(replace(sweep, request=replace(sweep.request, judge="green-search")))
 
 
-def test_an_app_that_asks_for_input_gets_none(app_file: AppFile) -> None:
-    with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: EOFError"):
+def test_an_app_that_reads_standard_input_gets_none(app_file: AppFile, raises: Raises) -> None:
+    with raises(BehaviourError, "app-not-importable"):
         preflight(sweep_of(app_file(head="input()")))
 
 
-def test_what_an_app_raises_at_import_comes_with_its_traceback(app_file: AppFile) -> None:
-    with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: ZeroDivisionError") as raised:
+def test_an_error_at_import_comes_with_its_traceback(app_file: AppFile, raises: Raises) -> None:
+    with raises(BehaviourError, "app-not-importable") as raised:
         preflight(sweep_of(app_file(head="1 / 0")))
     assert 'odd.py", line 5, in <module>\n    1 / 0' in raised.value.traceback
 
 
-def test_an_error_of_the_apps_own_is_reported_in_its_words(app_file: AppFile) -> None:
+def test_an_error_class_of_the_app_keeps_its_text(app_file: AppFile, raises: Raises) -> None:
     head = "from robotcore.errors import UsageError\nclass Own(UsageError): pass\nraise Own('too fast')"
-    with pytest.raises(BehaviourError, match=r"odd\.py cannot be imported: Own: too fast"):
+    with raises(BehaviourError, "app-not-importable"):
         preflight(sweep_of(app_file(head=head)))
     app = Path(app_file(head=head.replace("raise Own", "words = str")))
     app.write_text(app.read_text() + "\n    def __init__(self):\n        raise Own('too fast')\n")
-    with pytest.raises(UsageError, match=r"^too fast$"):
+    with raises(UsageError):
         preflight(sweep_of(str(app)))
 
 
-def test_a_judge_is_tried_as_an_app_is(app_file: AppFile, tmp_path: Path, raises: Raises) -> None:
+def test_a_judge_is_checked_as_an_app_is(app_file: AppFile, tmp_path: Path, raises: Raises) -> None:
     judge = tmp_path / "judge.py"
     judge.write_text("import os; os._exit(0)")
     sweep = sweep_of(app_file())
@@ -94,19 +94,17 @@ def test_a_judge_is_tried_as_an_app_is(app_file: AppFile, tmp_path: Path, raises
         (Sweep(RunRequest("green-search", settings={"speed_m_s": "fast"})), UsageError, 2),
     ],
 )
-def test_what_is_refused_is_refused_as_it_is_here(sweep: Sweep, error: type[UsageError], status: int) -> None:
-    with pytest.raises(error) as here:
+def test_the_error_is_the_one_of_a_check_in_this_process(sweep: Sweep, error: type[UsageError], status: int) -> None:
+    with pytest.raises(error) as expected:
         sweep.check()
-    with pytest.raises(error) as there:
+    with pytest.raises(error) as received:
         preflight(sweep)
-    assert type(here.value) is type(there.value)
-    assert str(here.value) == str(there.value)
-    assert there.value.exit_status == status
+    assert type(expected.value) is type(received.value)
+    assert str(expected.value) == str(received.value)
+    assert received.value.exit_status == status
 
 
-def test_a_process_that_dies_after_the_app_was_made_is_not_the_fault_of_its_import(
-    app_file: AppFile, raises: Raises
-) -> None:
+def test_a_process_that_dies_after_the_app_was_made_is_the_backends_fault(app_file: AppFile, raises: Raises) -> None:
     app = Path(app_file())
     app.write_text(app.read_text() + "\n    stopping = property(lambda self: os._exit(7))\n")
     with raises(BackendError, "backend-died", backends=["kinematic"]):
@@ -114,9 +112,7 @@ def test_a_process_that_dies_after_the_app_was_made_is_not_the_fault_of_its_impo
 
 
 @pytest.mark.parametrize("deed", ["pass", "os._exit(0)", "1 / 0"])
-def test_nothing_of_the_app_is_imported_in_the_process_of_the_sweep(
-    app_file: AppFile, tmp_path: Path, deed: str
-) -> None:
+def test_the_process_of_the_sweep_does_not_import_the_app(app_file: AppFile, tmp_path: Path, deed: str) -> None:
     importers = tmp_path / "importers"
     app = app_file(deed, head=f"print(os.getpid(), file=open({str(importers)!r}, 'a'))")
     run_sweep(sweep_of(app, seeds=1), LocalEngine(1), tmp_path / "out")
@@ -124,7 +120,9 @@ def test_nothing_of_the_app_is_imported_in_the_process_of_the_sweep(
     assert str(os.getpid()) not in importers.read_text().split()
 
 
-def test_ctrl_c_in_the_middle_of_it_ends_both_processes_in_a_line(app_file: AppFile, tmp_path: Path) -> None:
+def test_ctrl_c_during_the_preflight_ends_both_processes(
+    app_file: AppFile, tmp_path: Path, check_text: CheckText
+) -> None:
     note = tmp_path / "child"
     deed = f"open({str(note)!r}, 'w').write(str(os.getpid())); os.kill({SWEEP}, signal.SIGINT); Event().wait()"
     done = subprocess.run(
@@ -133,6 +131,7 @@ def test_ctrl_c_in_the_middle_of_it_ends_both_processes_in_a_line(app_file: AppF
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stderr.strip()) == (-signal.SIGINT, "error: interrupted by SIGINT")
+    assert done.returncode == -signal.SIGINT
+    check_text(done.stderr)
     with pytest.raises(ProcessLookupError):
         os.kill(int(note.read_text()), 0)

@@ -21,7 +21,7 @@ SWEEP = sweep_of("green-search", seeds=3)
 LONG_AGO_NS = 10**18
 
 
-def _ended(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None = None) -> RunOutput:
+def _make_output(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None = None) -> RunOutput:
     command = format_command(list(SWEEP.requests())[seed - 1])
     return RunOutput(replace(record_of(outcome, seed=seed), command=command), picture)
 
@@ -29,14 +29,14 @@ def _ended(seed: int, outcome: Outcome = Outcome.SUCCESS, picture: bytes | None 
 def _write_results(directory: Path, *seeds: int, with_tables: bool = False) -> Path:
     with Results(SWEEP, directory) as results:
         for seed in seeds:
-            results.add(_ended(seed))
+            results.add(_make_output(seed))
         if with_tables:
             results.write_tables()
     return directory / "results.jsonl"
 
 
 def _seeds(directory: Path, sweep: Sweep = SWEEP) -> tuple[list[int | None], list[int | None]]:
-    """Return which seeds are there and which are missing."""
+    """Return the seeds that have a record, and those that are missing."""
     with Results(sweep, directory) as results:
         return [each.result.seed for each in results.records()], [each.seed for each in results.missing()]
 
@@ -46,31 +46,31 @@ def _rows(directory: Path) -> list[str]:
         return [row["seed"] for row in csv.DictReader(table)]
 
 
-def test_what_is_kept_is_no_longer_missing(tmp_path: Path) -> None:
+def test_a_finished_run_is_not_missing(tmp_path: Path) -> None:
     _write_results(tmp_path, 2)
     with Results(SWEEP, tmp_path) as again:
         assert [request.seed for request in again.missing()] == [1, 3]
         assert [record.result.seed for record in again.records()] == [2]
 
 
-def test_a_torn_last_line_is_dropped_and_run_again(tmp_path: Path) -> None:
+def test_a_torn_last_line_is_deleted_and_its_run_repeated(tmp_path: Path) -> None:
     file = _write_results(tmp_path, 1, 2)
     file.write_bytes(file.read_bytes()[:-40])
     with Results(SWEEP, tmp_path) as again:
         assert [request.seed for request in again.missing()] == [2, 3]
-        again.add(_ended(3))
+        again.add(_make_output(3))
         assert [record.result.seed for record in again.records()] == [1, 3]
 
 
-def test_a_first_line_that_is_torn_leaves_nothing(tmp_path: Path) -> None:
+def test_a_torn_first_line_is_deleted(tmp_path: Path) -> None:
     _write_results(tmp_path).write_bytes(b'{"app": "gr')
     with Results(SWEEP, tmp_path) as again:
         assert len(again.missing()) == 3
 
 
-def test_fresh_forgets_results_and_pictures(tmp_path: Path) -> None:
+def test_fresh_deletes_results_and_pictures(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
-        record = results.add(_ended(1, Outcome.TIMEOUT, b"png"))
+        record = results.add(_make_output(1, Outcome.TIMEOUT, b"png"))
     assert record.picture
     with Results(SWEEP, tmp_path, fresh=True) as again:
         assert len(again.missing()) == 3
@@ -79,13 +79,13 @@ def test_fresh_forgets_results_and_pictures(tmp_path: Path) -> None:
 
 def test_a_picture_is_named_by_its_record(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
-        results.add(_ended(1, Outcome.TIMEOUT, b"png"))
-        (kept,) = results.records()
-    assert kept.picture == "failures/kinematic-open-1.png"
-    assert (tmp_path / kept.picture).read_bytes() == b"png"
+        results.add(_make_output(1, Outcome.TIMEOUT, b"png"))
+        (record,) = results.records()
+    assert record.picture == "failures/kinematic-open-1.png"
+    assert (tmp_path / record.picture).read_bytes() == b"png"
 
 
-def test_a_folder_of_something_else_is_refused_even_where_all_is_to_be_anew(tmp_path: Path, raises: Raises) -> None:
+def test_a_folder_of_other_files_is_refused_even_with_fresh(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "thesis.tex").touch()
     with raises(UsageError, "not-a-sweep", directory=str(tmp_path)), Results(SWEEP, tmp_path, fresh=True):
         pass
@@ -93,42 +93,44 @@ def test_a_folder_of_something_else_is_refused_even_where_all_is_to_be_anew(tmp_
 
 
 @pytest.mark.parametrize("fresh", [False, True])
-def test_a_sweep_that_was_killed_over_its_first_file_begins_again(
+def test_a_sweep_that_was_killed_during_its_first_file_begins_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool
 ) -> None:
-    with monkeypatch.context() as over_its_first_file:
-        over_its_first_file.setattr(Path, "replace", _killed)
+    with monkeypatch.context() as killing:
+        killing.setattr(Path, "replace", _raise_exit)
+        killing.setattr(Path, "unlink", lambda *_, **__: None)
         with pytest.raises(SystemExit), Results(SWEEP, tmp_path):
             pass
+    assert len(list(tmp_path.iterdir())) == 2
     assert not (tmp_path / "sweep.json").exists()
     with Results(SWEEP, tmp_path, fresh=fresh) as again:
         assert len(again.missing()) == 3
     assert {file.name for file in tmp_path.iterdir()} == {"sweep.json", "results.jsonl"}
 
 
-def _killed(*arguments: object) -> None:
+def _raise_exit(*arguments: object) -> None:
     raise SystemExit
 
 
-def test_results_without_a_word_of_what_was_asked_are_left_alone(tmp_path: Path, raises: Raises) -> None:
+def test_results_without_a_manifest_are_refused_and_stay(tmp_path: Path, raises: Raises) -> None:
     file = tmp_path / "results.jsonl"
-    file.write_text("somebody's\n")
+    file.write_text("the user's\n")
     with raises(UsageError, "not-a-sweep", directory=str(tmp_path)), Results(SWEEP, tmp_path, fresh=True):
         pass
-    assert file.read_text() == "somebody's\n"
+    assert file.read_text() == "the user's\n"
 
 
-def test_a_run_is_on_the_disk_before_the_next_one_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_is_on_the_disk_before_the_next_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     synced: list[int] = []
     with Results(SWEEP, tmp_path) as results:
         monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
         for seed in (1, 2):
-            results.add(_ended(seed))
+            results.add(_make_output(seed))
             assert synced[-1] == (tmp_path / "results.jsonl").stat().st_size
     assert len(synced) == 2
 
 
-def test_two_cannot_write_at_once(tmp_path: Path, raises: Raises) -> None:
+def test_two_sweeps_cannot_enter_one_folder(tmp_path: Path, raises: Raises) -> None:
     with (
         Results(SWEEP, tmp_path),
         raises(UsageError, "sweep-locked", directory=str(tmp_path)),
@@ -139,7 +141,7 @@ def test_two_cannot_write_at_once(tmp_path: Path, raises: Raises) -> None:
         pass
 
 
-def test_looking_at_what_is_there_changes_no_date(tmp_path: Path) -> None:
+def test_reading_results_keeps_their_date(tmp_path: Path) -> None:
     file = _write_results(tmp_path, 1)
     os.utime(file, ns=(0, LONG_AGO_NS))
     with Results(SWEEP, tmp_path) as again:
@@ -148,7 +150,7 @@ def test_looking_at_what_is_there_changes_no_date(tmp_path: Path) -> None:
     assert again.date.timestamp() == LONG_AGO_NS / 1e9
 
 
-def test_the_folder_is_named_by_what_determines_the_results(app_file: AppFile, tmp_path: Path) -> None:
+def test_the_name_of_the_folder_depends_on_the_fingerprint(app_file: AppFile, tmp_path: Path) -> None:
     app = app_file()
     names = {Results(sweep_of(app)).directory}
     (tmp_path / "app" / "helper.py").write_text("SPEED = 1\n")
@@ -161,25 +163,25 @@ def test_the_folder_is_named_by_what_determines_the_results(app_file: AppFile, t
     assert Results(sweep_of(app, seeds=3)).directory in names
 
 
-def test_own_descriptions_and_the_code_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_name_of_the_folder_depends_on_worlds_and_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     world = tmp_path / "mine.toml"
     world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
     sweep = sweep_of("green-search", worlds=(str(world),))
     first = Results(sweep).directory
     world.write_text('name = "mine"\n[floor]\nlength_m = 7.0\nwidth_m = 6.0\n')
     second = Results(sweep).directory
-    monkeypatch.setattr("robotcore.sweep.fingerprint._package_digest", lambda name: f"changed {name}")
+    monkeypatch.setattr("robotcore.sweep.fingerprint._compute_package_digest", lambda name: f"changed {name}")
     assert len({first, second, Results(sweep).directory}) == 3
 
 
-def test_more_seeds_go_on_from_what_is_there_and_fewer_show_at_once(tmp_path: Path) -> None:
+def test_results_of_other_seeds_stay_and_are_used_again(tmp_path: Path) -> None:
     _write_results(tmp_path, 2, 1, 3)
     assert _seeds(tmp_path, sweep_of("green-search", seeds=5)) == ([2, 1, 3], [4, 5])
     assert _seeds(tmp_path, sweep_of("green-search", seeds=2)) == ([2, 1], [])
     assert _seeds(tmp_path) == ([2, 1, 3], [])
 
 
-def test_the_tables_are_of_what_was_asked_for_last(tmp_path: Path) -> None:
+def test_the_tables_have_the_seeds_of_the_last_sweep(tmp_path: Path) -> None:
     _write_results(tmp_path, 2, 1, 3, with_tables=True)
     assert _rows(tmp_path) == ["2", "1", "3"]
     for seeds in (2, 3):
@@ -189,7 +191,7 @@ def test_the_tables_are_of_what_was_asked_for_last(tmp_path: Path) -> None:
         assert len(_rows(tmp_path)) == seeds
 
 
-def test_a_run_that_was_not_asked_for_is_left_alone(tmp_path: Path) -> None:
+def test_a_run_of_another_sweep_is_ignored(tmp_path: Path) -> None:
     file = _write_results(tmp_path, 1, 2)
     for other in (record_of(seed=2, world="moon"), record_of(seed=99), record_of(seed=99)):
         with file.open("a") as lines:
@@ -197,7 +199,7 @@ def test_a_run_that_was_not_asked_for_is_left_alone(tmp_path: Path) -> None:
     assert _seeds(tmp_path) == ([1, 2], [3])
 
 
-def test_a_world_of_ones_own_goes_by_the_name_in_its_file(tmp_path: Path) -> None:
+def test_the_user_s_world_has_the_name_in_its_file(tmp_path: Path) -> None:
     world = tmp_path / "lab.toml"
     world.write_text('name = "mine"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
     sweep = sweep_of("green-search", worlds=(str(world),))
@@ -206,7 +208,7 @@ def test_a_world_of_ones_own_goes_by_the_name_in_its_file(tmp_path: Path) -> Non
     assert _seeds(tmp_path / "out", sweep) == ([2], [1])
 
 
-def test_a_run_that_is_there_twice_is_named_by_its_line(tmp_path: Path, raises: Raises) -> None:
+def test_a_run_with_two_lines_is_refused(tmp_path: Path, raises: Raises) -> None:
     file = _write_results(tmp_path, 1, 2)
     lines = file.read_text().splitlines(keepends=True)
     file.write_text("".join([*lines, lines[0]]))
@@ -215,22 +217,22 @@ def test_a_run_that_is_there_twice_is_named_by_its_line(tmp_path: Path, raises: 
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
-def test_a_spoilt_line_is_reported_with_its_number_and_without_it_its_run_alone_is_missing(
+def test_a_damaged_line_is_refused_and_without_it_only_its_run_is_missing(
     tmp_path: Path, number: int, raises: Raises
 ) -> None:
     file = _write_results(tmp_path, 1, 2, 3)
     lines = file.read_bytes().splitlines(keepends=True)
-    file.write_bytes(b"".join([*lines[: number - 1], b"spoilt\n", *lines[number:]]))
+    file.write_bytes(b"".join([*lines[: number - 1], b"damaged\n", *lines[number:]]))
     with raises(UsageError, "bad-record", where=f"{file}, line {number}"):
         _seeds(tmp_path)
     file.write_bytes(b"".join([*lines[: number - 1], *lines[number:]]))
     assert _seeds(tmp_path)[1] == [number]
 
 
-def test_records_come_one_by_one(tmp_path: Path) -> None:
+def test_records_are_read_one_by_one(tmp_path: Path) -> None:
     file = _write_results(tmp_path, 1, 2)
     with file.open("a") as lines:
-        lines.write("spoilt\n")
+        lines.write("damaged\n")
     with Results(SWEEP, tmp_path) as results:
         records = results.records()
         assert [next(records).result.seed for _ in range(2)] == [1, 2]

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import errno
 import os
-from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
 from robotcore.errors import UsageError
 from robotcore.sweep import Results
-from robotcore.sweep.durable import replace_text
 from robotcore.sweep.single_run import RunOutput
 from tests.robotcore.sweep.conftest import record_of, sweep_of
 from tests.texts import Raises
@@ -29,9 +27,7 @@ def _open(directory: Path) -> None:
         pass
 
 
-def test_a_folder_that_cannot_be_made_is_reported_and_not_that_something_is_kept(
-    tmp_path: Path, raises: Raises
-) -> None:
+def test_a_folder_that_cannot_be_made_is_reported(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "file").touch()
     with raises(UsageError, "unusable-folder", directory=f"{tmp_path}/file/sweep"):
         _open(tmp_path / "file/sweep")
@@ -55,11 +51,9 @@ def test_a_disk_that_is_full_before_the_first_run_is_reported(
         assert len(again.missing()) == 3
 
 
-@pytest.mark.parametrize(
-    "fresh, way", [(False, "the same command goes on"), (True, "the same command without --fresh goes on")]
-)
-def test_a_disk_that_is_full_in_the_middle_is_reported_and_leaves_whole_lines(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool, way: str, raises: Raises
+@pytest.mark.parametrize("fresh", [False, True])
+def test_a_disk_that_fills_during_the_sweep_is_reported_and_leaves_whole_lines(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fresh: bool, raises: Raises
 ) -> None:
     file = tmp_path / "results.jsonl"
     with Results(SWEEP, tmp_path, fresh=fresh) as results:
@@ -67,12 +61,12 @@ def test_a_disk_that_is_full_in_the_middle_is_reported_and_leaves_whole_lines(
         whole = file.read_bytes()
         assert results._journal
         monkeypatch.setattr(results._journal, "_file", _FullDisk(results._journal._file))
-        with raises(UsageError, "results-not-written", file=str(tmp_path), resume_hint=way):
+        with raises(UsageError, "results-not-written", file=str(tmp_path), resume_hint=results.resume_hint):
             results.add(ENDED)
     assert file.read_bytes() == whole
 
 
-def test_what_else_keeps_a_table_from_the_disk_is_reported_and_leaves_no_half_of_it(
+def test_a_table_that_cannot_be_replaced_is_reported_and_leaves_no_part(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def locked(source: Path, target: Path) -> None:
@@ -89,18 +83,8 @@ def test_what_else_keeps_a_table_from_the_disk_is_reported_and_leaves_no_half_of
     assert (tmp_path / "results.csv").exists()
 
 
-def test_a_file_stays_as_it_was_where_its_successor_cannot_be_written(tmp_path: Path) -> None:
-    file = tmp_path / "table.csv"
-    file.write_text("whole\n")
-    with suppress(OSError), replace_text(file) as text:
-        text.write("half")
-        _full()
-    assert file.read_text() == "whole\n"
-    assert [each.name for each in tmp_path.iterdir()] == ["table.csv"]
-
-
 class _FullDisk:
-    """A file that takes ten bytes more and then no more."""
+    """A file on a disk that has room for ten bytes."""
 
     def __init__(self, file: object) -> None:
         self._file, self._room = file, 10

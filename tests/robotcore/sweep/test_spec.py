@@ -24,18 +24,18 @@ SEARCH = RunRequest("green-search")
     "text, seeds",
     [("3", (3,)), ("1-4", (1, 2, 3, 4)), ("1,5,9-11", (1, 5, 9, 10, 11)), (" 2 , 1-3 ", (2, 1, 3)), ("0-0", (0,))],
 )
-def test_seeds_are_numbers_and_ranges_each_once(text: str, seeds: tuple[int, ...]) -> None:
+def test_seeds_are_read_from_numbers_and_ranges(text: str, seeds: tuple[int, ...]) -> None:
     assert parse_seeds(text) == seeds
 
 
 @pytest.mark.parametrize("text", ["", "a", "1-", "-3", "1..4", "4-1", "1,,2", "1.5"])
-def test_what_is_no_seed_is_refused_with_the_right_form(text: str, raises: Raises) -> None:
+def test_a_text_that_is_no_seed_is_refused(text: str, raises: Raises) -> None:
     with raises(UsageError, "reversed-seeds" if text == "4-1" else "bad-seed", seeds=text):
         parse_seeds(text)
 
 
 @pytest.mark.parametrize("text", ["0-9999999999999", "1-1000000,1000001", "1-600000,1-600000"])
-def test_more_seeds_than_anybody_can_run_are_refused_before_they_fill_the_memory(text: str, raises: Raises) -> None:
+def test_too_many_seeds_are_refused_before_they_fill_the_memory(text: str, raises: Raises) -> None:
     with raises(UsageError, "too-many-seeds", seeds=text):
         parse_seeds(text)
 
@@ -45,7 +45,7 @@ def test_a_seed_of_too_many_digits_is_refused(raises: Raises) -> None:
         parse_seeds("9" * 5000)
 
 
-def test_every_combination_is_one_request_seed_by_seed() -> None:
+def test_each_combination_has_one_request() -> None:
     sweep = Sweep(RunRequest("a", rate_hz=10.0), ("kinematic", "pybullet"), ("open", "arena"), (1, 2))
     requests = list(sweep.requests())
     assert len(requests) == len(set(map(repr, requests))) == len(sweep) == 8
@@ -54,12 +54,12 @@ def test_every_combination_is_one_request_seed_by_seed() -> None:
 
 
 @pytest.mark.parametrize("sweep", [Sweep(SEARCH, ()), Sweep(SEARCH, worlds=()), Sweep(SEARCH, seeds=())])
-def test_a_sweep_of_nothing_is_refused(sweep: Sweep, raises: Raises) -> None:
+def test_an_empty_sweep_is_refused(sweep: Sweep, raises: Raises) -> None:
     with raises(UsageError, "empty-sweep"):
         sweep.check()
 
 
-def test_a_name_that_is_wrong_in_any_combination_is_refused(raises: Raises) -> None:
+def test_an_unknown_name_is_refused(raises: Raises) -> None:
     with raises(UnknownNameError, "unknown-world", name="cluter"):
         Sweep(RunRequest("green-search"), worlds=("open", "cluter")).check()
 
@@ -75,19 +75,19 @@ def test_a_backend_without_worlds_is_refused(raises: Raises) -> None:
         Sweep(RunRequest("avoid-obstacles"), ("mock",), ("open",)).check()
 
 
-def test_two_worlds_of_one_name_are_refused(tmp_path: Path, raises: Raises) -> None:
+def test_two_worlds_with_one_name_are_refused(tmp_path: Path, raises: Raises) -> None:
     file = tmp_path / "mine.toml"
     file.write_text('name = "open"\n[floor]\nlength_m = 6.0\nwidth_m = 6.0\n')
     with raises(UsageError, "ambiguous-world-name", name="open", worlds=["open", str(file)]):
         Sweep(RunRequest("avoid-obstacles"), worlds=("open", str(file))).check()
 
 
-def test_only_what_is_not_the_default_is_said() -> None:
+def test_a_command_has_no_default_options() -> None:
     assert format_command(RunRequest("green-search", seed=3)) == "robotcore run green-search --seed 3"
 
 
 @pytest.mark.parametrize(
-    "asked",
+    "fields",
     [
         {"backend": "pybullet", "robot": "lookout", "world": "arena", "seed": 0, "rate_hz": 12.5, "timeout_s": 7.0},
         {"settings": {"speed_m_s": 0.3, "name": "a b'c"}, "options": {"note": "$HOME; rm"}},
@@ -96,12 +96,12 @@ def test_only_what_is_not_the_default_is_said() -> None:
         {"faults": ("camera drop=0.2 after=5", "loop stall=0.3")},
     ],
 )
-def test_the_command_line_reads_back_the_same_request(asked: dict[str, Any]) -> None:
-    request = RunRequest(**{"app": "green-search", **asked})
+def test_a_command_can_be_parsed_into_the_same_request(fields: dict[str, Any]) -> None:
+    request = RunRequest(**{"app": "green-search", **fields})
     program, run, *arguments = shlex.split(format_command(request))
     assert (program, run) == ("robotcore", "run")
     read = command.make_context("run", arguments).params
-    for name in asked:
+    for name in fields:
         got, expected = read[name], getattr(request, name)
         if isinstance(expected, dict):
             assert dict(got) == {key: str(value) for key, value in expected.items()}
@@ -110,6 +110,6 @@ def test_the_command_line_reads_back_the_same_request(asked: dict[str, Any]) -> 
 
 
 @given(st.floats(min_value=0, exclude_min=True, allow_infinity=False))
-def test_a_number_keeps_its_digits(number: float) -> None:
+def test_a_command_has_all_digits_of_a_number(number: float) -> None:
     arguments = shlex.split(format_command(RunRequest("green-search", timeout_s=number)))[2:]
     assert command.make_context("run", arguments).params["timeout_s"] == number

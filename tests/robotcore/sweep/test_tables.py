@@ -17,6 +17,7 @@ from robotcore.sweep.single_run import RunOutput
 from robotcore.sweep.statistics import Group, group_records
 from robotcore.sweep.tables import COLUMNS, list_columns, write_csv
 from tests.robotcore.sweep.conftest import record_of, sweep_of
+from tests.texts import CheckText
 
 SWEEP = sweep_of("green-search")
 LONG_AGO_NS = 10**18
@@ -32,12 +33,12 @@ def _row(file: Path, record: Record) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("start", ["=", "+", "-", "@", "\t", "\r"])
-def test_what_a_spreadsheet_takes_for_a_formula_is_text(tmp_path: Path, start: str) -> None:
+def test_a_text_that_looks_like_a_formula_is_escaped(tmp_path: Path, start: str) -> None:
     reason = f"{start}HYPERLINK(A1)"
     assert _row(tmp_path / "table.csv", record_of(reason=reason))["reason"] == f"'{reason}"
 
 
-def test_words_and_negative_numbers_stay_as_they_are(tmp_path: Path) -> None:
+def test_other_texts_and_negative_numbers_are_not_escaped(tmp_path: Path) -> None:
     record = record_of(reason="1 = 1")
     record = replace(record, result=replace(record.result, conditions={"light_azimuth_rad": -math.pi, "floor": "wood"}))
     row = _row(tmp_path / "table.csv", record)
@@ -45,11 +46,11 @@ def test_words_and_negative_numbers_stay_as_they_are(tmp_path: Path) -> None:
     assert float(row["conditions.light_azimuth_rad"]) == -math.pi
 
 
-def test_a_reason_that_is_no_unicode_is_reported_with_its_bytes(tmp_path: Path) -> None:
+def test_a_character_that_is_no_unicode_is_written_as_an_escape(tmp_path: Path) -> None:
     assert _row(tmp_path / "table.csv", record_of(reason="no caf\udce9 here"))["reason"] == r"no caf\udce9 here"
 
 
-def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp_path: Path) -> None:
+def test_tables_have_a_column_for_each_milestone_and_failures_a_table(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
         passing = record_of(seed=1)
         results.add(RunOutput(replace(passing, result=replace(passing.result, milestones={"seen": 1.5}))))
@@ -62,18 +63,16 @@ def test_tables_have_a_column_for_each_milestone_and_failures_have_their_own(tmp
     assert [row["seed"] for row in _rows(tmp_path / "failures.csv")] == ["2"]
 
 
-def test_why_a_run_is_failing_is_reported_in_the_words_of_the_terminal(tmp_path: Path) -> None:
+def test_the_table_has_the_fault_of_the_terminal(tmp_path: Path) -> None:
+    failing = record_of(seed=2, verified=False, contacts=1, judge="green-search")
     with Results(SWEEP, tmp_path) as results:
         results.add(RunOutput(record_of(seed=1)))
-        results.add(RunOutput(record_of(seed=2, verified=False, contacts=1, judge="green-search")))
+        results.add(RunOutput(failing))
         results.write_tables()
-    assert [row["fault"] for row in _rows(tmp_path / "results.csv")] == [
-        "",
-        "success, the judge does not agree, 1 contact",
-    ]
+    assert [row["fault"] for row in _rows(tmp_path / "results.csv")] == ["", format_failure(failing)]
 
 
-def test_tables_that_tell_all_are_left_alone_and_those_that_do_not_are_written_anew(tmp_path: Path) -> None:
+def test_only_tables_that_are_older_than_the_results_are_written(tmp_path: Path) -> None:
     with Results(SWEEP, tmp_path) as results:
         results.add(RunOutput(record_of(seed=1)))
         results.write_tables()
@@ -88,7 +87,7 @@ def test_tables_that_tell_all_are_left_alone_and_those_that_do_not_are_written_a
 
 
 @pytest.mark.parametrize("name", ["results.csv", "failures.csv"])
-def test_a_table_that_somebody_deleted_is_written_again(tmp_path: Path, name: str) -> None:
+def test_a_deleted_table_is_written_again(tmp_path: Path, name: str) -> None:
     with Results(SWEEP, tmp_path) as results:
         results.add(RunOutput(record_of(Outcome.TIMEOUT)))
         results.write_tables()
@@ -107,7 +106,7 @@ def columns(*names: str, group: Group) -> list[str]:
     return [COLUMNS[name](group) for name in names]
 
 
-def test_a_group_is_named_by_its_share_its_interval_and_its_times() -> None:
+def test_a_group_has_its_share_its_interval_and_its_times() -> None:
     (group,) = group_records(
         [*(record_of(seed=seed, time=float(seed)) for seed in range(1, 20)), record_of(contacts=2)]
     )
@@ -116,20 +115,27 @@ def test_a_group_is_named_by_its_share_its_interval_and_its_times() -> None:
     assert columns("median", "90 % within", "slowest", group=group) == ["10.5 s", "18.0 s", "never"]
 
 
-def test_what_nobody_could_judge_has_a_question_mark_and_no_share() -> None:
+def test_a_group_without_a_judge_has_a_question_mark_and_no_share() -> None:
     (group,) = group_records([record_of(verified=None, contacts=None)] * 3)
     assert columns("passed", "verified", "%", "95 %", "contacts", group=group) == ["3/3", "?/3", "", "", "?"]
 
 
-def test_contacts_that_some_runs_did_not_tell_are_at_least_those_that_were_counted() -> None:
+def test_contacts_that_some_runs_did_not_count_have_a_sign() -> None:
     (group,) = group_records([record_of(contacts=2), HUNG])
     assert columns("contacts", group=group) == ["≥ 2"]
 
 
-def test_a_fault_says_outcome_reason_and_touches() -> None:
-    assert format_failure(record_of(Outcome.ERROR, reason="the wheel fell off")) == "error, the wheel fell off"
-    assert format_failure(record_of(verified=False)) == "success, the simulator does not agree"
-    assert format_failure(record_of(verified=False, reason="there")) == "success, there, the simulator does not agree"
-    assert format_failure(record_of(verified=False, judge="green-search")) == "success, the judge does not agree"
-    assert format_failure(record_of(contacts=1)) == "success, 1 contact"
-    assert format_failure(record_of(Outcome.TIMEOUT, reason="late", contacts=2)) == "timeout, late, 2 contacts"
+@pytest.mark.parametrize(
+    "record",
+    [
+        record_of(Outcome.ERROR, reason="the wheel fell off"),
+        record_of(verified=False),
+        record_of(verified=False, reason="there"),
+        record_of(verified=False, judge="green-search"),
+        record_of(contacts=1),
+        record_of(Outcome.TIMEOUT, reason="late", contacts=2),
+    ],
+    ids=["error", "dispute", "dispute with reason", "dispute of judge", "contact", "contacts"],
+)
+def test_a_failure_has_outcome_reason_and_contacts(record: Record, check_text: CheckText) -> None:
+    check_text(format_failure(record))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -16,8 +17,9 @@ from threading import Event, Lock, Thread, Timer
 import pytest
 
 from robotcore.errors import BackendError, DeployError, RobotcoreError, StaleSampleError, UnknownNameError
-from robotcore.sweep.worker import NoWorkerError, WorkerDiedError, WorkerHungError, WorkerProcess, read_reply
-from tests.texts import Raises
+from robotcore.sweep.worker import NoWorkerError, WorkerDiedError, WorkerHungError, WorkerProcess
+from robotcore.sweep.worker_loop import read_reply
+from tests.texts import CheckText, Raises
 
 
 @pytest.fixture
@@ -26,91 +28,102 @@ def child() -> Iterator[WorkerProcess]:
         yield child
 
 
-def test_a_call_returns_what_it_returns_here_and_the_process_stays(child: WorkerProcess) -> None:
+def test_a_call_returns_the_result_and_the_process_stays(child: WorkerProcess) -> None:
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
     assert child.call(os.getpid, limit_s=30) == child.call(os.getpid, limit_s=30) != os.getpid()
 
 
 @pytest.mark.parametrize("error", [UnknownNameError("app", "x", ["y"]), StaleSampleError("nose", 2.0, 1.0)])
-def test_an_error_of_ours_comes_back_as_it_is(child: WorkerProcess, error: RobotcoreError) -> None:
+def test_an_error_of_robotcore_comes_back_unchanged(child: WorkerProcess, error: RobotcoreError) -> None:
     with pytest.raises(type(error)) as raised:
         child.call(raise_, error, limit_s=30)
     assert str(raised.value) == str(error)
     assert vars(raised.value) == vars(error)
 
 
-def test_an_error_that_an_app_has_made_of_ours_comes_back_as_ours() -> None:
+def test_a_subclass_in_an_app_comes_back_as_the_class_of_robotcore() -> None:
     class TooFastError(UnknownNameError):
         def __init__(self) -> None:
             super().__init__("app", "x", ["y"])
             self.lock = Lock()
 
-    there = pickle.loads(pickle.dumps(TooFastError()))  # noqa: S301  it never left
-    assert (type(there), str(there)) == (UnknownNameError, str(TooFastError()))
+    received = pickle.loads(pickle.dumps(TooFastError()))  # noqa: S301  dumped in this line
+    assert (type(received), str(received)) == (UnknownNameError, str(TooFastError()))
 
 
-def test_any_other_exception_comes_back_in_words(child: WorkerProcess) -> None:
-    with pytest.raises(RobotcoreError, match=r"^ValueError: "):
-        child.call(math.sqrt, -1, limit_s=30)
+def test_another_exception_comes_back_as_text(child: WorkerProcess, raises: Raises) -> None:
+    with raises(RobotcoreError):
+        child.call(int, "x", limit_s=30)
 
 
-def test_what_does_not_fit_through_a_pipe_is_reported_and_the_process_stays(child: WorkerProcess) -> None:
+def test_a_result_that_json_cannot_hold_is_reported_and_the_process_stays(child: WorkerProcess, raises: Raises) -> None:
     before = child.call(os.getpid, limit_s=30)
-    with pytest.raises(RobotcoreError, match="a lock through a pipe"):
+    with raises(RobotcoreError):
         child.call(Lock, limit_s=30)
     assert child.call(os.getpid, limit_s=30) == before
 
 
 @pytest.mark.parametrize("status", [0, 3])
-def test_a_process_that_ends_in_a_call_is_named_by_its_status_and_the_next_call_has_another(
-    child: WorkerProcess, status: int
+def test_after_a_process_ended_in_a_call_the_next_call_has_another(
+    child: WorkerProcess, status: int, check_text: CheckText
 ) -> None:
-    with pytest.raises(WorkerDiedError, match=f"^exit status {status}$"):
+    with pytest.raises(WorkerDiedError) as raised:
         child.call(os._exit, status, limit_s=30)
+    check_text(raised.value)
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
-def test_a_call_that_hangs_is_ended(child: WorkerProcess) -> None:
-    with pytest.raises(WorkerHungError, match=r"no end after 0\.1 s"):
+def test_a_call_that_hangs_is_ended(child: WorkerProcess, check_text: CheckText) -> None:
+    with pytest.raises(WorkerHungError) as raised:
         child.call(wait_for_ever, limit_s=0.1)
+    check_text(raised.value)
 
 
-def test_a_process_that_sends_half_an_answer_and_hangs_is_ended(child: WorkerProcess) -> None:
+def test_a_process_that_sends_half_a_reply_and_hangs_is_ended(child: WorkerProcess) -> None:
     with pytest.raises(WorkerHungError):
-        child.call(answer, b'{"result": ', limit_s=2.0)
+        child.call(send, b'{"result": ', limit_s=2.0)
 
 
-@pytest.mark.parametrize("answered", [b"[1]\n", b"\x80\x04N.\n", b'{"result": 1, "error": {"robotcore.errors": 1}}\n'])
-def test_an_answer_that_cannot_be_read_ends_the_process_and_the_next_call_has_another(
-    child: WorkerProcess, answered: bytes
+@pytest.mark.parametrize(
+    "reply",
+    [b"[1]\n", b"\x80\x04N.\n", b'{"result": 1, "error": {"robotcore.errors": 1}}\n'],
+    ids=["list", "pickle", "error"],
+)
+def test_after_a_garbled_reply_the_next_call_has_another_process(
+    child: WorkerProcess, reply: bytes, check_text: CheckText
 ) -> None:
-    with pytest.raises(WorkerDiedError, match="its answer cannot be read"):
-        child.call(answer, answered, limit_s=30)
+    with pytest.raises(WorkerDiedError) as raised:
+        child.call(send, reply, limit_s=30)
+    check_text(raised.value)
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
-def test_an_answer_without_an_end_is_not_read_for_ever(child: WorkerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_reply_without_an_end_is_read_up_to_a_limit(
+    child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
     monkeypatch.setattr("robotcore.sweep.worker.MAX_REPLY_BYTES", 200_000)
-    with pytest.raises(WorkerDiedError, match="its answer cannot be read"):
-        child.call(answer, b"x" * 300_000, limit_s=30)
+    with pytest.raises(WorkerDiedError) as raised:
+        child.call(send, b"x" * 300_000, limit_s=30)
+    check_text(raised.value)
 
 
 @pytest.mark.parametrize("name", ["BehaviourError.__init__", "Sequence", "Interrupted"])
-def test_an_answer_makes_no_object_but_an_error_of_ours(name: str) -> None:
+def test_a_reply_makes_no_object_but_an_error_of_robotcore(name: str, check_text: CheckText) -> None:
     line = json.dumps({"result": None, "error": {"robotcore.errors": [name, [], {}]}})
-    with pytest.raises(ValueError, match="Error: "):
+    with pytest.raises(ValueError) as raised:  # noqa: PT011  the text is checked
         read_reply(line.encode())
+    check_text(raised.value)
 
 
-def test_an_answer_changes_nothing_that_the_class_of_its_error_defines(child: WorkerProcess) -> None:
+def test_a_reply_cannot_replace_the_exit_status_of_an_error(child: WorkerProcess) -> None:
     state = {"exit_status": 0, "__str__": "", "kind": "forged"}
     line = json.dumps({"result": None, "error": {"robotcore.errors": ["DeployError", ["forged"], state]}})
     with pytest.raises(DeployError) as raised:
-        child.call(answer, line.encode() + b"\n", limit_s=30)
+        child.call(send, line.encode() + b"\n", limit_s=30)
     assert (raised.value.exit_status, vars(raised.value)) == (DeployError.exit_status, {"kind": "forged"})
 
 
-def test_an_error_that_the_process_sends_does_not_say_that_there_is_no_process(child: WorkerProcess) -> None:
+def test_a_process_cannot_send_a_no_worker_error(child: WorkerProcess) -> None:
     with pytest.raises(BackendError) as raised:
         child.call(raise_, NoWorkerError("forged"), limit_s=30)
     assert type(raised.value) is BackendError
@@ -120,14 +133,14 @@ def test_a_limit_may_be_longer_than_a_system_can_wait(child: WorkerProcess) -> N
     assert child.call(math.hypot, 3, 4, limit_s=1e300) == 5
 
 
-def test_a_process_that_ended_between_two_calls_costs_none_of_them(child: WorkerProcess) -> None:
+def test_a_process_that_ended_between_two_calls_fails_no_call(child: WorkerProcess) -> None:
     child.call(end_soon, limit_s=30)
     assert child._process
     child._process._popen.wait()
     assert child.call(math.hypot, 3, 4, limit_s=30) == 5
 
 
-def test_a_process_that_cannot_be_had_is_reported(
+def test_a_process_that_cannot_be_started_is_reported(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(sys, "executable", "/no/such/python")
@@ -135,32 +148,34 @@ def test_a_process_that_cannot_be_had_is_reported(
         child.call(os.getpid, limit_s=30)
 
 
-def test_a_killed_child_gives_up_its_call_and_takes_no_other(child: WorkerProcess) -> None:
+def test_a_killed_worker_ends_its_call_and_takes_no_other(child: WorkerProcess) -> None:
     child.call(os.getpid, limit_s=30)
-    said: list[Exception] = []
-    thread = Thread(target=_catch, args=(child, said))
+    errors: list[Exception] = []
+    thread = Thread(target=_catch, args=(child, errors))
     thread.start()
     child.kill()
     thread.join()
-    assert isinstance(said[0], WorkerDiedError)
+    assert isinstance(errors[0], WorkerDiedError)
     with pytest.raises(WorkerDiedError):
         child.call(os.getpid, limit_s=30)
 
 
-def test_a_child_reads_nothing_of_what_is_meant_for_its_parent(child: WorkerProcess, tmp_path: Path) -> None:
+def test_a_worker_does_not_read_its_parents_standard_input(
+    child: WorkerProcess, tmp_path: Path, raises: Raises
+) -> None:
     (tmp_path / "typed").write_text("hello\n")
     before = os.dup(0)
     try:
         with (tmp_path / "typed").open() as typed:
             os.dup2(typed.fileno(), 0)
-        with pytest.raises(RobotcoreError, match="EOFError"):
+        with raises(RobotcoreError):
             child.call(input, limit_s=30)
     finally:
         os.dup2(before, 0)
         os.close(before)
 
 
-def test_a_python_that_cannot_start_is_reported(
+def test_a_process_that_ends_while_it_starts_is_reported(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(sys, "path", [])
@@ -168,7 +183,7 @@ def test_a_python_that_cannot_start_is_reported(
         child.call(os.getpid, limit_s=30)
 
 
-def test_a_python_that_does_not_come_to_its_start_is_reported(
+def test_a_process_that_hangs_while_it_starts_is_reported(
     child: WorkerProcess, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
     (tmp_path / "cv2.py").write_text("import threading; threading.Event().wait()")
@@ -178,21 +193,22 @@ def test_a_python_that_does_not_come_to_its_start_is_reported(
         child.call(os.getpid, limit_s=30)
 
 
-def test_what_a_process_started_ends_with_it(child: WorkerProcess, tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "lives")
-    with pytest.raises(WorkerDiedError, match="exit status 3"):
-        child.call(leave_a_reader_of, tmp_path / "lives", limit_s=30)
-    with pytest.raises(OSError, match="No such device or address"):
-        wait_until_nobody_reads(tmp_path / "lives")
+def test_a_process_that_a_worker_started_ends_with_it(child: WorkerProcess, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "fifo")
+    with pytest.raises(WorkerDiedError):
+        child.call(leave_reader, tmp_path / "fifo", limit_s=30)
+    with pytest.raises(OSError) as raised:  # noqa: PT011  the errno is asserted
+        await_no_reader(tmp_path / "fifo")
+    assert raised.value.errno == errno.ENXIO
 
 
 def raise_(error: Exception) -> None:
     raise error
 
 
-def answer(answered: bytes) -> None:
+def send(reply: bytes) -> None:
     (pipe,) = (int(fd.name) for fd in Path("/proc/self/fd").iterdir() if fd.is_socket())
-    os.write(pipe, answered)
+    os.write(pipe, reply)
     wait_for_ever()
 
 
@@ -200,14 +216,14 @@ def end_soon() -> None:
     Timer(0.01, os._exit, (0,)).start()
 
 
-def leave_a_reader_of(fifo: Path) -> None:
+def leave_reader(fifo: Path) -> None:
     Popen(["/bin/sh", "-c", 'exec sleep 60 < "$0"', str(fifo)])
     os.open(fifo, os.O_WRONLY)
     os._exit(3)
 
 
-def wait_until_nobody_reads(fifo: Path) -> None:
-    """Raise OSError once nobody reads; return, after a while, where somebody still does."""
+def await_no_reader(fifo: Path) -> None:
+    """Raise OSError as soon as no process reads. Return if a process still reads after 2 s."""
     for _ in range(100):
         os.close(os.open(fifo, os.O_WRONLY | os.O_NONBLOCK))
         Event().wait(0.02)
@@ -217,8 +233,8 @@ def wait_for_ever() -> None:
     Event().wait()
 
 
-def _catch(child: WorkerProcess, said: list[Exception]) -> None:
+def _catch(child: WorkerProcess, errors: list[Exception]) -> None:
     try:
         child.call(wait_for_ever, limit_s=60)
     except WorkerDiedError as error:
-        said.append(error)
+        errors.append(error)

@@ -22,7 +22,7 @@ from robotcore.runtime.faults import Fault, FaultContext, Kind, plan_faults
 from robotcore.runtime.faults.planning import Target, load_fault
 from robotcore.runtime.layers import needed_devices
 from robotcore.runtime.layers.base import Layer, Reader
-from robotcore.sweep.fingerprint import code_digest
+from robotcore.sweep.fingerprint import compute_code_digest
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.rigs import faulty
 
@@ -193,9 +193,9 @@ def test_an_installation_from_before_there_were_faults_says_what_to_do(monkeypat
 
 def test_its_code_counts_for_the_results_of_a_sweep(register: Register) -> None:
     register("bias", f"{__name__}:Bias")
-    ours, without = (code_digest((), (), faults) for faults in (["range drop=0.1", "range"], ()))
+    ours, without = (compute_code_digest((), (), faults) for faults in (["range drop=0.1", "range"], ()))
     assert ours == without
-    assert code_digest((), (), ["range bias=0.1"]) != without
+    assert compute_code_digest((), (), ["range bias=0.1"]) != without
 
 
 def test_it_is_listed(register: Register, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,4 +1,4 @@
-"""Records of runs for reports, and pages made of them."""
+"""Records of runs for reports, and a parser of pages."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ PASSED = RunResult(
 WAY: TruePath = ((0.0, -1.0, 0.0), (0.5, 0.0, 0.5), (1.0, 1.0, 1.5))
 
 
-def passed(*, path: TruePath | None = WAY, **changes: Any) -> Record:
+def make_pass(*, path: TruePath | None = WAY, **changes: Any) -> Record:
     result = replace(PASSED, **changes)
     return Record(result, path, f"robotcore run green-search --seed {result.seed}")
 
 
-def failed(*, path: TruePath | None = WAY, picture: str | None = None, **changes: Any) -> Record:
+def make_fail(*, path: TruePath | None = WAY, picture: str | None = None, **changes: Any) -> Record:
     ended = {
         "outcome": Outcome.TIMEOUT,
         "verified": False,
         "reason": "not done after 20 s",
         "milestones": {"search": 0.0},
     }
-    return replace(passed(path=path, **{**ended, **changes}), picture=picture)
+    return replace(make_pass(path=path, **{**ended, **changes}), picture=picture)
 
 
 def many(runs: int, failing: int, **changes: Any) -> list[Record]:
-    """Return so many runs, the first of them failing, on paths that wander."""
+    """Return runs on random paths. The first ones fail."""
     steps = np.random.default_rng(1).normal(0, 0.1, (runs, 2, 40)).cumsum(axis=2)
     times = np.arange(40) / 2
     paths = (tuple(zip(times.tolist(), *xy.tolist(), strict=True)) for xy in steps)
-    makers = [failed] * failing + [passed] * (runs - failing)
+    makers = [make_fail] * failing + [make_pass] * (runs - failing)
     pairs = zip(makers, paths, strict=True)
     return [make(seed=seed, path=path, **changes) for seed, (make, path) in enumerate(pairs, start=1)]
 
@@ -56,14 +56,20 @@ VOID = {"meta", "img", "br"}
 
 
 class Page(HTMLParser):
-    """Takes a page apart: ``attributes`` of all elements, ``words`` between them, ``faults`` in how they nest."""
+    """Parses a page."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
         self.tags: list[str] = []
+        """The tags of all elements."""
         self.attributes: list[tuple[str, str, str]] = []
+        """The tag, the name and the value of all attributes."""
         self.faults: list[str] = []
+        """The tags that are not closed, and the end tags without a start tag."""
         self.words = ""
+        """The text of the page, without styles."""
+        self.sections: list[str] = [""]
+        """The text of the head, then the text of each ``h2`` heading and what follows it."""
         self._open: list[str] = []
         self.feed(html)
         self.close()
@@ -76,6 +82,8 @@ class Page(HTMLParser):
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append(tag)
+        if tag == "h2":
+            self.sections.append("")
         self.attributes += [(tag, name, value or "") for name, value in attrs]
 
     def handle_endtag(self, tag: str) -> None:
@@ -85,7 +93,13 @@ class Page(HTMLParser):
     def handle_data(self, data: str) -> None:
         if self._open and self._open[-1] != "style":
             self.words += data
+            self.sections[-1] += data
+
+    def section(self, heading: str) -> str:
+        """Return the lines of the section with a heading; those of the whole head for an empty one."""
+        (found,) = [text for text in self.sections[1:] if text.startswith(heading)] if heading else self.sections[:1]
+        return "\n".join(filter(None, map(str.strip, found.splitlines())))
 
     def values(self, tag: str, name: str) -> list[str]:
-        """Return an attribute of every element of a kind."""
+        """Return the attribute of all elements with a tag."""
         return [value for each, attribute, value in self.attributes if (each, attribute) == (tag, name)]

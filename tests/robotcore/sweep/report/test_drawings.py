@@ -9,11 +9,11 @@ import pytest
 from robotcore.description import load_world
 from robotcore.sweep.failure_analysis import explain
 from robotcore.sweep.report.charts import MAX_STEPS, plot_arrivals, plot_condition, plot_milestones, plot_success
-from robotcore.sweep.report.drawing import MAX_LABEL, Axis, make_shades, shorten_label
+from robotcore.sweep.report.drawing import MAX_LABEL, Axis, compute_shades, shorten_label
 from robotcore.sweep.report.maps import draw_maps
 from robotcore.sweep.report.series import make_series
 from robotcore.sweep.statistics import group_records
-from tests.robotcore.sweep.report.samples import WAY, failed, many, passed
+from tests.robotcore.sweep.report.samples import WAY, make_fail, make_pass, many
 
 ARENA = {"arena": load_world("arena")}
 
@@ -28,10 +28,10 @@ ARENA = {"arena": load_world("arena")}
     ],
 )
 def test_an_axis_has_round_numbers(low: float, high: float, ticks: list[float]) -> None:
-    assert Axis(low, high, 0, 1).ticks(about=5) == pytest.approx(ticks)
+    assert Axis(low, high, 0, 1).list_ticks(count=5) == pytest.approx(ticks)
 
 
-def test_an_axis_maps_values_to_places() -> None:
+def test_an_axis_maps_values_to_coordinates() -> None:
     axis = Axis(0, 100, 200, 20)
     assert (axis.at(0), axis.at(50), axis.at(100)) == (200, 110, 20)
 
@@ -41,7 +41,7 @@ def test_a_long_label_is_shortened() -> None:
     assert len(shorten_label("x" * 100)) == MAX_LABEL
 
 
-def test_success_is_a_dot_within_its_interval() -> None:
+def test_a_share_is_a_dot_within_its_interval() -> None:
     root = _parsed(plot_success(group_records(many(10, failing=4))))
     (bar,) = root.iterfind(".//line[@class='interval']")
     (dot,) = root.iter("circle")
@@ -49,16 +49,21 @@ def test_success_is_a_dot_within_its_interval() -> None:
     assert "6/10" in [each.text for each in root.iter("text")]
 
 
-def test_a_group_that_nobody_can_judge_has_no_dot() -> None:
-    unjudged = [passed(world="lab", verified=None)]
-    root = _parsed(plot_success(group_records([passed(), *unjudged])))
+def test_a_group_without_a_judge_has_no_dot() -> None:
+    unjudged = [make_pass(world="lab", verified=None)]
+    root = _parsed(plot_success(group_records([make_pass(), *unjudged])))
     assert len(root.findall(".//circle")) == 1
     assert "?/1" in [each.text for each in root.iter("text")]
     assert plot_success(group_records(unjudged)) == ""
 
 
-def test_a_curve_levels_off_at_the_share_that_arrives() -> None:
-    records = [passed(milestones={"arrived": 10.0}), passed(milestones={"arrived": 20.0}), failed(), failed()]
+def test_a_curve_ends_at_the_share_of_runs_that_arrive() -> None:
+    records = [
+        make_pass(milestones={"arrived": 10.0}),
+        make_pass(milestones={"arrived": 20.0}),
+        make_fail(),
+        make_fail(),
+    ]
     curve = _ways(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
     heights = [y for _, y in curve]
     bottom, end = heights[0], heights[-1]
@@ -67,23 +72,23 @@ def test_a_curve_levels_off_at_the_share_that_arrives() -> None:
     assert curve[-1][0] == 446
 
 
-def test_the_curve_of_many_runs_is_short_and_ends_where_the_whole_one_does() -> None:
-    records = [passed(milestones={"arrived": float(at)}) for at in range(1, 1200)] + [failed()]
+def test_the_curve_of_many_runs_has_few_steps_and_the_same_end() -> None:
+    records = [make_pass(milestones={"arrived": float(at)}) for at in range(1, 1200)] + [make_fail()]
     curve = _ways(plot_arrivals(make_series(records), "arrived"), "curve c0 d0")[0]
     assert len(curve) <= 2 * MAX_STEPS + 4
     assert curve[-1][1] == pytest.approx(10.2, abs=0.05)
 
 
-def test_a_milestone_that_is_there_at_once_has_no_row() -> None:
-    root = _parsed(plot_milestones(make_series([passed()]), ["search", "seen", "arrived"]))
+def test_a_milestone_that_all_runs_reach_at_0_s_has_no_row() -> None:
+    root = _parsed(plot_milestones(make_series([make_pass()]), ["search", "seen", "arrived"]))
     labels = [each.text for each in root.iter("text")]
     assert "seen" in labels
     assert "search" not in labels
 
 
-def test_a_map_has_north_up_and_paths_by_how_runs_ended() -> None:
-    (chart,) = draw_maps(make_series([passed(), failed(path=WAY[:2])]), ARENA)
-    ((way,), (short,)) = (_ways(chart.drawing, f"ways {kind}") for kind in ("passing", "failing"))
+def test_north_is_up_in_a_map_and_failing_paths_are_a_group() -> None:
+    (chart,) = draw_maps(make_series([make_pass(), make_fail(path=WAY[:2])]), ARENA)
+    ((way,), (short,)) = (_ways(chart.drawing, f"paths {kind}") for kind in ("passing", "failing"))
     assert [x for x, _ in way] == sorted(x for x, _ in way)
     assert [y for _, y in way] == sorted((y for _, y in way), reverse=True)
     assert way[2][0] - way[1][0] == way[1][1] - way[2][1] == 100  # centimetres
@@ -91,43 +96,43 @@ def test_a_map_has_north_up_and_paths_by_how_runs_ended() -> None:
     assert chart.caption == "passing runs: 1, failing: 1"
 
 
-def test_a_robot_that_stands_leaves_one_point() -> None:
+def test_the_path_of_a_standing_robot_has_one_point() -> None:
     standing = tuple((at / 2, 0.5, 0.5 + at * 1e-4) for at in range(100))
-    (chart,) = draw_maps(make_series([passed(path=standing)]), ARENA)
-    assert len(_ways(chart.drawing, "ways passing")[0]) == 1
+    (chart,) = draw_maps(make_series([make_pass(path=standing)]), ARENA)
+    assert len(_ways(chart.drawing, "paths passing")[0]) == 1
 
 
 @pytest.mark.parametrize("seed, obstacles", [(None, 6), (7, 0)])
-def test_obstacles_are_drawn_only_where_no_seed_moved_them(seed: int | None, obstacles: int) -> None:
-    (chart,) = draw_maps(make_series([passed(seed=seed)]), ARENA)
+def test_obstacles_are_drawn_only_if_no_seed_moved_them(seed: int | None, obstacles: int) -> None:
+    (chart,) = draw_maps(make_series([make_pass(seed=seed)]), ARENA)
     assert chart.drawing.count('class="obstacle"') == obstacles
     assert 'class="floor"' in chart.drawing
 
 
-def test_a_world_that_is_not_described_has_paths_without_a_floor() -> None:
-    (chart,) = draw_maps(make_series([passed(world="lab")]), ARENA)
+def test_a_world_without_a_description_has_no_floor() -> None:
+    (chart,) = draw_maps(make_series([make_pass(world="lab")]), ARENA)
     assert "floor" not in chart.drawing
-    assert _ways(chart.drawing, "ways passing")
+    assert _ways(chart.drawing, "paths passing")
 
 
 def test_a_path_that_leaves_the_floor_stays_in_the_drawing() -> None:
-    (chart,) = draw_maps(make_series([passed(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))]), ARENA)
+    (chart,) = draw_maps(make_series([make_pass(path=((0.0, 0.0, 0.0), (1.0, 9.0, -5.0)))]), ARENA)
     _, _, width, height = map(float, _parsed(chart.drawing).attrib["viewBox"].split())
-    assert all(0 < x < width and 0 < y < height for x, y in _ways(chart.drawing, "ways passing")[0])
+    assert all(0 < x < width and 0 < y < height for x, y in _ways(chart.drawing, "paths passing")[0])
 
 
 def test_runs_without_a_known_path_have_no_map() -> None:
-    assert draw_maps(make_series([passed(path=None)]), ARENA) == []
+    assert draw_maps(make_series([make_pass(path=None)]), ARENA) == []
 
 
-def test_a_path_of_no_numbers_is_left_out() -> None:
-    (chart,) = draw_maps(make_series([passed(), failed(path=((0.0, math.nan, 0.0),))]), ARENA)
+def test_a_path_with_nan_is_left_out() -> None:
+    (chart,) = draw_maps(make_series([make_pass(), make_fail(path=((0.0, math.nan, 0.0),))]), ARENA)
     assert chart.caption == "passing runs: 1, failing: 0"
 
 
 @pytest.mark.parametrize("is_dark, start, end", [(True, 64, 255), (False, 255, 446)])
 def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end: float) -> None:
-    dark, bright = (failed, passed) if is_dark else (passed, failed)
+    dark, bright = (make_fail, make_pass) if is_dark else (make_pass, make_fail)
     records = [make(conditions={"light": light}) for make, light in ((dark, 0.0), (bright, 1.0)) for _ in range(9)]
     (finding,) = explain(records).findings
     root = _parsed(plot_condition(finding, records))
@@ -137,23 +142,27 @@ def test_the_side_on_which_runs_fail_is_marked(is_dark: bool, start: float, end:
     assert len(root.findall(".//g[@class='rug failing']/line")) == 9
 
 
-def test_runs_of_another_backend_are_not_drawn_beside_a_finding() -> None:
-    records = [make(conditions={"light": light}) for make, light in ((failed, 0.0), (passed, 1.0)) for _ in range(9)]
+def test_the_chart_of_a_finding_has_the_runs_of_its_backend_only() -> None:
+    records = [
+        make(conditions={"light": light}) for make, light in ((make_fail, 0.0), (make_pass, 1.0)) for _ in range(9)
+    ]
     (finding,) = explain(records).findings
-    other = [passed(backend="pybullet", conditions={"light": 0.0})]
+    other = [make_pass(backend="pybullet", conditions={"light": 0.0})]
     assert plot_condition(finding, records + other) == plot_condition(finding, records)
 
 
-def test_a_condition_in_words_is_not_drawn() -> None:
+def test_a_condition_that_is_a_word_is_not_drawn() -> None:
     records = [
-        make(conditions={"floor": floor}) for make, floor in ((failed, "wood"), (passed, "tiles")) for _ in "123456789"
+        make(conditions={"floor": floor})
+        for make, floor in ((make_fail, "wood"), (make_pass, "tiles"))
+        for _ in "123456789"
     ]
     (finding, *_) = explain(records).findings
     assert plot_condition(finding, records) == ""
 
 
 def test_a_dark_page_has_lighter_colours() -> None:
-    for light, dark in make_shades(["passing", "failing", "c0 d0"]):
+    for light, dark in compute_shades(["passing", "failing", "c0 d0"]):
         assert all(int(dark[at : at + 2], 16) > int(light[at : at + 2], 16) for at in (1, 3, 5))
 
 

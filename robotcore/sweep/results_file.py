@@ -1,0 +1,148 @@
+"""The file ``results.jsonl`` of a sweep: append a line so that it survives a crash, and read the records back."""
+
+from __future__ import annotations
+
+import fcntl
+import mmap
+import os
+from collections.abc import Iterator
+from contextlib import ExitStack
+from io import FileIO
+from pathlib import Path
+from typing import NamedTuple
+
+from robotcore.description import load_world
+from robotcore.errors import UsageError
+from robotcore.runtime.plan import RunRequest
+from robotcore.sweep.record import Record
+from robotcore.sweep.spec import Sweep
+
+
+class Journal:
+    """A file of UTF-8 lines, open for appending. Each line is on the disk before the next one.
+
+    Methods raise OSError if the file cannot be written.
+    """
+
+    def __init__(self, file: FileIO) -> None:
+        self._file = file
+
+    def __repr__(self) -> str:
+        return f"<Journal {str(self._file.name)!r}, {'closed' if self._file.closed else 'open'}>"
+
+    @classmethod
+    def open(cls, path: Path) -> Journal:
+        """Open a file for this process alone, and delete a last line that has no line feed.
+
+        Does not wait. Raises UsageError if another process has the file open.
+        """
+        with ExitStack() as on_failure:
+            file = on_failure.enter_context(FileIO(path, "a+"))
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                raise UsageError(
+                    f"{path.parent}: another sweep writes to this folder. Wait for it, or stop it",
+                    kind="sweep-locked",
+                    directory=str(path.parent),
+                ) from error
+            _drop_torn_line(file)
+            on_failure.pop_all()
+        return cls(file)
+
+    def append(self, line: str) -> None:
+        """Append a line. If the disk is full, the file keeps its content."""
+        content = line.encode() + b"\n"
+        size, written = self._file.seek(0, os.SEEK_END), 0
+        try:
+            while written < len(content):
+                written += self._file.write(content[written:])
+        finally:
+            if written < len(content):
+                self._file.truncate(size)
+        os.fsync(self._file.fileno())
+
+    def clear(self) -> None:
+        """Delete every line."""
+        self._file.truncate(0)
+
+    def close(self) -> None:
+        """Close the file, and release its lock. May be called again."""
+        self._file.close()
+
+
+def _drop_torn_line(file: FileIO) -> None:
+    """Delete the bytes after the last line feed. A process that is killed while it writes leaves such bytes."""
+    if size := file.seek(0, os.SEEK_END):
+        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+            whole = content.rfind(b"\n") + 1
+        if whole < size:  # truncating a file to its own length would change its date
+            file.truncate(whole)
+
+
+class RunKey(NamedTuple):
+    """The identity of a run in its sweep."""
+
+    backend: str
+
+    world: str | None
+    """The name in the world's description."""
+
+    seed: int | None
+
+    @classmethod
+    def of(cls, record: Record) -> RunKey:
+        """Return the key of a record's run."""
+        return cls(record.result.backend, record.result.world, record.result.seed)
+
+    def __str__(self) -> str:
+        return f"{self.backend}, {self.world}, seed {self.seed}"
+
+
+class RunFilter:
+    """The set of runs of a sweep."""
+
+    def __init__(self, sweep: Sweep) -> None:
+        self._worlds = {world: load_world(world).name for world in sweep.worlds}
+        self._parts = frozenset(sweep.backends), frozenset(self._worlds.values()), frozenset(sweep.seeds)
+
+    def __contains__(self, run: RunKey) -> bool:
+        return all(part in wanted for part, wanted in zip(run, self._parts, strict=True))
+
+    def run_of(self, request: RunRequest) -> RunKey:
+        """Return the key of one of the sweep's requests."""
+        assert request.world, "a sweep names its worlds"
+        return RunKey(request.backend, self._worlds[request.world], request.seed)
+
+
+def read_results(file: Path, wanted: RunFilter) -> Iterator[Record]:
+    """Read the results file, and yield only the runs of this sweep, in the file's order.
+
+    Raises UsageError with the line's number if a line is no record, or if a run has two lines.
+    """
+    seen: set[RunKey] = set()
+    for where, record in _read_records(file):
+        if (run := RunKey.of(record)) not in wanted:
+            continue
+        if run in seen:
+            raise UsageError(
+                f"{where}: a second line for the run {run}. Delete one of the two lines",
+                kind="duplicate-run",
+                where=where,
+            )
+        seen.add(run)
+        yield record
+
+
+def _read_records(file: Path) -> Iterator[tuple[str, Record]]:
+    with file.open("rb") as lines:
+        for number, line in enumerate(lines, 1):
+            where = f"{file}, line {number}"
+            try:
+                yield where, Record.from_json(line)
+            except ValueError as error:
+                raise UsageError(
+                    f"{where}: {error}. Delete this line; the sweep then repeats that run",
+                    kind="bad-record",
+                    where=where,
+                ) from error
