@@ -47,10 +47,13 @@ def test_app_that_goes_on_is_no_error_where_the_recording_ends(search: Recording
     assert (evaluation.is_at_end, evaluation.exit_status, evaluation.ticks) == (True, 0, 50)
 
 
-def test_text_of_one_tick_has_the_singular(search: Recording, check_text: CheckText) -> None:
+def test_text_of_one_tick_has_the_singular(
+    search: Recording, check_text: CheckText, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(Path(APPS).parent)
     first = replace(search, ticks=search.ticks[:1])
     check_text(text_of(evaluate(first)))
-    check_text(text_of(evaluate(first, f"{APPS}:Ending")), hide=[APPS])
+    check_text(text_of(evaluate(first, "recorded_apps.py:Ending")))
 
 
 def text_of(evaluation: Evaluation) -> str:
