@@ -1,4 +1,4 @@
-"""Time on a robot: the clock that apps and drivers are given, stepped time, and work that repeats."""
+"""The clocks of a robot, simulated time in steps, and periodic tasks."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from robotcore.errors import UsageError
 
 
 class PeriodicTask(ABC):
-    """Work under way, of which `Clock.every` tells more."""
+    """Work that `Clock.every` repeats."""
 
     @abstractmethod
     def stop(self) -> None:
-        """Begin it no more, and wait for what is under way, but not for ever. May be called again."""
+        """End the repetition. Wait for a call under way, for a limited time. May be called again."""
 
 
 class SimulatedTask(PeriodicTask):
-    """Done by whoever lets time pass, exactly when it is due."""
+    """Runs in the thread that lets simulated time pass, exactly when it is due."""
 
     def __init__(self, clock: Clock, period: float, work: Callable[[], object]) -> None:
         self._clock, self._period, self._work = clock, period, work
@@ -42,18 +42,18 @@ class SimulatedTask(PeriodicTask):
 
 
 MIN_PHYSICS_RATE_HZ = 240
-"""A stepped clock never takes coarser steps than this."""
+"""The lowest rate of the steps of a stepped clock."""
 
 _SAME = 1e-6
-"""By so much a time step that a server keeps in single precision may differ from what was meant."""
+"""The relative tolerance for a time step that a server stores in single precision."""
 
 Callback = Callable[[], None]
 
 
 class Clock(ABC):
-    """Seconds since the robot was opened.
+    """The time of a robot, in seconds since it was opened.
 
-    ``is_lockstep`` is whether time passes only while somebody sleeps.
+    ``is_lockstep`` says whether time passes only within `sleep_until`.
     """
 
     is_lockstep: bool = True
@@ -64,42 +64,47 @@ class Clock(ABC):
 
     @abstractmethod
     def sleep_until(self, deadline: float) -> bool:
-        """Let time pass until ``deadline``; return whether it was still ahead."""
+        """Let time pass until ``deadline``, in seconds; return whether it was in the future."""
 
     @abstractmethod
     def call_at(self, deadline: float, callback: Callback) -> None:
-        """Call once when ``deadline`` has come, wherever the sleeper then is."""
+        """Call ``callback`` once at ``deadline``, in seconds, also in the middle of a sleep."""
 
     def prepare_calls(self) -> None:  # noqa: B027  simulated time needs nothing
-        """Start what `call_at` needs, so that no later call is refused. Raises ResourceError if the system refuses."""
+        """Start the thread that `call_at` needs, if any. Raises ResourceError if the system refuses it."""
 
     def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
-        """Do ``work`` every ``period`` seconds from now on, until the polling is stopped.
+        """Call ``work`` every ``period`` seconds until the returned task is stopped.
 
-        Where time is simulated, whoever lets it pass does it, when it is due; else a thread called ``name`` does, so
-        that what waits for hardware holds up nobody. ``work`` deals with its own errors; what it raises all the same is
-        raised to whoever lets time pass.
+        In simulated time, the thread that sleeps calls it when it is due. Otherwise a thread called ``name`` calls it,
+        so that a wait for hardware delays no other work. ``work`` handles its own errors; `sleep_until` raises others.
         """
         return SimulatedTask(self, period, work)
 
     def time_of(self, monotonic_s: float) -> float:
-        """Return this clock's time at a moment of CLOCK_MONOTONIC, in seconds: the kernel's stamps on what it captures.
+        """Return this clock's time for a time of CLOCK_MONOTONIC, such as the kernel's time of capture. In seconds.
 
-        Never later than now. A simulator's time has nothing to do with the machine's: there, it is now.
+        The result is never later than now. A simulator's clock returns now.
         """
         return self.now()
 
     @abstractmethod
     def close(self) -> None:
-        """Forget every call that is still to come."""
+        """Drop all calls that are still due."""
 
 
 class SteppedClock(Clock):
-    """Simulated time: a whole number of steps, taken only while somebody sleeps.
+    """Simulated time in whole steps, taken only within `sleep_until`.
 
-    ``advance(n)`` makes the simulator take n steps. Calls asked for by `call_at` cut a sleep
-    exactly at their step. ``step_s`` is the step of a simulator that has one of its own, in seconds, and takes its
-    finer physics steps by itself; raises UsageError where the tick is no whole number of them.
+    A call of `call_at` interrupts a sleep exactly at its step.
+
+    rate_hz: ticks per second.
+    advance: makes the simulator take a number of steps.
+    step_s: the simulator's own step in seconds, if it has one. Raises UsageError if a tick is no whole number of steps.
+
+    >>> clock = SteppedClock(20, advance=lambda steps: None)
+    >>> clock.sleep_until(0.05), clock.now()
+    (True, 0.05)
     """
 
     def __init__(self, rate_hz: float, advance: Callable[[int], None], step_s: float | None = None) -> None:
@@ -114,7 +119,7 @@ class SteppedClock(Clock):
 
     @property
     def step(self) -> float:
-        """In seconds: 1 / (rate · ⌈240 / rate⌉), a physics step, where the simulator has none of its own."""
+        """The step in seconds: 1 / (rate · ⌈240 / rate⌉), if the simulator has no step of its own."""
         return 1 / self.steps_per_second
 
     def now(self) -> float:
@@ -144,7 +149,7 @@ class SteppedClock(Clock):
 
 
 def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
-    """Return how many of a simulator's steps make a tick; raises UsageError where no whole number does."""
+    """Return the number of a simulator's steps in a tick. Raises UsageError if it is no whole number."""
     steps = 1 / (rate_hz * step_s)
     fitting_hz = 1 / (max(round(steps), 1) * step_s)
     if steps < 1 - _SAME or abs(steps - round(steps)) > _SAME * steps:
@@ -156,7 +161,7 @@ def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
 
 
 class ClockWrapper(Clock):
-    """Another clock's time."""
+    """A clock that passes each call on to another clock."""
 
     def __init__(self, source: Clock) -> None:
         self._source = source
@@ -185,7 +190,7 @@ class ClockWrapper(Clock):
 
 
 class TickClock(ClockWrapper):
-    """The clock a loop ticks: it stands still within a tick, and a sleep begins the next one."""
+    """The clock of a loop. It stands still within a tick; a sleep begins the next tick."""
 
     def __init__(self, source: Clock) -> None:
         super().__init__(source)
@@ -196,7 +201,7 @@ class TickClock(ClockWrapper):
         return self._now
 
     def tick_age(self) -> float:
-        """Return for how long the tick has lasted, in seconds: time that `now` does not show yet."""
+        """Return the duration of the present tick in seconds. `now` does not show it."""
         return self._source.now() - self._now
 
     def sleep_until(self, deadline: float) -> bool:
@@ -207,7 +212,7 @@ class TickClock(ClockWrapper):
 
 
 class AppClock(Clock):
-    """The clock an app sees. It can be read; time passes only when the app has returned from its step."""
+    """The clock of an app. An app reads it; time passes only after the app's step has returned."""
 
     def __init__(self, ticks: TickClock) -> None:
         self._ticks = ticks
@@ -226,4 +231,4 @@ class AppClock(Clock):
         raise UsageError("an app polls nothing. Do it in step, which is called once a tick")
 
     def close(self) -> None:
-        """Leave the clock to those who tick it."""
+        """Do nothing: the loop closes its clock."""

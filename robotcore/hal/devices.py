@@ -21,13 +21,13 @@ from robotcore.optics import Intrinsics
 
 _OURS = "robotcore"
 _LOOP = "robotcore.runtime.loop"
-"""It calls apps: what is outside of it is none."""
+"""The module that calls apps. Code outside of it on the stack is no app."""
 
 
 def caller_location() -> str:
-    """Return ``file.py:line`` of the innermost code on this thread's stack that is not the framework's.
+    """Return ``file.py:line`` of the innermost code on this thread's stack outside the framework.
 
-    Empty where the framework asked of itself.
+    Empty if the framework itself made the call.
     """
     frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  the one way to see who calls
     while frame and _module(frame).partition(".")[0] == _OURS:
@@ -40,16 +40,19 @@ def _module(frame: FrameType) -> str:
 
 
 Image = NDArray[np.uint8]
-"""Height x width x 3, ``uint8``, BGR, top-left origin; height x width where it is grey."""
+"""A BGR picture, ``uint8`` of (height, width, 3), or a grey one of (height, width). The origin is top left."""
 
 
 class Sample(Protocol):
-    """What every sample has: when it was captured, and which one of its device it is."""
+    """The fields that every sample has."""
 
     @property
-    def time(self) -> float: ...
+    def time(self) -> float:
+        """The time of capture on the robot's clock, in seconds."""
+
     @property
-    def sequence(self) -> int: ...
+    def sequence(self) -> int:
+        """The number of the sample; a later sample of the same device has a higher one."""
 
 
 SampleT = TypeVar("SampleT", bound=Sample)
@@ -59,46 +62,71 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """A distance in metres; ``inf`` where the sensor vouches that nothing is in range.
+    """A sample of a range sensor.
 
-    ``point`` is the detected point in the sensor's frame, where a simulator knows it.
+    >>> Range(distance=0.84, time=1.25, sequence=25).distance
+    0.84
     """
 
     distance: float
+    """In metres; ``inf`` if the sensor has measured that nothing is in range."""
     time: float
+    """The time of capture in seconds."""
     sequence: int
+    """The number of the sample."""
     point: tuple[float, float, float] | None = None
+    """The detected point in the sensor's frame, in metres. Only some simulators provide it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Angle:
-    """A wheel's angle in radians since the robot was opened; forward is positive."""
+    """A sample of an encoder."""
 
     angle: float
+    """The wheel's angle in radians since the robot was opened; forward is positive."""
     time: float
+    """The time of capture in seconds."""
     sequence: int
+    """The number of the sample."""
 
 
 @dataclass(frozen=True, slots=True)
 class Voltage:
-    """A battery's voltage in volts."""
+    """A sample of a battery."""
 
     voltage: float
+    """In volts."""
     time: float
+    """The time of capture in seconds."""
     sequence: int
+    """The number of the sample."""
 
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A picture: BGR, (height, width, 3), top-left origin, read-only."""
+    """A sample of a camera.
+
+    >>> frame = Frame(np.zeros((120, 160, 3), np.uint8), time=1.25, sequence=25)
+    >>> frame
+    <Frame 160x120, t=1.25 s, sequence 25>
+    >>> frame.grey.shape
+    (120, 160)
+    """
 
     image: Image
+    """The BGR picture, (height, width, 3), top-left origin, read-only."""
     time: float
+    """The time of capture in seconds."""
     sequence: int
+    """The number of the sample."""
+
+    def __repr__(self) -> str:
+        height, width = self.image.shape[:2]
+        return f"<Frame {width}x{height}, t={self.time:g} s, sequence {self.sequence}>"
 
     @cached_property
     def grey(self) -> Image:
-        """The same picture in grey, (height, width), read-only."""
+        """The picture in grey, (height, width), read-only."""
         import cv2
 
         grey = np.asarray(cv2.cvtColor(self.image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
@@ -107,29 +135,32 @@ class Frame:
 
 
 class Device:
-    """Something on a robot, known by its name. A constructor touches no hardware."""
+    """A device of a robot. Its constructor touches no hardware."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self._is_closed = False
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name!r}{', closed' if self._is_closed else ''}>"
+
     def close(self) -> None:
-        """Let the hardware go. May be called again; every other call then raises."""
+        """Release the hardware. A second call does nothing; every other call then raises DeviceClosedError."""
         if not self._is_closed:
             self._is_closed = True
             self._attempt(self._release)
 
     def _release(self) -> None:
-        """Give back what opening took. Called once."""
+        """Release the hardware. Called once."""
 
     def _require_open(self) -> None:
         if self._is_closed:
             raise DeviceClosedError(self.name)
 
     def _attempt(self, hook: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Call a driver's hook; an error that the driver did not translate becomes a DeviceError.
+        """Call a driver's hook. An error that is no RobotcoreError becomes a DeviceError.
 
-        What is called in each tick does the same in its own body, which takes a fifteenth off what a tick costs.
+        The calls of each tick repeat these lines in their own bodies, which makes a tick faster by a fifteenth.
         """
         try:
             return hook(*args, **kwargs)
@@ -143,7 +174,10 @@ class Device:
 
 
 class Motor(Device, ABC):
-    """A wheel's motor; a positive velocity drives the robot forward, on both sides."""
+    """A motor. A positive velocity drives the robot forward, on both sides.
+
+    ``max_velocity`` is its limit in rad/s.
+    """
 
     kind = "motor"
 
@@ -152,9 +186,9 @@ class Motor(Device, ABC):
         self.max_velocity = max_velocity
 
     def set_velocity(self, rad_s: float) -> float:
-        """Turn at ``rad_s``; return the velocity in fact sent, after ``max_velocity``.
+        """Turn at ``rad_s``, limited to ``max_velocity``; return the velocity that was sent, in rad/s.
 
-        Raises InvalidCommandError, and stops, where ``rad_s`` is NaN or infinite.
+        Raises InvalidCommandError, and stops, if ``rad_s`` is NaN or infinite. Raises DeviceError if the device fails.
         """
         self._require_open()
         limit = self.max_velocity
@@ -168,12 +202,12 @@ class Motor(Device, ABC):
         return sent
 
     def stop(self) -> None:
-        """Stop now. Never refused: on a closed motor it does nothing, for closing stopped it."""
+        """Stop now. A closed motor has stopped already, so this does nothing."""
         if not self._is_closed:
             self._attempt(self._apply, 0.0)
 
     def close(self) -> None:
-        """Stop, then let the hardware go, even where the stop failed."""
+        """Stop, then release the hardware, even if the stop failed."""
         try:
             self.stop()
         finally:
@@ -205,14 +239,14 @@ class VelocityOutput(Protocol):
 
 
 class Sensor(Device, ABC, Generic[SampleT]):
-    """A device that is read."""
+    """A device that returns samples."""
 
     kind = "sensor"
 
     def read(self) -> SampleT:
         """Return the newest sample, without waiting for hardware.
 
-        Raises DeviceError where the device failed: it never makes a value up.
+        Raises DeviceError if the device fails. A driver never invents a value.
         """
         self._require_open()
         try:
@@ -224,13 +258,15 @@ class Sensor(Device, ABC, Generic[SampleT]):
 
     @abstractmethod
     def _newest(self) -> SampleT:
-        """Return the newest sample; the same one, with its old time, where there is no newer."""
+        """Return the newest sample. Without a new one, return the last sample with its old time."""
 
 
 class RangeSensor(Sensor[Range]):
-    """A distance ahead. ``cone`` is the full angle; nearer than ``min_range`` reads ``min_range``.
+    """A sensor of the distance ahead, such as an ultrasonic module.
 
-    ``mount`` is where it sits on the robot, in plan; a robot's assembly sets it from the description.
+    min_range, max_range: its limits in metres. A nearer distance reads ``min_range``.
+    cone: the full opening angle in radians.
+    ``mount`` is its pose on the robot, in plan. A run sets it from the description.
     """
 
     kind = "range_sensor"
@@ -242,7 +278,7 @@ class RangeSensor(Sensor[Range]):
 
 
 class Camera(Sensor[Frame]):
-    """A picture of what is ahead; ``mount`` as for a range sensor."""
+    """A camera. ``intrinsics`` is its pinhole model; ``mount`` is its pose on the robot, in plan."""
 
     kind = "camera"
     mount = Pose(0.0, 0.0, 0.0)
@@ -253,15 +289,15 @@ class Camera(Sensor[Frame]):
 
 
 class Encoder(Sensor[Angle]):
-    """The angle of a wheel."""
+    """A sensor of a wheel's angle."""
 
     kind = "encoder"
 
 
 class Battery(Sensor[Voltage]):
-    """The voltage of the robot's battery, which nobody drives by: it may be old, or fail, and no run ends for it.
+    """A sensor of a battery's voltage. No run ends if it fails or if its sample is old.
 
-    Below ``warn_below`` volts it is to be charged; a robot's assembly sets it from the description.
+    Below ``warn_below`` volts a run warns. A run sets this limit from the description.
     """
 
     kind = "battery"
@@ -269,22 +305,22 @@ class Battery(Sensor[Voltage]):
 
 
 class Display(Device, ABC):
-    """Where an app shows its annotated picture."""
+    """Shows the annotated picture of an app."""
 
     kind = "display"
 
     def show(self, image: Image) -> None:
-        """Show a BGR or grey picture, top-left origin."""
+        """Show a BGR or grey picture with its origin top left. Raises DeviceError if the device fails."""
         self._require_open()
         self._attempt(self._show, image)
 
     @abstractmethod
     def _show(self, image: Image) -> None:
-        """Hand a picture on."""
+        """Show a picture on the hardware."""
 
 
 def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
-    """Return the error for a velocity that is no number, with the line of the app that asked for it."""
+    """Return the error for a velocity that is not finite, with the app's line that gave it."""
     line = caller_location()
     where = f", at {line}" if line else ""
     return InvalidCommandError(
@@ -294,7 +330,7 @@ def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
 
 
 class MemoryDisplay(Display):
-    """Keeps a copy of the newest picture in ``picture``."""
+    """A display that keeps a copy of the newest picture in ``picture``."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)

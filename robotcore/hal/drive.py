@@ -1,4 +1,4 @@
-"""The differential drive: two wheels side by side, and where they have taken the robot."""
+"""The differential drive, and the odometry of its two wheels."""
 
 from __future__ import annotations
 
@@ -10,21 +10,30 @@ from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels, to_flo
 from robotcore.hal.clock import Clock
 
 COMMANDS = 200
-"""How many commands are kept, so as to make up for an encoder that is late: a second at 200 Hz."""
+"""The number of commands kept to correct a late encoder: one second at 200 Hz."""
 
 
 class WheelStage(Protocol):
-    """What stands between a drive and its motors."""
+    """Takes the commands of a drive for its motors."""
 
-    def ask(self, wheels: Wheels) -> Wheels: ...
-    def stop(self) -> None: ...
+    def ask(self, wheels: Wheels) -> Wheels:
+        """Take the command of this tick; return the command after the limits. All in rad/s."""
+
+    def stop(self) -> None:
+        """Stop both motors now."""
 
 
 class DifferentialDrive:
-    """Moves the robot. The last command of a tick counts; it is sent when the tick ends.
+    """Moves the robot with two driven wheels. The last command of a tick is sent when the tick ends.
 
-    Each command returns what will in fact be sent, after the limits and the range guard. ``reach`` is the radius of the
-    circle that the robot needs to turn on the spot, in metres.
+    Each command returns the velocity that will be sent, after the limits and the range guard. ``geometry`` holds the
+    wheel radius and the track. ``max_linear`` (m/s) and ``max_angular`` (rad/s) are the limits. ``reach`` is the radius
+    of the circle that the robot needs to turn on the spot, in metres.
+
+    >>> import robotcore
+    >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
+    >>> robot.drive.set_velocity(0.1, 0.0)
+    Twist(linear=0.0975, angular=0.0)
     """
 
     def __init__(
@@ -43,52 +52,57 @@ class DifferentialDrive:
         self._odometry = odometry
 
     def set_velocity(self, linear: float, angular: float) -> Twist:
-        """Drive at ``linear`` m/s, turning left at ``angular`` rad/s."""
+        """Drive at ``linear`` m/s and turn left at ``angular`` rad/s; return the twist that will be sent."""
         wheels = self._stage.ask(self.geometry.to_wheels(to_float(linear), to_float(angular)))
         return self.geometry.to_twist(wheels)
 
     def set_wheels(self, left: float, right: float) -> Wheels:
-        """Turn the wheels at these velocities, rad/s."""
+        """Turn the wheels at ``left`` and ``right`` rad/s; return the velocities that will be sent."""
         return self._stage.ask(Wheels(to_float(left), to_float(right)))
 
     def stop(self) -> None:
-        """Stop at once, past the acceleration limit."""
+        """Stop at once, without the acceleration limit."""
         self._stage.stop()
 
     def track(self) -> None:
-        """Take in what the wheels have turned; the loop sees to it once a tick, so that every arc is a short one."""
+        """Update the odometry. The loop does this once a tick, so that every arc is short."""
         self._odometry.pose()
 
     @property
     def pose(self) -> Pose:
-        """Where the wheels have taken the robot since it was opened: the middle of its axle."""
+        """The pose of the middle of the axle by odometry, relative to its pose when the robot was opened."""
         return self._odometry.pose()
+
+    def __repr__(self) -> str:
+        x, y, heading = self._odometry.latest
+        return f"<DifferentialDrive at x={x:.2f} m, y={y:.2f} m, heading={heading:.2f} rad>"
 
 
 class Odometry:
-    """Adds up the arcs that two wheels have rolled since their angles were zero.
+    """Computes a pose from the angles of two wheels.
 
-    From one reading to the next the wheels count as having kept their proportion: exact where they did.
+    It adds one arc for each reading. The arc is exact if the ratio of the two velocities was constant in between.
+    ``latest`` is the pose of the last reading.
     """
 
     def __init__(self, geometry: DifferentialGeometry, angles: Callable[[], Wheels]) -> None:
         self._geometry = geometry
         self._angles = angles
-        self._pose = Pose(0.0, 0.0, 0.0)
+        self.latest = Pose(0.0, 0.0, 0.0)
         self._last = Wheels(0.0, 0.0)
 
     def pose(self) -> Pose:
-        """Return the pose after what the wheels have turned until now."""
+        """Read the wheel angles and return the new pose."""
         angles = self._angles()
         last = self._last
         rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
-        self._pose = self._pose.advanced(rolled.linear, rolled.angular)
+        self.latest = self.latest.advanced(rolled.linear, rolled.angular)
         self._last = angles
-        return self._pose
+        return self.latest
 
 
 class CommandIntegrator:
-    """The angles that two wheels would have turned to if they followed their commands: for a drive without encoders."""
+    """Integrates wheel commands to wheel angles, for a drive without encoders."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -97,17 +111,17 @@ class CommandIntegrator:
         self._history: deque[tuple[float, Wheels]] = deque(maxlen=COMMANDS)
 
     def turn_at(self, wheels: Wheels, now: float) -> None:
-        """Note a new commanded velocity, in rad/s, at a time that an app may not see yet."""
+        """Add a commanded velocity in rad/s, valid from ``now`` on, in seconds."""
         self._angle = self._angles_at(now)
         self._velocity = wheels
         self._history.append((now, wheels))
 
     def angles(self) -> Wheels:
-        """Return the angles until now, in radians."""
+        """Return the present angles in radians."""
         return self._angles_at(self._clock.now())
 
     def rotation_since(self, time: float) -> Wheels:
-        """Return how far they would have turned from ``time`` until now, in radians; from the oldest command on."""
+        """Return the rotation from ``time`` until now in radians. It begins with the oldest command that is kept."""
         left = right = 0.0
         until = self._clock.now()
         for since, velocity in reversed(tuple(self._history)):

@@ -16,7 +16,7 @@ from robotcore.hal.truth import TruthSource
 
 
 class Role(str, Enum):
-    """What an app may need of a robot, whatever the device behind it is called."""
+    """A part of a robot that an app can need, independent of the name of the device."""
 
     DRIVE = "drive"
     CAMERA = "camera"
@@ -25,11 +25,18 @@ class Role(str, Enum):
 
 
 class Robot:
-    """An open robot. Leaving it, for whatever reason, stops every motor first.
+    """An open robot. Closing it stops every motor first.
 
-    A role is filled by the first device of its kind. ``truth`` is what a simulator knows besides. ``cutoffs`` are how
-    another process can stop the motors where this one can not; a run starts none where there are none. ``notes`` are
-    what whoever runs it must know, and what is known only now.
+    The first device of a kind fills the role. ``truth`` is the true state in a simulator. ``cutoffs`` describe how
+    another process can stop the motors; without cutoffs a run starts no guardian. ``notes`` are remarks of the backend
+    that a user must read.
+
+    >>> import robotcore
+    >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
+    >>> robot
+    <Robot rover: drive, camera 'eye', range 'nose', display 'screen', t=0 s>
+    >>> robot.range.read().distance
+    0.84
     """
 
     def __init__(
@@ -58,49 +65,65 @@ class Robot:
 
     @property
     def drive(self) -> DifferentialDrive:
+        """The drive. Raises UnmetNeedError if the robot has none open."""
         return self._drive or self._unmet(Role.DRIVE)
 
     @property
     def camera(self) -> Camera:
+        """The first camera. Raises UnmetNeedError if the robot has none open."""
         return self._camera or self._unmet(Role.CAMERA)
 
     @property
     def range(self) -> RangeSensor:
+        """The first range sensor. Raises UnmetNeedError if the robot has none open."""
         return self._range or self._unmet(Role.RANGE)
 
     @property
     def display(self) -> Display:
+        """The first display. Raises UnmetNeedError if the robot has none open."""
         return self._display or self._unmet(Role.DISPLAY)
 
     @property
     def motors(self) -> dict[str, Motor]:
-        """Every motor that is open, by name."""
+        """The open motors by name."""
         return {d.name: d for d in self.devices.values() if isinstance(d, Motor)}
 
     def has(self, role: Role) -> bool:
-        """Return whether something open fills the role."""
-        filled = {
+        """Return whether an open device fills the role."""
+        return self._roles[role] is not None
+
+    @property
+    def _roles(self) -> dict[Role, DifferentialDrive | Device | None]:
+        return {
             Role.DRIVE: self._drive,
             Role.CAMERA: self._camera,
             Role.RANGE: self._range,
             Role.DISPLAY: self._display,
         }
-        return filled[role] is not None
+
+    def __repr__(self) -> str:
+        parts = [
+            f"{role.value} {filler.name!r}" if isinstance(filler, Device) else role.value
+            for role, filler in self._roles.items()
+            if filler is not None
+        ]
+        return f"<Robot {self.name}: {', '.join([*parts, f't={self.clock.now():g} s'])}>"
 
     def __getitem__(self, name: str) -> Device:
+        """Return an open device by its name. Raises UnknownNameError."""
         if name not in self.devices:
             raise UnknownNameError("device", name, list(self.devices))
         return self.devices[name]
 
     def stop(self) -> None:
-        """Stop every motor, each on its own; then raise what failed at once, DeviceGroupError."""
+        """Stop every motor independently. If stops failed, raise one DeviceGroupError with all failures."""
         if failures := _failures(motor.stop for motor in self.motors.values()):
             raise DeviceGroupError(f"stopping {self.name}", failures)
 
     def close(self) -> None:
-        """Stop every motor, each on its own; then close every device; then let the backend go.
+        """Stop every motor independently, then close every device, the clock and the backend.
 
-        All of it is tried, whatever fails; then what failed is raised at once, DeviceGroupError.
+        A failure keeps no other step from running. All failures are raised in one DeviceGroupError.
         """
         tries: list[Callable[[], None]] = [motor.stop for motor in self.motors.values()]
         tries += [device.close for device in self.devices.values()]
@@ -129,7 +152,7 @@ class Robot:
 
 
 def _failures(tries: Iterable[Callable[[], None]]) -> list[Exception]:
-    """Call each, whatever the others do; return what was raised, what says the same only once."""
+    """Call each function, also after a failure. Return the failures; those with equal texts once."""
     failures: dict[str, Exception] = {}
     for attempt in tries:
         try:

@@ -51,7 +51,7 @@ class Loop:
         outage: float = 0.0,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
-        self._latch, self._filter, self._activity = assembled.latch, assembled.stage, assembled.where
+        self._latch, self._filter, self._activity = assembled.latch, assembled.stage, assembled.activity
         self._reserve = assembled.brakes.reserve
         self._step_limit, self._observer_limit = step_limit, observer_limit
         self._stop_and_wait = partial(assembled.halt, LOST)

@@ -17,19 +17,22 @@ from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.rules import STOPPED, Intervention, Rule
 
 LOST = "lost device"
-"""Why the robot stands, as interventions name it, while it waits for a device."""
+"""The cause of the interventions that stop the robot while it waits for a lost device."""
 
 
 class Commit(NamedTuple):
-    """What a tick asked for and what was sent; None where it asked for nothing."""
+    """The result of one tick for the drive."""
 
     asked: Wheels | None
+    """The command of the app in rad/s; None if the app gave none."""
     sent: Wheels | None
+    """The velocities that the motors accepted in rad/s; None if nothing was sent."""
     interventions: tuple[Intervention, ...]
+    """The changes that the rules, the deadman and the guardian made."""
 
 
 class CommandFilter(Protocol):
-    """What the commands of a drive pass: the safety stage, or a layer over it."""
+    """Takes the commands of a drive: the safety filter, or a tap over it."""
 
     @property
     def asked(self) -> Wheels: ...
@@ -39,12 +42,17 @@ class CommandFilter(Protocol):
 
 
 class SafetyFilter:
-    """Guards the two motors of a drive.
+    """Filters the commands of a drive, and sends one command a tick to its two motors.
 
-    ``clock`` is the loop's, which stands still within a tick; the deadman's lease runs on it too, and a clock may cut
-    from a thread of its own. ``latch`` ends the run for good. ``on_sent`` hears of each velocity that the wheels are
-    told, and when. ``brakes`` are those on the two motors. ``take_guardian_stops`` returns how often another process
-    has stopped the motors since the last call.
+    clock: the clock of the loop, which stands still within a tick. The deadman's lease runs on it. On a real robot it
+    calls the deadman in a thread of its own.
+    left, right: the outputs of the two motors.
+    rules: applied in this order. Each rule may reduce the command of the rule before it.
+    lease: the time in seconds after which a command expires.
+    latch: ends the run for good.
+    on_sent: called with each pair of velocities that was sent, in rad/s, and the time in seconds.
+    brakes: stop the two motors.
+    take_guardian_stops: returns how often another process has stopped the motors since the last call.
     """
 
     def __init__(
@@ -77,9 +85,9 @@ class SafetyFilter:
         self._latch.call(self._cut_off)
 
     def ask(self, wheels: Wheels) -> Wheels:
-        """Take a command for this tick, instead of an earlier one; return what will be sent.
+        """Take a command for this tick, in place of an earlier one. Return the command after the rules, in rad/s.
 
-        Raises InvalidCommandError where a velocity is NaN or infinite; from then on nothing moves any more.
+        Raises InvalidCommandError if a velocity is NaN or infinite. This trips the latch, so the robot stays stopped.
         """
         self._latch.check()
         for motor, velocity in ((self._left, wheels.left), (self._right, wheels.right)):
@@ -90,9 +98,9 @@ class SafetyFilter:
         return self._guarded
 
     def stop(self) -> None:
-        """Stop both motors now, past every rule; zero is then this tick's command.
+        """Stop both motors now, without the rules. Zero becomes the command of this tick.
 
-        The lease ends when they were stopped: where a stop hangs or fails, the deadman is the next to try.
+        The lease ends after the stop. If the stop hangs or fails, the deadman tries again.
         """
         with TimedLock(self._lock):
             self._asked = self._guarded = STOPPED
@@ -103,9 +111,9 @@ class SafetyFilter:
             self._deadman.rest()
 
     def suspend(self, cause: str) -> None:
-        """Stop both motors between two ticks: it is no command, so the next tick tells it as an intervention.
+        """Stop both motors between two ticks. The next tick reports an intervention with this ``cause``.
 
-        What a tick that was broken off had asked for is forgotten: the next one would send it, and nobody asked then.
+        The command of an interrupted tick is dropped, so that the next tick does not send it.
         """
         with TimedLock(self._lock):
             now = self._clock.now()
@@ -118,11 +126,14 @@ class SafetyFilter:
 
     @property
     def asked(self) -> Wheels:
-        """The command as this tick has it: its own, or what was last sent."""
+        """The command of this tick in rad/s. Without one, the velocities that were sent last."""
         return self._asked or self._sent
 
     def commit(self) -> Commit:
-        """Send this tick's command and begin a new lease; without one, guard again what is still being driven."""
+        """Send the command of this tick and begin a new lease.
+
+        If the tick has no command, apply the rules again to the command in force.
+        """
         stops = [
             Intervention(self._clock.now(), "guardian", self._committed, STOPPED)
             for _ in range(self._take_guardian_stops())
@@ -131,7 +142,18 @@ class SafetyFilter:
         with self._lock:
             self._stops_before = self._stops
             asked, self._asked = self._asked, None
-            sent = self._recheck() if asked is None else self._send(asked)
+            if asked is None:
+                sent = self._recheck()
+            elif self._is_stopped:
+                sent = STOPPED
+            else:
+                # The lease begins before the first motor turns, and ends after the last motor has stopped.
+                wheels = self._guarded if self._sent is self._filtered_after else self._apply_rules(asked)
+                if wheels != STOPPED:
+                    self._deadman.renew(self._clock.now())
+                sent = self._command_motors(wheels)
+                if wheels == STOPPED:
+                    self._deadman.rest()
             changes = (*stops, *self._cuts, *self._changes)
             self._cuts.clear()
             self._changes.clear()
@@ -139,28 +161,13 @@ class SafetyFilter:
             return Commit(asked, sent, changes)
 
     def _recheck(self) -> Wheels | None:
-        """Lessen a command that lives on where the rules would no longer let it pass; its lease goes on."""
-        if self._sent == STOPPED or (lessened := self._apply_rules(self._sent)) == self._sent:
+        """Apply the rules to the command in force. If they reduce it, send the result; the lease goes on."""
+        if self._sent == STOPPED or (reduced := self._apply_rules(self._sent)) == self._sent:
             return None
-        return self._command_motors(lessened)
-
-    def _send(self, asked: Wheels) -> Wheels:
-        """Send a command. Its lease begins before the first motor turns, and ends after the last one has stopped.
-
-        A stop of this tick was sent already. The rules are applied again if the motors were stopped since.
-        """
-        if self._is_stopped:
-            return STOPPED
-        wheels = self._guarded if self._sent is self._filtered_after else self._apply_rules(asked)
-        if wheels != STOPPED:
-            self._deadman.renew(self._clock.now())
-        sent = self._command_motors(wheels)
-        if wheels == STOPPED:
-            self._deadman.rest()
-        return sent
+        return self._command_motors(reduced)
 
     def _command_motors(self, wheels: Wheels) -> Wheels:
-        """Tell the motors, and return what they say they do; where one fails, or a stop came meanwhile, stop both."""
+        """Send velocities; return those that the motors accepted. If a motor fails or a stop came, stop both."""
         if not self._is_overtaken:
             try:
                 sent = Wheels(self._left.set_velocity(wheels.left), self._right.set_velocity(wheels.right))
@@ -178,21 +185,21 @@ class SafetyFilter:
 
     @property
     def _is_overtaken(self) -> bool:
-        """Whether a stop came since the commit began: past its lock, where the rules or a motor took their time."""
+        """Whether a stop came since the commit began. A stop does not wait long for the lock of a slow commit."""
         return self._stops != self._stops_before or self._latch.error is not None
 
     def _apply_rules(self, wheels: Wheels) -> Wheels:
         self._changes.clear()
         self._filtered_after = self._sent
         for rule in self._rules:
-            lessened = rule(wheels, self._sent)
-            if lessened != wheels:
-                self._changes.append(Intervention(self._clock.now(), rule.cause, wheels, lessened))
-                wheels = lessened
+            reduced = rule(wheels, self._sent)
+            if reduced != wheels:
+                self._changes.append(Intervention(self._clock.now(), rule.cause, wheels, reduced))
+                wheels = reduced
         return wheels
 
     def _cut(self, expiry: float) -> None:
-        """Stop both motors; where a stop had failed, once more."""
+        """Stop both motors at the end of a lease."""
         driven = self._sent
         try:
             self._stop_motors(expiry)
@@ -201,14 +208,14 @@ class SafetyFilter:
                 self._cuts.append(Intervention(expiry, "deadman", driven, STOPPED))
 
     def _cut_off(self) -> None:
-        """Stop for good: the latch has tripped. A second try reports what the first one found."""
+        """Stop for good, because the latch has tripped. A second call keeps the report of the first call."""
         if not self._is_cut_off:
             self._latch.driven, self._latch.unreported_interventions, self._cuts = self._sent, self._cuts, []
             self._is_cut_off = True
         self.stop()
 
     def _stop_motors(self, now: float) -> None:
-        """Stop each motor on its own, also if noting it fails."""
+        """Stop each motor independently, even if ``on_sent`` fails."""
         self._stops += 1
         try:
             self._note(STOPPED, now)

@@ -23,23 +23,26 @@ from robotcore.runtime.layers.imperfections import Noise, random_at
 
 @dataclass(frozen=True)
 class FaultContext:
-    """One fault of a run, as it was ``written``; ``position`` tells it from the run's other faults.
+    """The context of one fault in a run, with its random numbers.
 
-    What is drawn belongs to the seed, the fault, the device and the instant: it comes out the same in every run, and
-    reading more or less often changes nothing.
+    Seed, fault, device and time determine each number. So every run draws the same, however often an app reads.
     """
 
     clock: Clock
+    """The clock of the robot."""
     seed: int
+    """The seed of the run."""
     position: int
+    """The position among the faults of the run."""
     written: str
+    """The specification of the fault, for messages."""
 
     def random_at(self, device: str, time: float) -> Random:
-        """Return what draws for a device at an instant."""
+        """Return the random generator of a device for a time in seconds."""
         return random_at(f"{self.seed}:{self._source(device)}", time)
 
     def noise(self, device: str, sigma: float) -> Noise:
-        """Return normal noise of a device; ``sigma`` is its deviation."""
+        """Return normal noise of a device with the standard deviation ``sigma``."""
         return Noise(self.seed, self._source(device), sigma)
 
     def _source(self, device: str) -> str:
@@ -47,14 +50,14 @@ class FaultContext:
 
 
 ROUNDING_S = 1e-6
-"""Times are sums and quotients: those that differ by less are the same."""
+"""Times that differ by less are equal, because sums and quotients round them."""
 
 LONGEST_S = 1e5
-"""Nothing on a robot's clock is later."""
+"""The latest time on a robot's clock."""
 
 
 class Kind(str, Enum):
-    """What a fault can be on."""
+    """A kind of target that can fail."""
 
     CAMERA = "camera"
     RANGE = "range sensor"
@@ -74,11 +77,11 @@ Probability = Annotated[float, Field(ge=0, le=1, description="probability")]
 
 
 class Fault(StrictModel):
-    """One way to fail, on devices of the kinds ``on``; ``example`` is a spec of it.
+    """The base class of faults. A fault can be on targets of the kinds ``on``; ``example`` is a specification of it.
 
-    The fields are its parameters, each with its unit as ``description``. What stands behind the effect itself, as in
-    ``drop=0.2``, is the field ``value``. A fault is there ``after`` so many seconds on the robot's clock, and ``lasts``
-    so many, or to the end.
+    The fields are its parameters, each with its unit as ``description``. The field ``value`` is the value of the effect
+    itself, as in ``drop=0.2``. A fault is active from ``after`` seconds on the robot's clock, for ``lasts`` seconds or
+    to the end.
     """
 
     on: ClassVar[frozenset[Kind]] = frozenset()
@@ -89,10 +92,10 @@ class Fault(StrictModel):
 
     @abstractmethod
     def layer(self, context: FaultContext) -> Layer:
-        """Return the layer that makes devices fail; it is put over those only that are to."""
+        """Return the layer that makes devices fail. It is put over the devices of the target only."""
 
     def is_on(self, time: float) -> bool:
-        """Return whether the fault is there at a time, or for a sample that was captured then."""
+        """Return whether the fault is active at a time in seconds."""
         return -ROUNDING_S <= time - self.after < (self.lasts or inf) - ROUNDING_S
 
 
@@ -109,9 +112,9 @@ class TickEndClock(ClockWrapper):
 
 
 class StallingClock(ClockWrapper):
-    """Comes back ``stall`` seconds later from the first tick at ``first`` or after; then again ``every`` seconds.
+    """Makes a sleep return ``stall`` seconds late, first at ``first``, then every ``every`` seconds.
 
-    No stall begins at ``end`` or later. Time, and all that others have asked for, goes on meanwhile.
+    No stall begins at ``end`` or later. Time and due calls go on during a stall.
     """
 
     def __init__(self, source: Clock, stall: float, first: float, every: float, end: float) -> None:
@@ -129,13 +132,13 @@ class StallingClock(ClockWrapper):
 
 
 class PollingLayer(Layer):
-    """Reads what is `polled` in every tick: at its end, where nobody has by then."""
+    """Reads its sensors in every tick: at the end of the tick, if no other part has read them."""
 
     def __init__(self) -> None:
         self._polled: list[PolledReader[Any]] = []
 
     def polled(self, read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return what reads the same, and is read in every tick."""
+        """Return a reader that is read in every tick."""
         polled = PolledReader(read)
         self._polled.append(polled)
         return polled
@@ -149,7 +152,7 @@ class PollingLayer(Layer):
 
 
 class PolledReader(Generic[SampleT]):
-    """Reads a sensor when it is asked, or at the end of the tick; a failure is told to those only who ask."""
+    """Reads a sensor when it is called, and at the end of a tick without a call. The latter raises no DeviceError."""
 
     def __init__(self, read: Reader[SampleT]) -> None:
         self._read = read

@@ -1,4 +1,4 @@
-"""Motors that do not turn as they are told, and do not know. A stop is a stop whatever the fault."""
+"""Faults of motors: dead, weak, reversed. The motors do not report them, and a stop always works."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Dead(Fault):
 
 
 class Weak(Fault):
-    """Turns this many times as fast as it is told."""
+    """Turns at this share of the commanded velocity."""
 
     on = _MOTORS
     example = "left_motor weak=0.6"
@@ -41,7 +41,7 @@ class Weak(Fault):
 
 
 class Reversed(Fault):
-    """Turns the wrong way, as one whose wires were swapped."""
+    """Turns the wrong way, like a motor with swapped wires."""
 
     on = _MOTORS
     example = "left_motor reversed"
@@ -51,9 +51,9 @@ class Reversed(Fault):
 
 
 class MotorGainLayer(Layer):
-    """Turns motors ``gain`` times as fast as they are told while ``fault`` is there.
+    """Multiplies velocities by ``gain`` while ``fault`` is active.
 
-    Where it comes or goes while a command lives, the command is told anew at the end of the tick.
+    If the fault begins or ends while a command is in force, the command is sent again at the end of the tick.
     """
 
     def __init__(self, fault: Fault, clock: Clock, gain: float) -> None:

@@ -1,4 +1,4 @@
-"""What fails for a while, once or again and again: the loop, a device, the connection to all of them."""
+"""Faults that last for a while, once or repeatedly: a stalled loop, a lost device, a lost connection."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Pause = Annotated[float, Field(ge=0.001, le=60, description="seconds")]
 
 
 class Outage(Fault):
-    """Fails for ``value`` seconds, and again ``every`` so many; ``lasts`` bounds when it may begin again."""
+    """Fails for ``value`` seconds, and again every ``every`` seconds. No outage begins later than ``lasts`` seconds."""
 
     value: Duration
     every: Duration | None = None
@@ -35,14 +35,14 @@ class Outage(Fault):
         return self
 
     def is_on(self, time: float) -> bool:
-        """Return whether one of the outages is there at a time."""
+        """Return whether an outage is active at a time in seconds."""
         since = time + ROUNDING_S - self.after
         began = floor(since / self.every) * self.every if self.every else 0.0
         return since >= 0 and began < (self.lasts or inf) - ROUNDING_S and since - began < self.value
 
 
 class Stall(Outage):
-    """Holds the loop up for so long; time goes on without a tick, and the deadman cuts."""
+    """Stalls the loop for so long. Time goes on without a tick, and the deadman stops the motors."""
 
     on = frozenset({Kind.LOOP})
     example = "loop stall=0.3 after=5 every=10"
@@ -54,7 +54,7 @@ class Stall(Outage):
 
 
 class Lost(Outage):
-    """Cuts devices off for so long: whatever is asked of them fails; a stop is tried all the same."""
+    """Disconnects devices for so long. Each call fails, except that a stop is still sent."""
 
     on = frozenset(Kind) - {Kind.LOOP}
     example = "connection lost=2 after=10"
@@ -64,7 +64,7 @@ class Lost(Outage):
 
 
 class StalledLoop(Layer):
-    """Lets the loop sleep longer than it wants."""
+    """Extends sleeps of the loop."""
 
     def __init__(self, fault: Stall) -> None:
         self._fault = fault
@@ -75,7 +75,7 @@ class StalledLoop(Layer):
 
 
 class ConnectionLoss(Layer):
-    """Lets no sample, no command and no picture through while the connection is lost."""
+    """Makes reads, commands and pictures fail while the connection is lost."""
 
     def __init__(self, fault: Lost, context: FaultContext) -> None:
         self._fault, self._context = fault, context
@@ -102,6 +102,6 @@ class ConnectionLoss(Layer):
         return show_picture
 
     def require(self, device: str) -> None:
-        """Raise DeviceLostError by the device's name and the fault while it cannot be reached."""
+        """Raise DeviceLostError, with the device and the fault, while the connection is lost."""
         if self._fault.is_on(self._context.clock.now()):
             raise DeviceLostError(device, f'the connection is lost, by the fault "{self._context.written}"')

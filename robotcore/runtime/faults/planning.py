@@ -26,7 +26,7 @@ _KINDS = {
     "motor": Kind.MOTOR,
     "display": Kind.DISPLAY,
 }
-"""By the kinds of a description."""
+"""The kinds of targets, by the kind of a device's description."""
 
 _FIRST_OF = {"camera": Kind.CAMERA, "range": Kind.RANGE, "battery": Kind.BATTERY, "display": Kind.DISPLAY}
 
@@ -40,18 +40,20 @@ ROLES = {
     Kind.LOOP: "loop",
     Kind.CONNECTION: "connection",
 }
-"""The target that every robot has which has something of the kind."""
+"""The name of a target for each kind that works on every robot with such a device."""
 
 
 class Target(NamedTuple):
-    """Devices of one kind that fail together; none of a loop, all of a connection."""
+    """Devices of one kind that fail together."""
 
     kind: Kind
+    """The kind of the target."""
     devices: frozenset[str]
+    """The names of the devices: none for the loop, all for the connection."""
 
 
 def find_target(name: str, description: RobotDescription, opened: Collection[str]) -> Target:
-    """Return what fails where a spec has this target; UsageError where there is none in a run that opens these."""
+    """Return the target of this name in a run that opens these devices. Raises UsageError if there is none."""
     targets = targets_of(description, opened)
     if name in targets:
         return targets[name]
@@ -61,7 +63,7 @@ def find_target(name: str, description: RobotDescription, opened: Collection[str
 
 
 def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, Target]:
-    """Return what can fail of a robot whose devices of these names are open, by what it is called in a spec."""
+    """Return the possible targets by name, for a robot whose devices ``opened`` are open."""
     devices = {each.name: _KINDS[each.kind] for each in description.devices if each.name in opened}
     return {
         "loop": Target(Kind.LOOP, frozenset()),
@@ -89,12 +91,12 @@ def effects() -> list[str]:
 
 
 def effect_of(name: str) -> str:
-    """Return the effect that a registered name is for: what stands behind its dot tells two of one effect apart."""
+    """Return the effect of a registered name: the part before the dot. The rest separates faults of one effect."""
     return name.partition(".")[0]
 
 
 def load_fault(name: str) -> type[Fault]:
-    """Return the fault of a registered name; BackendMissingError where it cannot be loaded, or is none."""
+    """Return the fault of a registered name. Raises BackendMissingError if it cannot be loaded or is no fault."""
     found = load_registered("fault", FAULTS, name)
     if not (isinstance(found, type) and issubclass(found, Fault)):
         raise BackendMissingError(
@@ -104,9 +106,9 @@ def load_fault(name: str) -> type[Fault]:
 
 
 def find_faults(effect: str) -> list[type[Fault]]:
-    """Return what has this effect: one fault, or one for each of several kinds of device.
+    """Return the faults with this effect, one for each kind of device.
 
-    Raises UnknownNameError, with the nearest name; UsageError where no fault at all is registered.
+    Raises UnknownNameError with the nearest name; UsageError if no fault is registered.
     """
     names = [name for name in fault_names() if effect_of(name) == effect]
     if not names and (known := effects()):
@@ -115,12 +117,12 @@ def find_faults(effect: str) -> list[type[Fault]]:
 
 
 def effects_on(kind: Kind) -> list[str]:
-    """Return the effects that there are on a kind of device; what cannot be loaded has none."""
+    """Return the effects on a kind of device. A fault that cannot be loaded is left out."""
     return sorted({effect_of(name) for name in fault_names() if kind in _kinds_of(name)})
 
 
 def modules_of(specs: Iterable[str]) -> list[str]:
-    """Return the modules whose code specs run; those of a spec that is none are left out, it runs nothing."""
+    """Return the modules whose code the specifications run. Invalid specifications are left out."""
     names = {word.partition("=")[0].replace("-", "_") for spec in specs for word in spec.split()[1:2]}
     return sorted(load_fault(name).__module__ for name in fault_names() if effect_of(name) in names)
 
@@ -132,7 +134,7 @@ def _kinds_of(name: str) -> frozenset[Kind]:
 
 
 class DeviceFilter(Layer):
-    """Puts ``layer`` over the devices of these names, and over the clock; all others stay as they are."""
+    """Puts ``layer`` over the devices of these names and over the clock only."""
 
     def __init__(self, layer: Layer, names: Collection[str]) -> None:
         self._layer, self._names = layer, names
@@ -152,33 +154,37 @@ class DeviceFilter(Layer):
 
 @dataclass(frozen=True)
 class PlannedFault:
-    """A fault on devices of the robot; ``position`` is its place among the faults of the run."""
+    """A checked fault on a target of the robot."""
 
     spec: Spec
+    """The specification."""
     fault: Fault
+    """The fault with its parameters."""
     target: Target
+    """The devices that fail."""
     position: int
+    """The position among the faults of the run."""
 
     def __str__(self) -> str:
-        """As it is written, in its canonical form."""
+        """Return the specification in its canonical form."""
         return str(self.spec)
 
     def layer(self, clock: Clock, seed: int) -> Layer:
-        """Return the layer over the target's devices, for one run."""
+        """Return the layer over the target's devices for one run."""
         context = FaultContext(clock, seed, self.position, str(self))
         return DeviceFilter(self.fault.layer(context), self.target.devices)
 
     def is_on(self, time: float) -> bool:
-        """Return whether the fault is there at a time on the robot's clock."""
+        """Return whether the fault is active at a time on the robot's clock, in seconds."""
         return self.fault.is_on(time)
 
 
 def plan_faults(
     specs: Sequence[str], description: RobotDescription, opened: Collection[str]
 ) -> tuple[PlannedFault, ...]:
-    """Return the faults of a run in which the devices of these names are open.
+    """Return the faults of a run that opens the devices ``opened``.
 
-    Raises UsageError in one or two lines, with the right form, where a spec is wrong.
+    Raises UsageError with the right form if a specification is wrong.
     """
     return tuple(_plan_fault(Spec.parse(text), description, opened, index) for index, text in enumerate(specs))
 
@@ -188,36 +194,36 @@ def _plan_fault(spec: Spec, description: RobotDescription, opened: Collection[st
         candidates = find_faults(spec.effect)
         target = find_target(spec.target, description, opened)
     except UsageError as error:
-        raise _refused(spec, f"{error}\nrobotcore faults lists what there is") from error
+        raise _build_error(spec, f"{error}\nrobotcore faults lists all effects") from error
     fault = next((fault for fault in candidates if target.kind in fault.on), None)
     if fault is None:
-        raise _wrong_kind(spec, target.kind, candidates)
-    return PlannedFault(spec, _checked(spec, fault), target, position)
+        raise _build_kind_error(spec, target.kind, candidates)
+    return PlannedFault(spec, _build_fault(spec, fault), target, position)
 
 
-def _wrong_kind(spec: Spec, kind: Kind, candidates: Sequence[type[Fault]]) -> UsageError:
+def _build_kind_error(spec: Spec, kind: Kind, candidates: Sequence[type[Fault]]) -> UsageError:
     fitting = [role for each, role in ROLES.items() if any(each in fault.on for fault in candidates)]
-    return _refused(
+    return _build_error(
         spec,
         f"{spec.effect} is for {' or '.join(fitting)}; on a {kind.value} there are: {', '.join(effects_on(kind))}\n"
-        f'Write it like "{candidates[0].example}"; robotcore faults lists what there is',
+        f'Write it like "{candidates[0].example}"; robotcore faults lists all effects',
     )
 
 
-def _checked(spec: Spec, fault: type[Fault]) -> Fault:
-    """Return the fault with its parameters; UsageError says which one does not fit, and the right form."""
-    misfit = _misfit(spec, fault)
-    if not misfit:
+def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
+    """Return the fault with its parameters. Raises UsageError with the wrong parameter and the right form."""
+    mistake = _find_mistake(spec, fault)
+    if not mistake:
         try:
             return fault.model_validate({**dict(spec.parameters), **({VALUE: spec.value} if spec.value else {})})
         except ValidationError as error:
             key, reason = first_mistake(error)
-            misfit = f"{spec.effect if key == VALUE else key} {reason}".strip()
-    raise _refused(spec, f'{misfit}\nWrite it as "{form_of(spec.target, spec.effect, fault)}"')
+            mistake = f"{spec.effect if key == VALUE else key} {reason}".strip()
+    raise _build_error(spec, f'{mistake}\nWrite it as "{form_of(spec.target, spec.effect, fault)}"')
 
 
-def _misfit(spec: Spec, fault: type[Fault]) -> str:
-    """Return what there is that should not be, or what is not that should; nothing where all is there."""
+def _find_mistake(spec: Spec, fault: type[Fault]) -> str:
+    """Return a description of an unknown parameter or of a missing or needless value; empty without a mistake."""
     known = [name for name in fault.model_fields if name != VALUE]
     for key, _ in spec.parameters:
         if key not in known:
@@ -231,5 +237,5 @@ def _needs_value(fault: type[Fault]) -> bool:
     return VALUE in fault.model_fields and fault.model_fields[VALUE].is_required()
 
 
-def _refused(spec: Spec, reason: str) -> UsageError:
+def _build_error(spec: Spec, reason: str) -> UsageError:
     return UsageError(f"--fault {quote_text(str(spec))}: {reason}")

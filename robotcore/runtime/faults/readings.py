@@ -34,7 +34,7 @@ class RangeNoise(Fault):
 
 
 class Stuck(Fault):
-    """Always tells this distance, as if it were new; past its range, that nothing is there."""
+    """Always reads this distance, with new times. Beyond the sensor's range it reads inf."""
 
     on = frozenset({Kind.RANGE})
     example = "range stuck=1.5 after=5"
@@ -46,7 +46,7 @@ class Stuck(Fault):
 
 
 class Spikes(Fault):
-    """Tells, with this probability, a distance drawn anywhere within its range."""
+    """Reads, with this probability, a random distance within the sensor's range."""
 
     on = frozenset({Kind.RANGE})
     example = "range spikes=0.1"
@@ -64,7 +64,7 @@ class Spikes(Fault):
 
 
 class RangeDistortion(Layer):
-    """Makes of each reading of a range sensor another one while ``fault`` is there."""
+    """Replaces each reading of a range sensor while ``fault`` is active."""
 
     def __init__(self, fault: Fault, misread: Callable[[RangeSensor, Range], Range]) -> None:
         self._fault, self._misread = fault, misread
@@ -97,7 +97,7 @@ class CameraNoise(Fault):
 
 
 class Grainy(Layer):
-    """Adds noise to the pictures that are captured while ``fault`` is there."""
+    """Adds noise to the pictures that are captured while ``fault`` is active."""
 
     def __init__(self, fault: Fault, sigma: float, context: FaultContext) -> None:
         self._fault, self._sigma, self._context = fault, sigma, context

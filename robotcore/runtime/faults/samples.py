@@ -19,7 +19,7 @@ Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
 
 
 class Drop(Fault):
-    """Loses each sample with this probability; the last one stays, and ages."""
+    """Loses each sample with this probability. The last sample stays and gets older."""
 
     on = SENSORS
     example = "camera drop=0.2 after=5"
@@ -31,14 +31,14 @@ class Drop(Fault):
 
 
 class NoEcho(Drop):
-    """Loses each echo with this probability: no new sample, never inf."""
+    """Loses each echo with this probability. There is no new sample, and never inf."""
 
     on = frozenset({Kind.RANGE})
     example = "range no_echo=0.5"
 
 
 class Freeze(Fault):
-    """Gives no new sample; the last one stays, and ages."""
+    """Gives no new sample. The last sample stays and gets older."""
 
     on = SENSORS
     example = "camera freeze after=5 lasts=0.5"
@@ -48,9 +48,9 @@ class Freeze(Fault):
 
 
 class Delay(Fault):
-    """Gives each sample so late.
+    """Delays each sample by so long.
 
-    Time never runs backwards: what was given stays until something newer has come.
+    The last sample stays until a newer one arrives, so the time of capture never decreases.
     """
 
     on = SENSORS
@@ -63,7 +63,7 @@ class Delay(Fault):
 
 
 class LostSamples(PollingLayer):
-    """Loses the samples that are captured while ``fault`` is there, each with a probability; never the first."""
+    """Loses samples captured while ``fault`` is active, each with a probability; never the first sample."""
 
     def __init__(self, fault: Fault, context: FaultContext, probability: float) -> None:
         super().__init__()
@@ -91,7 +91,7 @@ class _Lossy(Generic[SampleT]):
 
 
 class LateSamples(PollingLayer):
-    """Hands samples over ``latency`` seconds after their capture while ``fault`` is there."""
+    """Delays samples by ``latency`` seconds while ``fault`` is active."""
 
     def __init__(self, fault: Fault, latency: float, clock: Clock) -> None:
         super().__init__()
@@ -101,13 +101,13 @@ class LateSamples(PollingLayer):
         return self.polled(_Late(read, self._last_due))
 
     def _last_due(self) -> float:
-        """Return when the newest sample was captured that has come by now."""
+        """Return the latest time of capture that has arrived by now, in seconds."""
         now = self._clock.now()
         return now - self._latency + ROUNDING_S if self._fault.is_on(now) else inf
 
 
 class _Late(Generic[SampleT]):
-    """Reads the newest sample that has come; the first one is there at once."""
+    """Reads the newest sample that has arrived. The first sample arrives at once."""
 
     def __init__(self, read: Reader[SampleT], last_due: Callable[[], float]) -> None:
         self._read, self._last_due = read, last_due
@@ -126,7 +126,7 @@ Share = Annotated[float, Field(ge=0, le=1, description="share")]
 
 
 class Slip(Fault):
-    """Misses this share of what its wheel turns."""
+    """Misses this share of the wheel's rotation."""
 
     on = frozenset({Kind.ENCODER})
     example = "encoders slip=0.1"
@@ -138,7 +138,7 @@ class Slip(Fault):
 
 
 class SlipLayer(PollingLayer):
-    """Takes a ``share`` away from what wheels turn while ``fault`` is there."""
+    """Removes a ``share`` of the rotation while ``fault`` is active."""
 
     def __init__(self, fault: Fault, share: float) -> None:
         super().__init__()
@@ -149,7 +149,7 @@ class SlipLayer(PollingLayer):
 
 
 class _Missing:
-    """Reads an angle without what was missed of it: of each turn that began while the fault was there."""
+    """Reads an angle without the missed share of each rotation that began while the fault was active."""
 
     def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
         self._read, self._fault, self._share = read, fault, share

@@ -19,14 +19,14 @@ GRAMMAR = "TARGET EFFECT[=VALUE] [KEY=VALUE …]"
 EXAMPLE = "camera drop=0.2 after=5"
 
 LONGEST = 60
-"""Of a text from a user, in a message."""
+"""The longest quoted text of a user in a message, in characters."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
 
 @dataclass(frozen=True)
 class Spec:
-    """What is to fail, how, and with which parameters, none of them understood yet.
+    """A parsed specification. Its names and parameters are not checked yet.
 
     >>> str(Spec.parse("  camera drop=0.20   lasts=3.0 after=5 "))
     'camera drop=0.2 after=5 lasts=3'
@@ -39,7 +39,7 @@ class Spec:
 
     @classmethod
     def parse(cls, text: str) -> Spec:
-        """Read a spec; UsageError says in one line what is wrong with it."""
+        """Parse a specification. Raises UsageError if its form is wrong."""
         words = text.split()
         if len(words) < 2:
             raise _refusal(text, f"{'an effect' if words else 'everything'} is missing")
@@ -53,18 +53,18 @@ class Spec:
         return cls(_check_name(text, target), effect.replace("-", "_"), value, tuple(sorted(parameters)))
 
     def __str__(self) -> str:
-        """The canonical form: the parameters in order, numbers as short as they can be."""
+        """Return the canonical form: sorted parameters, numbers in their shortest form."""
         effect = self.effect if self.value is None else f"{self.effect}={self.value}"
         return " ".join([self.target, effect, *(f"{key}={value}" for key, value in self.parameters)])
 
     @property
     def after_s(self) -> float:
-        """From when on the fault is there."""
+        """The time in seconds at which the fault begins."""
         return float(dict(self.parameters).get("after", 0.0))
 
 
 def quote_text(text: str) -> str:
-    """Return a text from a user in quotes, not too long for a message."""
+    """Return a user's text in quotes, shortened for a message."""
     return repr(text if len(text) <= LONGEST else f"{text[:LONGEST]}…")
 
 
@@ -73,7 +73,7 @@ def _refusal(text: str, fault: str) -> UsageError:
 
 
 def _format_number(number: float) -> str:
-    """Return a number as short as it can be and come out the same."""
+    """Return the shortest text that reads back as the same number."""
     return repr(number).removesuffix(".0")
 
 
@@ -106,7 +106,7 @@ MAX_INJECTED_FAULTS = 100
 
 
 def _word(value: Any) -> str:
-    """Return a value of TOML as it is written in a spec."""
+    """Return a TOML value in the form of a specification."""
     match value:
         case str():
             return value
@@ -125,9 +125,9 @@ class _File(StrictModel):
 
 
 def read_specs(texts: Iterable[str]) -> tuple[str, ...]:
-    """Return specs in their canonical form; a file among them stands for those that are in it, in its order.
+    """Return specifications in their canonical form. A file name is replaced by the file's specifications.
 
-    Raises UsageError in one line; what is wrong for the robot is told when a run is planned.
+    Raises UsageError if a form is wrong. `plan_faults` checks the specifications against the robot.
     """
     specs = [str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)])]
     if len(specs) > MAX_INJECTED_FAULTS:
@@ -161,34 +161,38 @@ def _spec(words: dict[str, str], file: str, place: str) -> Spec:
 
 
 VALUE = "value"
-"""The field that stands behind the effect itself."""
+"""The field for the value of the effect itself, as in ``drop=0.2``."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of a fault; ``limits`` are in words, empty where there are none."""
+    """One parameter of a fault."""
 
     name: str
+    """Its key in a specification."""
     unit: str
+    """Its unit, such as seconds."""
     limits: str
+    """Its limits in words, such as ``from 0 to 1``; empty without limits."""
     is_required: bool
+    """Whether a specification must give it."""
 
     @property
     def form(self) -> str:
-        """How it is written: ``after=SECONDS``, in brackets where it may be left out."""
+        """The form in a specification, such as ``after=SECONDS``; in brackets if it is optional."""
         written = f"{self.name}={self.unit.upper().replace(' ', '_')}"
         return written if self.is_required else f"[{written}]"
 
 
 def parameters_of(effect: str, fault: type[Fault]) -> list[Parameter]:
-    """Return the parameters of a fault, its value first, by the name of the effect."""
+    """Return the parameters of a fault. The value comes first, under the name of the effect."""
     fields = fault.model_json_schema().get("properties", {})
     order = sorted(fields, key=lambda name: (name != VALUE, not fault.model_fields[name].is_required(), name))
     return [_parameter(effect if name == VALUE else name, fields[name], fault, name) for name in order]
 
 
 def form_of(target: str, effect: str, fault: type[Fault]) -> str:
-    """Return how a fault is written in full: ``camera drop=PROBABILITY [after=SECONDS] [lasts=SECONDS]``."""
+    """Return the full form of a fault: ``camera drop=PROBABILITY [after=SECONDS] [lasts=SECONDS]``."""
     parameters = [parameter.form for parameter in parameters_of(effect, fault)]
     bare = [] if VALUE in fault.model_fields else [effect]
     return " ".join([target, *bare, *parameters])

@@ -1,4 +1,4 @@
-"""What fits over any device, and the one place that says in which order."""
+"""The layers between a driver's devices and the app. `assembly` defines their order."""
 
 from robotcore.runtime.layers.assembly import Assembled, assemble, needed_devices
 

@@ -74,24 +74,27 @@ _MOUNTED = (CameraDescription, RangeSensorDescription)
 
 @dataclass(frozen=True)
 class Assembled:
-    """A robot as an app gets it, and what its run needs besides.
-
-    The clock that its loop ticks, the latch that ends its run, its drive's stage, the brakes on every motor, and what a
-    watchdog looks at. ``halts`` stop the drive and each lone motor between two ticks, for a cause.
-    """
+    """The app's robot, and the parts that its run needs."""
 
     robot: Robot
+    """The robot with the app's devices."""
     clock: TickClock
+    """The clock of the loop."""
     latch: Latch
+    """Ends the run for good."""
     stage: CommandFilter | None
+    """The command filter of the drive; None if the run has no drive."""
     brakes: StopGroup
-    where: ActivityMonitor
+    """Stops every motor."""
+    activity: ActivityMonitor
+    """The activity of the loop's thread, for the watchdog."""
     halts: tuple[Callable[[str], None], ...] = ()
+    """Stop the drive and each motor outside it between two ticks, for a cause."""
 
     def halt(self, cause: str) -> None:
-        """Stop what moves between two ticks, for a cause that is no command of the app's.
+        """Stop every motor between two ticks, for a cause that is no command of the app.
 
-        Every motor is tried. One that is lost does not hear it; raises what else is wrong.
+        A lost motor is skipped. Raises any other failure, after all motors were tried.
         """
         with ExitStack() as each:
             for halt in self.halts:
@@ -99,10 +102,10 @@ class Assembled:
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
-    """Return the names of the devices to open; ``wants`` are opened where the robot has them.
+    """Return the names of the devices to open for the roles ``needs``, and ``wants`` if the robot has them.
 
-    A drive brings its motors, its encoders, and the range sensors that look ahead, for the guard. Raises
-    UnmetNeedError where a need cannot be met.
+    A drive needs its motors, its encoders, and, for the range guard, the range sensors ahead. Raises UnmetNeedError if
+    the robot lacks a need.
     """
     names: set[str] = set()
     for role in sorted(map(_role, needs)):
@@ -125,7 +128,7 @@ def assemble(
     faults: Sequence[Layer] = (),
     taps: Sequence[Tap] = (),
     guard: GuardianLayer | None = None,
-    where: ActivityMonitor | None = None,
+    activity: ActivityMonitor | None = None,
     reserve: Reserve | None = None,
 ) -> Assembled:
     """Build the app's robot over a robot that a backend opened.
@@ -138,14 +141,14 @@ def assemble(
     faults: the layers of injected faults.
     taps: recorder and replay. They read each sensor once a tick, and see each command as the app gives it.
     guard: sees each velocity that a motor gets.
-    where: notes what the loop's thread does.
+    activity: notes what the loop's thread does.
     reserve: threads and memory for stops.
     """
     reserve = reserve or Reserve(MonotonicClock())
-    safety, where, latch = description.safety, where or ActivityMonitor(), Latch(reserve)
+    safety, activity, latch = description.safety, activity or ActivityMonitor(), Latch(reserve)
     for tap in taps:
         tap.latch(latch)
-    watched = CallMonitorLayer(where, safety.answer_s, raw.name)
+    watched = CallMonitorLayer(activity, safety.answer_s, raw.name)
     ticks = TickClock(wrap_clock(clock or raw.clock, (watched, *faults)))
     # This tuple is the order of all layers, from the driver up to the app. The safety stage lies between the
     # layers' motor outputs and the taps' command hooks.
@@ -196,7 +199,7 @@ def assemble(
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
     halts = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
-    return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, where, halts)
+    return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, activity, halts)
 
 
 def _suspend_quietly(halt: Callable[[str], None], cause: str) -> None:
@@ -221,7 +224,7 @@ def _names_for(description: RobotDescription, role: Role) -> set[str]:
 
 
 def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None:
-    """Tell cameras and range sensors where they sit."""
+    """Set the mount of cameras and range sensors."""
     for sensor in description.devices:
         device = devices.get(sensor.name)
         if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
@@ -229,7 +232,7 @@ def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None
 
 
 def _limit(devices: Mapping[str, Device], description: RobotDescription) -> None:
-    """Tell batteries below which voltage they are to be charged."""
+    """Set the voltage below which a battery warns."""
     for battery in description.all_of(BatteryDescription):
         device = devices.get(battery.name)
         if isinstance(device, Battery):

@@ -15,9 +15,9 @@ from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 
 
 class MaxAgeLayer(Layer):
-    """No sensor's sample is older than ``limit`` seconds: StaleSampleError instead, which ends the run.
+    """Ends the run with StaleSampleError if a sample is older than ``limit`` seconds.
 
-    A battery's may be: nobody drives by it.
+    A battery's sample may be older, because no app drives by it.
     """
 
     def __init__(self, clock: TickClock, limit: float, latch: Latch) -> None:
@@ -30,7 +30,7 @@ class MaxAgeLayer(Layer):
 
 
 class MaxAgeReader(Generic[SampleT]):
-    """Reads one sensor, and trips the latch where its newest sample is too old."""
+    """Reads one sensor, and trips the latch if its newest sample is too old."""
 
     def __init__(self, device: str, clock: TickClock, limit: float, latch: Latch, read: Reader[SampleT]) -> None:
         self._device, self._clock, self._limit, self._latch, self._read = device, clock, limit, latch, read
@@ -44,74 +44,74 @@ class MaxAgeReader(Generic[SampleT]):
 
 
 GRACE_S = 0.3
-"""So that a simulator that hangs is named within two seconds also where nothing brings the program back."""
+"""The time for the thread to come back. A simulator that hangs is then reported within two seconds."""
 
 SHORT_S = 0.06
-"""A sleep of a tick at 20 Hz, which matters little beside what an answer may take."""
+"""A sleep of up to this time does not extend the limit: it is short beside the limit of a call."""
 
-_ADVICE = "Is it still running and connected? Where it is only slow, raise safety.answer_s in the robot's description"
+_ADVICE = "Is it still running and connected? If it is only slow, raise safety.answer_s in the robot's description"
 
 
 @dataclass(frozen=True)
 class CallMonitorLayer(Layer):
-    """Notes each call of a driver, and each sleep.
+    """Reports each call of a driver and each sleep to the watchdog."""
 
-    ``answer_s`` is how long one may take, ``robot`` the robot's name.
-    """
-
-    where: ActivityMonitor
+    activity: ActivityMonitor
+    """The activity of the loop's thread, which the watchdog checks."""
     answer_s: float
+    """The limit of one call in seconds."""
     robot: str
+    """The robot's name, for messages."""
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return partial(self.where.call_driver, self._stay_in(sensor.name), read)
+        return partial(self.activity.call_driver, self._limit_call(sensor.name), read)
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
-        limit, where = self._stay_in(motor.name), self.where
+        limit, activity = self._limit_call(motor.name), self.activity
         return MotorOutput(
             motor.name,
-            partial(where.call_driver_with, limit, motor.set_velocity),
-            partial(where.call_driver, limit, motor.stop),
+            partial(activity.call_driver_with, limit, motor.set_velocity),
+            partial(activity.call_driver, limit, motor.stop),
         )
 
     def clock(self, clock: Clock) -> Clock:
-        return _MonitoredClock(clock, self.where, TimeLimit(self.answer_s, self._unpassed, GRACE_S))
+        return _MonitoredClock(clock, self.activity, TimeLimit(self.answer_s, self._build_clock_error, GRACE_S))
 
-    def _stay_in(self, device: str) -> TimeLimit:
-        def unanswered(seconds: float, _frame: FrameType | None) -> RobotcoreError:
+    def _limit_call(self, device: str) -> TimeLimit:
+        def build_error(seconds: float, _frame: FrameType | None) -> RobotcoreError:
             return DeviceError(device, f"has not answered for {seconds:.1f} s. {_ADVICE}")
 
-        return TimeLimit(self.answer_s, unanswered, GRACE_S)
+        return TimeLimit(self.answer_s, build_error, GRACE_S)
 
-    def _unpassed(self, seconds: float, _frame: FrameType | None) -> RobotcoreError:
+    def _build_clock_error(self, seconds: float, _frame: FrameType | None) -> RobotcoreError:
         return BackendError(
-            f"the backend of {self.robot!r} has not answered for {seconds:.1f} s, while time was to pass. {_ADVICE}"
+            f"the backend of {self.robot!r} has not answered for {seconds:.1f} s, in a sleep. {_ADVICE}"
         )
 
 
 class _MonitoredClock(ClockWrapper):
-    """A backend's clock. A sleep may take as long as it was to take, and then as long as any call.
+    """A backend's clock. The limit of a sleep is its duration plus the limit of a call.
 
-    A connection that breaks while time is to pass, and that the driver has not translated, is a BackendError.
+    An OSError or EOFError of the driver within a sleep becomes a BackendError.
     """
 
-    def __init__(self, source: Clock, where: ActivityMonitor, stay: TimeLimit) -> None:
+    def __init__(self, source: Clock, activity: ActivityMonitor, limit: TimeLimit) -> None:
         super().__init__(source)
-        self._where, self._stay = where, stay
+        self._activity, self._limit = activity, limit
         self._last = 0.0
 
     def now(self) -> float:
-        self._last = now = self._where.call_driver(self._stay, self._source.now)
+        self._last = now = self._activity.call_driver(self._limit, self._source.now)
         return now
 
     def sleep_until(self, deadline: float) -> bool:
-        ahead, stay = deadline - self._last, self._stay
+        ahead, limit = deadline - self._last, self._limit
         if ahead > SHORT_S:
-            stay = stay._replace(limit_s=stay.limit_s + ahead)
+            limit = limit._replace(limit_s=limit.limit_s + ahead)
         try:
-            return self._where.call_driver_with(stay, self._source.sleep_until, deadline)
+            return self._activity.call_driver_with(limit, self._source.sleep_until, deadline)
         except RobotcoreError:
             raise
         except (OSError, EOFError) as broken:
-            fault = f"{type(broken).__name__}: {broken}".removesuffix(": ")
-            raise BackendError(f"the backend lets no time pass: {fault}. Is the simulator still running?") from broken
+            cause = f"{type(broken).__name__}: {broken}".removesuffix(": ")
+            raise BackendError(f"the backend lets no time pass: {cause}. Is the simulator still running?") from broken

@@ -1,4 +1,4 @@
-"""A drive as the app uses it: two motors behind the command filter, and odometry."""
+"""Builds the app's drive: two motors behind the command filter, and the odometry."""
 
 from __future__ import annotations
 
@@ -84,19 +84,19 @@ class GuardedDrive:
         left, right = wheels
         commanded = CommandIntegrator(clock)
         encoders = _encoders(devices, drive)
-        counted = _counted(*encoders) if encoders else None
+        counted = _read_encoders(*encoders) if encoders else None
         ahead = _sensors_ahead(devices, description)
-        doubts: list[Rule] = []
+        checks: list[Rule] = []
         if counted:
-            doubts.append(_following(description, drive, clock, latch, commanded.angles, counted))
-            doubts.append(
+            checks.append(_build_tracking_check(description, drive, clock, latch, commanded.angles, counted))
+            checks.append(
                 StuckRangeCheck(latch, ahead, Odometry(drive.geometry, counted).pose, description.safety.stuck_m)
             )
         safety_filter = SafetyFilter(
             clock,
             left,
             right,
-            (*doubts, *_rules(ahead, clock, description, drive, limit, rate_hz)),
+            (*checks, *_rules(ahead, clock, description, drive, limit, rate_hz)),
             description.safety.lease_ticks / rate_hz,
             latch,
             commanded.turn_at,
@@ -104,8 +104,8 @@ class GuardedDrive:
             take_guardian_stops,
         )
         stage = reduce(lambda inner, tap: tap.command_filter(inner), taps, cast("CommandFilter", safety_filter))
-        reckoned = _up_to_date(*encoders, commanded) if encoders else commanded.angles
-        angles = reduce(lambda read, tap: tap.angles(read), taps, reckoned)
+        measured = _read_present_angles(*encoders, commanded) if encoders else commanded.angles
+        angles = reduce(lambda read, tap: tap.angles(read), taps, measured)
         odometry = Odometry(drive.geometry, angles)
         outputs = {
             left.name: wheel_output(left.name, stage, is_left=True),
@@ -125,7 +125,7 @@ def _rules(
     limit: float,
     rate_hz: float,
 ) -> Iterator[Rule]:
-    """Yield the rules in their order; the guard is last, for nothing may weaken it."""
+    """Yield the rules in their order. The range guard is last, so that no rule changes its result."""
     yield VelocityLimit(limit)
     if drive.max_acceleration_rad_s2:
         yield AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz)
@@ -145,12 +145,12 @@ def _encoders(devices: Mapping[str, Device], drive: Drive) -> tuple[Encoder, Enc
     return (left, right) if isinstance(left, Encoder) and isinstance(right, Encoder) else None
 
 
-def _counted(left: Encoder, right: Encoder) -> Callable[[], Wheels]:
+def _read_encoders(left: Encoder, right: Encoder) -> Callable[[], Wheels]:
     return lambda: Wheels(left.read().angle, right.read().angle)
 
 
-def _up_to_date(left: Encoder, right: Encoder, commanded: CommandIntegrator) -> Callable[[], Wheels]:
-    """Return what reads the angles of now: what a late count has not got to yet, the wheels did as they were told."""
+def _read_present_angles(left: Encoder, right: Encoder, commanded: CommandIntegrator) -> Callable[[], Wheels]:
+    """Return a reader of the present angles. It adds the commanded rotation since the encoders' samples."""
 
     def angles() -> Wheels:
         on_left, on_right = left.read(), right.read()
@@ -162,7 +162,7 @@ def _up_to_date(left: Encoder, right: Encoder, commanded: CommandIntegrator) -> 
     return angles
 
 
-def _following(
+def _build_tracking_check(
     description: RobotDescription,
     drive: Drive,
     clock: Clock,

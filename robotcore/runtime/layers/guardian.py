@@ -1,4 +1,4 @@
-"""The layer by which a guardian hears of every command to a motor, and a run of what the guardian did."""
+"""The layer that reports motor commands to the guardian process, and the guardian's stops to the run."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | None:
     """Return the layer that guards a robot's motors until ``end``; None if the robot has no cutoffs.
 
-    ``lease`` is the deadman's. The guardian's is longer by the time for which the deadman waits for its lock, for it
-    steps in where the deadman has not, and by the cutoffs' patience. Raises GuardianError where no guardian comes up.
+    ``lease`` is the deadman's lease in seconds. The guardian acts after the deadman. So its lease is longer by the time
+    that the deadman waits for its lock, and by the longest patience of the cutoffs. Raises GuardianError if no guardian
+    starts.
     """
     if not raw.cutoffs:
         return None
@@ -32,10 +33,10 @@ def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | No
 
 
 class GuardianLayer(Layer):
-    """Tells the guardian that something turns: from before the first motor is told to, until the last one stands.
+    """Holds a lease of the guardian from before the first motor turns until the last motor has stopped.
 
-    A clock's thread may stop motors while the loop commands them: what is told belongs to what is known, by a lock
-    that nobody holds while a driver works.
+    The clock's thread may stop motors while the loop commands them. A lock keeps the lease consistent with the set of
+    turning motors. No thread holds it while a driver works.
     """
 
     def __init__(self, guardian: Guardian) -> None:
@@ -53,20 +54,20 @@ class GuardianLayer(Layer):
                 with self.turning(motor.name):
                     return motor.set_velocity(rad_s)
             sent = motor.set_velocity(rad_s)
-            self.stands(motor.name)
+            self.end_turning(motor.name)
             return sent
 
         def stop() -> None:
             motor.stop()
-            self.stands(motor.name)
+            self.end_turning(motor.name)
 
         return MotorOutput(motor.name, set_velocity, stop)
 
     @contextmanager
     def turning(self, motor: str) -> Iterator[None]:
-        """Guard the command that makes a motor turn, and the motor from then on.
+        """Renew the lease for a command that turns a motor. The motor counts as turning from then on.
 
-        Raises GuardianError before the command where nobody would guard it; every motor is then stopped.
+        If the guardian does not answer, stop every motor and raise GuardianError before the command.
         """
         command = object()
         with self._stopping_all(), self._lock:
@@ -80,8 +81,8 @@ class GuardianLayer(Layer):
                 self._turning.remove(command)
                 self._turning.add(motor)
 
-    def stands(self, motor: str) -> None:
-        """Guard a motor no longer: it was told to stand."""
+    def end_turning(self, motor: str) -> None:
+        """Remove a stopped motor. End the lease if no motor turns."""
         with self._lock:
             if motor in self._turning:
                 self._turning.remove(motor)
@@ -110,5 +111,5 @@ class GuardianLayer(Layer):
 
     def _stop_all(self) -> None:
         for motor in self._motors:
-            with suppress(RobotcoreError):  # one that fails keeps no other from stopping; its next command tells
+            with suppress(RobotcoreError):  # the other motors must stop; the next command reports the failure
                 motor.stop()

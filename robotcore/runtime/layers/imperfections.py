@@ -16,11 +16,11 @@ from robotcore.hal.devices import Camera, Frame, Image, Range, RangeSensor, Sens
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, limit_reading
 
 STRIP_STARTS = 1 << 16
-"""From how many places a picture's noise may be cut out of its strip."""
+"""The number of positions in a strip of noise at which a picture's noise may begin."""
 
 
 class Noise:
-    """Normal noise of one device, drawn anew for each instant from the run's seed; ``sigma`` is its deviation.
+    """Normal noise of one device. Seed, device and time determine each value; ``sigma`` is the standard deviation.
 
     >>> noise = Noise(seed=1, device="nose", sigma=0.01)
     >>> noise.at(0.25) == noise.at(0.25), noise.at(0.25) == noise.at(0.5)
@@ -33,15 +33,15 @@ class Noise:
         self._strip: NDArray[np.int16] = np.empty(0, dtype=np.int16)
 
     def at(self, time: float) -> float:
-        """Return the error of a number captured at ``time``, by Box and Muller (1958)."""
+        """Return the error of a number captured at ``time`` (s), by the method of Box and Muller (1958)."""
         random = self._random_at(time)
         radius = math.sqrt(-2 * math.log(1 - random.random()))
         return self._sigma * radius * math.cos(math.tau * random.random())
 
     def over(self, shape: tuple[int, ...], time: float) -> NDArray[np.int16]:
-        """Return the errors of a picture captured at ``time``, in whole grey levels whose deviation is ``sigma``.
+        """Return the errors of a picture captured at ``time`` (s), in whole grey levels, ``int16`` of ``shape``.
 
-        They are cut out of one long strip where the instant says: drawing them would take longer than painting.
+        The time selects a section of one long strip. To draw new numbers would take longer than to paint the picture.
         """
         size = math.prod(shape)
         if len(self._strip) < STRIP_STARTS + size:
@@ -50,7 +50,7 @@ class Noise:
         return self._strip[start : start + size].reshape(shape)
 
     def _drawn(self, length: int) -> NDArray[np.int16]:
-        """Return a strip of noise. ``RandomState`` is NumPy's one generator whose numbers never change."""
+        """Return a strip of noise. Only the numbers of NumPy's ``RandomState`` are the same in every version."""
         generator = np.random.RandomState(Random(self._key).getrandbits(32))
         return np.rint(_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
 
@@ -59,14 +59,14 @@ class Noise:
 
 
 def random_at(key: str, time: float) -> Random:
-    """Return what draws for an instant, to the microsecond; the same for the same ``key``."""
+    """Return a generator for a key and a time, rounded to the microsecond."""
     return Random(f"{key}:{round(1e6 * time)}")
 
 
 def _before_rounding(sigma: float) -> float:
-    """Return the deviation of the normal noise that has ``sigma`` once it is in whole numbers, by bisection.
+    """Return the deviation of normal noise that has the deviation ``sigma`` after rounding, by bisection.
 
-    Rounding takes from a small deviation (0.2 becomes 0.11) and adds to others (1 becomes 1.04).
+    Rounding reduces a small deviation (0.2 becomes 0.11) and increases others (1 becomes 1.04).
     """
     low, high = 0.0, sigma + 1
     for _ in range(30):
@@ -76,7 +76,10 @@ def _before_rounding(sigma: float) -> float:
 
 
 def _rounded(sigma: float) -> float:
-    """Return the deviation of normal noise in whole numbers: k² - (k - 1)² counts for all from k - 1/2 on."""
+    """Return the deviation of normal noise after rounding to whole numbers.
+
+    The variance is the sum of (2k - 1) · P(abs(x) > k - 1/2) over k = 1, 2, …
+    """
     beyond = (math.erfc((k - 0.5) / (sigma * math.sqrt(2))) for k in range(1, math.ceil(8 * sigma) + 2))
     return math.sqrt(sum((2 * k - 1) * share for k, share in enumerate(beyond, start=1)))
 
@@ -84,11 +87,11 @@ def _rounded(sigma: float) -> float:
 PERFECT = Conditions()
 
 Effect = Callable[[Image, float], Image]
-"""Makes of a picture, and of the time it was captured at, another picture."""
+"""Returns a changed picture for a picture and its time of capture in seconds."""
 
 
 class ImperfectionLayer(Layer):
-    """Every device as the conditions have it; their noise belongs to the ``seed``, their gains to the ``drive``."""
+    """Applies the conditions to every device. The ``seed`` determines the noise; gains apply to the ``drive``."""
 
     def __init__(self, conditions: Conditions, seed: int, drive: Drive | None) -> None:
         self._conditions, self._seed = conditions, seed
@@ -119,7 +122,7 @@ class ImperfectionLayer(Layer):
 
 
 class ProcessedFrames:
-    """Frames after some effects, one after the other; their time and number stay."""
+    """Reads frames and applies effects to their pictures in order. Time and sequence stay."""
 
     def __init__(self, read: Reader[Frame], effects: Sequence[Effect]) -> None:
         self._read, self._effects = read, effects
@@ -134,7 +137,7 @@ class ProcessedFrames:
 
 
 class NoisyRange:
-    """Distances that are off: never nearer than the sensor can tell; past its range, and where nothing is, ``inf``."""
+    """Reads distances and adds a bias and noise, within the sensor's limits. Beyond its range it returns ``inf``."""
 
     def __init__(self, sensor: RangeSensor, read: Reader[Range], bias: float, noise: Noise) -> None:
         self._sensor, self._read, self._bias, self._noise = sensor, read, bias, noise
@@ -145,7 +148,7 @@ class NoisyRange:
 
 
 def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:
-    """Yield what happens to a picture, in the order in which light goes: through the lens, into the sensor, out."""
+    """Yield the effects in the order of a camera: lens (blur), sensor (exposure, warmth), output (noise)."""
     if conditions.camera_blur_px:
         yield _blur(conditions.camera_blur_px)
     if (conditions.camera_exposure, conditions.camera_warmth) != (1.0, 0.0):
@@ -161,7 +164,7 @@ def _blur(sigma: float) -> Effect:
 
 
 def _response(conditions: Conditions) -> Effect:
-    """Return what answers to light by a table: blue and red against each other, and no more than white."""
+    """Return the effect of exposure and warmth. It limits the result to white."""
     import cv2
 
     warmth = conditions.camera_warmth
@@ -171,7 +174,7 @@ def _response(conditions: Conditions) -> Effect:
 
 
 def grain(noise: Noise) -> Effect:
-    """Return what adds noise to a picture; it ends at black and at white."""
+    """Return the effect that adds noise to a picture, limited to black and white."""
     import cv2
 
     def grainy(image: Image, time: float) -> Image:

@@ -34,7 +34,7 @@ class Witness:
 
     def tick(self, record: TickRecord) -> None:
         self.ticks.append((record, self.layer.take()))
-        self.poses.append(self.run.robot.drive._odometry._pose)
+        self.poses.append(self.run.robot.drive._odometry.latest)
 
     def end(self, result: RunResult) -> None:
         self.result = result

@@ -94,15 +94,15 @@ class Bench:
     """The layer, and what it noted in the middle of a driver's call."""
 
     def __init__(self) -> None:
-        self.where = ActivityMonitor()
-        self.layer = CallMonitorLayer(self.where, 1.0, "rover")
+        self.activity = ActivityMonitor()
+        self.layer = CallMonitorLayer(self.activity, 1.0, "rover")
         self.noted: list[TimeLimit | None] = []
 
     def note(self, *_: object) -> None:
-        self.noted.append(self.where.call)
+        self.noted.append(self.activity.call)
 
     def errors(self) -> list[str]:
-        assert self.where.call is None
+        assert self.activity.call is None
         return [str(stay.error(1.5, None)) for stay in self.noted if stay]
 
 
@@ -138,7 +138,7 @@ def test_nothing_is_noted_any_more_when_a_driver_raises(bench: Bench) -> None:
     inner.is_broken = True
     with pytest.raises(DeviceError):
         bench.layer.motor(MotorOutput.of(inner)).set_velocity(1.0)
-    assert bench.where.call is None
+    assert bench.activity.call is None
 
 
 def test_a_sleep_may_take_as_long_as_it_was_to_take_and_a_call_longer(bench: Bench) -> None:
@@ -148,7 +148,7 @@ def test_a_sleep_may_take_as_long_as_it_was_to_take_and_a_call_longer(bench: Ben
     (stay,) = bench.noted
     assert stay
     assert stay.limit_s == 61.0
-    assert bench.errors()[0].startswith("the backend of 'rover' has not answered for 1.5 s, while time was to pass")
+    assert bench.errors()[0].startswith("the backend of 'rover' has not answered for 1.5 s, in a sleep")
 
 
 @pytest.mark.parametrize("error", [EOFError(), ConnectionResetError("reset by peer")])
