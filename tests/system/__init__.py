@@ -1,1 +1,1 @@
-"""Real kernels and another processor in place of a Raspberry Pi; not part of the test suite, see README.md."""
+"""Tests on real kernels, an emulated processor and real simulators; not part of the test suite, see README.md."""

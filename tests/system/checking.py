@@ -1,4 +1,4 @@
-"""Checks on a real simulator: where it listens, as the environment says, and how files of checks are run."""
+"""Run files of checks on a real simulator, whose address is in an environment variable."""
 
 from __future__ import annotations
 
@@ -14,19 +14,21 @@ from tests.system import needs
 from tests.system.speed import scaled
 
 CHECK_LIMIT_S = 600
-"""Of a check, on the reference machine: a hang."""
+"""The time limit of a check, on the reference machine."""
 
 
-def address_in(variable: str) -> Address | None:
-    """Return where the simulator listens that a variable names as HOST:PORT; None where it names none."""
+def read_address(variable: str) -> Address | None:
+    """Return the address HOST:PORT in an environment variable; None if it is not set."""
     host, _, port = os.environ.get(variable, "").rpartition(":")
     return Address(host=host or "127.0.0.1", port=int(port)) if port else None
 
 
 def run(folder: Path, names: Iterable[str], *options: str) -> bool:
-    """Run these files of checks of a folder, by default all; return whether every check was passed.
+    """Run files of checks; return whether every check passed. Their temporary files are removed.
 
-    ``options`` are pytest's. What checks and the programs they kill leave among temporary files is removed.
+    folder: the folder of the files.
+    names: the files without their suffix; by default all.
+    options: for pytest.
     """
     files = [folder / f"{name}.py" for name in names] or sorted(folder.glob("[a-z]*.py"))
     plugins = ["-p", "no:cacheprovider", f"--timeout={scaled(CHECK_LIMIT_S):.0f}"]

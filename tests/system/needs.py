@@ -1,4 +1,4 @@
-"""What these tests need of the machine, installed where that can be done; said in one line where not."""
+"""The needs of the system tests: check the machine, and install missing packages."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 NOT_RUN = 77
-"""The exit status of a test that could not run here, as automake has it."""
+"""The exit status of a test that cannot run here, as in automake."""
 
 ENDING_WITH_US = ("setpriv", "--pdeathsig", "KILL")
-"""Runs a command that is not to outlive this process, however it ends."""
+"""The begin of a command that the kernel kills when this process ends."""
 
 ROOT = Path(__file__).parents[2]
 RELEASE = "12"
-"""The one release of Debian whose packages are known to fit each other here."""
+"""The only supported release of Debian."""
 
 
 class NotRunError(Exception):
-    """A test cannot run here, and why."""
+    """A test cannot run here; the text says why."""
 
 
 def run_or_skip(name: str, test: Callable[[], bool]) -> int:
@@ -35,14 +35,14 @@ def run_or_skip(name: str, test: Callable[[], bool]) -> int:
 
 
 def leave_on_sigterm() -> None:
-    """Let SIGTERM leave every context of this process, as SIGINT does."""
+    """Let SIGTERM raise SystemExit, so that contexts are left, as at SIGINT."""
     signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))
 
 
 def debian() -> None:
-    """Raise NotRunError unless this is the release of Debian for amd64 whose packages are used, and we are root.
+    """Raise NotRunError unless this is the supported Debian on amd64, and this user is root.
 
-    What only root has is found from here on, also from a shell or a service that does not look there.
+    Adds the folders of root's programs to PATH.
     """
     try:
         system = platform.freedesktop_os_release()
@@ -57,23 +57,23 @@ def debian() -> None:
 
 
 def packages(*names: str) -> None:
-    """Install what is missing of these Debian packages; raises NotRunError where that fails."""
+    """Install the missing ones of these Debian packages; raises NotRunError if that fails."""
     missing = [name for name in names if not _is_installed(name)]
     if not missing:
         return
     install = ["install", "--yes", "--no-install-recommends", *missing]
     if _apt(*install) and (fault := _apt("update") or _apt(*install)):
-        raise NotRunError(f"needs {', '.join(missing)}, and apt-get said: {fault}")
+        raise NotRunError(f"needs {', '.join(missing)}, and apt-get failed: {fault}")
 
 
 def download(folder: Path, *names: str) -> None:
-    """Download Debian packages into a folder; raises NotRunError where that fails."""
+    """Download Debian packages into a folder; raises NotRunError if that fails."""
     if _apt("download", *names, folder=folder) and (fault := _apt("update") or _apt("download", *names, folder=folder)):
-        raise NotRunError(f"needs to download {', '.join(names)}, and apt-get said: {fault}")
+        raise NotRunError(f"needs to download {', '.join(names)}, and apt-get failed: {fault}")
 
 
 def cache() -> Path:
-    """Return the folder for what takes long to make, and make it."""
+    """Return the cache folder, and make it if it is missing."""
     folder = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "robotcore-system"
     folder.mkdir(parents=True, exist_ok=True)
     return folder
@@ -85,7 +85,7 @@ def _is_installed(name: str) -> bool:
 
 
 def _apt(*arguments: str, folder: Path | None = None) -> str:
-    """Run apt-get; return what it said where it failed."""
+    """Run apt-get; return the last line of its error, or an empty text on success."""
     environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
     command = ["apt-get", "--quiet", *arguments]
     run = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True, check=False)
@@ -93,5 +93,5 @@ def _apt(*arguments: str, folder: Path | None = None) -> str:
 
 
 def last_line(text: str) -> str:
-    """Return the last line of what a program said."""
+    """Return the last line of a program's output."""
     return (text.strip().splitlines() or ["nothing"])[-1]

@@ -1,4 +1,4 @@
-"""How far the rover goes, and how far its wheels roll by the closed form: within a hundredth."""
+"""Drive the rover straight and in turns, and compare its motion with the closed form, within one percent."""
 
 from __future__ import annotations
 
@@ -21,26 +21,34 @@ assert DRIVE
 RADIUS_M, TRACK_M = DRIVE.wheel_radius_m, DRIVE.track_m
 
 
-class Rolled(NamedTuple):
-    """How far it went ahead and to the left, in metres, and how far it turned, in radians."""
+class Motion(NamedTuple):
+    """A motion in the frame of its start."""
 
     ahead: float
+    """In metres."""
+
     aside: float
+    """To the left, in metres."""
+
     turned: float
+    """Counter-clockwise, in radians."""
 
 
 def metre_s(speed: float) -> float:
-    """Return how long a metre takes, in whole ticks."""
+    """Return the time for a metre, in seconds, rounded to whole ticks; ``speed`` is the wheels', in rad/s."""
     return round(1 / abs(speed * RADIUS_M) * RATE_HZ) / RATE_HZ
 
 
 def turn_s(speed: float) -> float:
-    """Return how long a whole turn takes, in whole ticks."""
+    """Return the time for a whole turn, in seconds, rounded to whole ticks; ``speed`` is the wheels', in rad/s."""
     return round(math.tau / abs(_turning(speed)) * RATE_HZ) / RATE_HZ
 
 
-def driven(robot: Robot, left: float, right: float, seconds: float, rate_hz: float = RATE_HZ) -> Rolled:
-    """Drive an open robot that has just begun, and let it come to rest."""
+def drive(robot: Robot, left: float, right: float, seconds: float, rate_hz: float = RATE_HZ) -> Motion:
+    """Drive a robot that has just been opened, let it come to rest, and return its motion.
+
+    left, right: the wheels' velocities in rad/s.
+    """
     truth = robot.truth
     assert truth
     start, turned, ticks = truth.pose(), 0.0, round(seconds * rate_hz)
@@ -55,18 +63,18 @@ def driven(robot: Robot, left: float, right: float, seconds: float, rate_hz: flo
         turned += math.remainder(pose.heading - heading, math.tau)
         heading = pose.heading
     assert truth.contacts() in {0, None}
-    return Rolled(*start.to_local(pose.x, pose.y), turned)
+    return Motion(*start.to_local(pose.x, pose.y), turned)
 
 
-def require_straight(rolled: Rolled, speed: float) -> None:
-    ahead, aside, turned = rolled
+def require_straight(motion: Motion, speed: float) -> None:
+    ahead, aside, turned = motion
     assert ahead == pytest.approx(speed * RADIUS_M * metre_s(speed), rel=WITHIN)
     assert (abs(aside) < 0.02, abs(turned) < 0.02) == (True, True), f"{aside:.4f} m aside, turned by {turned:.4f} rad"
 
 
-def require_turn(rolled: Rolled, speed: float) -> None:
-    assert rolled.turned == pytest.approx(_turning(speed) * turn_s(speed), rel=WITHIN)
-    assert math.hypot(rolled.ahead, rolled.aside) < 0.01
+def require_turn(motion: Motion, speed: float) -> None:
+    assert motion.turned == pytest.approx(_turning(speed) * turn_s(speed), rel=WITHIN)
+    assert math.hypot(motion.ahead, motion.aside) < 0.01
 
 
 def _turning(speed: float) -> float:

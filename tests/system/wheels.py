@@ -1,4 +1,4 @@
-"""Packages for Python: installed into a folder, for this processor or another, and built from this checkout."""
+"""Wheels: install packages into a folder for this processor or arm64, and build this checkout's wheel."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ARM64_UV = "aarch64-manylinux_2_28"
 
 
 def install(folder: Path, packages: Iterable[str], *options: str) -> None:
-    """Install packages into a folder; raises NotRunError where that fails."""
+    """Install packages into a folder; raises NotRunError if that fails."""
     uv = shutil.which("uv")
     command = [uv, "pip", "install", "--python", sys.executable] if uv else [sys.executable, "-m", "pip", "install"]
     run = subprocess.run(
@@ -26,7 +26,7 @@ def install(folder: Path, packages: Iterable[str], *options: str) -> None:
 
 
 def install_for_arm64(folder: Path, packages: Iterable[str], python: str) -> None:
-    """Install packages for another processor and its Python; raises NotRunError where that fails."""
+    """Install packages for arm64 and a version of Python; raises NotRunError if that fails."""
     if shutil.which("uv"):
         platforms = ["--python-platform", ARM64_UV]
     else:
@@ -35,7 +35,7 @@ def install_for_arm64(folder: Path, packages: Iterable[str], python: str) -> Non
 
 
 def build(folder: Path) -> Path:
-    """Build the wheel of this checkout into a folder, and return where it is."""
+    """Build this checkout's wheel into a folder, and return its path."""
     installer = ["--installer", "uv"] if shutil.which("uv") else []
     command = [sys.executable, "-m", "build", "--wheel", *installer, "--outdir", str(folder), str(needs.ROOT)]
     subprocess.run(command, capture_output=True, check=True)

@@ -1,1 +1,1 @@
-"""The wheel on the processor of a Raspberry Pi, as QEMU emulates it for one program."""
+"""Run robotcore's wheel on an emulated arm64, the processor of a Raspberry Pi."""

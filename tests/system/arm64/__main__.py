@@ -18,7 +18,7 @@ from tests.system.arm64.target import Target, target
 from tests.system.speed import scaled
 
 LIMIT_S = 300.0
-"""Of a run, on the reference machine: a hang; it takes about 25 s."""
+"""The time limit of a run on the reference machine, where it takes about 25 s."""
 
 LIBRARIES = {
     "old": ("numpy==1.24.*", "opencv-python-headless==4.6.*", "gpiozero>=2.0.1"),
@@ -35,16 +35,16 @@ ON_A_PI: dict[str, dict[str, Any]] = {
     "run green-search --backend virtualpi": SUCCESS,
     "doctor": {"errors": 0, "exit_status": 0},
 }
-"""What ``--json`` tells for each command, among else."""
+"""Expected keys of the ``--json`` output of each command."""
 
 BLIND: dict[str, dict[str, Any]] = {"run avoid-obstacles --backend mujoco": {"outcome": "success", "exit_status": 0}}
-"""There is no OpenGL, so no camera."""
+"""Without OpenGL there is no camera."""
 
 EXPECTED = {"old": ON_A_PI, "new": ON_A_PI, "physics": BLIND}
 
 
 def main() -> bool:
-    """Return whether every run came out as expected."""
+    """Return whether every run had the expected output."""
     needs.debian()
     machine = target()
     with TemporaryDirectory() as folder:
@@ -56,12 +56,12 @@ def main() -> bool:
         try:
             return all(run.result() for run in runs)
         except BaseException:
-            pool.shutdown(cancel_futures=True)  # else what has not begun would still be run
+            pool.shutdown(cancel_futures=True)  # otherwise queued runs would still start
             raise
 
 
 def _is_passed(machine: Target, site: str, command: str) -> bool:
-    """Run a command of robotcore's; print what came of it, and return whether that is as expected."""
+    """Run a command of robotcore, print the result, and return whether it is as expected."""
     name = f"robotcore {command}, with {_versions(machine, site)}"
     try:
         run = _run(machine.command(site, "-m", "robotcore", *command.split(), "--json"))

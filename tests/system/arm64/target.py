@@ -1,4 +1,4 @@
-"""A Debian for arm64 in a folder: enough of it for Python, and programs in it run by emulation."""
+"""A Debian for arm64 in a folder, with Python, whose programs are emulated."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ TOOLS = ("debootstrap", "qemu-user-static")
 EMULATOR = Path("/usr/bin/qemu-aarch64-static")
 PYTHON = "3.11"
 NO_OPENGL = "MUJOCO_GL=disable"
-"""Else MuJoCo looks for GLFW by starting Python once more, which nothing emulates."""
+"""Otherwise MuJoCo looks for GLFW by starting another Python, which is not emulated."""
 
 MERGED = ("bin", "lib", "sbin")
-"""Folders of Debian's that are links into /usr."""
+"""Debian's folders that are links into /usr."""
 
 
 @dataclass(frozen=True)
 class Target:
-    """A root folder for arm64. What it runs has mounts of its own, which end with it."""
+    """A root folder for arm64. Each command has mounts of its own, which end with it."""
 
     root: Path
 
     def command(self, site: str, *arguments: str) -> list[str]:
-        """Return the command that runs Python in it, with the packages of a folder of ``sites``."""
-        alone = [
+        """Return the command that runs Python in the folder, with the packages of a folder in ``sites``."""
+        isolated = [
             *needs.ENDING_WITH_US,
             "unshare",
             "--mount",
@@ -42,17 +42,17 @@ class Target:
         ]
         settings = ["-E", f"PYTHONPATH=/sites/{site}", "-E", NO_OPENGL]
         python = [f"/{EMULATOR.name}", *settings, f"/usr/bin/python{PYTHON}"]
-        return [*alone, *python, *arguments]
+        return [*isolated, *python, *arguments]
 
     def install(self, site: str, packages: Iterable[str]) -> None:
-        """Install packages for its processor into a folder of ``sites``; raises NotRunError where that fails."""
+        """Install packages for arm64 into a folder in ``sites``; raises NotRunError if that fails."""
         folder = self.root / "sites" / site
         shutil.rmtree(folder, ignore_errors=True)
         wheels.install_for_arm64(folder, packages, PYTHON)
 
 
 def target() -> Target:
-    """Return the target, made where it is not in the cache; raises NotRunError where it cannot be made."""
+    """Return the target, and make it if it is not in the cache; raises NotRunError if that fails."""
     if platform.machine() != "x86_64":
         raise needs.NotRunError(f"needs x86_64, to emulate arm64 on; this is {platform.machine()}")
     needs.packages(*TOOLS)
@@ -64,7 +64,7 @@ def target() -> Target:
 
 
 def _make(root: Path) -> Path:
-    """Unpack Debian's packages, and set none of them up: that would be emulated, and take a quarter of an hour."""
+    """Unpack Debian's packages without configuring them: emulated, that would take a quarter of an hour."""
     command = ["debootstrap", "--download-only", "--arch=arm64", "--variant=minbase", "--include=python3", "bookworm"]
     run = subprocess.run([*command, root], capture_output=True, text=True, check=False)
     if run.returncode:

@@ -12,7 +12,7 @@ from drivers.coppeliasim.connection import Connection
 from robotcore.description import RobotDescription, WorldDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
-from tests.system.checking import address_in
+from tests.system.checking import read_address
 from tests.system.speed import scaled
 
 VARIABLE = "ROBOTCORE_COPPELIASIM"
@@ -22,7 +22,7 @@ ANSWER_S = 3.0
 
 def address() -> Address | None:
     """Return the address in the environment variable; None if it is not set."""
-    return address_in(VARIABLE)
+    return read_address(VARIABLE)
 
 
 def options(**more: Any) -> dict[str, Any]:

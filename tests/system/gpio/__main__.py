@@ -10,15 +10,15 @@ from pathlib import Path
 from tests.system import needs, wheels
 from tests.system.gpio.echo import build_echo
 from tests.system.gpio.kernel import kernel
-from tests.system.gpio.machine import TOLD, running
+from tests.system.gpio.machine import REPORT_PORT, run_in_guest
 from tests.system.gpio.report import Report
 from tests.system.speed import scaled
 
 LIMIT_S = 900.0
-"""Of all that the guest does, on the reference machine, where it takes about two minutes."""
+"""The time limit of all checks on the reference machine, where they take about two minutes."""
 
 GUEST = needs.ROOT / "tests" / "system" / "guest"
-SUPPORT = ("__init__", "__main__", "bench", "chip", "conftest", "models", "patient", "telling")
+SUPPORT = ("__init__", "__main__", "bench", "chip", "conftest", "models", "patient", "reporting")
 CONSOLE = needs.ROOT / "build" / "gpio-console.log"
 
 
@@ -28,8 +28,8 @@ def main(names: list[str]) -> bool:
     chosen = [_file(name) for name in names] or _files()
     CONSOLE.parent.mkdir(exist_ok=True)
     report = Report()
-    with running(kernel(), _command(chosen), CONSOLE, scaled(LIMIT_S)) as lines:
-        report.hear(lines)
+    with run_in_guest(kernel(), _command(chosen), CONSOLE, scaled(LIMIT_S)) as lines:
+        report.read(lines)
     if not report.is_passed:
         print(f"The guest's console: {CONSOLE}")
     return report.is_passed
@@ -42,12 +42,12 @@ def _files() -> list[Path]:
 def _file(name: str) -> Path:
     known = {path.stem: path for path in _files()}
     if name not in known:
-        sys.exit(f"no checks are called {name!r}; there are {', '.join(known)}")
+        sys.exit(f"no file of checks is called {name!r}. There are: {', '.join(known)}")
     return known[name]
 
 
 def _command(files: Iterable[Path]) -> list[str]:
-    """Return what the guest runs: these files of checks, by name."""
+    """Return the command that runs these files of checks in the guest."""
     environment = [
         "PATH=/usr/local/bin:/usr/bin:/bin:/usr/sbin:/sbin",
         f"PYTHONPATH={':'.join(map(str, _packages()))}",
@@ -55,14 +55,14 @@ def _command(files: Iterable[Path]) -> list[str]:
         "HOME=/run",
         "LG_WD=/tmp",
         f"ECHO_HELPER={build_echo()}",
-        f"CHECKS_TOLD={TOLD}",
+        f"CHECKS_PORT={REPORT_PORT}",
     ]
     checks = [sys.executable, "-m", "tests.system.guest", *map(str, files)]
     return ["/usr/bin/env", "-C", str(needs.ROOT), *environment, *checks]
 
 
 def _packages() -> list[Path]:
-    """Return where Python finds this checkout, and lgpio where it has none."""
+    """Return the folders for Python's path: this checkout, and lgpio if it is not installed."""
     if find_spec("lgpio"):
         return [needs.ROOT]
     site = needs.cache() / f"site-{sys.version_info.major}.{sys.version_info.minor}"

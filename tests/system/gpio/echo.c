@@ -1,8 +1,8 @@
-/* An ultrasonic sensor on simulated lines: answers every pulse on the trigger's line with one on the echo's.
+/* An ultrasonic module on simulated lines: answers every pulse on the trigger's line by a pulse on the echo's.
  *
- * echo VALUE PULL DELAY_US ECHO_US: the trigger's file `value`, the echo's file `pull`, and how long after the
- * pulse the echo begins and how long it lasts. Runs until it is killed, as root: before all that has no real-time
- * priority, or it would miss pulses. */
+ * echo VALUE PULL DELAY_US ECHO_US: the trigger's file `value`, the echo's file `pull`, the time from the pulse to
+ * the echo, and the length of the echo. Runs until it is killed. Needs root for real-time priority, without which
+ * it would miss pulses. */
 #define _GNU_SOURCE
 #include <fcntl.h>
 #include <sched.h>

@@ -1,4 +1,4 @@
-"""The ultrasonic sensor of the guest: a program in C, quick enough to see a pulse of ten microseconds."""
+"""The ultrasonic module of the guest: a program in C, fast enough for a pulse of ten microseconds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SOURCE = Path(__file__).with_suffix(".c")
 
 
 def build_echo() -> Path:
-    """Compile the program, and return where it is."""
+    """Compile the program, and return its path."""
     program = needs.cache() / "echo"
     subprocess.run(["gcc", "-O2", "-Wall", "-Werror", "-o", program, SOURCE], check=True)
     return program

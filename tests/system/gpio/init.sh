@@ -1,5 +1,5 @@
 #!/bin/busybox sh
-# The guest's first process: the modules, the host's files with what is written kept in memory, then what is to be run.
+# The guest's first process: loads the modules, mounts the host's files (writes stay in memory), runs the command.
 export PATH=/bin
 /bin/busybox --install -s /bin
 trap 'poweroff -f' EXIT
@@ -15,7 +15,7 @@ mount -t sysfs sys /root/sys
 mount -t configfs config /root/sys/kernel/config
 mount -t tmpfs run /root/run
 
-# gpiozero tells a board by its revision: this one is a Raspberry Pi 3B.
+# gpiozero reads the board from its revision: this one is a Raspberry Pi 3B.
 { cat /root/proc/cpuinfo; echo "Revision : a02082"; } > /written/cpuinfo
 mount --bind /written/cpuinfo /root/proc/cpuinfo
 

@@ -1,4 +1,4 @@
-"""Debian's kernel, with a GPIO chip that is simulated: the module that Debian leaves out, built from its own source."""
+"""Debian's kernel with gpio-sim, a module that Debian leaves out and that is built here from Debian's source."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from tests.system import needs
 
 TOOLS = ("qemu-system-x86", "busybox-static", "linux-headers-amd64", "kmod", "gcc", "libc6-dev", "make", "xz-utils")
 LOADED = ("virtio_pci", "9pnet_virtio", "9p", "overlay", "gpio_sim", "vivid")
-"""What the guest cannot do without: the host's files, a GPIO chip, a camera."""
+"""The modules for the host's files, the GPIO chip and the camera."""
 
 IMAGE_PARTS = ("kernel/fs", "kernel/net/9p", "kernel/drivers/virtio", "kernel/drivers/media", "modules.*")
 SOURCES = ("drivers/gpio/gpio-sim.c", "drivers/gpio/gpiolib.h", "kernel/irq/irq_sim.c")
 KBUILD = "obj-m := gpio_sim.o\ngpio_sim-y := gpio-sim.o irq_sim.o\n"
 PARAMETER = "static bool persist_gpio_outputs;\nmodule_param(persist_gpio_outputs, bool, 0644);\n"
 EDITS = (
-    # What a module may not call, by what it may.
+    # A module may not call irq_to_desc.
     ("irq_sim.c", "handle_simple_irq(irq_to_desc(irqnum))", "generic_handle_irq(irqnum)"),
-    # Lines that keep their level when the process that held them is gone, as on a Pi with Raspberry Pi OS.
+    # Lines keep their level after their process has ended, as on Raspberry Pi OS.
     ("gpio-sim.c", "static void gpio_sim_free(", f"{PARAMETER}static void gpio_sim_free("),
     (
         "gpio-sim.c",
@@ -37,14 +37,14 @@ INIT = Path(__file__).with_name("init.sh")
 
 @dataclass(frozen=True)
 class Kernel:
-    """What a virtual machine boots: a kernel and its first file system, with the modules in it."""
+    """The files that the virtual machine boots."""
 
     image: Path
     initramfs: Path
 
 
 def kernel() -> Kernel:
-    """Return the kernel, made where it is not in the cache; raises NotRunError where it cannot be made."""
+    """Return the kernel, and build it if it is not in the cache; raises NotRunError if that fails."""
     needs.packages(*TOOLS)
     release = _release()
     recipe = hashlib.sha256(Path(__file__).read_bytes() + INIT.read_bytes()).hexdigest()[:8]
@@ -56,7 +56,7 @@ def kernel() -> Kernel:
 
 
 def _release() -> str:
-    """Return the newest kernel whose headers are installed."""
+    """Return the newest release of the kernel with installed headers."""
     releases = [path.name.removeprefix("linux-headers-") for path in Path("/usr/src").glob("linux-headers-6.1.*-amd64")]
     if not releases:
         raise needs.NotRunError("needs the headers of Debian's kernel 6.1, and there are none in /usr/src")
@@ -81,14 +81,14 @@ def _make(scratch: Path, release: str) -> Path:
 
 
 def _unpack(package: Path, folder: Path, parts: list[str]) -> None:
-    """Unpack these paths, with their wildcards, of a Debian package."""
+    """Unpack paths of a Debian package; the paths may have wildcards."""
     with subprocess.Popen(["dpkg-deb", "--fsys-tarfile", package], stdout=subprocess.PIPE) as tar:
         command = ["tar", "--extract", "--wildcards", "--directory", str(folder), *parts]
         subprocess.run(command, stdin=tar.stdout, check=True)
 
 
 def _build(scratch: Path, release: str) -> None:
-    """Build gpio_sim.ko in the folder ``module``, out of the kernel's tree."""
+    """Build gpio_sim.ko in the folder ``module``, outside the kernel's tree."""
     _unpack(next(scratch.glob("linux-source-*.deb")), scratch, ["./usr/src/linux-source-*.tar.xz"])
     module = scratch / "module"
     module.mkdir()
@@ -105,22 +105,22 @@ def _build(scratch: Path, release: str) -> None:
 
 
 def _initramfs(scratch: Path, release: str) -> bytes:
-    """Return the first file system: busybox, the modules in the order of their loading, and what runs first."""
+    """Return the initial file system: busybox, the modules in their loading order, and the init script."""
     tree = scratch / "initramfs"
     for name in ("bin", "dev", "modules", "host", "written", "root"):
         tree.joinpath(name).mkdir(parents=True)
     shutil.copy("/bin/busybox", tree / "bin")
     shutil.copy(INIT, tree / "init")
     tree.joinpath("init").chmod(0o755)
-    for number, module in enumerate(_in_order(scratch, release)):
+    for number, module in enumerate(_sort_modules(scratch, release)):
         shutil.copy(module, tree / "modules" / f"{number:02}-{module.name}")
     names = "\n".join(str(path.relative_to(tree)) for path in sorted(tree.rglob("*")))
     command = ["busybox", "cpio", "-o", "-H", "newc"]
     return subprocess.run(command, cwd=tree, input=names.encode(), capture_output=True, check=True).stdout
 
 
-def _in_order(scratch: Path, release: str) -> list[Path]:
-    """Return the files of the modules, each after those that it depends on."""
+def _sort_modules(scratch: Path, release: str) -> list[Path]:
+    """Return the files of the modules, each after its dependencies."""
     command = ["modprobe", "--dirname", str(scratch), "--set-version", release, "--show-depends"]
     files: dict[Path, None] = {}
     for name in LOADED:
@@ -134,5 +134,5 @@ def _run(*command: str) -> None:
     run = subprocess.run(command, check=False, capture_output=True, text=True, env=environment)
     if run.returncode:
         raise needs.NotRunError(
-            f"needs {command[0]} to make a kernel's module, and it said: {needs.last_line(run.stderr)}"
+            f"needs {command[0]} to build a kernel module, which failed: {needs.last_line(run.stderr)}"
         )

@@ -1,4 +1,4 @@
-"""A virtual machine that runs one command on the host's files and tells, line by line, what comes of it."""
+"""A virtual machine that runs one command on the host's files, and returns the lines of its serial port."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from threading import Timer
 from tests.system import needs
 from tests.system.gpio.kernel import Kernel
 
-TOLD = "/dev/ttyS1"
-"""Where the command writes what the host is to read; what it prints goes to the console's log."""
+REPORT_PORT = "/dev/ttyS1"
+"""The guest's port whose lines the host reads. The command's own output goes to the console's log."""
 
 MACHINE = (
     "-accel",
@@ -33,8 +33,8 @@ KERNEL_LINE = "console=ttyS0 quiet mitigations=off no_timer_check panic=-1 rdini
 
 
 @contextmanager
-def running(kernel: Kernel, command: Sequence[str], console: Path, limit_s: float) -> Iterator[Iterator[str]]:
-    """Run a command as root in the machine; gives the lines it tells, until it ends or its time is up."""
+def run_in_guest(kernel: Kernel, command: Sequence[str], console: Path, limit_s: float) -> Iterator[Iterator[str]]:
+    """Run a command as root in the machine; yield the lines of `REPORT_PORT` until it ends or its time is over."""
     qemu = [*needs.ENDING_WITH_US, "qemu-system-x86_64", *MACHINE, "-virtfs", HOST_FILES]
     boot = ["-kernel", str(kernel.image), "-initrd", str(kernel.initramfs)]
     line = " ".join([KERNEL_LINE, *command])

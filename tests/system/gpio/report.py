@@ -1,4 +1,4 @@
-"""What the guest tells of its checks, line by line, and what comes of them all."""
+"""Read the results of the guest's checks, line by line, and print them."""
 
 from __future__ import annotations
 
@@ -11,26 +11,29 @@ STARTING = "the start of the guest"
 
 @dataclass
 class Report:
-    """Prints a line a check, as it comes."""
+    """The results of the checks. It prints a line for each check as it is read."""
 
     running: str = STARTING
-    """The check that was begun last."""
+    """The check that began last."""
+
     failures: int = 0
+    """The number of failed checks."""
+
     has_ended: bool = False
-    """Whether the guest said that it has no more checks."""
+    """Whether the guest reported its end."""
 
     @property
     def is_passed(self) -> bool:
-        """Whether every check was run, and passed."""
+        """Return whether every check ran and passed."""
         return self.has_ended and not self.failures
 
-    def hear(self, lines: Iterable[str]) -> None:
-        """Take in all that the guest tells; a check that it never came back from is the last one told."""
+    def read(self, lines: Iterable[str]) -> None:
+        """Read all lines of the guest; if it did not report its end, the check that began last has failed."""
         for line in lines:
             if line.startswith("{"):
                 self._take(json.loads(line))
         if not self.has_ended:
-            self._fail(self.running, "it took the guest down, or has hung until the guest's time was up")
+            self._fail(self.running, "it crashed the guest, or hung until the guest's time limit")
 
     def _take(self, event: dict[str, str]) -> None:
         match event:

@@ -1,1 +1,1 @@
-"""Checks on a real kernel's GPIO chip and camera: run by tests/system/gpio, in its virtual machine."""
+"""Checks on a kernel's simulated GPIO chip and camera; tests/system/gpio runs them in its virtual machine."""

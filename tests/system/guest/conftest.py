@@ -1,4 +1,4 @@
-"""What the checks in the guest share: a new chip for each, and gpiozero's pins on it."""
+"""Fixtures of the checks in the guest: a new chip for each check, and gpiozero's pins on it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.system.guest.chip import Chip
 
 @pytest.fixture(scope="session", autouse=True)
 def _lgpio_is_running() -> None:
-    """Import lgpio before any check: its thread lives as long as the process."""
+    """Import lgpio before any check, because its thread lives as long as the process."""
     from drivers.raspberrypi.lg import load
 
     load()

@@ -7,7 +7,7 @@ from typing import Any, cast
 import pytest
 
 from robotcore.hal.devices import Encoder
-from tests.system.guest.bench import open_device, settled
+from tests.system.guest.bench import open_device, wait_until
 from tests.system.guest.chip import Chip
 from tests.system.guest.models import Disc
 
@@ -31,18 +31,18 @@ def edges(encoder: Encoder) -> int:
     return round(encoder.read().angle / math.tau * EDGES_PER_TURN)
 
 
-def pluralize(encoder: Encoder, disc: Disc, way: Iterable[int]) -> list[int]:
-    """Turn the disc edge by edge, each heard before the next: bursts would be a matter of timing."""
-    return [settled(lambda: edges(encoder), disc.turn(edge)) for edge in way]
+def turn(encoder: Encoder, disc: Disc, steps: Iterable[int]) -> list[int]:
+    """Turn the disc edge by edge, and return the count after each. Bursts of edges could be lost here."""
+    return [wait_until(lambda: edges(encoder), disc.turn(step)) for step in steps]
 
 
 def test_every_edge_forward_counts_up(disc: Disc, encoder: Encoder) -> None:
-    assert pluralize(encoder, disc, [1] * 40) == list(range(1, 41))
+    assert turn(encoder, disc, [1] * 40) == list(range(1, 41))
 
 
 def test_every_edge_backward_counts_down(disc: Disc, encoder: Encoder) -> None:
-    assert pluralize(encoder, disc, [-1] * 40) == list(range(-1, -41, -1))
+    assert turn(encoder, disc, [-1] * 40) == list(range(-1, -41, -1))
 
 
-def test_a_wheel_that_shakes_on_an_edge_goes_nowhere(disc: Disc, encoder: Encoder) -> None:
-    assert pluralize(encoder, disc, [1, -1] * 20) == [1, 0] * 20
+def test_a_wheel_that_trembles_at_an_edge_does_not_drift(disc: Disc, encoder: Encoder) -> None:
+    assert turn(encoder, disc, [1, -1] * 20) == [1, 0] * 20

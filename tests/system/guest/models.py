@@ -1,4 +1,4 @@
-"""What turns on the bench: encoder discs, and wheels that motors turn."""
+"""Models of hardware on simulated lines: encoder discs, wheels, and an ultrasonic module."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ PHASES = ((1, 1), (0, 1), (0, 0), (1, 0))
 """Levels of the channels A and B, forward."""
 
 SAMPLE_S = 0.007
-MOST_OWED = 10.0
-"""Where samples are late, a disc turns on by an edge at each: of several at once, some are not heard."""
+MOST_PENDING = 10.0
+"""After a late sample, a disc turns one edge a sample for up to this many edges. Bursts of edges would be lost."""
 
 
 class Disc:
-    """A quadrature encoder's disc: its two lines go through the four phases, from both high, as resistors pull them."""
+    """A quadrature encoder's disc. Its two lines begin high, as if pulled up."""
 
     def __init__(self, chip: Chip, a: int, b: int) -> None:
         self._chip, self._lines = chip, (a, b)
@@ -28,7 +28,7 @@ class Disc:
         self._show()
 
     def turn(self, edges: int) -> int:
-        """Turn on by so many edges, forward or backward; return by how many it has turned in all."""
+        """Turn by this many edges, forward or backward; return the sum of all edges."""
         for _ in range(abs(edges)):
             self._turned += 1 if edges > 0 else -1
             self._show()
@@ -40,13 +40,16 @@ class Disc:
 
 
 class Wheels:
-    """Turns discs while the forward lines of their motors are high, by ``edges_s`` at full duty, beside a check."""
+    """Turns discs in the background while the forward lines of their motors are high.
+
+    edges_s: edges a second at full duty.
+    """
 
     def __init__(self, chip: Chip, discs: dict[int, Disc], edges_s: float) -> None:
         self._chip, self._discs, self._edges_s = chip, discs, edges_s
         self._clock = MonotonicClock()
         self._sampled = self._clock.now()
-        self._owed = dict.fromkeys(discs, 0.0)
+        self._pending = dict.fromkeys(discs, 0.0)
 
     def __enter__(self) -> None:
         self._work = self._clock.every(SAMPLE_S, self._sample, "wheels")
@@ -60,9 +63,9 @@ class Wheels:
         now = self._clock.now()
         edges, self._sampled = (now - self._sampled) * self._edges_s, now
         for forward, disc in self._discs.items():
-            owed = min(self._owed[forward] + self._chip.level(forward) * edges, MOST_OWED)
-            self._owed[forward] = owed - 1 if owed >= 1 else owed
-            disc.turn(int(owed >= 1))
+            pending = min(self._pending[forward] + self._chip.level(forward) * edges, MOST_PENDING)
+            self._pending[forward] = pending - 1 if pending >= 1 else pending
+            disc.turn(int(pending >= 1))
 
 
 TRIGGER, ECHO = 16, 26
@@ -71,8 +74,8 @@ METRES_A_MICROSECOND = 343e-6 / 2
 
 
 @contextmanager
-def answering(chip: Chip, distance: float) -> Iterator[None]:
-    """Let the module hear an echo from that far."""
+def echo_module(chip: Chip, distance: float) -> Iterator[None]:
+    """Run an ultrasonic module during the block, with a wall at this distance in metres."""
     lines = [chip.file(TRIGGER, "value"), chip.file(ECHO, "pull")]
     times = [DELAY_US, round(distance / METRES_A_MICROSECOND)]
     command = [os.environ["ECHO_HELPER"], *map(str, (*lines, *times))]

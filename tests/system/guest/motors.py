@@ -6,7 +6,7 @@ from typing import Any, cast
 import pytest
 
 from robotcore.hal.devices import Motor
-from tests.system.guest.bench import open_device, settled
+from tests.system.guest.bench import open_device, wait_until
 from tests.system.guest.chip import Chip
 
 FORWARD, BACKWARD = 17, 27
@@ -21,26 +21,26 @@ def motor(pins: Any) -> Iterator[Motor]:
 
 
 def share_high(chip: Chip, gpio: int) -> float:
-    """Return for how much of the time a line is high: its duty, near enough."""
+    """Return the share of samples in which a line is high, which approximates its duty."""
     samples = [chip.level(gpio) for _ in range(4000)]
     return sum(samples) / len(samples)
 
 
 def test_full_speed_forward_holds_the_forward_pin_high_and_no_other(chip: Chip, motor: Motor) -> None:
     motor.set_velocity(FULL_RAD_S)
-    assert settled(chip.high, [FORWARD]) == [FORWARD]
+    assert wait_until(chip.high, [FORWARD]) == [FORWARD]
 
 
 def test_full_speed_backward_holds_the_backward_pin_high_and_no_other(chip: Chip, motor: Motor) -> None:
     motor.set_velocity(-FULL_RAD_S)
-    assert settled(chip.high, [BACKWARD]) == [BACKWARD]
+    assert wait_until(chip.high, [BACKWARD]) == [BACKWARD]
 
 
 def test_a_stop_leaves_every_pin_low(chip: Chip, motor: Motor) -> None:
     motor.set_velocity(FULL_RAD_S)
-    settled(chip.high, [FORWARD])
+    wait_until(chip.high, [FORWARD])
     motor.stop()
-    assert settled(chip.high, []) == []
+    assert wait_until(chip.high, []) == []
 
 
 @pytest.mark.parametrize("share", [0.25, 0.75])
@@ -52,9 +52,9 @@ def test_a_share_of_the_speed_is_that_share_of_the_duty(chip: Chip, motor: Motor
 
 def test_closing_leaves_every_pin_low(chip: Chip, motor: Motor) -> None:
     motor.set_velocity(FULL_RAD_S)
-    settled(chip.high, [FORWARD])
+    wait_until(chip.high, [FORWARD])
     motor.close()
-    assert settled(chip.high, []) == []
+    assert wait_until(chip.high, []) == []
 
 
 def test_closing_leaves_every_pin_pulled_down(chip: Chip, pins: Any) -> None:

@@ -1,6 +1,6 @@
-"""``robotcore`` whose guardian may be slow to start: python -m tests.system.guest.patient ARGUMENT...
+"""``robotcore`` with longer time limits for the guardian: python -m tests.system.guest.patient ARGUMENT...
 
-The product's limits are for a Pi. On an emulated processor a guardian takes longer to start and to open its cutoffs.
+robotcore's limits are for a Pi. On an emulated processor a guardian takes longer to start and to open its cutoffs.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from robotcore.hal.robot import Robot
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Observer, run
-from tests.system.checking import address_in
+from tests.system.checking import read_address
 from tests.system.speed import scaled
 
 VARIABLE = "ROBOTCORE_VREP"
@@ -27,7 +27,7 @@ WAIT = simx.simx_opmode_blocking
 
 def address() -> Address | None:
     """Return the address in the environment variable; None if it is not set."""
-    return address_in(VARIABLE)
+    return read_address(VARIABLE)
 
 
 def require_address() -> Address:

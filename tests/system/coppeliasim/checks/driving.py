@@ -7,12 +7,12 @@ import pytest
 from robotcore.testing import worlds
 from tests.system import rolling
 from tests.system.coppeliasim.server import open_robot
-from tests.system.rolling import RADIUS_M, RATE_HZ, WITHIN, Rolled
+from tests.system.rolling import RADIUS_M, RATE_HZ, WITHIN, Motion
 
 
-def drive(left: float, right: float, seconds: float, rate_hz: float = RATE_HZ) -> Rolled:
+def drive(left: float, right: float, seconds: float, rate_hz: float = RATE_HZ) -> Motion:
     with open_robot(worlds.empty(), *rolling.MOTORS, rate_hz=rate_hz) as robot:
-        return rolling.driven(robot, left, right, seconds, rate_hz)
+        return rolling.drive(robot, left, right, seconds, rate_hz)
 
 
 @pytest.mark.parametrize("speed", [3.0, 10.0, -6.0])

@@ -1,4 +1,4 @@
-"""Drives on and on: what is running when a process is told to end, or is ended."""
+"""An app that drives without end, for checks that end its process."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from robotcore import Behaviour, Robot, Role, Status
 
 @dataclass
 class Onwards(Behaviour):
-    """Never ends by itself."""
+    """Drives forward without end."""
 
     needs = frozenset({Role.DRIVE})
 

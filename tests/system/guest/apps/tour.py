@@ -1,4 +1,4 @@
-"""Drives on with all that the bench has: what it sees and hears, and how far its wheels say that it came."""
+"""An app that uses all devices of the bench: motors, encoders, range sensor and camera."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from robotcore import Behaviour, Robot, Role, Status
 
 @dataclass
 class Tour(Behaviour):
-    """Ends where a picture has arrived and the way is driven."""
+    """Drives a distance by the encoders; fails if a picture is black."""
 
     distance_m: float = 0.2
 

@@ -1,4 +1,4 @@
-"""Drives, and then does what no app should: what a guardian is for."""
+"""An app that drives and then hangs or dies, for checks of the guardian."""
 
 import ctypes
 import os
@@ -13,7 +13,7 @@ LONG_S = 3
 
 @dataclass
 class Untoward(Behaviour):
-    """Does the deed in its tenth tick, and ends two ticks later."""
+    """Runs the method that ``deed`` names in its tenth tick, and ends two ticks later."""
 
     needs = frozenset({Role.DRIVE})
 
@@ -39,7 +39,7 @@ class Untoward(Behaviour):
     _rests = _holds
 
     def _copies(self) -> None:
-        """Leave a copy of the process behind, which lives on for a while, and die."""
+        """Fork a process that lives for a while, and kill this one."""
         warnings.simplefilter("ignore", DeprecationWarning)
         if os.fork() == 0:
             ctypes.CDLL(None).sleep(20)

@@ -36,14 +36,14 @@ def read_angle(robot: Robot, encoder: str) -> float:
 @pytest.mark.parametrize("speed", [3.0, 10.0, -6.0])
 def test_straight_distance_equals_the_rolled_distance(speed: float) -> None:
     with open_rover(*rolling.MOTORS) as robot:
-        rolled = rolling.driven(robot, speed, speed, rolling.metre_s(speed))
+        rolled = rolling.drive(robot, speed, speed, rolling.metre_s(speed))
     rolling.require_straight(rolled, speed)
 
 
 @pytest.mark.parametrize("speed", [2.0, -4.0])
 def test_full_turn_returns_to_the_start(speed: float) -> None:
     with open_rover(*rolling.MOTORS) as robot:
-        rolled = rolling.driven(robot, -speed, speed, rolling.turn_s(speed))
+        rolled = rolling.drive(robot, -speed, speed, rolling.turn_s(speed))
     rolling.require_turn(rolled, speed)
 
 
@@ -51,7 +51,7 @@ def test_encoders_count_whole_turns_and_the_picture_changes() -> None:
     speed, seconds = 4.0, 2.0
     with open_rover(*JOINED) as robot:
         first = robot.camera.read().image.astype(int)
-        rolling.driven(robot, -speed, speed, seconds)
+        rolling.drive(robot, -speed, speed, seconds)
         rolled = [read_angle(robot, f"{side}_encoder") for side in ("left", "right")]
         last = robot.camera.read().image.astype(int)
     assert rolled == pytest.approx([-speed * seconds, speed * seconds], rel=0.01)

@@ -1,4 +1,4 @@
-"""A plug-in for pytest that tells the host of every check, as JSON, line by line."""
+"""A plug-in for pytest that sends the result of every check to the host, as lines of JSON."""
 
 from __future__ import annotations
 
@@ -9,45 +9,45 @@ import tty
 import pytest
 
 
-class Telling:
-    """Writes which check has begun, and what came of it, to the port that the host reads."""
+class Reporter:
+    """Writes the begin and the result of each check to the serial port that the host reads."""
 
     def __init__(self, port: int) -> None:
         self._port = port
 
     def pytest_runtest_logstart(self, nodeid: str) -> None:
-        self._tell(begun=_words(nodeid))
+        self._send(begun=_title(nodeid))
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        name = _words(report.nodeid)
+        name = _title(report.nodeid)
         if report.failed:
-            self._tell(failed=name if report.when == "call" else f"{name} ({report.when})", why=_why(report))
+            self._send(failed=name if report.when == "call" else f"{name} ({report.when})", why=_why(report))
         elif report.skipped:
-            self._tell(skipped=name, why=_why(report))
+            self._send(skipped=name, why=_why(report))
         elif report.when == "call":
-            self._tell(passed=name)
+            self._send(passed=name)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         if report.failed:
-            self._tell(failed=_words(report.nodeid), why=_why(report))
+            self._send(failed=_title(report.nodeid), why=_why(report))
 
     def pytest_sessionfinish(self, exitstatus: int) -> None:
-        self._tell(ended=str(int(exitstatus)))
+        self._send(ended=str(int(exitstatus)))
 
-    def _tell(self, **event: str) -> None:
+    def _send(self, **event: str) -> None:
         os.write(self._port, json.dumps(event).encode() + b"\n")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    port = os.open(os.environ["CHECKS_TOLD"], os.O_WRONLY | os.O_NOCTTY)
+    port = os.open(os.environ["CHECKS_PORT"], os.O_WRONLY | os.O_NOCTTY)
     tty.setraw(port)
-    config.pluginmanager.register(Telling(port))
+    config.pluginmanager.register(Reporter(port))
 
 
-def _words(nodeid: str) -> str:
-    """Return a check's name as it is told: its file, and what it shows.
+def _title(nodeid: str) -> str:
+    """Return the title of a check: its file and its name as words.
 
-    >>> _words("tests/system/guest/motors.py::test_stop_leaves_both_pins_low")
+    >>> _title("tests/system/guest/motors.py::test_stop_leaves_both_pins_low")
     'motors: stop leaves both pins low'
     """
     file, _, name = nodeid.partition("::")
@@ -55,7 +55,7 @@ def _words(nodeid: str) -> str:
 
 
 def _why(report: pytest.TestReport | pytest.CollectReport) -> str:
-    """Return what was got and expected, without the lines that led there."""
+    """Return the actual and the expected value, without the traceback."""
     crash = getattr(report.longrepr, "reprcrash", None)
     if crash:
         return str(crash.message)
