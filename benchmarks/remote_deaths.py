@@ -178,7 +178,7 @@ def _replace(double: Double) -> None:
 WAYS = {
     "killed": Way(Double.kill, Double.start),
     "hangs, and is restarted": Way(Double.suspend, _restart),
-    "hangs, and goes on": Way(Double.suspend, Double.go_on),
+    "hangs, and goes on": Way(Double.suspend, Double.resume),
     "restarted at once": Way(_replace, Double.await_serving),
 }
 

@@ -73,6 +73,6 @@ class Double:
         """Let it hang: its lines stay open, and nothing is answered."""
         self._process.send_signal(signal.SIGSTOP)
 
-    def go_on(self) -> None:
+    def resume(self) -> None:
         """End the hanging."""
         self._process.send_signal(signal.SIGCONT)

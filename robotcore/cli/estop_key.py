@@ -74,7 +74,7 @@ class EmergencyStopKey:
             self._thread.join(CLOSING_S)
 
     def pause(self) -> None:
-        """Restore the terminal until `go_on`."""
+        """Restore the terminal until `resume`."""
         import termios
 
         with self._lock, suppress(termios.error), _block_job_signals():
@@ -83,7 +83,7 @@ class EmergencyStopKey:
                 termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)
                 self._before = None
 
-    def go_on(self) -> None:
+    def resume(self) -> None:
         """Take the terminal again, as soon as the job is in the foreground."""
         self._is_paused = self._is_over.is_set()
         self._take()
@@ -123,7 +123,7 @@ class EmergencyStopKey:
         while _is_debugger_asking() and not self._is_over.wait(POLL_S):
             pass
         if not was_paused:
-            self.go_on()
+            self.resume()
 
 
 @contextmanager

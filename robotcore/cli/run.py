@@ -156,7 +156,7 @@ def _run(
 
             in_terminal.append(stack.enter_context(closing(Progress(hint=estop_key.hint if estop_key else str))))
         interrupts.set_suspension_hooks(
-            lambda: [each.pause() for each in in_terminal], lambda: [each.go_on() for each in in_terminal]
+            lambda: [each.pause() for each in in_terminal], lambda: [each.resume() for each in in_terminal]
         )
         observers: list[Observer] = [each for each in (notifier, recorder, drawer, *in_terminal) if each]
         taps = [recorder.layer] if recorder else []

@@ -57,10 +57,10 @@ class Progress:
         self._live.stop()
 
     def pause(self) -> None:
-        """Hide the line until `go_on`."""
+        """Hide the line until `resume`."""
         self._live.stop()
 
-    def go_on(self) -> None:
+    def resume(self) -> None:
         """Show the line again if it was visible before."""
         if self._run:
             self._live.start()

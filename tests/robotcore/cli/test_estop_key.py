@@ -68,7 +68,7 @@ class Terminal:
     def __init__(self) -> None:
         self.master, self.slave = os.openpty()
         self.before = termios.tcgetattr(self.slave)
-        self._control, self._go_on = os.pipe()
+        self._control, self._resume = os.pipe()
         self._shell: subprocess.Popen[str] | None = None
         self.shown = b""
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -92,8 +92,8 @@ class Terminal:
     def type(self, key: bytes) -> None:
         os.write(self.master, key)
 
-    def go_on(self) -> None:
-        os.write(self._go_on, b"!")
+    def resume(self) -> None:
+        os.write(self._resume, b"!")
 
     def hear(self) -> str:
         assert self._shell
@@ -115,7 +115,7 @@ class Terminal:
             self._shell.communicate()
         os.close(self.slave)
         self._reader.join(PATIENCE_S)
-        for each in (self.master, self._control, self._go_on):
+        for each in (self.master, self._control, self._resume):
             os.close(each)
 
     def _read(self) -> None:
@@ -212,7 +212,7 @@ def test_suspended_it_leaves_the_terminal_to_the_shell_and_takes_it_again(termin
     terminal.type(b"\x1a")
     assert terminal.hear() == "stopped"
     assert terminal.is_as_it_was
-    terminal.go_on()
+    terminal.resume()
     wait_for(lambda: terminal.is_raw)
     terminal.type(b" ")
     answer, exited = ended(terminal)
@@ -253,10 +253,10 @@ def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(
     with keys._open_keys(terminal.slave) as there:
         bar._read_keys(there)
     assert terminal.is_as_it_was
-    bar.go_on()
+    bar.resume()
     assert terminal.is_raw
     bar.close()
-    bar.go_on()
+    bar.resume()
     assert terminal.is_as_it_was
 
 
@@ -264,7 +264,7 @@ def test_the_key_is_offered_only_while_the_terminal_is_ours(
     bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert not bar.hint()
-    bar.go_on()
+    bar.resume()
     assert bar.hint() == "space: stop"
     monkeypatch.setattr(keys, "_is_in_foreground", lambda _: False)
     assert not bar.hint()
@@ -282,7 +282,7 @@ def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
 
     monkeypatch.setattr(tty, "tcsetattr", take_and_be_interrupted)
     with pytest.raises(Interrupted):
-        bar.go_on()
+        bar.resume()
     assert terminal.is_raw
     bar.close()
     assert terminal.is_as_it_was
@@ -294,7 +294,7 @@ def test_an_interrupt_just_before_the_terminal_is_put_back_leaves_it_as_it_was(
     def be_interrupted(*answer: Any) -> None:
         raise Interrupted(signal.SIGINT)
 
-    bar.go_on()
+    bar.resume()
     with monkeypatch.context() as patch:
         patch.setattr(termios, "tcsetattr", be_interrupted)
         with pytest.raises(Interrupted):
