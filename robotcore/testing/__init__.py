@@ -1,4 +1,4 @@
-"""Tests without hardware: `MockRobot` for apps, and the conformance kit for drivers.
+"""Tests without hardware: `MockRobot` tests apps, and the conformance kit tests drivers.
 
 ```python
 from robotcore.testing import TestSupport, ConformanceSuite
@@ -8,7 +8,7 @@ class TestMine(ConformanceSuite):
     lacks = {TestSupport.WORLD: "the robot stands on a bench"}
 ```
 
-Needs pytest. Nothing is imported before it is asked for: pytest loads the plug-in of this package in every project.
+Needs pytest. Names are imported lazily, since pytest loads the plug-in of this package in every project.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["LOST", "ConformanceSuite", "Gate", "MockRobot", "TestSupport"]
 
-_HOMES = {
+_MODULES = {
     "TestSupport": "bench",
     "ConformanceSuite": "conformance",
     "Gate": "fakes",
@@ -35,6 +35,6 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)

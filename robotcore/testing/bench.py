@@ -1,4 +1,4 @@
-"""Where a driver is tried: how its robot is opened, what it lacks, and what all rules measure with."""
+"""The base class of all rules: it opens the robot of a driver, and measures its motion."""
 
 from __future__ import annotations
 
@@ -22,51 +22,68 @@ from robotcore.testing.fakes import Gate
 
 RATE_HZ = 20.0
 SETTLING_S = 0.5
-"""By then wheels turn as they were told."""
+"""Seconds after a command until the wheels turn at its velocity."""
 
 
 class TestSupport(str, Enum):
     """A part of the tests that a backend may lack, besides its own capabilities."""
 
-    __test__ = False  # its name begins as those of test classes do
+    __test__ = False  # pytest collects classes whose name begins with Test
 
-    WORLD = "show the world it is given"
-    MOTION = "move as its motors are told"
-    REPRODUCIBLE = "run twice alike"
+    WORLD = "show the world of the test"
+    """The backend shows the obstacles of the world that the test opens."""
+
+    MOTION = "move as its motors are commanded"
+    """The robot moves in the test, so that its motion can be measured."""
+
+    REPRODUCIBLE = "repeat a run"
+    """Two equal runs read equal samples."""
+
     LOST_ECHO = "lose an echo"
+    """A test can suppress the echo of a range sensor by `Bench.lose_echoes`."""
+
     SLOW_HARDWARE = "wait for hardware"
+    """A test can hold back the answers of the hardware by `Bench.open_gated`."""
 
 
 class Motion(NamedTuple):
-    """How the robot moved, in the frame it began in: metres, radians, left positive."""
+    """A motion of the robot, in the frame of its first pose."""
 
     forward: float
+    """Metres along x."""
+
     left: float
+    """Metres along y."""
+
     turn: float
+    """Radians, positive to the left."""
 
 
 class Bench:
-    """What an author fills in: ``backend``, and where they differ, the rest.
-
-    ``robot`` is the name or the file of the description to open, ``options`` are the backend's, and ``lacks`` says
-    for each capability that is missing why: its rules are skipped with that reason.
-    """
+    """The base of every rule. The author of a driver sets ``backend``, and the other attributes if needed."""
 
     backend: ClassVar[type[Backend]]
+    """The backend to test."""
+
     robot: ClassVar[str] = "rover"
+    """The name or the file of the robot's description."""
+
     options: ClassVar[Mapping[str, Any]] = {}
+    """The options of the backend."""
+
     lacks: ClassVar[Mapping[TestSupport, str]] = {}
+    """The missing parts of the test bench, with the reason. Rules that need one are skipped with its reason."""
 
     def open(self, setup: Setup) -> Robot:
-        """Open the robot, bare of every layer."""
+        """Open the robot of the backend, without any layer."""
         return self.backend().open(setup)
 
     def lose_echoes(self, robot: Robot) -> None:
-        """From now on, let nothing come back to the range sensor of an open robot."""
+        """Let the range sensor of an open robot receive no echo from now on."""
         self._skip_without_hook(TestSupport.LOST_ECHO, "lose_echoes")
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
-        """Open the robot on fake hardware whose every answer passes ``gate``."""
+        """Open the robot on fake hardware, each answer of which passes ``gate``."""
         self._skip_without_hook(TestSupport.SLOW_HARDWARE, "open_gated")
 
     @pytest.fixture(autouse=True)
@@ -77,8 +94,8 @@ class Bench:
 
     @property
     def description(self) -> RobotDescription:
-        """The robot that is opened."""
-        return _described(self.robot)
+        """The description of the robot."""
+        return _load_robot(self.robot)
 
     @property
     def openable(self) -> frozenset[str]:
@@ -87,29 +104,37 @@ class Bench:
 
     @property
     def drive(self) -> Drive:
-        """The description of its drive."""
+        """The description of the drive. The rule is skipped if the robot has none."""
         return self.description.drive or pytest.skip(f"{self.description.name} has no drive")
 
     def setup_for(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
-        """Return what a backend is told: open ground and every device that it can open, or what else is named."""
+        """Return the set-up for `open`.
+
+        world: the world of the test, by default open ground.
+        devices: the names of the devices to open, by default all that the backend can open.
+        """
         names = self.openable if devices is None else devices
         return Setup(self.description, world or worlds.empty(), frozenset(names), RATE_HZ, options=self.options)
 
     def opened(self, world: WorldDescription | None = None, *roles: Role) -> Robot:
-        """Open the robot with what fills these roles; with every device, where none is named."""
+        """Open the robot.
+
+        world: the world of the test, by default open ground.
+        roles: opens only the devices of these roles. Without roles, opens every device.
+        """
         try:
             devices = needed_devices(self.description, roles) if roles else None
-        except UnmetNeedError as unmet:
-            pytest.skip(str(unmet))
+        except UnmetNeedError as error:
+            pytest.skip(str(error))
         return self.open(self.setup_for(world, devices))
 
     def require(self, *needed: TestSupport | Capability) -> None:
-        """Skip the rule, with the reason, where the backend lacks something."""
-        for what in needed:
-            if isinstance(what, TestSupport) and what in self.lacks:
-                pytest.skip(f"it cannot {what.value}: {self.lacks[what]}")
-            if isinstance(what, Capability) and what not in self.backend.capabilities:
-                pytest.skip(f"the backend does not have the capability {what.value}")
+        """Skip the rule if the backend lacks one of these, with the reason."""
+        for each in needed:
+            if isinstance(each, TestSupport) and each in self.lacks:
+                pytest.skip(f"it cannot {each.value}: {self.lacks[each]}")
+            if isinstance(each, Capability) and each not in self.backend.capabilities:
+                pytest.skip(f"the backend does not have the capability {each.value}")
 
     def motors(self, robot: Robot) -> tuple[Motor, Motor]:
         """Return the left and the right motor of the drive."""
@@ -119,7 +144,7 @@ class Bench:
         return left, right
 
     def encoders(self, robot: Robot) -> tuple[Encoder, Encoder]:
-        """Return the left and the right encoder of the drive; skip where there are none."""
+        """Return the left and the right encoder of the drive. Skip the rule if there are none."""
         names = self.drive.left_encoder or "", self.drive.right_encoder or ""
         left, right = map(robot.devices.get, names)
         if not (isinstance(left, Encoder) and isinstance(right, Encoder)):
@@ -127,42 +152,42 @@ class Bench:
         return left, right
 
     def command(self, robot: Robot, left: float, right: float, seconds: float = SETTLING_S) -> None:
-        """Turn the wheels, rad/s, and let time pass."""
+        """Command the wheels in rad/s, and wait for ``seconds``."""
         for motor, velocity in zip(self.motors(robot), (left, right), strict=True):
             motor.set_velocity(velocity)
         let_pass(robot, seconds)
 
     def motion(self, robot: Robot, seconds: float) -> Motion:
-        """Let time pass; return how the robot moved, by the truth, or by its encoders where there is none."""
+        """Wait for ``seconds``, and return the robot's motion: the true one, or that of its encoders."""
         if robot.truth:
-            where = robot.truth.pose
+            read_pose = robot.truth.pose
         else:
             left, right = self.encoders(robot)
-            where = Odometry(self.drive.geometry, lambda: Wheels(left.read().angle, right.read().angle)).pose
-        before = where()
+            read_pose = Odometry(self.drive.geometry, lambda: Wheels(left.read().angle, right.read().angle)).pose
+        before = read_pose()
         let_pass(robot, seconds)
-        return motion_between(before, where())
+        return motion_between(before, read_pose())
 
     def _skip_without_hook(self, support: TestSupport, hook: str) -> NoReturn:
         self.require(support)
-        pytest.skip(f"it does not show how to {support.value}: override {hook}")
+        pytest.skip(f"{hook} is not overridden, so that it cannot {support.value} in a test")
 
 
 @cache
-def _described(robot: str) -> RobotDescription:
+def _load_robot(robot: str) -> RobotDescription:
     return load_robot(robot)
 
 
 def let_pass(robot: Robot, seconds: float) -> None:
-    """Let the robot's time pass."""
+    """Wait on the robot's clock."""
     robot.clock.sleep_until(robot.clock.now() + seconds)
 
 
 def sensors_of(robot: Robot) -> list[Sensor[Any]]:
-    """Return everything open that can be read."""
+    """Return the open sensors."""
     return [device for device in robot.devices.values() if isinstance(device, Sensor)]
 
 
 def motion_between(before: Pose, after: Pose) -> Motion:
-    """Return the second pose as seen from the first."""
+    """Return the motion from one pose to another, in the frame of the first."""
     return Motion(*before.to_local(after.x, after.y), wrap_angle(after.heading - before.heading))

@@ -14,12 +14,14 @@ from robotcore.testing import worlds
 from robotcore.testing.bench import Bench, TestSupport, let_pass
 
 MIN_PIXELS = 20
+"""The smallest number of green pixels that count as the ball."""
+
 COLOUR_LEAD = 25
-"""By so many levels the green of the ball leads blue and red."""
+"""The smallest lead in grey levels of the ball's green over blue and red."""
 
 
 class CameraRules(Bench):
-    """What every camera owes."""
+    """The rules for cameras."""
 
     @property
     def eye(self) -> CameraDescription:
@@ -28,23 +30,23 @@ class CameraRules(Bench):
         return found or pytest.skip(f"{self.description.name} has no camera")
 
     def test_picture_is_uint8_of_height_width_and_three_channels(self) -> None:
-        image = self._frame_of(None).image
+        image = self._read_frame(None).image
         expected = (self.eye.height_px, self.eye.width_px, 3)
-        assert image.shape == expected and image.dtype == np.uint8, (  # noqa: PT018  one thing to a reader
+        assert image.shape == expected and image.dtype == np.uint8, (  # noqa: PT018  one fact
             f"the picture is {image.dtype} of shape {image.shape}; expected uint8 of shape {expected}: "
             "height, width, BGR"
         )
 
     def test_picture_is_read_only(self) -> None:
-        image = self._frame_of(None).image
+        image = self._read_frame(None).image
         assert not image.flags.writeable, (
-            "the picture can be written to; several readers share it in one tick: set flags.writeable = False"
+            "the picture is writable; several readers share it in a tick, so set flags.writeable = False"
         )
 
     def test_picture_is_contiguous(self) -> None:
-        image = self._frame_of(None).image
+        image = self._read_frame(None).image
         assert image.flags.c_contiguous, (
-            "the picture is a strided view; OpenCV copies or refuses those: hand out np.ascontiguousarray(image)"
+            "the picture is a strided view, which OpenCV copies or refuses; return np.ascontiguousarray(image)"
         )
 
     def test_pictures_do_not_share_their_memory(self) -> None:
@@ -53,7 +55,7 @@ class CameraRules(Bench):
             let_pass(robot, 0.5)
             second = robot.camera.read()
         assert first.sequence == second.sequence or not np.shares_memory(first.image, second.image), (
-            "two pictures lie in one buffer, so that the second overwrites the first: hand out copies"
+            "two pictures share one buffer, so the second overwrites the first; return copies"
         )
 
     def test_intrinsics_are_the_ones_described(self) -> None:
@@ -64,8 +66,8 @@ class CameraRules(Bench):
     def test_blue_is_blue(self) -> None:
         world = worlds.box(self.eye.mount, 0.6, "blue")
         box = world.obstacles[0]
-        column, row = self._pixel_of(box.x_m, box.y_m, box.height_m / 2)
-        patch = self._frame_of(world).image[row - 3 : row + 4, column - 3 : column + 4]
+        column, row = self._project(box.x_m, box.y_m, box.height_m / 2)
+        patch = self._read_frame(world).image[row - 3 : row + 4, column - 3 : column + 4]
         blue, red = np.median(patch[:, :, 0]), np.median(patch[:, :, 2])
         assert blue > red + COLOUR_LEAD, (
             f"a blue box reads {blue:.0f} in channel 0 and {red:.0f} in channel 2; the order is blue, green, red"
@@ -73,8 +75,8 @@ class CameraRules(Bench):
 
     @pytest.mark.parametrize("side", ["left", "right"])
     def test_left_of_the_world_is_left_in_the_picture(self, side: str) -> None:
-        bearing = self._aside if side == "left" else -self._aside
-        column, _ = self._seen_green(worlds.ball(self.eye.mount, 0.9, bearing))
+        bearing = self._side_bearing if side == "left" else -self._side_bearing
+        column, _ = self._find_green(worlds.ball(self.eye.mount, 0.9, bearing))
         assert (column < self.eye.intrinsics.cx) == (side == "left"), (
             f"a green ball to the {side} appears in column {column:.0f} of {self.eye.width_px}: the picture is mirrored"
         )
@@ -82,45 +84,45 @@ class CameraRules(Bench):
     def test_floor_is_at_the_bottom(self) -> None:
         world = worlds.box(self.eye.mount, 0.6, "green")
         box = world.obstacles[0]
-        expected = self._pixel_of(box.x_m, box.y_m, box.height_m / 2)[1]
-        _, row = self._seen_green(world)
+        expected = self._project(box.x_m, box.y_m, box.height_m / 2)[1]
+        _, row = self._find_green(world)
         assert abs(row - expected) < abs(self.eye.height_px - 1 - row - expected), (
             f"a low green box appears in row {row:.0f} of {self.eye.height_px}, expected about {expected}: the "
             "picture is upside down; its origin is top-left"
         )
 
     def test_field_of_view_is_the_one_described(self) -> None:
-        balls = [worlds.ball(self.eye.mount, 0.9, bearing) for bearing in (-self._aside, self._aside)]
-        right, left = (self._seen_green(world)[0] for world in balls)
+        balls = [worlds.ball(self.eye.mount, 0.9, bearing) for bearing in (-self._side_bearing, self._side_bearing)]
+        right, left = (self._find_green(world)[0] for world in balls)
         at_right, at_left = (
-            self._pixel_of(world.targets[0].x_m, world.targets[0].y_m, worlds.BALL_RADIUS_M)[0] for world in balls
+            self._project(world.targets[0].x_m, world.targets[0].y_m, worlds.BALL_RADIUS_M)[0] for world in balls
         )
         assert abs(right - left) == pytest.approx(at_right - at_left, rel=0.03, abs=3), (
-            f"balls {self._aside:.2f} rad left and right of the axis appear {abs(right - left):.0f} px apart, expected "
-            f"{at_right - at_left}: horizontal_fov_rad is {self.eye.horizontal_fov_rad}, the full angle across"
+            f"balls {self._side_bearing:.2f} rad left and right of the axis are {abs(right - left):.0f} px apart, "
+            f"expected {at_right - at_left}: horizontal_fov_rad is {self.eye.horizontal_fov_rad}, the full angle across"
         )
 
     @property
-    def _aside(self) -> float:
-        """A bearing in radians that lies well within the picture."""
+    def _side_bearing(self) -> float:
+        """A bearing in radians, well within the picture."""
         return 0.28 * self.eye.horizontal_fov_rad
 
-    def _frame_of(self, world: WorldDescription | None) -> Frame:
+    def _read_frame(self, world: WorldDescription | None) -> Frame:
         if world:
             self.require(TestSupport.WORLD)
         with self.opened(world, Role.CAMERA) as robot:
             let_pass(robot, 0.2)
             return robot.camera.read()
 
-    def _seen_green(self, world: WorldDescription) -> tuple[float, float]:
-        """Return column and row of the middle of what is green in the picture."""
-        blue, green, red = (self._frame_of(world).image[:, :, i].astype(int) for i in range(3))
+    def _find_green(self, world: WorldDescription) -> tuple[float, float]:
+        """Return column and row of the centre of all green pixels."""
+        blue, green, red = (self._read_frame(world).image[:, :, i].astype(int) for i in range(3))
         rows, columns = np.nonzero(green > np.maximum(blue, red) + COLOUR_LEAD)
-        assert len(rows) >= MIN_PIXELS, f"{len(rows)} pixels of something green ahead are to be seen"
+        assert len(rows) >= MIN_PIXELS, f"the picture has {len(rows)} green pixels; a green object is ahead"
         return float(columns.mean()), float(rows.mean())
 
-    def _pixel_of(self, x: float, y: float, z: float) -> tuple[int, int]:
-        """Return column and row where a point of the world must appear."""
+    def _project(self, x: float, y: float, z: float) -> tuple[int, int]:
+        """Return column and row of a point of the world, by the described camera."""
         view = CameraView.of(self.eye.intrinsics, self.eye.mount, Pose(0.0, 0.0, 0.0))
         column, row = view.to_pixels(view.to_camera(np.array([[x, y, z]])))[0]
         return round(column), round(row)

@@ -1,4 +1,4 @@
-"""The whole kit in one class."""
+"""The conformance kit: all rules in one class."""
 
 from __future__ import annotations
 
@@ -27,8 +27,14 @@ class ConformanceSuite(
     TruthRules,
     RepeatRules,
 ):
-    """Every rule that a driver must keep; each test's name is the rule.
+    """Every rule for a driver. The name of a test is the rule.
 
-    Derive from it in a test module, under a name that begins with ``Test``, and set ``backend``. See `Bench` for
-    what else can be told. A rule that cannot be checked is skipped with its reason, and listed at the end.
+    Derive a class from it in a test module, give it a name that begins with ``Test``, and set ``backend``. `Bench`
+    documents the other attributes. A rule that cannot be tested is skipped. The end of pytest's output lists skipped
+    rules with the reason.
+
+    >>> from robotcore.testing.mock.backend import MockBackend
+    >>> class TestMock(ConformanceSuite):
+    ...     backend = MockBackend
+    >>> TestMock().test_two_runs_alike_are_equal_to_the_bit()
     """

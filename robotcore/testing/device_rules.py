@@ -12,11 +12,11 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.testing.bench import Bench, TestSupport, let_pass
 
 FRESH_S = 5.0
-"""A battery changes in minutes: it may be told of more rarely than anything that a robot drives by."""
+"""A battery has a new sample within this time in seconds. Other sensors are faster, since a robot drives by them."""
 
 
 class BatteryRules(Bench):
-    """What every battery owes whose voltage a board tells."""
+    """The rules for batteries whose voltage a board measures."""
 
     def test_voltage_is_a_number_above_zero(self) -> None:
         with self.opened() as robot:
@@ -24,30 +24,28 @@ class BatteryRules(Bench):
             let_pass(robot, FRESH_S)
             for battery in batteries:
                 voltage = battery.read().voltage
-                assert math.isfinite(voltage), f"{battery.name}: tells {voltage} V; raise DeviceError instead"
-                assert voltage > 0, (
-                    f"{battery.name}: tells {voltage} V, by which nothing would run; in volts, and above zero"
-                )
+                assert math.isfinite(voltage), f"{battery.name}: reads {voltage} V; raise DeviceError instead"
+                assert voltage > 0, f"{battery.name}: reads {voltage} V; return volts, above zero"
 
-    def test_battery_is_told_again(self) -> None:
+    def test_voltage_is_measured_again(self) -> None:
         with self.opened() as robot:
             before = {battery.name: battery.read().time for battery in self._batteries(robot)}
             let_pass(robot, FRESH_S)
             for battery in self._batteries(robot):
                 assert (time := battery.read().time) > before[battery.name], (
-                    f"{battery.name}: {FRESH_S:g} s later the newest voltage is still of {time} s; ask for it again"
+                    f"{battery.name}: {FRESH_S:g} s later the newest sample is of {time} s; measure it regularly"
                 )
 
     def _batteries(self, robot: Robot) -> list[Battery]:
         found = [device for device in robot.devices.values() if isinstance(device, Battery)]
-        return found or pytest.skip(f"{self.backend.name} tells of no battery of {self.description.name}")
+        return found or pytest.skip(f"{self.backend.name} opens no battery of {self.description.name}")
 
 
 SHAPES = {"colour": (48, 64, 3), "grey": (48, 64)}
 
 
 class DisplayRules(Bench):
-    """What every display owes."""
+    """The rules for displays."""
 
     @pytest.mark.parametrize("kind", SHAPES)
     def test_display_takes_a_picture(self, kind: str) -> None:
@@ -56,7 +54,7 @@ class DisplayRules(Bench):
         with self.opened(None, Role.DISPLAY) as robot:
             try:
                 robot.display.show(picture)
-            except Exception as error:  # noqa: BLE001  whatever it is, it is the driver's
+            except Exception as error:  # noqa: BLE001  any exception is a fault of the driver
                 pytest.fail(f"{robot.display.name}: a read-only picture in {kind} raised {error!r}")
 
     def test_display_leaves_the_picture_as_it_is(self) -> None:
@@ -64,44 +62,44 @@ class DisplayRules(Bench):
         shown = picture.copy()
         with self.opened(None, Role.DISPLAY) as robot:
             robot.display.show(shown)
-        assert np.array_equal(shown, picture), "showing a picture changed it; work on a copy"
+        assert np.array_equal(shown, picture), "show() changed the picture of the app; work on a copy"
 
 
 SPEED_RAD_S = 4.0
 
 
 class EncoderRules(Bench):
-    """What every encoder on a drive owes."""
+    """The rules for encoders on a drive."""
 
     def test_encoders_begin_at_zero(self) -> None:
         with self.opened(None, Role.DRIVE) as robot:
             for encoder in self.encoders(robot):
                 assert (angle := encoder.read().angle) == pytest.approx(0, abs=0.02), (
-                    f"{encoder.name}: reads {angle:+.3f} rad just after opening; angles count from there"
+                    f"{encoder.name}: reads {angle:+.3f} rad just after opening; count angles from the opening"
                 )
 
     def test_encoders_count_forward_as_positive(self) -> None:
-        left, right = self._turned_by(SPEED_RAD_S, SPEED_RAD_S)
+        left, right = self._measure_turn(SPEED_RAD_S, SPEED_RAD_S)
         assert left > 0 < right, (
-            f"both motors were told +{SPEED_RAD_S} rad/s and the encoders moved by {left:+.2f} and {right:+.2f} rad; "
-            "driving forward must count up on both sides"
+            f"both motors were commanded +{SPEED_RAD_S} rad/s and the encoders moved by {left:+.2f} and "
+            f"{right:+.2f} rad; driving forward must count up on both sides"
         )
 
     def test_each_encoder_counts_its_own_wheel(self) -> None:
-        left, right = self._turned_by(SPEED_RAD_S, 0.0)
+        left, right = self._measure_turn(SPEED_RAD_S, 0.0)
         assert abs(left) > 3 * abs(right), (
-            f"only the left motor was told to turn; the left encoder moved by {left:+.2f} rad, the right one "
+            f"only the left motor was commanded to turn; the left encoder moved by {left:+.2f} rad, the right one "
             f"by {right:+.2f}: are they swapped?"
         )
 
     def test_angles_are_in_radians(self) -> None:
-        for angle in self._turned_by(SPEED_RAD_S, SPEED_RAD_S):
+        for angle in self._measure_turn(SPEED_RAD_S, SPEED_RAD_S):
             assert abs(angle) == pytest.approx(SPEED_RAD_S, rel=0.03), (
                 f"1 s at {SPEED_RAD_S} rad/s counted {abs(angle):.3f}; expected {SPEED_RAD_S} rad within 3 %"
             )
 
-    def _turned_by(self, left_rad_s: float, right_rad_s: float) -> tuple[float, float]:
-        """Return by how much the two encoders move in a second at these velocities."""
+    def _measure_turn(self, left_rad_s: float, right_rad_s: float) -> tuple[float, float]:
+        """Return the turns of both encoders in radians, after a second at these velocities."""
         self.require(TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             left, right = self.encoders(robot)

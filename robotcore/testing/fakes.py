@@ -1,4 +1,4 @@
-"""Test doubles for drivers: a gate that holds up hardware calls, and a spy on a motor's commands."""
+"""Test doubles for drivers: a gate that delays hardware calls, and a spy on a motor's commands."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from concurrent.futures import ThreadPoolExecutor
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Motor
 
-PATIENCE_S = 5.0
-"""How long a read may take that neither returns nor comes to the gate: one that waits for a lock."""
+SETTLE_LIMIT_S = 5.0
+"""The longest wait in seconds for a call that neither returns nor reaches the gate. It may wait for a lock."""
 
 
 class Gate:
-    """Holds a fake transport's answers back while it is shut.
+    """A gate in a fake transport, which delays answers while it is shut.
 
-    Let the fake call `pass_through` wherever the real hardware would take its time.
+    The fake calls `pass_through` at each place at which the real hardware takes time.
 
     >>> gate = Gate()
     >>> gate.holds_up(gate.pass_through)
@@ -33,22 +33,22 @@ class Gate:
         self._caller: int | None = None
 
     def pass_through(self) -> None:
-        """Return when the gate is open."""
+        """Wait until the gate is open."""
         if threading.get_ident() == self._caller and not self._is_open.is_set():
             self._settled.set()
         self._is_open.wait()
 
     def holds_up(self, call: Callable[[], object]) -> bool:
-        """Shut the gate, call, open the gate; return whether the call could not return before.
+        """Call a function while the gate is shut, and return whether the call waited for the gate.
 
-        Raises what the call raised.
+        Raises the exception of the call.
         """
         self._settled.clear()
         self._is_open.clear()
         with ThreadPoolExecutor(1, initializer=self._note_caller) as caller:
             result = caller.submit(call)
             result.add_done_callback(lambda _: self._settled.set())
-            self._settled.wait(PATIENCE_S)
+            self._settled.wait(SETTLE_LIMIT_S)
             was_held = not result.done()
             self._is_open.set()
         result.result()
@@ -59,27 +59,27 @@ class Gate:
 
 
 class MotorSpy:
-    """Keeps what reaches a motor's hardware, in rad/s, and lets it through."""
+    """A record of the velocities in rad/s that reach a motor's hardware."""
 
     def __init__(self, motor: Motor) -> None:
         self.sent: list[float] = []
-        self._apply = motor._apply  # noqa: SLF001  the hook that every driver fills in
-        setattr(motor, "_apply", self._note)  # noqa: B010  on this one motor, not on its class
+        self._apply = motor._apply  # noqa: SLF001  the hook that every driver implements
+        setattr(motor, "_apply", self._record)  # noqa: B010  on this one motor, not on its class
 
     @property
     def last(self) -> float:
-        """What was sent last; NaN where nothing was."""
+        """The last velocity in rad/s; NaN if there was none."""
         return self.sent[-1] if self.sent else math.nan
 
-    def _note(self, rad_s: float) -> None:
+    def _record(self, rad_s: float) -> None:
         self.sent.append(rad_s)
         self._apply(rad_s)
 
 
 def cut_wire(motor: Motor) -> None:
-    """From now on, let every command to this motor fail."""
+    """Let every command to this motor fail from now on."""
 
     def fail(_rad_s: float) -> None:
-        raise DeviceError(motor.name, "the kit has cut its wire")
+        raise DeviceError(motor.name, "the conformance kit has cut its wire", kind="wire-cut")
 
     setattr(motor, "_apply", fail)  # noqa: B010  on this one motor, not on its class

@@ -1,4 +1,4 @@
-"""Rules for opening and closing: what was asked for and nothing else; every motor stopped, whatever fails."""
+"""Rules for opening and closing: only the chosen devices open, and every motor stops even if another one fails."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ SPEED_RAD_S = 2.0
 
 
 class LifecycleRules(Bench):
-    """What every backend owes that opens a robot, and every robot that is closed."""
+    """The rules for opening and closing a robot."""
 
     def test_only_the_devices_asked_for_are_opened(self) -> None:
         for wanted in ({name} for name in sorted(self.openable)):
             with self.open(self.setup_for(devices=wanted)) as robot:
                 opened = set(robot.devices)
-            assert opened == wanted, f"asked to open {sorted(wanted)}, it opened {sorted(opened)}"
+            assert opened == wanted, f"the set-up has {sorted(wanted)}, and the backend opened {sorted(opened)}"
 
     def test_robot_without_a_drive_opens(self) -> None:
         setup = self.setup_for()
@@ -40,7 +40,7 @@ class LifecycleRules(Bench):
             self.open(setup).close()
         except UsageError:
             return
-        pytest.fail("the option 'no_such_option' was taken without a word; read them with setup.options_as(Model)")
+        pytest.fail("the backend accepted the option 'no_such_option'; read options with setup.options_as(Model)")
 
     def test_robot_opens_again_after_closing(self) -> None:
         with self.opened() as robot:
@@ -51,39 +51,39 @@ class LifecycleRules(Bench):
 
     def test_closing_stops_every_motor(self) -> None:
         robot = self.opened(None, Role.DRIVE)
-        spies = self._driven(robot)
+        spies = self._start_motors(robot)
         robot.close()
         for name, spy in spies.items():
-            assert spy.last == 0, f"{name}: closing left it turning at {spy.last} rad/s; it must stop every motor"
+            assert spy.last == 0, f"{name}: it turns at {spy.last} rad/s after close(), which must stop every motor"
 
     @pytest.mark.parametrize("broken", ["left", "right"])
     def test_motor_that_cannot_be_stopped_keeps_no_other_from_stopping(self, broken: str) -> None:
         robot = self.opened(None, Role.DRIVE)
         left, right = self.motors(robot)
-        spies = self._driven(robot)
+        spies = self._start_motors(robot)
         failing, other = (left, right) if broken == "left" else (right, left)
         cut_wire(failing)
         with pytest.raises(DeviceError):
             robot.close()
         assert spies[other.name].last == 0, (
             f"{failing.name} failed to stop and {other.name} was left turning at {spies[other.name].last} rad/s; "
-            "stop each motor on its own, then tell what failed"
+            "stop each motor on its own, then raise the failures"
         )
 
     def test_leaving_by_an_error_stops_every_motor(self) -> None:
         robot = self.opened(None, Role.DRIVE)
-        spies = self._driven(robot)
+        spies = self._start_motors(robot)
         with pytest.raises(ZeroDivisionError), robot:
             raise ZeroDivisionError
         for name, spy in spies.items():
-            assert spy.last == 0, f"{name}: left by an error, the robot still drives it at {spy.last} rad/s"
+            assert spy.last == 0, f"{name}: after an exception in the with block, it still turns at {spy.last} rad/s"
 
     def test_closing_twice_is_no_error(self) -> None:
         robot = self.opened()
         robot.close()
         try:
             robot.close()
-        except Exception as error:  # noqa: BLE001  whatever it is, it is the driver's
+        except Exception as error:  # noqa: BLE001  any exception is a fault of the driver
             pytest.fail(f"the second close() raised {error!r}; it must do nothing")
 
     def test_closed_devices_say_so(self) -> None:
@@ -94,12 +94,12 @@ class LifecycleRules(Bench):
                 _use(device)
             except DeviceClosedError:
                 continue
-            except Exception as error:  # noqa: BLE001  whatever it is, it is the wrong one
+            except Exception as error:  # noqa: BLE001  any other exception is wrong
                 pytest.fail(f"{device.name}: used after closing, it raised {error!r}; raise DeviceClosedError")
             pytest.fail(f"{device.name}: used after closing, it raised nothing; raise DeviceClosedError")
 
-    def _driven(self, robot: Robot) -> dict[str, MotorSpy]:
-        """Set both motors turning; return what keeps an eye on them."""
+    def _start_motors(self, robot: Robot) -> dict[str, MotorSpy]:
+        """Turn both motors, and return a spy for each."""
         spies = {motor.name: MotorSpy(motor) for motor in self.motors(robot)}
         for motor in self.motors(robot):
             motor.set_velocity(SPEED_RAD_S)
@@ -107,7 +107,7 @@ class LifecycleRules(Bench):
 
 
 def _without_drive(robot: RobotDescription) -> RobotDescription:
-    """Return the robot without its motors and encoders, and without what its backends' sections say of them."""
+    """Return the robot without its motors and encoders, and without their keys in the sections of backends."""
     still = tuple(device for device in robot.devices if device.kind not in ("motor", "encoder"))
     gone = {device.name for device in robot.devices} - {device.name for device in still}
     sections = {

@@ -1,4 +1,4 @@
-"""Rules for motors: units and signs, left and right, limits, numbers that are none."""
+"""Rules for motors: units, signs, left and right, limits, and velocities that are not finite."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SPEED_RAD_S = 4.0
 
 
 class MotorRules(Bench):
-    """What every motor owes."""
+    """The rules for motors."""
 
     def test_positive_velocity_drives_forward(self) -> None:
         self.require(TestSupport.MOTION)
@@ -24,8 +24,8 @@ class MotorRules(Bench):
             self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
             motion = self.motion(robot, 1.0)
         assert motion.forward > 0, (
-            f"both motors were told +{SPEED_RAD_S} rad/s and the robot moved {motion.forward:+.3f} m; "
-            "positive must drive it forward, on both sides: negate the side that is mounted the other way round"
+            f"both motors were commanded +{SPEED_RAD_S} rad/s and the robot moved {motion.forward:+.3f} m; "
+            "positive must drive it forward, on both sides; negate the motor that is mounted the other way round"
         )
 
     def test_left_motor_faster_turns_right(self) -> None:
@@ -35,7 +35,7 @@ class MotorRules(Bench):
             motion = self.motion(robot, 1.0)
         assert motion.turn < 0, (
             f"the left motor turned faster and the heading changed by {motion.turn:+.3f} rad; a turn to the right "
-            "is negative: are left and right swapped, or the sign of the heading?"
+            "is negative. Are left and right swapped, or is the sign of the heading wrong?"
         )
 
     def test_velocity_is_in_radians_per_second(self) -> None:
@@ -64,10 +64,10 @@ class MotorRules(Bench):
     def test_velocity_within_the_limits_is_returned_as_it_is(self) -> None:
         with self.opened(None, Role.DRIVE) as robot:
             for motor in self.motors(robot):
-                asked = motor.max_velocity / 2
-                assert (sent := motor.set_velocity(asked)) == pytest.approx(asked, rel=0.05), (
-                    f"{motor.name}: set_velocity({asked}) returned {sent}; within the limits it must return what "
-                    "was asked, but for what the hardware rounds"
+                requested = motor.max_velocity / 2
+                assert (sent := motor.set_velocity(requested)) == pytest.approx(requested, rel=0.05), (
+                    f"{motor.name}: set_velocity({requested}) returned {sent}; within the limits it must return "
+                    "the requested velocity, except for rounding by the hardware"
                 )
 
     @pytest.mark.parametrize("sign", [1, -1], ids=["forward", "backward"])
@@ -77,8 +77,8 @@ class MotorRules(Bench):
                 spy, limit = MotorSpy(motor), motor.max_velocity
                 returned = motor.set_velocity(sign * 2 * limit)
                 assert returned == pytest.approx(sign * limit), (
-                    f"{motor.name}: asked for {sign * 2 * limit}, set_velocity returned {returned}; "
-                    f"it must return what was sent, {sign * limit}"
+                    f"{motor.name}: set_velocity({sign * 2 * limit}) returned {returned}; "
+                    f"it must return the velocity that it sent, {sign * limit}"
                 )
                 assert abs(spy.last) <= limit, (
                     f"{motor.name}: {spy.last} rad/s was sent, beyond max_velocity {limit}; clamp before sending"
@@ -110,7 +110,7 @@ class MotorRules(Bench):
                 motor.set_velocity(SPEED_RAD_S)
                 try:
                     motor.set_velocity(math.nan)
-                except Exception:  # noqa: BLE001  which error is another rule's business
+                except Exception:  # noqa: BLE001  another rule checks the class of the error
                     assert spy.last == 0, (
                         f"{motor.name}: after NaN was refused, the last velocity sent is {spy.last} rad/s; "
                         "refusing must stop the motor"

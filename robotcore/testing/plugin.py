@@ -1,4 +1,4 @@
-"""The pytest plug-in: it knows the kit's marker, and tells at the end which rules were skipped, and why."""
+"""The pytest plug-in of the conformance kit: it registers the marker, and lists the skipped rules."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ MARKER = "conformance"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Make the marker known."""
+    """Register the marker."""
     config.addinivalue_line("markers", f"{MARKER}: a rule of robotcore's conformance kit")
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """List the rules that were not checked, by reason: a driver's author must not overlook them."""
+    """List the skipped rules by reason, so that the author of a driver does not overlook them."""
     skipped = [report for report in terminalreporter.getreports("skipped") if MARKER in report.keywords]
     if not skipped:
         return

@@ -1,4 +1,4 @@
-"""Rules for simulators: a true pose, twist and contacts, and runs that repeat bit by bit."""
+"""Rules for simulators: the true pose, twist and contacts, and runs that repeat bit by bit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robotcore.testing import worlds
 from robotcore.testing.bench import RATE_HZ, Bench, TestSupport, let_pass, motion_between, sensors_of
 
 ARC = (3.0, 5.0)
-"""Wheel velocities, rad/s, of a bend to the left."""
+"""Wheel velocities in rad/s of a left turn."""
 
 
 class TruthRules(Bench):
@@ -26,32 +26,32 @@ class TruthRules(Bench):
         self.require(Capability.POSE, TestSupport.WORLD)
         start = Start(x_m=0.5, y_m=-0.3, yaw_rad=0.7)
         with self.opened(worlds.empty(start), Role.DRIVE) as robot:
-            x, y, heading = _truth_of(robot).pose()
+            x, y, heading = _require_truth(robot).pose()
         assert (x, y, wrap_angle(heading)) == pytest.approx(start.pose, abs=0.005), (
-            f"started at {start.pose}, the truth says {(x, y, heading)}; a pose is that of the axle's middle"
+            f"started at {start.pose}, the true pose is {(x, y, heading)}; a pose is that of the centre of the axle"
         )
 
     def test_pose_moves_as_the_wheels_roll(self) -> None:
         self.require(Capability.POSE, TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, *ARC)
-            angles, pose = self._angles(robot), _truth_of(robot).pose()
+            angles, pose = self._angles(robot), _require_truth(robot).pose()
             let_pass(robot, 1.0)
             left, right = (now - then for now, then in zip(self._angles(robot), angles, strict=True))
-            motion = motion_between(pose, _truth_of(robot).pose())
+            motion = motion_between(pose, _require_truth(robot).pose())
         rolled = self.drive.geometry.to_twist(Wheels(left, right))
         origin = Pose(0.0, 0.0, 0.0)
         expected = motion_between(origin, origin.advanced(*rolled))
         assert motion == pytest.approx(expected, abs=0.02), (
-            f"by the encoders the robot moved by {expected}, by the truth by {motion}: compare the wheels' radius "
-            "and the track with the description, and look for wheels that slip"
+            f"by the encoders the robot moved by {expected}, by the truth by {motion}; compare the wheels' radius "
+            "and the track with the description, and check whether wheels slip"
         )
 
     def test_twist_is_the_change_of_the_pose(self) -> None:
         self.require(Capability.POSE, TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, *ARC)
-            twist = _truth_of(robot).twist()
+            twist = _require_truth(robot).twist()
             motion = self.motion(robot, 0.1)
         change = (motion.forward / 0.1, motion.turn / 0.1)
         assert tuple(twist) == pytest.approx(change, rel=0.05, abs=0.01), (
@@ -62,15 +62,15 @@ class TruthRules(Bench):
         self.require(Capability.CONTACTS, TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             self.command(robot, 4.0, 4.0, seconds=1.0)
-            contacts = _truth_of(robot).contacts()
+            contacts = _require_truth(robot).contacts()
         assert contacts == 0, f"{contacts} contacts on open ground; the floor does not count"
 
     def test_bump_into_a_wall_is_one_contact(self) -> None:
         self.require(Capability.CONTACTS, TestSupport.MOTION, TestSupport.WORLD)
         with self.opened(self._wall_close_ahead(), Role.DRIVE) as robot:
             self.command(robot, 4.0, 4.0, seconds=2.0)
-            contacts = _truth_of(robot).contacts()
-        assert contacts == 1, f"bumping into a wall and pushing on gave {contacts} contacts; one touch is one"
+            contacts = _require_truth(robot).contacts()
+        assert contacts == 1, f"bumping into a wall and pushing on gave {contacts} contacts; it is one contact"
 
     def _angles(self, robot: Robot) -> Wheels:
         left, right = self.encoders(robot)
@@ -81,7 +81,7 @@ class TruthRules(Bench):
         return worlds.wall(nose, 0.1)
 
 
-def _truth_of(robot: Robot) -> TruthSource:
+def _require_truth(robot: Robot) -> TruthSource:
     assert robot.truth is not None, "a backend that has POSE or CONTACTS must open its robot with a TruthSource"
     return robot.truth
 
@@ -94,25 +94,25 @@ class RepeatRules(Bench):
 
     def test_two_runs_alike_are_equal_to_the_bit(self) -> None:
         self.require(Capability.LOCKSTEP, TestSupport.REPRODUCIBLE)
-        first, second = self._all_said(), self._all_said()
-        parted = [name for name in first if first[name] != second[name]]
-        assert not parted, (
-            f"two runs with equal commands parted: {', '.join(parted)}; look for time, threads, a random generator "
-            "without the run's seed, or state that outlives closing"
+        first, second = self._read_samples(), self._read_samples()
+        differing = [name for name in first if first[name] != second[name]]
+        assert not differing, (
+            f"two runs with equal commands differ in {', '.join(differing)}; look for the machine's time, threads, a "
+            "random generator without the run's seed, or state that is kept after closing"
         )
 
-    def _all_said(self) -> dict[str, list[Any]]:
-        """Return all that a short run reads, by device."""
-        said: dict[str, list[Any]] = {}
+    def _read_samples(self) -> dict[str, list[Any]]:
+        """Return all samples of a short run by device, and its true poses."""
+        samples: dict[str, list[Any]] = {}
         with self.opened(self._world()) as robot:
             for tick in range(1, TICKS + 1):
                 self._steer(robot, tick)
                 robot.clock.sleep_until(tick / RATE_HZ)
                 for sensor in sensors_of(robot):
-                    said.setdefault(sensor.name, []).append(_content(sensor.read()))
+                    samples.setdefault(sensor.name, []).append(_to_comparable(sensor.read()))
                 if robot.truth:
-                    said.setdefault("the true pose", []).append(robot.truth.pose())
-        return said
+                    samples.setdefault("the true pose", []).append(robot.truth.pose())
+        return samples
 
     def _world(self) -> WorldDescription | None:
         eye = self.description.first_of(CameraDescription)
@@ -123,6 +123,6 @@ class RepeatRules(Bench):
             self.command(robot, 1.0 + 0.3 * tick, 4.0 - 0.2 * tick, seconds=0.0)
 
 
-def _content(sample: Any) -> Any:
-    """Return what of a sample can be compared."""
+def _to_comparable(sample: Any) -> Any:
+    """Return a value of a sample that can be compared."""
     return (sample.time, sample.image.tobytes()) if isinstance(sample, Frame) else sample

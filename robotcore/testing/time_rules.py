@@ -1,4 +1,4 @@
-"""Rules for clocks, for the time of samples, and for ticks."""
+"""Rules for clocks, and for the time and sequence of samples."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ RATES_HZ = (10.0, 20.0, 30.0, 50.0)
 
 
 class ClockRules(Bench):
-    """What every robot's clock owes."""
+    """The rules for clocks."""
 
     def test_time_begins_at_zero(self) -> None:
         self.require(Capability.LOCKSTEP)
         with self.opened() as robot:
-            assert (now := robot.clock.now()) == 0, f"just opened, the clock says {now} s; it counts from the opening"
+            assert (now := robot.clock.now()) == 0, f"just opened, the clock reads {now} s; count from the opening"
 
     def test_time_never_goes_back(self) -> None:
         with self.opened() as robot:
@@ -59,16 +59,16 @@ class ClockRules(Bench):
             due = robot.clock.now() + 0.1
             robot.clock.call_at(due, lambda: called_at.append(robot.clock.now()))
             robot.clock.sleep_until(due + 0.2)
-        assert called_at, f"a call due at {due} s was never made, though time passed until {due + 0.2} s"
+        assert called_at, f"a call due at {due} s was never made, and time passed until {due + 0.2} s"
         assert due - 1e-9 <= called_at[0] < due + 0.1, f"a call due at {due} s was made at {called_at[0]} s"
 
 
 FRESH_S = 1.0
-"""Every sensor has something new within this time, but for a battery."""
+"""Every sensor except a battery has a new sample within this time in seconds."""
 
 
 class SampleRules(Bench):
-    """What every sensor owes, whatever it reads."""
+    """The rules for all sensors."""
 
     def test_capture_times_are_on_the_robots_clock(self) -> None:
         with self.opened() as robot:
@@ -76,8 +76,8 @@ class SampleRules(Bench):
             for sensor in sensors_of(robot):
                 time, now = sensor.read().time, robot.clock.now()
                 assert 0 <= time <= now, (
-                    f"{sensor.name}: a sample says it was captured at {time} s while robot.clock says {now} s; "
-                    "take the time from the robot's clock, at the capture"
+                    f"{sensor.name}: the capture time of a sample is {time} s, and robot.clock reads {now} s; "
+                    "read the robot's clock at the capture"
                 )
 
     def test_capture_time_advances(self) -> None:
@@ -98,7 +98,7 @@ class SampleRules(Bench):
                 old, new = before[sensor.name], sensor.read()
                 assert new.time == old.time or new.sequence > old.sequence, (
                     f"{sensor.name}: the sample of {new.time} s has sequence {new.sequence}, the one of {old.time} s "
-                    f"had {old.sequence}; it counts up with each new sample"
+                    f"had {old.sequence}; count up with each new sample"
                 )
 
     def test_sample_read_twice_is_the_same(self) -> None:
@@ -119,7 +119,7 @@ class SampleRules(Bench):
                 sensor.read()
                 assert (after := robot.clock.now()) == before, (
                     f"{sensor.name}: read() moved the clock from {before} s to {after} s; a stepped clock moves only "
-                    "while somebody sleeps"
+                    "while a call sleeps"
                 )
 
     def test_reading_does_not_wait_for_hardware(self) -> None:
@@ -129,5 +129,5 @@ class SampleRules(Bench):
                 sensor.read()
                 assert not gate.holds_up(sensor.read), (
                     f"{sensor.name}: read() waited for the hardware's answer; poll the hardware in a thread of the "
-                    "driver's own and hand out the newest sample"
+                    "driver, and return the newest sample"
                 )

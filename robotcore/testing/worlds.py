@@ -1,6 +1,7 @@
 """The worlds of the conformance kit: open ground, or one object placed relative to a sensor.
 
-The robot starts at the origin and looks along x. Distances are from the sensor; bearings are positive to the left.
+The robot starts at the origin and faces along x. Distances are from the sensor, in metres. Bearings are in radians,
+positive to the left.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ def empty(start: Start | None = None) -> WorldDescription:
 
 
 def wall(mount: Mount, distance: float) -> WorldDescription:
-    """Return a wide wall, square to the sensor's axis, whose face is ``distance`` away."""
+    """Return a world with a wide wall at right angles to the sensor's axis, with its face at ``distance``."""
     x, y = _place(mount, distance + WALL_THICKNESS_M / 2, 0.0)
     face = Box(
         shape="box",
@@ -39,7 +40,7 @@ def wall(mount: Mount, distance: float) -> WorldDescription:
 
 
 def post(mount: Mount, distance: float, bearing: float) -> WorldDescription:
-    """Return a thin post whose near side is ``distance`` away."""
+    """Return a world with a thin post, with its near side at ``distance``."""
     x, y = _place(mount, distance + POST_RADIUS_M, bearing)
     thin = Cylinder(
         shape="cylinder",
@@ -54,14 +55,14 @@ def post(mount: Mount, distance: float, bearing: float) -> WorldDescription:
 
 
 def ball(mount: Mount, distance: float, bearing: float) -> WorldDescription:
-    """Return a green ball on the floor; ``distance`` is to its middle, in plan."""
+    """Return a world with a green ball on the floor, with its centre at ``distance`` in plan."""
     x, y = _place(mount, distance, bearing)
     green = Ball(name="ball", colour=COLOURS["green"], x_m=x, y_m=y, radius_m=BALL_RADIUS_M)
     return empty().model_copy(update={"targets": (green,)})
 
 
 def box(mount: Mount, distance: float, colour: str) -> WorldDescription:
-    """Return a low box straight ahead, half as high as the sensor, whose face is ``distance`` away."""
+    """Return a world with a box straight ahead, half as high as the sensor, with its face at ``distance``."""
     x, y = _place(mount, distance + 0.1, 0.0)
     low = Box(
         shape="box",

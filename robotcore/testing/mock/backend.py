@@ -1,4 +1,4 @@
-"""The mock backend: opens any robot with devices that follow a script."""
+"""The mock backend: its devices play scripts and record commands."""
 
 from __future__ import annotations
 
@@ -35,18 +35,20 @@ from robotcore.testing.mock.devices import (
 
 
 class MockOptions(StrictModel):
-    """The command line's mock takes no options: nothing in range, a grey picture, wheels that turn as told."""
+    """The backend has no options."""
 
 
 class MockBackend(Backend):
-    """Opens a robot whose sensors play ``scripts``, by device name.
+    """A backend whose sensors play scripts.
 
-    The others read nothing in range, a grey picture, and the angle of a wheel that turns as it is told; a battery
-    without a script is not there.
+    scripts: the script of each sensor by its name.
+
+    Without a script, a range sensor reads inf, a camera a grey picture, and an encoder the angle of its wheel. The
+    wheel turns exactly at the commanded velocity. A battery without a script is not opened.
     """
 
     name = "mock"
-    summary = "scripted readings, commands kept for assertions; no physics"
+    summary = "scripted readings, recorded commands; no physics"
     capabilities = frozenset({Capability.LOCKSTEP})
 
     def __init__(self, scripts: Mapping[str, Script] | None = None) -> None:
@@ -80,20 +82,20 @@ class MockBackend(Backend):
                 script = scripts.get(name, grey_picture(device.intrinsics))
                 yield MockCamera(device, script, clock, rate_hz)
             elif isinstance(device, EncoderDescription):
-                script = scripts.get(name, _script_of_wheel(motors.get(_motor_of(name, setup.robot.drive))))
+                script = scripts.get(name, _make_wheel_script(motors.get(_find_motor(name, setup.robot.drive))))
                 yield MockEncoder(name, script, clock, rate_hz)
             elif isinstance(device, BatteryDescription):
                 if name in scripts:
                     yield MockBattery(name, scripts[name], clock, rate_hz)
             else:
-                display: DisplayDescription = device  # of a new kind of device, the type checker tells
+                display: DisplayDescription = device  # the type checker reports a new kind of device here
                 yield MockDisplay(display.name)
 
 
-def _motor_of(encoder: str, drive: Drive | None) -> str:
-    """Return the name of the motor whose wheel an encoder counts, or nothing."""
+def _find_motor(encoder: str, drive: Drive | None) -> str:
+    """Return the name of the motor on an encoder's wheel, or "" if there is none."""
     return drive.wheel_motors.get(encoder, "") if drive else ""
 
 
-def _script_of_wheel(motor: MockMotor | None) -> Script:
+def _make_wheel_script(motor: MockMotor | None) -> Script:
     return (lambda _time: motor.angle) if motor else 0.0

@@ -1,4 +1,4 @@
-"""Scripts, and the devices that play them or keep what they were commanded."""
+"""Devices that play scripts or record their commands."""
 
 from __future__ import annotations
 
@@ -36,30 +36,44 @@ class _Lost(Enum):
 
 
 LOST = _Lost.LOST
-"""In a script: nothing came back this tick. There is no new sample; the old one grows older."""
+"""In a script: this tick has no new sample, so the last one grows older."""
 
 Script = Any | Sequence[Any] | Callable[[float], Any]
-"""One reading for ever; a list or tuple of readings, one a tick, of which the last stays; or a function of the time
-in seconds. An exception in place of a reading makes the device fail with it."""
+"""One constant reading, or a list or tuple with one reading per tick, or a function of the time in seconds.
+
+The last reading of a list stays. An exception in place of a reading makes the device fail with it.
+"""
 
 
 @dataclass(frozen=True)
 class PlayedSample(Generic[ValueT]):
-    """A reading that was played, when, and which one it is."""
+    """A reading of a script that was played."""
 
     value: ValueT
+    """The converted reading."""
+
     time: float
+    """The time in seconds on the robot's clock."""
+
     sequence: int
+    """The number of the sample, from 0."""
 
 
 class Playback(Generic[ValueT]):
-    """Plays a script against a clock, one reading a tick; ``convert`` checks a reading and makes it a value."""
+    """Plays a script on a clock, one reading per tick.
+
+    device: the device's name, for errors.
+    script: the readings.
+    clock: the robot's clock.
+    rate_hz: ticks per second.
+    convert: checks a reading and returns its value.
+    """
 
     def __init__(
         self, device: str, script: Script, clock: Clock, rate_hz: float, convert: Callable[[Any], ValueT]
     ) -> None:
         if isinstance(script, (list, tuple)) and not script:
-            raise UsageError(f"{device}: its script is empty; give it one reading at least", kind="script-empty")
+            raise UsageError(f"{device}: the script is empty. Give it at least one reading", kind="script-empty")
         self._device, self._script, self._clock, self._rate_hz = device, script, clock, rate_hz
         self._convert = convert
         self._played_until = -1
@@ -67,7 +81,10 @@ class Playback(Generic[ValueT]):
         self._failure: Exception | None = None
 
     def newest(self) -> PlayedSample[ValueT]:
-        """Play up to now; return the newest reading. Raises DeviceError where the script fails here."""
+        """Play the script up to now, and return the newest reading.
+
+        Raises DeviceError if the script has an exception now, or no reading yet.
+        """
         now = self._clock.now()
         tick = math.floor(now * self._rate_hz + 1e-6)
         for due in range(self._played_until + 1, tick + 1):
@@ -76,7 +93,7 @@ class Playback(Generic[ValueT]):
             raise DeviceError(self._device, str(self._failure)) from self._failure
         if self._newest is None:
             raise DeviceError(
-                self._device, "nothing has been read yet; let its script begin with a reading", kind="nothing-read"
+                self._device, "the script has no reading yet. Let it begin with a reading", kind="nothing-read"
             )
         return self._newest
 
@@ -100,39 +117,46 @@ GREY = 128
 
 
 class Command(NamedTuple):
-    """A velocity in rad/s that a motor was told, and when."""
+    """A command to a motor.
+
+    >>> Command(0.05, 4.0).velocity
+    4.0
+    """
 
     time: float
+    """Seconds on the robot's clock."""
+
     velocity: float
+    """The velocity in rad/s."""
 
 
 class MockMotor(Motor):
-    """Keeps its commands, and turns exactly as it was told."""
+    """A motor that records its commands, and turns exactly at the commanded velocity."""
 
     def __init__(self, description: MotorDescription, clock: Clock) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
         self.commands: list[Command] = []
         self._clock = clock
-        self._angle_then = 0.0
+        self._angle_at_command = 0.0
 
     @property
     def velocity(self) -> float:
-        """What it was told last, rad/s."""
+        """The last commanded velocity in rad/s."""
         return self.commands[-1].velocity if self.commands else 0.0
 
     @property
     def angle(self) -> float:
-        """How far it has turned, rad."""
+        """The angle in radians since the opening."""
         since = self.commands[-1].time if self.commands else 0.0
-        return self._angle_then + self.velocity * (self._clock.now() - since)
+        return self._angle_at_command + self.velocity * (self._clock.now() - since)
 
     def _apply(self, rad_s: float) -> None:
-        self._angle_then = self.angle
+        self._angle_at_command = self.angle
         self.commands.append(Command(self._clock.now(), rad_s))
 
 
 class MockRangeSensor(RangeSensor):
-    """Reads the distances of a script, in metres, as far as its limits reach."""
+    """A range sensor that reads the distances of a script in metres, limited as a real sensor's are."""
 
     def __init__(self, description: RangeSensorDescription, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(
@@ -150,14 +174,14 @@ class MockRangeSensor(RangeSensor):
     def _within_limits(self, distance: Any) -> float:
         if not isinstance(distance, (int, float)) or math.isnan(distance) or distance < 0:
             raise UsageError(
-                f"{self.name}: its script reads {distance!r}; give a distance in metres, inf, LOST or an exception",
+                f"{self.name}: the script has {distance!r}. Give a distance in metres, inf, LOST or an exception",
                 kind="script-reading",
             )
         return math.inf if distance > self.max_range else max(float(distance), self.min_range)
 
 
 class MockCamera(Camera):
-    """Shows the pictures of a script."""
+    """A camera that reads the pictures of a script: uint8 of shape (height, width, 3), BGR."""
 
     def __init__(self, description: CameraDescription, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -168,11 +192,11 @@ class MockCamera(Camera):
         return Frame(played.value, played.time, played.sequence)
 
     def _check_picture(self, picture: Any) -> Image:
-        """Return a read-only copy."""
         expected = (self.intrinsics.height, self.intrinsics.width, 3)
         if not isinstance(picture, np.ndarray) or picture.shape != expected or picture.dtype != np.uint8:
             raise UsageError(
-                f"{self.name}: its script shows {_describe(picture)}; give uint8 pictures of shape {expected}"
+                f"{self.name}: the script has {_describe(picture)}. Give uint8 pictures of shape {expected}",
+                kind="script-reading",
             )
         image: Image = picture.copy(order="C")
         image.flags.writeable = False
@@ -180,7 +204,7 @@ class MockCamera(Camera):
 
 
 class MockEncoder(Encoder):
-    """Reads the angles of a script, in radians."""
+    """An encoder that reads the angles of a script in radians."""
 
     def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(name)
@@ -192,7 +216,7 @@ class MockEncoder(Encoder):
 
 
 class MockBattery(Battery):
-    """Tells the voltages of a script, in volts."""
+    """A battery that reads the voltages of a script in volts."""
 
     def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(name)
@@ -204,7 +228,7 @@ class MockBattery(Battery):
 
 
 class MockDisplay(Display):
-    """Keeps every picture that it was shown."""
+    """A display that records its pictures."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -215,7 +239,7 @@ class MockDisplay(Display):
 
 
 def grey_picture(intrinsics: Intrinsics) -> Image:
-    """Return a picture of nothing."""
+    """Return a uniformly grey picture."""
     return np.full((intrinsics.height, intrinsics.width, 3), GREY, dtype=np.uint8)
 
 

@@ -28,18 +28,27 @@ from robotcore.testing.mock.devices import Command, MockDisplay, MockMotor, Scri
 
 
 class MockRobot:
-    """Runs an app tick by tick on scripted readings, through the very layers and loop of a real run.
+    """A robot that runs an app tick by tick on scripted readings, with the layers and the loop of a real run.
 
-    ``range`` and ``camera`` script the first device of their kind, ``readings`` any sensor by its name. ``robot`` is
-    a description, or the name or the file of one. What the app does not need is not opened, as in a real run.
-    ``faults`` are what is to fail on purpose, as ``--fault`` has it; their chance belongs to the ``seed``.
+    robot: a description, or the name or the file of one.
+    range: the script of the first range sensor, in metres.
+    camera: the script of the first camera: uint8 pictures of shape (height, width, 3), BGR.
+    readings: the script of any sensor by its name.
+    rate_hz: ticks per second.
+    faults: injected faults, written as for ``--fault``.
+    seed: the seed of the faults.
 
+    As in a real run, only the devices that the app needs are opened.
+
+    >>> from apps.avoid_obstacles import AvoidObstacles
     >>> robot = MockRobot(range=[1.0, 0.2])
-    >>> robot.layered.range.read().distance
-    1.0
-    >>> robot.advance()
-    >>> robot.layered.range.read().distance
-    0.2
+    >>> robot.run(AvoidObstacles(), ticks=2).value
+    'running'
+    >>> ahead, turn = robot.wheels
+    >>> ahead.left == ahead.right, turn.left < turn.right
+    (True, True)
+    >>> robot
+    MockRobot('rover', ticks=2)
     """
 
     def __init__(
@@ -57,17 +66,19 @@ class MockRobot:
         self.rate_hz = rate_hz
         self._faults, self._seed = tuple(faults), seed
         self.ticks: list[TickRecord] = []
+        """The record of each tick."""
         self.wheels: list[Wheels] = []
+        """The wheel velocities in rad/s at the end of each tick."""
         self._scripts = dict(readings or {})
         self._script_first(RangeSensorDescription, range)
         self._script_first(CameraDescription, camera)
         self._app: Behaviour | None = None
 
     def run(self, app: Behaviour, ticks: int = 1) -> Status:
-        """Let the app decide ``ticks`` times, or until it is done; return what it said last.
+        """Run the app for some ticks, or until its end, and return its last status.
 
-        Keeps each tick in ``ticks``, and in ``wheels`` what the wheels were told by its end. A further call goes on
-        where the last one ended. Raises what ends a real run: SafetyStop, DeviceError, BehaviourError.
+        Records each tick in ``ticks``, and the wheel velocities in ``wheels``. A further call continues the run.
+        Raises the errors that end a real run: SafetyStop, DeviceError, BehaviourError.
         """
         self._app = self._app or app
         loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._record_tick])
@@ -79,25 +90,28 @@ class MockRobot:
         return Status.RUNNING
 
     def advance(self, ticks: int = 1) -> None:
-        """Let time pass without a decision, as when an app stalls."""
+        """Let time pass without a step of the app, as if it stalled."""
         clock = self._assembled.clock
         for _ in range(ticks):
             clock.sleep_until(clock.now() + 1 / self.rate_hz)
 
+    def __repr__(self) -> str:
+        return f"MockRobot({self.description.name!r}, ticks={len(self.ticks)})"
+
     @property
     def layered(self) -> Robot:
-        """The robot as the app sees it; before any app was run, with every device open."""
+        """The robot that the app gets. Before the first run, every device is open."""
         return self._assembled.robot
 
     @property
     def commands(self) -> dict[str, list[Command]]:
-        """What each motor was told, and when: after the limits, the guard and the deadman."""
+        """The commands that reached each motor, after the limits, the range guard and the deadman."""
         devices = self._raw.devices.values()
         return {device.name: device.commands for device in devices if isinstance(device, MockMotor)}
 
     @property
     def pictures(self) -> list[Image]:
-        """What the app showed on its displays."""
+        """The pictures on the displays, in order."""
         devices = self._raw.devices.values()
         return [picture for device in devices if isinstance(device, MockDisplay) for picture in device.pictures]
 
@@ -121,7 +135,7 @@ class MockRobot:
         device = next((d for d in self.description.devices if isinstance(d, kind)), None)
         if device is None:
             raise UnmetNeedError(
-                f"{self.description.name} has no device for this script; describe one or leave it out",
+                f"{self.description.name} has no device for this script. Describe one, or leave the script out",
                 kind="no-device-for-script",
             )
         self._scripts[device.name] = script

@@ -1,4 +1,4 @@
-"""Runs the kit's rules directly, as pytest would, and tells which of them fail."""
+"""Run the rules of the conformance kit directly, and return which of them fail."""
 
 from __future__ import annotations
 
@@ -15,18 +15,23 @@ from robotcore.testing import ConformanceSuite
 
 
 class Sound(ConformanceSuite):
-    """The suite on a backend that keeps every rule."""
+    """The suite on a backend that passes every rule."""
 
     backend = KinematicBackend
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A fault that drivers have, the suite of a driver that has it, and the rules that must tell."""
+    """A driver with a fault."""
 
     fault: str
+    """The fault in words."""
+
     rules: frozenset[str]
+    """The rules that must fail."""
+
     suite: type[ConformanceSuite]
+    """The suite on the driver with the fault."""
 
 
 def broken(
@@ -35,7 +40,13 @@ def broken(
     damage: Callable[[Robot], Any] = lambda _: None,
     setup_for: Callable[[Setup], Setup] = lambda setup: setup,
 ) -> Broken:
-    """Return a sound driver with one fault: a robot damaged after opening, or opened by a changed setup."""
+    """Return a sound driver with one fault.
+
+    fault: the fault in words.
+    rules: the names of the rules that must fail, separated by spaces.
+    damage: changes the opened robot.
+    setup_for: changes the set-up before the opening.
+    """
 
     class Suite(Sound):
         def open(self, setup: Setup) -> Robot:
@@ -47,17 +58,17 @@ def broken(
 
 
 def failing_rules(suite: type[ConformanceSuite]) -> set[str]:
-    """Return the rules that fail. An error that is no failed expectation is passed on: a rule must not crash."""
+    """Return the rules that fail. Raises any exception that is no failed assertion, since a rule must not crash."""
     return {rule for rule in rule_names() if any(_fails(suite, rule, given) for given in _parameters(rule))}
 
 
 def rule_names() -> set[str]:
-    """Return every rule of the kit, without the ``test_``."""
+    """Return the name of every rule, without ``test_``."""
     return {name.removeprefix("test_") for name in dir(ConformanceSuite) if name.startswith("test_")}
 
 
 def swap_in(owner: object, name: str, replacement: Any) -> None:
-    """Put something else in the place of an attribute or a method of this one object."""
+    """Replace an attribute or a method of one object."""
     setattr(owner, name, replacement)
 
 

@@ -1,4 +1,4 @@
-"""The kit is tried on drivers that are broken on purpose: each fault fails its own rules and no others."""
+"""The conformance kit on drivers with a fault: each fault fails its own rules and no others."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_every_rule_is_failed_by_some_fault() -> None:
     assert set().union(*(broken.rules for broken in BROKEN)) == rule_names()
 
 
-def test_robot_without_a_drive_is_tried_too() -> None:
+def test_robot_without_a_drive_fails_no_rule() -> None:
     class Lookout(Sound):
         robot = "lookout"
 

@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from tests.texts import CheckText
+
 pytest_plugins = ["pytester"]
 
 SUITE = """
@@ -16,7 +18,7 @@ class Backend(KinematicBackend):
 
 class TestDriver(ConformanceSuite):
     backend = Backend
-    lacks = {{TestSupport.LOST_ECHO: "it hears all"}}
+    lacks = {{TestSupport.LOST_ECHO: "the simulator cannot hide a wall"}}
 """
 
 
@@ -25,21 +27,28 @@ def run_suite(pytester: pytest.Pytester, *modules: str) -> pytest.RunResult:
     return pytester.runpytest_inprocess("--strict-markers", "-k", "echo or hardware or wall_is_right")
 
 
-def test_rules_not_checked_are_listed_with_their_reason(pytester: pytest.Pytester) -> None:
+def list_unchecked(result: pytest.RunResult) -> list[str]:
+    """Return the lines about rules that were not checked."""
+    lines = result.outlines
+    begin = next(index for index, line in enumerate(lines) if "conformance rules not checked" in line)
+    return [line for line in lines[begin + 1 :] if not line.startswith("=")]
+
+
+def test_rules_not_checked_are_listed_with_their_reason(pytester: pytest.Pytester, check_text: CheckText) -> None:
     result = run_suite(pytester)
     result.assert_outcomes(passed=3, skipped=2, deselected=result.parseoutcomes()["deselected"])
-    text = "\n".join(result.outlines)
-    assert "TestDriver: it cannot lose an echo: it hears all\n    lost_echo_is_no_new_sample" in text
-    assert "TestDriver: it does not show how to wait for hardware: override open_gated" in text
+    check_text("\n".join(list_unchecked(result)))
 
 
-def test_backend_that_is_not_installed_is_skipped_with_its_remedy(pytester: pytest.Pytester) -> None:
+def test_backend_that_is_not_installed_is_skipped_with_its_remedy(
+    pytester: pytest.Pytester, check_text: CheckText
+) -> None:
     result = run_suite(pytester, "no_such_simulator")
     assert result.parseoutcomes()["skipped"] == 5
-    assert "TestDriver: kinematic is not installed: pip install no_such_simulator" in result.outlines
+    check_text(list_unchecked(result)[0])
 
 
-def test_nothing_is_listed_where_the_kit_is_not_used(pytester: pytest.Pytester) -> None:
+def test_nothing_is_listed_without_the_kit(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("import pytest\n\ndef test_nothing():\n    pytest.skip('not now')")
     result = pytester.runpytest_inprocess()
     assert not any("conformance" in line for line in result.outlines)
@@ -54,5 +63,5 @@ def test_unused_plugin_imports_nothing_heavy() -> None:
 def test_unknown_name_in_the_kit_is_an_attribute_error() -> None:
     from robotcore import testing
 
-    with pytest.raises(AttributeError, match="ConformanceSweet"):
+    with pytest.raises(AttributeError):
         _ = testing.ConformanceSweet

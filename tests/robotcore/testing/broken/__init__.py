@@ -1,4 +1,4 @@
-"""Deliberately broken drivers, a file for each kind of device."""
+"""Drivers with faults, one file for each kind of device."""
 
 from tests.robotcore.testing.broken import cameras, devices, lifecycles, motors, ranges, times, truths
 from tests.robotcore.testing.harness import Broken

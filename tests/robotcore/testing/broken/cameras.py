@@ -9,30 +9,30 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Camera, Device, Frame, Image
 from robotcore.hal.robot import Robot
 from robotcore.optics import Intrinsics
-from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying
+from tests.robotcore.testing.broken.sensing import Damage, change_description, change_samples
 from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 
 
-def picture_as(change: Callable[[Image], Any]) -> Damage:
-    """Change every picture; it stays read-only."""
+def change_pictures(change: Callable[[Image], Any]) -> Damage:
+    """Change every picture, and leave it read-only."""
 
     def changed(frame: Frame) -> Frame:
         image = change(frame.image)
         image.flags.writeable = False
         return Frame(image, frame.time, frame.sequence)
 
-    return saying(Camera, changed)
+    return change_samples(Camera, changed)
 
 
-def with_alpha(image: Image) -> Image:
+def add_alpha(image: Image) -> Image:
     return np.dstack([image, np.full(image.shape[:2], 255, dtype=np.uint8)])
 
 
-def writable(frame: Frame) -> Frame:
+def make_writable(frame: Frame) -> Frame:
     return Frame(frame.image.copy(), frame.time, frame.sequence)
 
 
-def into_one_buffer(robot: Robot) -> None:
+def share_one_buffer(robot: Robot) -> None:
     for camera in robot.devices.values():
         if isinstance(camera, Camera):
             buffer = np.empty((camera.intrinsics.height, camera.intrinsics.width, 3), dtype=np.uint8)
@@ -51,7 +51,7 @@ def _into(buffer: Image, newest: Callable[[], Frame]) -> Callable[[], Frame]:
 
 
 class Relabelled(Camera):
-    """A camera that tells other intrinsics than it has."""
+    """A camera with wrong intrinsics."""
 
     def __init__(self, inner: Camera, intrinsics: Intrinsics) -> None:
         super().__init__(inner.name, intrinsics)
@@ -61,21 +61,21 @@ class Relabelled(Camera):
         return self._inner.read()
 
 
-class OtherIntrinsicsTold(Sound):
+class OtherIntrinsics(Sound):
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)
-        devices = [self.relabelled(device) for device in robot.devices.values()]
+        devices = [self.relabel(device) for device in robot.devices.values()]
         return Robot(robot.name, robot.clock, devices, truth=robot.truth, release=robot.close)
 
-    def relabelled(self, device: Device) -> Device:
+    def relabel(self, device: Device) -> Device:
         return Relabelled(device, Intrinsics(640, 480, 1.0821)) if isinstance(device, Camera) else device
 
 
-class WiderThanTold(OtherIntrinsicsTold):
+class WiderField(OtherIntrinsics):
     def open(self, setup: Setup) -> Robot:
-        return super().open(described_otherwise("eye", horizontal_fov_rad=1.4)(setup))
+        return super().open(change_description("eye", horizontal_fov_rad=1.4)(setup))
 
-    def relabelled(self, device: Device) -> Device:
+    def relabel(self, device: Device) -> Device:
         return Relabelled(device, self.eye.intrinsics) if isinstance(device, Camera) else device
 
 
@@ -83,35 +83,35 @@ BROKEN = (
     broken(
         "pictures are mirrored",
         "left_of_the_world_is_left_in_the_picture",
-        picture_as(lambda image: np.ascontiguousarray(image[:, ::-1])),
+        change_pictures(lambda image: np.ascontiguousarray(image[:, ::-1])),
     ),
     broken(
         "pictures are upside down",
         "floor_is_at_the_bottom",
-        picture_as(lambda image: np.ascontiguousarray(image[::-1])),
+        change_pictures(lambda image: np.ascontiguousarray(image[::-1])),
     ),
-    broken("colours are RGB", "blue_is_blue", picture_as(lambda image: np.ascontiguousarray(image[:, :, ::-1]))),
+    broken("colours are RGB", "blue_is_blue", change_pictures(lambda image: np.ascontiguousarray(image[:, :, ::-1]))),
     broken(
         "pictures have an alpha channel",
         "picture_is_uint8_of_height_width_and_three_channels",
-        picture_as(with_alpha),
+        change_pictures(add_alpha),
     ),
     broken(
         "pictures are floats",
         "picture_is_uint8_of_height_width_and_three_channels",
-        picture_as(lambda image: image.astype(np.float32)),
+        change_pictures(lambda image: image.astype(np.float32)),
     ),
-    broken("pictures can be written to", "picture_is_read_only", saying(Camera, writable)),
-    broken("pictures are column-major", "picture_is_contiguous", picture_as(np.asfortranarray)),
-    broken("all pictures lie in one buffer", "pictures_do_not_share_their_memory", into_one_buffer),
+    broken("pictures can be written to", "picture_is_read_only", change_samples(Camera, make_writable)),
+    broken("pictures are column-major", "picture_is_contiguous", change_pictures(np.asfortranarray)),
+    broken("all pictures lie in one buffer", "pictures_do_not_share_their_memory", share_one_buffer),
     Broken(
-        "the field of view is taken for a wider one",
+        "the field of view is narrower than described",
         frozenset({"field_of_view_is_the_one_described"}),
-        WiderThanTold,
+        WiderField,
     ),
     Broken(
-        "the intrinsics told are another size's",
+        "the intrinsics are those of another size",
         frozenset({"intrinsics_are_the_ones_described"}),
-        OtherIntrinsicsTold,
+        OtherIntrinsics,
     ),
 )

@@ -11,11 +11,11 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Battery, Encoder, Image, Voltage
 from robotcore.hal.robot import Robot
 from tests.doubles.powered import PoweredBackend
-from tests.robotcore.testing.broken.sensing import Damage, saying
+from tests.robotcore.testing.broken.sensing import Damage, change_samples
 from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 
 
-def refusing_grey(robot: Robot) -> None:
+def refuse_grey(robot: Robot) -> None:
     def show(image: Image) -> None:
         _, _, _ = image.shape
 
@@ -23,7 +23,7 @@ def refusing_grey(robot: Robot) -> None:
         swap_in(robot["screen"], "_show", show)
 
 
-def drawing_a_frame(robot: Robot) -> None:
+def draw_a_frame(robot: Robot) -> None:
     def show(image: Image) -> None:
         if image.flags.writeable:
             image[0] = 0
@@ -33,8 +33,8 @@ def drawing_a_frame(robot: Robot) -> None:
 
 
 BROKEN_DISPLAYS = (
-    broken("grey pictures are not taken", "display_takes_a_picture", refusing_grey),
-    broken("the display draws on the app's picture", "display_leaves_the_picture_as_it_is", drawing_a_frame),
+    broken("the display refuses grey pictures", "display_takes_a_picture", refuse_grey),
+    broken("the display draws on the app's picture", "display_leaves_the_picture_as_it_is", draw_a_frame),
 )
 
 
@@ -56,7 +56,7 @@ def broken_battery(fault: str, rules: str, change: Callable[[Voltage], Voltage])
     class Suite(Powered):
         def open(self, setup: Setup) -> Robot:
             robot = super().open(setup)
-            saying(Battery, change)(robot)
+            change_samples(Battery, change)(robot)
             return robot
 
     return Broken(fault, frozenset(rules.split()), Suite)
@@ -73,15 +73,15 @@ BROKEN_BATTERIES = (
         "voltage_is_a_number_above_zero",
         lambda sample: replace(sample, voltage=math.nan),
     ),
-    broken_battery("a battery is asked once", "battery_is_told_again", lambda _: Voltage(7.4, 0.0, 0)),
+    broken_battery("a battery is measured once", "voltage_is_measured_again", lambda _: Voltage(7.4, 0.0, 0)),
 )
 
 
-def angle_scaled(factor: float, offset: float = 0.0) -> Damage:
-    return saying(Encoder, lambda sample: replace(sample, angle=factor * sample.angle + offset))
+def scale_angles(factor: float, offset: float = 0.0) -> Damage:
+    return change_samples(Encoder, lambda sample: replace(sample, angle=factor * sample.angle + offset))
 
 
-def swapped(robot: Robot) -> None:
+def swap_encoders(robot: Robot) -> None:
     encoders = [device for device in robot.devices.values() if isinstance(device, Encoder)]
     if len(encoders) == 2:
         left, right = encoders
@@ -91,20 +91,20 @@ def swapped(robot: Robot) -> None:
 
 
 BROKEN_ENCODERS = (
-    broken("angles do not count from the opening", "encoders_begin_at_zero", angle_scaled(1.0, 7.0)),
+    broken("angles do not count from the opening", "encoders_begin_at_zero", scale_angles(1.0, 7.0)),
     broken(
         "encoders count backwards",
         "encoders_count_forward_as_positive pose_moves_as_the_wheels_roll",
-        angle_scaled(-1.0),
+        scale_angles(-1.0),
     ),
     broken(
         "angles are in degrees",
         "angles_are_in_radians pose_moves_as_the_wheels_roll",
-        angle_scaled(math.degrees(1.0)),
+        scale_angles(math.degrees(1.0)),
     ),
     broken(
         "left and right encoder are swapped",
         "each_encoder_counts_its_own_wheel pose_moves_as_the_wheels_roll",
-        swapped,
+        swap_encoders,
     ),
 )

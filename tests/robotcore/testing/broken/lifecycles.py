@@ -50,7 +50,7 @@ def display_never_closing(robot: Robot) -> None:
 
 
 class GivingUp(Robot):
-    """Stops the motors one after the other, until one fails."""
+    """A robot that stops its motors in turn, until one fails."""
 
     def close(self) -> None:
         motors = list(self.motors.values())
@@ -65,7 +65,7 @@ class GivingUp(Robot):
 
 
 class OnlyWhenAllIsWell(Robot):
-    """Closes only where nothing was raised."""
+    """A robot that closes only if nothing was raised."""
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
@@ -118,7 +118,7 @@ BROKEN = (
         OnlyWhenAllIsWellSuite,
     ),
     Broken(
-        "what was open before cannot be opened again",
+        "a robot cannot be opened again",
         frozenset({"robot_opens_again_after_closing", "only_the_devices_asked_for_are_opened"}),
         OpensLessTheSecondTime,
     ),

@@ -55,7 +55,7 @@ def clamped(motor: Motor, rad_s: float) -> float:
 
 
 def sent(motor: Motor, rad_s: float) -> float:
-    """Do it right."""
+    """Clamp the velocity, send it and return it."""
     return Motor.set_velocity(motor, rad_s)
 
 
@@ -111,7 +111,7 @@ BROKEN: tuple[Any, ...] = (
         swapped,
     ),
     broken(
-        "velocities are taken for something else than rad/s",
+        "velocities are not in rad/s",
         "velocity_is_in_radians_per_second angles_are_in_radians",
         applying(scaled(0.5)),
     ),
@@ -122,7 +122,7 @@ BROKEN: tuple[Any, ...] = (
         commanded(returns_the_limit),
     ),
     broken(
-        "set_velocity returns what was asked",
+        "set_velocity returns the requested velocity",
         "velocity_beyond_the_limit_is_clamped_and_returned",
         commanded(returns_what_was_asked),
     ),

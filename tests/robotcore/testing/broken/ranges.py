@@ -11,14 +11,14 @@ from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import LOST
-from tests.robotcore.testing.broken.sensing import Damage, described_otherwise, saying, with_attributes
+from tests.robotcore.testing.broken.sensing import Damage, change_description, change_samples, set_attributes
 from tests.robotcore.testing.harness import Broken, broken
 
 MIN_RANGE, MAX_RANGE, CONE = 0.02, 2.0, 0.5236
 
 
 def distance_as(change: Callable[[float], float]) -> Damage:
-    return saying(RangeSensor, lambda sample: replace(sample, distance=change(sample.distance)))
+    return change_samples(RangeSensor, lambda sample: replace(sample, distance=change(sample.distance)))
 
 
 def mirrored(sample: Range) -> Range:
@@ -29,7 +29,7 @@ def mirrored(sample: Range) -> Range:
 
 
 class Losing(ConformanceSuite):
-    """A suite that can lose echoes, and what the sensor then takes for a reading."""
+    """A suite that can lose echoes; the sensor then returns a wrong sample."""
 
     backend = MockBackend
     lacks: ClassVar = {TestSupport.WORLD: "its sensors follow a script"}
@@ -65,34 +65,34 @@ BROKEN = (
     broken(
         "it reads beyond its maximum",
         "beyond_the_maximum_reads_inf",
-        with_attributes("nose", max_range=MAX_RANGE),
-        described_otherwise("nose", max_range_m=MAX_RANGE + 1),
+        set_attributes("nose", max_range=MAX_RANGE),
+        change_description("nose", max_range_m=MAX_RANGE + 1),
     ),
     broken(
         "it reads below its minimum",
         "nearer_than_the_minimum_reads_the_minimum",
-        with_attributes("nose", min_range=MIN_RANGE),
-        described_otherwise("nose", min_range_m=MIN_RANGE / 10),
+        set_attributes("nose", min_range=MIN_RANGE),
+        change_description("nose", min_range_m=MIN_RANGE / 10),
     ),
     broken(
-        "rays begin behind what touches the robot",
+        "rays begin behind an obstacle that touches the robot",
         "touching_a_wall_does_not_read_inf nearer_than_the_minimum_reads_the_minimum",
         distance_as(lambda metres: math.inf if metres <= MIN_RANGE else metres),
     ),
     broken(
-        "the cone is taken for its half: too wide",
+        "the cone is twice as wide as described",
         "cone_is_the_full_angle",
-        with_attributes("nose", cone=CONE),
-        described_otherwise("nose", cone_rad=2 * CONE),
+        set_attributes("nose", cone=CONE),
+        change_description("nose", cone_rad=2 * CONE),
     ),
     broken(
         "the cone is a single beam",
         "cone_is_the_full_angle",
-        with_attributes("nose", cone=CONE),
-        described_otherwise("nose", cone_rad=0.0),
+        set_attributes("nose", cone=CONE),
+        change_description("nose", cone_rad=0.0),
     ),
-    broken("the detected point is mirrored", "detected_point_is_left_positive", saying(RangeSensor, mirrored)),
-    broken("the cone told is its half", "limits_are_the_ones_described", with_attributes("nose", cone=CONE / 2)),
+    broken("the detected point is mirrored", "detected_point_is_left_positive", change_samples(RangeSensor, mirrored)),
+    broken("the cone told is its half", "limits_are_the_ones_described", set_attributes("nose", cone=CONE / 2)),
     Broken("a lost echo reads inf", frozenset({"lost_echo_is_no_new_sample"}), LosingAsInf),
     Broken("a lost echo reads the old value as new", frozenset({"lost_echo_is_no_new_sample"}), LosingAsNew),
 )

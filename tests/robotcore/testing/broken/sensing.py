@@ -1,4 +1,4 @@
-"""Ways to damage what sensors say."""
+"""Changes to the samples of sensors."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.robotcore.testing.harness import swap_in
 Damage = Callable[[Robot], None]
 
 
-def saying(kind: type[Any], change: Callable[[Any], Any]) -> Damage:
+def change_samples(kind: type[Any], change: Callable[[Any], Any]) -> Damage:
     """Change every sample of the sensors of one kind."""
 
     def damage(robot: Robot) -> None:
@@ -28,8 +28,8 @@ def _chained(newest: Callable[[], Any], change: Callable[[Any], Any]) -> Callabl
     return lambda: change(newest())
 
 
-def described_otherwise(name: str, **changes: float) -> Callable[[Setup], Setup]:
-    """Open a device by a description that differs from the one that the suite knows."""
+def change_description(name: str, **changes: float) -> Callable[[Setup], Setup]:
+    """Open a device by a description that differs from the one of the suite."""
 
     def setup_for(setup: Setup) -> Setup:
         devices = tuple(d.model_copy(update=changes) if d.name == name else d for d in setup.robot.devices)
@@ -39,8 +39,8 @@ def described_otherwise(name: str, **changes: float) -> Callable[[Setup], Setup]
     return setup_for
 
 
-def with_attributes(name: str, **values: Any) -> Damage:
-    """Set attributes of a device, where it is open."""
+def set_attributes(name: str, **values: Any) -> Damage:
+    """Set attributes of a device if it is open."""
 
     def damage(robot: Robot) -> None:
         if name in robot.devices:

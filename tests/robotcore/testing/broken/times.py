@@ -7,7 +7,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.testing import Gate
-from tests.robotcore.testing.broken.sensing import saying
+from tests.robotcore.testing.broken.sensing import change_samples
 from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 
 EPOCH_S = 1.7e9
@@ -15,7 +15,7 @@ EPOCH_S = 1.7e9
 
 def counting_reads(robot: Robot) -> None:
     numbers = itertools.count()
-    saying(RangeSensor, lambda sample: replace(sample, sequence=next(numbers)))(robot)
+    change_samples(RangeSensor, lambda sample: replace(sample, sequence=next(numbers)))(robot)
 
 
 def sleeping(robot: Robot) -> None:
@@ -23,15 +23,15 @@ def sleeping(robot: Robot) -> None:
         robot.clock.sleep_until(robot.clock.now() + 0.005)
         return sample
 
-    saying(RangeSensor, sleep)(robot)
+    change_samples(RangeSensor, sleep)(robot)
 
 
 class WaitsForHardware(Sound):
-    """Asks the hardware when it is read."""
+    """A driver whose sensors wait for the hardware in ``read``."""
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         robot = self.open(setup)
-        saying(RangeSensor, lambda sample: _after(gate, sample))(robot)
+        change_samples(RangeSensor, lambda sample: _after(gate, sample))(robot)
         return robot
 
 
@@ -44,17 +44,17 @@ BROKEN_SAMPLES = (
     broken(
         "capture times are those of the machine",
         "capture_times_are_on_the_robots_clock",
-        saying(RangeSensor, lambda sample: replace(sample, time=sample.time + EPOCH_S)),
+        change_samples(RangeSensor, lambda sample: replace(sample, time=sample.time + EPOCH_S)),
     ),
     broken(
         "the capture time is that of the first sample",
         "capture_time_advances",
-        saying(RangeSensor, lambda sample: replace(sample, time=0.0)),
+        change_samples(RangeSensor, lambda sample: replace(sample, time=0.0)),
     ),
     broken(
         "every sample has the same sequence",
         "new_sample_has_a_higher_sequence",
-        saying(RangeSensor, lambda sample: replace(sample, sequence=0)),
+        change_samples(RangeSensor, lambda sample: replace(sample, sequence=0)),
     ),
     broken("the sequence counts reads", "sample_read_twice_is_the_same", counting_reads),
     broken("reading lets time pass", "reading_lets_no_time_pass", sleeping),
@@ -72,7 +72,7 @@ def ending_early(robot: Robot) -> None:
 
 
 def going_back(robot: Robot) -> None:
-    """Show a second too little after the fourth sleep."""
+    """Set the clock back by a second after the fourth sleep."""
     now, sleep_until = robot.clock.now, robot.clock.sleep_until
     sleeps: list[float] = []
 

@@ -10,14 +10,14 @@ from robotcore.geometry import Twist
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Encoder
 from robotcore.hal.robot import Robot
-from tests.robotcore.testing.broken.sensing import saying
+from tests.robotcore.testing.broken.sensing import change_samples
 from tests.robotcore.testing.harness import broken, swap_in
 
 _NUMBERS = itertools.count()
 
 
-def telling(what: str, change: Callable[[Any], Any]) -> Callable[[Robot], None]:
-    """Change what the truth says."""
+def change_truth(what: str, change: Callable[[Any], Any]) -> Callable[[Robot], None]:
+    """Change one value of the truth."""
 
     def damage(robot: Robot) -> None:
         tell = getattr(robot.truth, what)
@@ -39,7 +39,7 @@ def narrower(setup: Setup) -> Setup:
 
 
 def outliving_the_run(robot: Robot) -> None:
-    saying(Encoder, lambda sample: replace(sample, angle=sample.angle + 1e-12 * next(_NUMBERS)))(robot)
+    change_samples(Encoder, lambda sample: replace(sample, angle=sample.angle + 1e-12 * next(_NUMBERS)))(robot)
 
 
 BROKEN = (
@@ -48,11 +48,15 @@ BROKEN = (
     broken(
         "the twist is that of one wheel",
         "twist_is_the_change_of_the_pose",
-        telling("twist", lambda twist: Twist(2 * twist.linear, twist.angular)),
+        change_truth("twist", lambda twist: Twist(2 * twist.linear, twist.angular)),
     ),
-    broken("the floor is a contact", "open_ground_is_no_contact", telling("contacts", lambda count: max(count, 1))),
     broken(
-        "each instant of a touch is a contact", "bump_into_a_wall_is_one_contact", telling("contacts", lambda n: 9 * n)
+        "the floor is a contact", "open_ground_is_no_contact", change_truth("contacts", lambda count: max(count, 1))
+    ),
+    broken(
+        "each instant of a touch is a contact",
+        "bump_into_a_wall_is_one_contact",
+        change_truth("contacts", lambda n: 9 * n),
     ),
     broken("state outlives the run", "two_runs_alike_are_equal_to_the_bit", outliving_the_run),
 )

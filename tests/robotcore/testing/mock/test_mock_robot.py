@@ -10,6 +10,7 @@ from apps.avoid_obstacles import AvoidObstacles
 from robotcore.errors import (
     BehaviourError,
     DeviceError,
+    DeviceLostError,
     SafetyStop,
     StaleSampleError,
     UnknownNameError,
@@ -22,12 +23,12 @@ from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.session import RunRequest, run
 from robotcore.testing.mock.devices import LOST
 from robotcore.testing.mock.robot import MockRobot
-from tests.texts import Raises
+from tests.texts import CheckText, Raises
 
 
 @dataclass
 class Ahead(Behaviour):
-    """Drives on for some ticks, and keeps what it read."""
+    """An app that drives forward for some ticks, and records the distances."""
 
     ticks: int = 1000
     linear: float = 0.05
@@ -42,7 +43,7 @@ class Ahead(Behaviour):
 
 
 class Marking(Behaviour):
-    """Shows every picture it sees."""
+    """An app that shows every picture of the camera."""
 
     needs = frozenset({Role.CAMERA, Role.DISPLAY})
 
@@ -52,10 +53,10 @@ class Marking(Behaviour):
 
 
 @dataclass
-class Patient(Behaviour):
-    """Drives on; stands while a device fails."""
+class Stopping(Behaviour):
+    """An app that stops while a device fails."""
 
-    failures: list[str] = field(default_factory=list)
+    failures: list[DeviceError] = field(default_factory=list)
 
     needs = frozenset({Role.DRIVE, Role.RANGE})
 
@@ -64,13 +65,13 @@ class Patient(Behaviour):
             robot.range.read()
             robot.drive.set_velocity(0.05, 0.0)
         except DeviceError as failure:
-            self.failures.append(str(failure))
+            self.failures.append(failure)
             robot.drive.stop()
         return Status.RUNNING
 
 
 class Undeclared(Behaviour):
-    """Reads a camera that it does not say it needs."""
+    """An app that reads a camera and does not declare it in ``needs``."""
 
     needs = frozenset({Role.DRIVE})
 
@@ -106,7 +107,7 @@ def test_script_may_be_a_function_of_the_time() -> None:
     assert app.seen == pytest.approx([1.0, 0.95, 0.9])
 
 
-def test_second_run_goes_on_where_the_first_ended() -> None:
+def test_second_run_continues_the_first() -> None:
     app, robot = Ahead(), MockRobot(range=[1.0, 0.9, 0.8, 0.7])
     robot.run(app, ticks=2)
     robot.run(app, ticks=2)
@@ -114,7 +115,7 @@ def test_second_run_goes_on_where_the_first_ended() -> None:
     assert [record.tick for record in robot.ticks] == [0, 1, 2, 3]
 
 
-def test_lost_echo_leaves_the_old_sample_to_grow_old() -> None:
+def test_lost_echo_leaves_the_last_sample() -> None:
     robot = MockRobot(range=[1.0, LOST, LOST, 0.5])
     samples = []
     for _ in range(4):
@@ -125,7 +126,7 @@ def test_lost_echo_leaves_the_old_sample_to_grow_old() -> None:
     assert [sample.distance for sample in samples] == [1.0, 1.0, 1.0, 0.5]
 
 
-def test_reading_that_nobody_looked_at_counts_as_a_sample() -> None:
+def test_reading_that_was_not_read_counts_as_a_sample() -> None:
     robot = MockRobot(range=[1.0, 0.9, LOST])
     robot.advance(2)
     sample = robot.layered.range.read()
@@ -181,14 +182,14 @@ def test_deadman_stops_the_wheels_of_a_stalled_app() -> None:
     assert cut == pytest.approx(0.125, abs=1 / 240)
 
 
-def test_wheels_stand_when_the_app_is_done() -> None:
+def test_wheels_stop_at_the_end_of_the_app() -> None:
     robot = MockRobot(range=1.0)
     assert robot.run(Ahead(ticks=2), ticks=10) is Status.SUCCESS
     assert len(robot.ticks) == 2
     assert [robot.commands[name][-1].velocity for name in ("left_motor", "right_motor")] == [0.0, 0.0]
 
 
-def test_odometry_follows_what_the_wheels_were_reported() -> None:
+def test_odometry_follows_the_wheels() -> None:
     robot = MockRobot(range=1.0)
     assert robot.layered.drive.pose.x == 0
     robot.run(Ahead(linear=0.08), ticks=21)
@@ -214,7 +215,7 @@ def test_pictures_are_played_and_kept() -> None:
     assert [picture[0, 0, 0] for picture in robot.pictures] == [0, 255, 255]
 
 
-def test_picture_is_kept_as_it_was_shown() -> None:
+def test_picture_is_copied() -> None:
     robot, canvas = MockRobot(), np.zeros((240, 320, 3), dtype=np.uint8)
     robot.layered.display.show(canvas)
     canvas[:] = 255
@@ -232,7 +233,7 @@ def test_picture_of_another_size_is_refused(raises: Raises) -> None:
         MockRobot(camera=np.zeros((10, 10, 3), dtype=np.uint8)).run(Marking())
 
 
-def test_what_the_app_does_not_need_is_not_open(raises: Raises) -> None:
+def test_device_that_the_app_does_not_need_is_not_open(raises: Raises) -> None:
     with raises(BehaviourError):
         MockRobot().run(Undeclared())
 
@@ -269,13 +270,13 @@ def test_mock_runs_from_the_command_line_too() -> None:
 
 
 class TestFaults:
-    def test_a_fault_on_purpose_is_one_line(self) -> None:
+    def test_a_fault_is_injected(self) -> None:
         robot = MockRobot(range=[1.0, 0.9, 0.8], faults=["range freeze after=0.05"])
         app = Ahead()
         robot.run(app, ticks=3)
         assert app.seen == [1.0, 1.0, 1.0]
 
-    def test_chance_belongs_to_the_seed(self) -> None:
+    def test_faults_depend_on_the_seed(self) -> None:
         def seen(seed: int) -> list[float]:
             app = Ahead()
             script = [1 + tick / 100 for tick in range(15)]
@@ -284,14 +285,15 @@ class TestFaults:
 
         assert seen(1) == seen(1) != seen(2)
 
-    def test_a_wrong_one_is_refused(self, raises: Raises) -> None:
+    def test_a_wrong_fault_is_refused(self, raises: Raises) -> None:
         with raises(UsageError):
             MockRobot(faults=["range dorp=1"]).run(Ahead())
 
-    def test_an_app_lives_through_a_lost_connection_and_drives_on(self) -> None:
-        robot, app = MockRobot(range=1.0, faults=["connection lost=0.2 after=0.1"]), Patient()
+    def test_an_app_survives_a_lost_connection_and_drives_on(self, check_text: CheckText) -> None:
+        robot, app = MockRobot(range=1.0, faults=["connection lost=0.2 after=0.1"]), Stopping()
         assert robot.run(app, ticks=10) is Status.RUNNING
         assert len(app.failures) == 4
-        assert app.failures[0] == 'nose: the connection is lost, by the fault "connection lost=0.2 after=0.1"'
+        assert (app.failures[0].device, type(app.failures[0])) == ("nose", DeviceLostError)
+        check_text(app.failures[0])
         assert [wheels.left > 0 for wheels in robot.wheels] == [True] * 2 + [False] * 4 + [True] * 4
         assert [tick.sent for tick in robot.ticks[2:6]] == [(0.0, 0.0)] * 4
