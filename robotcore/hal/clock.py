@@ -109,7 +109,7 @@ class SteppedClock(Clock):
 
     def __init__(self, rate_hz: float, advance: Callable[[int], None], step_s: float | None = None) -> None:
         if not (math.isfinite(rate_hz) and rate_hz > 0):
-            raise UsageError(f"the rate is {rate_hz} Hz; it must be a positive number")
+            raise UsageError(f"the rate is {rate_hz} Hz; it must be a positive number", kind="rate-not-positive")
         per_tick = math.ceil(MIN_PHYSICS_RATE_HZ / rate_hz) if step_s is None else _steps_in_a_tick(rate_hz, step_s)
         self.steps_per_second = rate_hz * per_tick
         self._advance = advance
@@ -155,7 +155,9 @@ def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
     if steps < 1 - _SAME or abs(steps - round(steps)) > _SAME * steps:
         raise UsageError(
             f"a tick of 1/{rate_hz:g} s is no whole number of the simulator's steps of {step_s:g} s. "
-            f"Take --rate {fitting_hz:g}, or set the simulator's time step to {1 / rate_hz:g} s"
+            f"Take --rate {fitting_hz:g}, or set the simulator's time step to {1 / rate_hz:g} s",
+            kind="rate-does-not-fit",
+            rate_hz=fitting_hz,
         )
     return round(steps)
 
@@ -222,13 +224,18 @@ class AppClock(Clock):
         return self._ticks.now()
 
     def sleep_until(self, deadline: float) -> bool:
-        raise UsageError("an app never sleeps. Return Status.RUNNING from step, and the next tick comes by itself")
+        raise UsageError(
+            "an app never sleeps. Return Status.RUNNING from step, and the next tick comes by itself", kind="app-sleeps"
+        )
 
     def call_at(self, deadline: float, callback: Callback) -> None:
-        raise UsageError("an app is not called back. Compare robot.clock.now() in step with the time to wait for")
+        raise UsageError(
+            "an app is not called back. Compare robot.clock.now() in step with the time to wait for",
+            kind="app-wants-call",
+        )
 
     def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
-        raise UsageError("an app polls nothing. Do it in step, which is called once a tick")
+        raise UsageError("an app polls nothing. Do it in step, which is called once a tick", kind="app-polls")
 
     def close(self) -> None:
         """Do nothing: the loop closes its clock."""

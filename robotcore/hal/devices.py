@@ -170,7 +170,7 @@ class Device:
             raise self._untranslated(error) from error
 
     def _untranslated(self, error: Exception) -> DeviceError:
-        return DeviceError(self.name, f"{type(error).__name__}: {error}".removesuffix(": "))
+        return DeviceError(self.name, f"{type(error).__name__}: {error}".removesuffix(": "), kind="driver-error")
 
 
 class Motor(Device, ABC):

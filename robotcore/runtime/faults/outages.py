@@ -104,4 +104,7 @@ class ConnectionLoss(Layer):
     def require(self, device: str) -> None:
         """Raise DeviceLostError, with the device and the fault, while the connection is lost."""
         if self._fault.is_on(self._context.clock.now()):
-            raise DeviceLostError(device, f'the connection is lost, by the fault "{self._context.written}"')
+            written = self._context.written
+            raise DeviceLostError(
+                device, f'the connection is lost, by the fault "{written}"', kind="injected-loss", fault=written
+            )

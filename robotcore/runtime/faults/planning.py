@@ -58,7 +58,10 @@ def find_target(name: str, description: RobotDescription, opened: Collection[str
     if name in targets:
         return targets[name]
     if name in targets_of(description, [device.name for device in description.devices]):
-        raise UsageError(f"the app opens no {name}; what it opens that can fail: {', '.join(sorted(targets))}")
+        raise UsageError(
+            f"the app does not open {name}. It opens these targets: {', '.join(sorted(targets))}",
+            kind="fault-target-not-open",
+        )
     raise UnknownNameError("target", name, list(targets))
 
 
@@ -194,7 +197,7 @@ def _plan_fault(spec: Spec, description: RobotDescription, opened: Collection[st
         candidates = find_faults(spec.effect)
         target = find_target(spec.target, description, opened)
     except UsageError as error:
-        raise _build_error(spec, f"{error}\nrobotcore faults lists all effects") from error
+        raise _build_error(spec, f"{error}\nrobotcore faults lists all effects", error.kind) from error
     fault = next((fault for fault in candidates if target.kind in fault.on), None)
     if fault is None:
         raise _build_kind_error(spec, target.kind, candidates)
@@ -207,6 +210,7 @@ def _build_kind_error(spec: Spec, kind: Kind, candidates: Sequence[type[Fault]])
         spec,
         f"{spec.effect} is for {' or '.join(fitting)}; on a {kind.value} there are: {', '.join(effects_on(kind))}\n"
         f'Write it like "{candidates[0].example}"; robotcore faults lists all effects',
+        "fault-not-on-this-kind",
     )
 
 
@@ -219,7 +223,8 @@ def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
         except ValidationError as error:
             key, reason = first_mistake(error)
             mistake = f"{spec.effect if key == VALUE else key} {reason}".strip()
-    raise _build_error(spec, f'{mistake}\nWrite it as "{form_of(spec.target, spec.effect, fault)}"')
+    form = form_of(spec.target, spec.effect, fault)
+    raise _build_error(spec, f'{mistake}\nWrite it as "{form}"', "fault-parameter")
 
 
 def _find_mistake(spec: Spec, fault: type[Fault]) -> str:
@@ -237,5 +242,5 @@ def _needs_value(fault: type[Fault]) -> bool:
     return VALUE in fault.model_fields and fault.model_fields[VALUE].is_required()
 
 
-def _build_error(spec: Spec, reason: str) -> UsageError:
-    return UsageError(f"--fault {quote_text(str(spec))}: {reason}")
+def _build_error(spec: Spec, reason: str, kind: str) -> UsageError:
+    return UsageError(f"--fault {quote_text(str(spec))}: {reason}", kind=kind, fault=str(spec))

@@ -69,7 +69,7 @@ def quote_text(text: str) -> str:
 
 
 def _refusal(text: str, fault: str) -> UsageError:
-    return UsageError(f'{quote_text(text)}: {fault}. Write {GRAMMAR}, such as "{EXAMPLE}"')
+    return UsageError(f'{quote_text(text)}: {fault}. Write {GRAMMAR}, such as "{EXAMPLE}"', kind="fault-form")
 
 
 def _format_number(number: float) -> str:
@@ -131,7 +131,11 @@ def read_specs(texts: Iterable[str]) -> tuple[str, ...]:
     """
     specs = [str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)])]
     if len(specs) > MAX_INJECTED_FAULTS:
-        raise UsageError(f"a run can have at most {MAX_INJECTED_FAULTS} faults, got {len(specs)}. Leave some out")
+        raise UsageError(
+            f"a run can have at most {MAX_INJECTED_FAULTS} faults, got {len(specs)}. Leave some out",
+            kind="too-many-faults",
+            count=len(specs),
+        )
     return tuple(specs)
 
 
@@ -157,7 +161,7 @@ def _spec(words: dict[str, str], file: str, place: str) -> Spec:
     try:
         return Spec.parse(" ".join([target, first, *(f"{key}={word}" for key, word in words.items())]))
     except UsageError as error:
-        raise UsageError(f"{file}: {place}: {error}") from error
+        raise UsageError(f"{file}: {place}: {error}", kind=error.kind, file=file, place=place) from error
 
 
 VALUE = "value"

@@ -79,13 +79,14 @@ class CallMonitorLayer(Layer):
 
     def _limit_call(self, device: str) -> TimeLimit:
         def build_error(seconds: float, _frame: FrameType | None) -> RobotcoreError:
-            return DeviceError(device, f"has not answered for {seconds:.1f} s. {_ADVICE}")
+            return DeviceError(device, f"has not answered for {seconds:.1f} s. {_ADVICE}", kind="device-hangs")
 
         return TimeLimit(self.answer_s, build_error, GRACE_S)
 
     def _build_clock_error(self, seconds: float, _frame: FrameType | None) -> RobotcoreError:
         return BackendError(
-            f"the backend of {self.robot!r} has not answered for {seconds:.1f} s, in a sleep. {_ADVICE}"
+            f"the backend of {self.robot!r} has not answered for {seconds:.1f} s, in a sleep. {_ADVICE}",
+            kind="backend-hangs",
         )
 
 
@@ -114,4 +115,7 @@ class _MonitoredClock(ClockWrapper):
             raise
         except (OSError, EOFError) as broken:
             cause = f"{type(broken).__name__}: {broken}".removesuffix(": ")
-            raise BackendError(f"the backend lets no time pass: {cause}. Is the simulator still running?") from broken
+            raise BackendError(
+                f"the backend lets no time pass: {cause}. Is the simulator still running?",
+                kind="connection-broken",
+            ) from broken

@@ -11,6 +11,7 @@ import pytest
 from robotcore.errors import UsageError
 from robotcore.hal.clock import Clock, SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock, ServerClock
+from tests.texts import Raises
 
 
 class FakeTime:
@@ -70,15 +71,11 @@ class TestSteppedClock:
         assert taken == [steps * rate_hz]
         assert clock.now() == 1.0
 
-    @pytest.mark.parametrize(
-        "rate_hz, step_s, fitting", [(30, 0.05, "--rate 20"), (12, 0.05, "--rate 10"), (9, 0.05, "--rate 10")]
-    )
+    @pytest.mark.parametrize("rate_hz, step_s, fitting", [(30, 0.05, 20), (12, 0.05, 10), (9, 0.05, 10)])
     def test_a_simulators_own_step_that_does_not_fit_is_refused_with_a_rate_that_does(
-        self, rate_hz: float, step_s: float, fitting: str
+        self, rate_hz: float, step_s: float, fitting: float, raises: Raises
     ) -> None:
-        with pytest.raises(
-            UsageError, match=f"no whole number of the simulator's steps of 0.05 s. Take {fitting}, or set"
-        ):
+        with raises(UsageError, "rate-does-not-fit", rate_hz=pytest.approx(fitting)):
             SteppedClock(rate_hz, lambda _: None, step_s)
 
     def test_looking_at_it_lets_no_time_pass(self) -> None:
@@ -154,8 +151,8 @@ class TestSteppedClock:
         clock.sleep_until(1.0)
 
     @pytest.mark.parametrize("rate_hz", [0, -20, math.nan, math.inf])
-    def test_a_rate_that_is_none_is_refused(self, rate_hz: float) -> None:
-        with pytest.raises(UsageError, match="rate"):
+    def test_a_rate_that_is_none_is_refused(self, rate_hz: float, raises: Raises) -> None:
+        with raises(UsageError, "rate-not-positive"):
             SteppedClock(rate_hz, lambda _: None)
 
 
@@ -272,7 +269,7 @@ class TestServerClock:
         clock = ServerClock(source)
         clock.call_at(1.0, _fail)
         assert asked_by_thread.wait(10)
-        with pytest.raises(ConnectionError, match="gone"):
+        with pytest.raises(ConnectionError):
             clock.sleep_until(1.0)
         clock.close()
 

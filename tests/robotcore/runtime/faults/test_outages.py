@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.errors import DeviceError
+from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
@@ -14,6 +14,7 @@ from robotcore.runtime.faults.outages import Lost
 from robotcore.runtime.loop import Loop
 from tests.robotcore.fakes import Deed, picture
 from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+from tests.texts import Raises
 
 NEVER = float("inf")
 
@@ -65,7 +66,7 @@ class TestStall:
 
 
 class TestLost:
-    def test_every_device_fails_by_its_name_and_works_again(self) -> None:
+    def test_every_device_fails_by_its_name_and_works_again(self, raises: Raises) -> None:
         rig = faulty("connection lost=0.1 after=0.05")
         robot = rig.robot
         robot.camera.read()
@@ -76,11 +77,10 @@ class TestLost:
             "screen": lambda: robot.display.show(picture()),
         }
         for device, use in uses.items():
-            fault = 'by the fault "connection lost=0.1 after=0.05"'
-            with pytest.raises(DeviceError, match=f"{device}: the connection is lost, {fault}"):
+            with raises(DeviceLostError, "injected-loss", device=device, fault="connection lost=0.1 after=0.05"):
                 use()
         robot.drive.set_velocity(-0.1, 0.0)
-        with pytest.raises(DeviceError, match="left_motor: the connection is lost"):
+        with raises(DeviceLostError, "injected-loss", device="left_motor"):
             rig.commit()
         rig.sleep(0.1)
         assert robot.range.read().time == robot.camera.read().time == pytest.approx(0.15)
@@ -120,9 +120,9 @@ class TestLost:
         begun = [round(20 * (after + turn * every)) for turn in range(times)]
         assert on == [tick for first in begun for tick in (first, first + 1)]
 
-    def test_a_single_device_can_be_cut_off(self) -> None:
+    def test_a_single_device_can_be_cut_off(self, raises: Raises) -> None:
         robot = faulty("camera lost=1").robot
-        with pytest.raises(DeviceError, match='eye: the connection is lost, by the fault "camera lost=1"'):
+        with raises(DeviceLostError, "injected-loss", device="eye", fault="camera lost=1"):
             robot.camera.read()
         assert robot.range.read()
 

@@ -15,6 +15,7 @@ from robotcore.runtime.faults.planning import effects, targets_of
 from robotcore.runtime.faults.spec import read_specs
 from tests.robotcore.fakes import ROVER
 from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
+from tests.texts import CheckText, Raises
 
 
 @pytest.mark.parametrize(
@@ -34,23 +35,21 @@ def test_the_canonical_form_is_read_as_the_same(text: str, canonical: str) -> No
 
 
 @pytest.mark.parametrize(
-    "text, fault",
+    "text",
     [
-        ("", "everything is missing"),
-        ("camera", "an effect is missing"),
-        ("camera drop=0.2 after", "'after' has no value"),
-        ("camera drop= after=5", "'drop=' has no value"),
-        ("camera =0.2", "'' is no name"),
-        ("ca/mera drop=0.2", "'ca/mera' is no name"),
-        ("camera drop=0.2 after=5 after=6", "after is given twice"),
-        ("camera drop=0.2\x07", r"'0.2\\x07' cannot be printed"),
+        "",
+        "camera",
+        "camera drop=0.2 after",
+        "camera drop= after=5",
+        "camera =0.2",
+        "ca/mera drop=0.2",
+        "camera drop=0.2 after=5 after=6",
+        "camera drop=0.2\x07",
     ],
 )
-def test_what_is_none_is_reported_in_one_line_with_the_form(text: str, fault: str) -> None:
-    with pytest.raises(UsageError, match=fault) as raised:
+def test_text_of_another_form_is_refused(text: str, raises: Raises) -> None:
+    with raises(UsageError, "fault-form"):
         Spec.parse(text)
-    assert 'Write TARGET EFFECT[=VALUE] [KEY=VALUE …], such as "camera drop=0.2 after=5"' in str(raised.value)
-    assert "\n" not in str(raised.value)
 
 
 def test_a_long_text_is_not_reported_in_full() -> None:
@@ -91,41 +90,40 @@ def test_a_file_stands_for_what_is_in_it_among_the_others(file: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "old, new, text",
+    "old, new",
     [
-        ('effect = "drop"', "", "fault[#1].effect: is missing. Add it"),
-        ('"camera"', "3", "fault[#1]: '3.0 drop=0.2 after=5.0': '3.0' is no name. Write TARGET"),
-        ("value = 0.20", "value = true", "fault[#1].value: is neither a number nor a word. Write a number, or"),
-        ("value = 0.20", "value = nan", "fault[#1].value: is neither a number nor a word. Write a number, or"),
-        ("lasts = 1.5", "lasts = [1.5]", "fault[#2].lasts: is neither a number nor a word"),
-        ("lasts = 1.5", 'lasts = ""', "fault[#2]: 'right_motor dead lasts= after=10.0': 'lasts=' has no value. Write"),
-        ("[[fault]]", "[[faults]]", "faults: is unknown. Correct it or take it out. Did you mean 'fault'?"),
-        (FILE, "", "fault: is missing. Add it"),
-        (FILE, "fault = []", "fault: should be one or more tables: [[fault]], got a list of 0. Correct it"),
-        (FILE, "[fault]", "fault: should be one or more tables: [[fault]], got a table. Correct it"),
-        (FILE, "[[fault]", "it is not TOML"),
+        ('effect = "drop"', ""),
+        ('"camera"', "3"),
+        ("value = 0.20", "value = true"),
+        ("value = 0.20", "value = nan"),
+        ("lasts = 1.5", "lasts = [1.5]"),
+        ("lasts = 1.5", 'lasts = ""'),
+        ("[[fault]]", "[[faults]]"),
+        (FILE, ""),
+        (FILE, "fault = []"),
+        (FILE, "[fault]"),
+        (FILE, "[[fault]"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_reported_in_one_line_with_its_place(
-    file: Path, old: str, new: str, text: str
-) -> None:
+def test_mistake_in_a_file_is_reported_with_its_place(file: Path, old: str, new: str, check_text: CheckText) -> None:
     assert old in FILE
     file.write_text(FILE.replace(old, new))
     with pytest.raises(UsageError) as raised:
         read_specs([str(file)])
-    assert str(raised.value).startswith(f"{file}: {text}")
-    assert "\n" not in str(raised.value)
+    check_text(raised.value)
 
 
-def test_a_file_that_is_not_there_is_reported(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"gone.toml: No such file"):
+def test_a_file_that_is_not_there_is_reported(tmp_path: Path, check_text: CheckText) -> None:
+    with pytest.raises(UsageError) as raised:
         read_specs([str(tmp_path / "gone.toml")])
+    check_text(raised.value)
 
 
-def test_a_file_that_is_no_text_is_reported(file: Path) -> None:
+def test_a_file_that_is_no_text_is_reported(file: Path, check_text: CheckText) -> None:
     file.write_bytes(b"\xff\xfe")
-    with pytest.raises(DescriptionError, match="it is not text"):
+    with pytest.raises(DescriptionError) as raised:
         read_specs([str(file)])
+    check_text(raised.value)
 
 
 NAMES = [device.name for device in ROVER.devices]

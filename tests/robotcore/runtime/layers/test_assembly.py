@@ -38,7 +38,7 @@ class TestNeededDevices:
         assert needed_devices(ROVER, ()) == frozenset()
 
     def test_a_need_that_cannot_be_met_is_refused(self) -> None:
-        with pytest.raises(UnmetNeedError, match="'lookout' has no drive"):
+        with pytest.raises(UnmetNeedError):
             needed_devices(load_robot("lookout"), {Role.CAMERA, Role.DRIVE})
 
     def test_what_is_only_wanted_is_left_out_where_it_is_missing(self) -> None:
@@ -71,7 +71,7 @@ class TestSensors:
     def test_a_stale_sample_is_refused(self) -> None:
         rig = Rig()
         rig.nose.age = ROVER.safety.max_age_s + 0.01
-        with pytest.raises(StaleSampleError, match="nose"):
+        with pytest.raises(StaleSampleError):
             rig.robot.range.read()
 
     def test_mounts_are_those_of_the_description(self) -> None:

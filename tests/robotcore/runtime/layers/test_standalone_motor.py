@@ -65,7 +65,7 @@ def test_a_command_that_is_renewed_lives_on(bench: Bench) -> None:
 
 @pytest.mark.parametrize("velocity", [math.nan, math.inf])
 def test_no_number_stops_every_motor_for_good(bench: Bench, velocity: float) -> None:
-    with pytest.raises(InvalidCommandError, match="gripper"):
+    with pytest.raises(InvalidCommandError):
         bench.gripper.set_velocity(velocity)
     assert bench.wheel.sent[-1] == bench.inner.sent[-1] == 0.0
     with pytest.raises(InvalidCommandError):
