@@ -55,7 +55,7 @@ class RunLog:
         if error and error != self._error:
             yield LogLine(Level.Error, f"{error.kind}: {error.message}")
         if self._error and not error:
-            yield LogLine(Level.Info, "goes on")
+            yield LogLine(Level.Info, "the run continues")
         self._error = error
 
     def _changed_faults(self, time: float) -> Iterator[LogLine]:
@@ -72,7 +72,7 @@ class RunLog:
                 yield LogLine(Level.Error, message)
         for device in [name for name in self._failures if name not in failed]:
             if any(read.device == device for read in tick.reads):
-                yield LogLine(Level.Info, f"{device}: gives samples again")
+                yield LogLine(Level.Info, f"{device}: returns samples again")
             else:
                 failed[device] = self._failures[device]
         self._failures = failed
@@ -86,13 +86,13 @@ class RunLog:
                     Level.Warning, f"{each.cause}: {_format_wheels(each.asked)} became {_format_wheels(each.sent)}"
                 )
         for cause in sorted(self._causes - causes):
-            yield LogLine(Level.Info, f"{cause}: lets go")
+            yield LogLine(Level.Info, f"{cause}: ended")
         self._causes = causes
 
     def _drops(self, tick: Tick) -> Iterator[LogLine]:
         before, self._dropped = self._dropped, self._dropped + len(list_dropped(tick))
         if self._dropped and not before:
-            yield LogLine(Level.Warning, "pictures are dropped: they come faster than they can be written")
+            yield LogLine(Level.Warning, "pictures are dropped, because the disk is too slow")
 
 
 def list_dropped(tick: Tick) -> list[str]:

@@ -21,7 +21,7 @@ UNRULY = str(Path(unruly.__file__))
 
 
 class Witness:
-    """Sees what the recorder sees, and keeps it in memory."""
+    """A recorder in memory, to compare with the file."""
 
     def __init__(self) -> None:
         self.layer = RecordingTap(lambda: True)
@@ -59,7 +59,7 @@ class Blinking(Tap):
 
 
 class Recorded:
-    """A run that was recorded: its file, what it holds, and the witness."""
+    """A recorded run: the file, its recording, and the recorder in memory."""
 
     def __init__(self, file: Path, witness: Witness, recorder: Recorder) -> None:
         self.file, self.witness, self.recorder = file, witness, recorder
@@ -70,7 +70,7 @@ class Recorded:
 
 
 def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = UNRULY, **asked: Any) -> Recorded:
-    """Run the unruly app, or another, and record it."""
+    """Record a run of the unruly app, or of another one."""
     recorder, witness = Recorder(file, is_jpeg=is_jpeg), Witness()
     run(RunRequest(app, **{"seed": 3, **asked}), [recorder, witness], [*below, recorder.layer, witness.layer])
     return Recorded(file, witness, recorder)
@@ -78,7 +78,7 @@ def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = UNRULY, **
 
 @pytest.fixture(scope="session")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
-    """A run that ended well, with a camera that fails now and then."""
+    """A successful run with a camera that fails sometimes."""
     file = tmp_path_factory.mktemp("recorded") / "run.mcap"
     return record(file, Blinking(), settings={"ticks": 30})
 

@@ -1,4 +1,4 @@
-"""A run that is recorded until somebody ends the process: ``python -m tests.robotcore.recording.recording_run FILE``.
+"""A run that is recorded until a test ends the process: ``python -m tests.robotcore.recording.recording_run FILE``.
 
 Prints the time of each tick. A second argument limits the size of files, in bytes.
 """

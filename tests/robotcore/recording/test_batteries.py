@@ -1,4 +1,4 @@
-"""A battery in a recording: on a channel of its own, read back to the bit, and in the way of no replay."""
+"""Batteries in recordings, replays and comparisons."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def recorded(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = draini
     return read(file)
 
 
-def test_each_voltage_that_was_read_comes_back_to_the_bit(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+def test_recorded_voltages_are_bit_equal(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     recording = recorded(monkeypatch, file)
     voltages = [sample for key, sample in recording.samples.items() if key.device == "cells"]
     assert voltages == [Voltage(draining(time), time, 20 * time) for time in range(6)]
@@ -59,14 +59,14 @@ def test_warning_is_in_its_tick_and_in_the_log(monkeypatch: pytest.MonkeyPatch, 
     assert LogLine(Level.Warning, *recording.ticks[0].warnings) in list(RunLog(()).list_new(recording.ticks[0]))
 
 
-def test_a_table_has_its_voltage_where_it_was_read(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+def test_table_has_the_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     recording = recorded(monkeypatch, file)
     rows = list(csv.DictReader(write_csv(recording, file.with_suffix(".csv"), "").read_text().splitlines()))
     voltages = [(row["cells_v"], row["cells_time_s"]) for row in rows if row["cells_v"]]
     assert voltages == [(str(draining(time)), str(float(time))) for time in range(6)]
 
 
-def test_a_file_that_was_cut_tells_the_same_of_it(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+def test_cut_file_has_the_same_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     recording = recorded(monkeypatch, file, 6.0)
     whole, cut = recording.result, build_result(replace(recording, result=None))
     assert whole
@@ -76,9 +76,7 @@ def test_a_file_that_was_cut_tells_the_same_of_it(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("volts", [draining, lambda time: DeviceError("cells", "no answer") if time < 2.5 else 7.0])
-def test_a_run_with_a_battery_is_replayed_to_the_bit(
-    monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script
-) -> None:
+def test_run_with_a_battery_is_replayed_bit_equal(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script) -> None:
     recording = recorded(monkeypatch, file, volts)
     replayed = replay(recording)
     assert recording.result
@@ -88,7 +86,7 @@ def test_a_run_with_a_battery_is_replayed_to_the_bit(
 
 
 @pytest.mark.parametrize("period", [0.0, 0.3])
-def test_a_replay_that_reads_it_at_another_pace_does_not_deviate(
+def test_other_pace_of_battery_reads_is_no_difference(
     monkeypatch: pytest.MonkeyPatch, file: Path, period: float
 ) -> None:
     recording = recorded(monkeypatch, file)
@@ -97,7 +95,7 @@ def test_a_replay_that_reads_it_at_another_pace_does_not_deviate(
     assert not evaluate(recording).late_reads
 
 
-def test_two_runs_are_compared_by_their_lowest_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
+def test_comparison_has_the_lowest_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
     one = recorded(monkeypatch, file)
     other = replace(one, result=replace(one.result, batteries={})) if one.result else one
     row = [

@@ -1,4 +1,4 @@
-"""test_codec."""
+"""Encoding and decoding of events."""
 
 from __future__ import annotations
 
@@ -74,14 +74,14 @@ events = (
 
 
 @given(events)
-def test_an_event_comes_back_with_the_very_doubles(event: Any) -> None:
+def test_decoded_event_has_the_same_doubles(event: Any) -> None:
     again = from_json(type(event), to_json(event))
     assert type(again) is type(event)
     assert bits(again) == bits(event)
 
 
 def bits(value: Any) -> Any:
-    """Return a value in which each double is its bytes; every nan is the same."""
+    """Return a value with each double replaced by its bytes. Every NaN is the same."""
     if isinstance(value, float):
         return b"nan" if value != value else struct.pack("<d", value)  # noqa: PLR0124
     if hasattr(value, "__dataclass_fields__"):
@@ -91,29 +91,29 @@ def bits(value: Any) -> Any:
     return [type(value), *map(bits, value)] if isinstance(value, tuple) else value
 
 
-def test_what_is_no_number_travels_as_a_string_so_that_the_json_is_one_that_all_read() -> None:
+def test_non_finite_number_is_a_string_in_json() -> None:
     values = json.loads(to_json(Wheels(float("inf"), float("nan"))), parse_constant=pytest.fail)
     assert values == {"left": "inf", "right": "nan"}
 
 
-def test_numpy_numbers_and_members_of_enumerations_are_reported_as_what_they_are() -> None:
+def test_numpy_numbers_and_enumerations_become_plain_values() -> None:
     assert to_plain([np.float64(0.1), np.int64(3), np.bool_(True).item()]) == [0.1, 3, True]
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"[]", b'{"number": "x"}', b'{"number": 1, "time": [], "state": ""}'])
-def test_what_is_no_tick_is_refused(content: bytes) -> None:
+def test_invalid_tick_is_refused(content: bytes) -> None:
     with pytest.raises(ValueError):  # noqa: PT011  pydantic's, or json's
         from_json(Tick, content)
 
 
 @pytest.mark.parametrize("text", [rb"\ud800", rb"a\uDC80b", rb"\ud83d \ude00", b"\xed\xa0\x80"])
-def test_lone_surrogate_is_refused_wherever_it_is(text: bytes) -> None:
+def test_lone_surrogate_is_refused_in_any_string(text: bytes) -> None:
     for content in (b'{"kind":"%s","message":""}', b'{"kind":"","message":"","attributes":{"%s":1}}'):
         with pytest.raises(UnicodeError):
             from_json(RecordedError, content % text)
 
 
-def test_character_that_json_writes_as_two_surrogates_comes_back() -> None:
+def test_surrogate_pair_is_decoded() -> None:
     assert from_json(RecordedError, to_json(RecordedError("\U0001f600", ""))) == RecordedError("\U0001f600", "")
 
 

@@ -1,4 +1,4 @@
-"""test_comparison."""
+"""Comparison of two recordings."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def with_milestones(recording: Recording, **milestones: float) -> Recording:
     return replace(recording, result=replace(recording.result, milestones=milestones))
 
 
-def test_recording_is_like_itself(run: Recording) -> None:
+def test_recording_is_alike_itself(run: Recording) -> None:
     same = compared(run, run)
     assert (same.is_alike, same.exit_status, same.first_difference, same.first_other_milestone) == (True, 0, None, None)
 
@@ -62,12 +62,12 @@ def test_times_of_milestones_may_differ(run: Recording) -> None:
     assert comparison.is_alike
 
 
-def test_order_of_milestones_may_not(run: Recording) -> None:
+def test_order_of_milestones_must_be_the_same(run: Recording) -> None:
     comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, near=1.0, seen=2.0))
     assert (comparison.exit_status, comparison.first_other_milestone) == (1, ("seen", "near"))
 
 
-def test_milestone_that_only_one_reached_is_named(run: Recording) -> None:
+def test_milestone_of_one_recording_only_is_reported(run: Recording) -> None:
     comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0))
     assert comparison.first_other_milestone == ("near", None)
 
@@ -88,7 +88,7 @@ def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recordi
     assert (draw_comparison(same_paths)[:136] != draw_comparison(compared(run, run))[:136]).any()
 
 
-def test_room_that_only_one_knows_is_no_other_room(run: Recording) -> None:
+def test_unknown_room_is_no_other_room(run: Recording) -> None:
     assert not compared(run, replace(run, metadata=replace(run.metadata, world=None))).do_rooms_differ
 
 
@@ -99,7 +99,7 @@ def test_room_in_another_light_is_no_other_room(run: Recording) -> None:
     assert not compared(run, replace(run, metadata=replace(run.metadata, world=dark))).do_rooms_differ
 
 
-def test_table_of_the_picture_tells_every_word(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_table_of_the_picture_has_every_text(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[str] = []
     text = Canvas.text
 
@@ -115,24 +115,24 @@ def test_table_of_the_picture_tells_every_word(run: Recording, monkeypatch: pyte
         assert set(" ".join(row).split()) <= {*words, NOTHING}
 
 
-def test_other_outcome_is_not_alike(run: Recording) -> None:
+def test_different_outcomes_are_not_alike(run: Recording) -> None:
     assert run.result
     timeout = replace(run, result=replace(run.result, outcome=Outcome.TIMEOUT))
     assert not compared(run, timeout).is_alike
 
 
-def test_states_part_in_the_first_tick_that_differs(run: Recording) -> None:
+def test_first_different_state_is_reported(run: Recording) -> None:
     first_difference = compared(run, changed(changed(run, 9, state="lost"), 30, state="lost")).first_difference
     assert first_difference == FirstDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
 
 
-def test_run_that_is_over_earlier_parts_there(run: Recording) -> None:
+def test_earlier_end_is_the_first_difference(run: Recording) -> None:
     first_difference = compared(run, replace(run, ticks=run.ticks[:20])).first_difference
     assert first_difference
     assert (first_difference.tick, first_difference.second) == (20, None)
 
 
-def test_file_that_was_cut_is_measured_by_what_it_has(run: Recording) -> None:
+def test_cut_file_is_measured_up_to_its_end(run: Recording) -> None:
     cut = replace(run, ticks=run.ticks[:20], result=None, is_cut=True)
     comparison = compared(run, cut)
     assert (comparison.exit_status, comparison.second.outcome) == (1, "cut")
@@ -141,7 +141,7 @@ def test_file_that_was_cut_is_measured_by_what_it_has(run: Recording) -> None:
     assert comparison.milestones[1] == reached
 
 
-def test_paths_are_measured_in_metres_and_poses_stand_in_the_world(run: Recording) -> None:
+def test_paths_are_in_metres_and_poses_in_the_world(run: Recording) -> None:
     side = RunSummary("a", run)
     assert measure_path([Pose(0, 0, 0), Pose(3, 4, 1), Pose(3, 4, 2)]) == 5
     first, true = next(iter(side.odometry.values())), next(iter(side.truth.values()))
@@ -150,14 +150,14 @@ def test_paths_are_measured_in_metres_and_poses_stand_in_the_world(run: Recordin
     assert side.drift < 0.02
 
 
-def test_drift_is_how_far_the_wheels_believe_to_be_from_the_truth(run: Recording) -> None:
+def test_drift_is_the_distance_of_odometry_and_truth(run: Recording) -> None:
     last = run.truth[-1]
     moved = GroundTruthSample(last.tick, last.time, last.pose._replace(x=last.pose.x + 3.0), 0)
     drift = RunSummary("a", replace(run, truth=[*run.truth[:-1], moved])).drift
     assert drift == pytest.approx(3.0, abs=0.02)
 
 
-def test_without_truth_and_without_a_drive_nothing_is_made_up(run: Recording) -> None:
+def test_values_without_truth_and_drive_are_none(run: Recording) -> None:
     watching = recorded("mark-green", robot="lookout", world="open", seed=3, timeout_s=1.0)
     payload = RunSummary("a", replace(watching, truth=[])).to_dict()
     assert (
@@ -178,7 +178,7 @@ def test_picture_shows_both_paths_in_their_colours(run: Recording, other: Record
     assert cv2.imencode(".png", image)[0]
 
 
-def test_runs_without_a_world_are_drawn_on_a_floor_that_fits(run: Recording) -> None:
+def test_runs_without_a_world_are_drawn_on_a_fitting_floor(run: Recording) -> None:
     bare = replace(run, metadata=replace(run.metadata, world=None), truth=[])
     image = draw_comparison(compared(bare, bare))
     assert (np.abs(image[136:, :900].astype(int) - SECOND[::-1]).max(axis=2) < 8).sum() > 200

@@ -1,4 +1,4 @@
-"""test_contents."""
+"""Contents, table and film of a recording."""
 
 from __future__ import annotations
 
@@ -40,18 +40,18 @@ def test_sample_that_is_read_again_counts_once(search: Recording) -> None:
     assert (eye.samples, eye.reads) == (40, 41)
 
 
-def test_cut_recording_says_so_and_has_no_outcome(search: Recording) -> None:
+def test_cut_recording_has_no_outcome(search: Recording) -> None:
     summary = summarise_contents(replace(search, result=None, is_cut=True, why_not="2 sample(s) are missing"))
     assert (summary["whole"], summary["outcome"], summary["replayable"]) == (False, None, False)
     assert summary["why_not"] == "2 sample(s) are missing"
 
 
-def test_recording_without_a_tick_is_reported_too(search: Recording) -> None:
+def test_recording_without_a_tick_has_contents(search: Recording) -> None:
     summary = summarise_contents(replace(search, ticks=[], result=None, is_cut=True))
     assert (summary["ticks"], summary["rate_hz"], summary["duration_s"]) == (0, None, 0.0)
 
 
-def test_table_has_a_row_a_tick_and_every_digit(search: Recording, tmp_path: Path) -> None:
+def test_table_has_one_row_per_tick_with_every_digit(search: Recording, tmp_path: Path) -> None:
     file = write_csv(search, tmp_path, "run")
     assert file == tmp_path / "run.csv"
     with file.open(newline="") as stream:
@@ -68,13 +68,13 @@ def test_table_has_a_row_a_tick_and_every_digit(search: Recording, tmp_path: Pat
     assert (float(row["nose_time_s"]), row["eye_sequence"]) == (nose.time, "7")
 
 
-def test_what_a_tick_has_none_of_is_empty(search: Recording, tmp_path: Path) -> None:
+def test_cell_without_a_value_is_empty(search: Recording, tmp_path: Path) -> None:
     bare = changed(search, 7, reads=(), asked=None, sent=None, pose=None)
     rows = list(csv.DictReader(write_csv(bare, tmp_path / "t.csv", "").read_text().splitlines()))
     assert {rows[7][name] for name in ("nose_m", "eye_sequence", "asked_left_rad_s", "sent_left_rad_s", "x_m")} == {""}
 
 
-def test_table_that_cannot_be_written_is_named_by_its_file(raises: Raises, search: Recording, tmp_path: Path) -> None:
+def test_table_that_cannot_be_written_is_refused(raises: Raises, search: Recording, tmp_path: Path) -> None:
     with raises(RecordingError, "file-not-writable"):
         write_csv(search, tmp_path / "none" / "run.csv", "run")
 
@@ -101,6 +101,6 @@ def test_device_without_pictures_makes_no_film(raises: Raises, search: Recording
         write_video(search, tmp_path / "run.mp4", device)
 
 
-def test_film_that_cannot_be_written_is_reported(raises: Raises, search: Recording, tmp_path: Path) -> None:
+def test_film_that_cannot_be_written_is_refused(raises: Raises, search: Recording, tmp_path: Path) -> None:
     with raises(RecordingError, "file-not-writable"):
         write_video(search, tmp_path / "none" / "run.mp4")

@@ -16,11 +16,11 @@ from tests.robotcore.recording.test_codec import bits
 from tests.texts import Raises
 
 HUGE = MAGIC + b"\x06" + (56).to_bytes(8, "little") + bytes(32) + b"\xff" * 8 + bytes(16)
-"""A chunk that claims to hold more than any memory."""
+"""A chunk that claims a size larger than any memory."""
 
 
 def holds_nothing_that_was_not(part: Recording, whole: Recording) -> None:
-    """Fail where a recording is no beginning of another one, or makes a sample up."""
+    """Fail unless a recording is the first part of another one, with the same samples."""
     assert bits(tuple(part.ticks)) == bits(tuple(whole.ticks[: len(part.ticks)]))
     for key in part.samples:
         try:
@@ -47,11 +47,11 @@ def reads_or_says_why_not(file: Path, whole: Recording) -> Recording | None:
 
 @pytest.fixture(scope="module")
 def short(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
-    """A small file, for what is done to it many times."""
+    """A small recording, for tests with many examples."""
     return record(tmp_path_factory.mktemp("short") / "run.mcap", is_jpeg=True)
 
 
-def test_a_file_cut_after_any_chunk_holds_the_ticks_until_there(recorded: Recorded, file: Path) -> None:
+def test_file_cut_after_any_chunk_has_the_ticks_before(recorded: Recorded, file: Path) -> None:
     whole, content = recorded.recording, recorded.file.read_bytes()
     ends = [place.offset + place.length for place, _ in ChunkedFile(recorded.file).chunks()]
     lengths = []
@@ -66,7 +66,7 @@ def test_a_file_cut_after_any_chunk_holds_the_ticks_until_there(recorded: Record
     assert len(set(lengths)) > 3
 
 
-def test_what_was_cut_but_has_ticks_can_still_be_replayed(recorded: Recorded, file: Path) -> None:
+def test_cut_file_with_ticks_can_be_replayed(recorded: Recorded, file: Path) -> None:
     content = recorded.file.read_bytes()
     file.write_bytes(content[: len(content) // 2])
     part = read(file)
@@ -75,7 +75,7 @@ def test_what_was_cut_but_has_ticks_can_still_be_replayed(recorded: Recorded, fi
     assert all(read.key in part.samples for tick in part.ticks for read in tick.reads if read.key)
 
 
-def test_a_file_cut_at_any_byte_opens_or_says_why_not(short: Recorded, file: Path) -> None:
+def test_file_cut_at_any_byte_is_read_or_refused(short: Recorded, file: Path) -> None:
     whole, content = short.recording, short.file.read_bytes()
     for length in sorted(random.Random(7).sample(range(len(content)), 150)):
         file.write_bytes(content[:length])
@@ -85,7 +85,7 @@ def test_a_file_cut_at_any_byte_opens_or_says_why_not(short: Recorded, file: Pat
 
 @given(st.data())
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_flipped_bytes_never_make_anything_up(short: Recorded, file: Path, data: st.DataObject) -> None:
+def test_flipped_bytes_add_no_content(short: Recorded, file: Path, data: st.DataObject) -> None:
     content = bytearray(short.file.read_bytes())
     for at in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=3)):
         content[at] ^= data.draw(st.integers(1, 255))
@@ -93,7 +93,7 @@ def test_flipped_bytes_never_make_anything_up(short: Recorded, file: Path, data:
     reads_or_says_why_not(file, short.recording)
 
 
-def test_a_flipped_byte_in_a_picture_ends_the_recording_before_it(recorded: Recorded, file: Path) -> None:
+def test_flipped_byte_in_a_picture_ends_the_recording_before_it(recorded: Recorded, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     places = [place for place, _ in ChunkedFile(recorded.file).chunks()]
     content[places[3].offset + places[3].length // 2] ^= 1
@@ -105,7 +105,7 @@ def test_a_flipped_byte_in_a_picture_ends_the_recording_before_it(recorded: Reco
     assert 0 < len(part.ticks) < len(recorded.recording.ticks)
 
 
-def test_a_flipped_byte_that_makes_a_record_longer_than_the_file_is_damage(recorded: Recorded, file: Path) -> None:
+def test_record_longer_than_the_file_is_damage(recorded: Recorded, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     head = _head_of_chunk(content, 3)
     content[head + 7] ^= 1
@@ -113,7 +113,7 @@ def test_a_flipped_byte_that_makes_a_record_longer_than_the_file_is_damage(recor
     assert read(file).is_damaged
 
 
-def test_a_flipped_byte_before_the_first_tick_is_reported_apart_from_a_cut(recorded: Recorded, file: Path) -> None:
+def test_damage_before_the_first_tick_is_not_reported_as_a_cut(recorded: Recorded, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     place, _ = next(ChunkedFile(recorded.file).chunks())
     content[place.offset + place.length // 2] ^= 1
@@ -128,7 +128,7 @@ def test_a_flipped_byte_before_the_first_tick_is_reported_apart_from_a_cut(recor
 
 
 def _head_of_chunk(content: bytearray, number: int) -> int:
-    """Return where the record of a chunk begins: a byte of kind, and eight of length."""
+    """Return the offset of a chunk's record, which begins with an opcode byte and eight bytes of length."""
     at = len(MAGIC)
     while True:
         if content[at] == 0x06:
@@ -138,7 +138,7 @@ def _head_of_chunk(content: bytearray, number: int) -> int:
         at += 9 + int.from_bytes(content[at + 1 : at + 9], "little")
 
 
-def test_a_chunk_taken_out_of_the_middle_leaves_no_gap(recorded: Recorded, file: Path) -> None:
+def test_missing_chunk_in_the_middle_is_damage(recorded: Recorded, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     places = [place for place, _ in ChunkedFile(recorded.file).chunks()]
     before, out = places[2], places[3]
@@ -153,7 +153,7 @@ def test_a_chunk_taken_out_of_the_middle_leaves_no_gap(recorded: Recorded, file:
 @pytest.mark.parametrize(
     "content", [b"", b"PNG", MAGIC, MAGIC + b"\x06" + b"\xff" * 8, MAGIC + bytes(99), HUGE], ids=range(6)
 )
-def test_what_is_no_recording_is_refused_by_name(file: Path, content: bytes) -> None:
+def test_file_without_a_recording_is_refused(file: Path, content: bytes) -> None:
     file.write_bytes(content)
     with pytest.raises(RecordingError) as caught:
         read(file)
@@ -161,12 +161,12 @@ def test_what_is_no_recording_is_refused_by_name(file: Path, content: bytes) -> 
     assert caught.value.fields["file"] == str(file)
 
 
-def test_a_file_that_is_not_there_is_reported(raises: Raises, file: Path) -> None:
+def test_missing_file_is_refused(raises: Raises, file: Path) -> None:
     with raises(RecordingError, "recording-unreadable", file=str(file)):
         read(file)
 
 
-def test_a_file_that_changes_after_it_was_opened_gives_no_other_pictures(raises: Raises, file: Path) -> None:
+def test_file_that_changes_after_it_was_opened_is_refused(raises: Raises, file: Path) -> None:
     recording = record(file).recording
     key = next(key for key in recording.samples if key.device == "eye")
     file.write_bytes(MAGIC + bytes(file.stat().st_size))

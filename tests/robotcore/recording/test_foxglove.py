@@ -1,4 +1,4 @@
-"""What others find in a file: by the library's own reader, as Foxglove does."""
+"""The channels of a recording, read by the reader of the MCAP library."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SCHEMAS = {
 }
 
 
-def test_every_channel_has_the_schema_by_which_foxglove_shows_it(recorded: Recorded) -> None:
+def test_every_channel_has_its_foxglove_schema(recorded: Recorded) -> None:
     with recorded.file.open("rb") as file:
         found = {
             channel.topic: schema.name
@@ -51,7 +51,7 @@ def test_every_channel_has_the_schema_by_which_foxglove_shows_it(recorded: Recor
     assert found == SCHEMAS
 
 
-def test_whoever_looks_at_any_time_is_given_every_frame_by_the_last_message_of_each_channel(recorded: Recorded) -> None:
+def test_last_messages_of_the_channels_have_every_frame(recorded: Recorded) -> None:
     with recorded.file.open("rb") as file:
         last = {channel.topic: message.data for _, channel, message in make_reader(file).iter_messages()}
     frames = {frame: parent for topic in ("/tf", "/tf_static") for parent, frame in transforms_in(last[topic])}
@@ -66,19 +66,19 @@ def test_whoever_looks_at_any_time_is_given_every_frame_by_the_last_message_of_e
 
 
 def transforms_in(message: bytes) -> list[tuple[str, str]]:
-    """Return parent and child of each (FrameTransforms.proto, FrameTransform.proto)."""
+    """Return the parent and child of each transform (FrameTransforms.proto, FrameTransform.proto)."""
     transforms = [dict(read_fields(bytes(each))) for _, each in read_fields(message)]
     return [(bytes(each[2]).decode(), bytes(each[3]).decode()) for each in transforms]
 
 
-def test_a_picture_that_was_read_again_is_stored_once(recorded: Recorded) -> None:
+def test_picture_that_is_read_twice_is_stored_once(recorded: Recorded) -> None:
     with recorded.file.open("rb") as file:
         counts = Counter(channel.topic for _, channel, _ in make_reader(file).iter_messages())
     kept = {key for _, notes in recorded.witness.ticks for key, _ in notes.samples if key.device == "eye"}
     assert counts["/eye"] == len(kept) < counts["/ticks"]
 
 
-def test_descriptions_and_a_user_s_app_are_attached_and_the_request_is_in_the_metadata(recorded: Recorded) -> None:
+def test_file_has_descriptions_app_and_request(recorded: Recorded) -> None:
     with recorded.file.open("rb") as file:
         attached = {each.name: each.data for each in make_reader(file).iter_attachments()}
     assert set(attached) == {"robot.json", "world.json", "app.py"}
@@ -94,19 +94,19 @@ def test_descriptions_and_a_user_s_app_are_attached_and_the_request_is_in_the_me
     [TICK_SCHEMA, RANGE_SCHEMA, ANGLE_SCHEMA, TRUTH_SCHEMA, RUN_SCHEMA, RESULT_SCHEMA],
     ids=lambda schema: schema["title"],
 )
-def test_a_schema_has_only_what_foxglove_knows_of_json_schema(schema: Schema) -> None:
+def test_schema_uses_only_keywords_that_foxglove_supports(schema: Schema) -> None:
     assert schema["type"] == "object"
     for each in schema["properties"].values():
         if each["type"] == "array":
             assert each["items"]["type"] in {"number", "object", "string"}
         elif each["type"] == "object":
-            test_a_schema_has_only_what_foxglove_knows_of_json_schema(each)
+            test_schema_uses_only_keywords_that_foxglove_supports(each)
         else:
             assert each["type"] in {"number", "integer", "string"}
 
 
-def test_the_optical_frame_looks_ahead() -> None:
-    """Its z is the camera's x: ahead; its x the camera's -y: to the right."""
+def test_optical_frame_looks_ahead() -> None:
+    """The optical z axis is the camera's x (ahead), the optical x axis is the camera's -y (to the right)."""
     turn = to_quaternion(-math.pi / 2, 0.0, -math.pi / 2)
     again = read_fields(turn.encode())
     x, y, z, w = (number_of(value) for _, value in again)
@@ -121,12 +121,12 @@ def number_of(value: memoryview) -> float:
 
 
 @pytest.mark.parametrize("seconds, whole", [(0.05, 50_000_000), (-1.0, 0), (math.nan, 0), (math.inf, 0)])
-def test_times_that_foxglove_does_not_know_are_its_beginning(seconds: float, whole: int) -> None:
+def test_negative_and_non_finite_times_become_zero(seconds: float, whole: int) -> None:
     assert to_nanoseconds(seconds) == whole
 
 
 @pytest.mark.parametrize("message", [b"", b"\x32\x7fx", b"\xff" * 12, b"\x12\x03abc", b"\x13"])
-def test_what_is_no_picture_is_refused(message: bytes) -> None:
+def test_invalid_picture_is_refused(message: bytes) -> None:
     for unpack in (decode_raw_image, decode_compressed_image):
         with pytest.raises((ValueError, LookupError)):
             unpack(message)

@@ -1,4 +1,4 @@
-"""Recordings made to break what reads them: each is refused by name, or read up to where it is wrong."""
+"""Hostile recordings. Each is refused, or read up to its damage."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Content(NamedTuple):
-    """A recording to be changed; its words are few, hypothesis prints them."""
+    """A recording that hypothesis changes. Its repr is short, because hypothesis prints it."""
 
     seed: Seed
 
@@ -75,7 +75,7 @@ def content(base: Path) -> Content:
 
 
 def fault_of(action: Callable[[], object]) -> str:
-    """Return what an action is refused with; empty if it is not."""
+    """Return the message of an action's RecordingError; empty if it raises none."""
     try:
         action()
     except RecordingError as error:
@@ -84,7 +84,7 @@ def fault_of(action: Callable[[], object]) -> str:
 
 
 def read_all(file: Path) -> Recording | None:
-    """Look at everything in a recording; None where it is refused. Any error but ours passes."""
+    """Read everything in a recording. Return None if it is refused; other errors are raised."""
     if fault := fault_of(lambda: read(file)):
         assert fault.isprintable()
         assert file.name in fault
@@ -105,7 +105,7 @@ def read_all(file: Path) -> Recording | None:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_hostile_file_is_refused_or_read_up_to_where_it_is_wrong(base: Path, tmp_path: Path, name: str) -> None:
+def test_hostile_file_is_refused_or_read_up_to_its_damage(base: Path, tmp_path: Path, name: str) -> None:
     file = tmp_path / "hostile.mcap"
     FILES[name](base, file)
     recording = read_all(file)
@@ -115,7 +115,7 @@ def test_hostile_file_is_refused_or_read_up_to_where_it_is_wrong(base: Path, tmp
         assert not recording.damage or recording.damage.startswith("byte ")
 
 
-def test_bombs_are_read_in_less_memory_than_they_unpack_to(base: Path, tmp_path: Path) -> None:
+def test_memory_is_limited_for_compression_bombs(base: Path, tmp_path: Path) -> None:
     files = []
     for number, name in enumerate(BOMBS):
         files.append(tmp_path / f"{number}.mcap")
@@ -125,7 +125,7 @@ def test_bombs_are_read_in_less_memory_than_they_unpack_to(base: Path, tmp_path:
 
 
 def main(*files: str) -> None:
-    """Read files; fail where that takes more memory than the bound."""
+    """Read files, and fail if this takes more memory than the bound."""
     for file in files:
         read_all(Path(file))
     status = Path("/proc/self/status").read_text()  # resource's ru_maxrss begins with that of the parent process
@@ -141,7 +141,7 @@ def test_file_changed_at_random_is_refused_or_read(content: Content, tmp_path: P
     read_all(file)
 
 
-def test_file_that_is_packed_anew_is_the_same_recording(base: Path, file: Path) -> None:
+def test_recompressed_file_is_the_same_recording(base: Path, file: Path) -> None:
     file.write_bytes(join_raw(read_raw(base)))
     whole, again = read(base), read(file)
     assert (again.ticks, again.result, again.damage) == (whole.ticks, whole.result, "")
@@ -160,7 +160,7 @@ def test_result_of_an_earlier_version_is_read(base: Path, file: Path) -> None:
     assert (result.app, result.notes, result.dropped_pictures) == ("green-search", [], None)
 
 
-def test_place_of_the_damage_is_where_the_chunk_begins(base: Path, file: Path) -> None:
+def test_place_of_a_damage_is_the_begin_of_its_chunk(base: Path, file: Path) -> None:
     content = base.read_bytes()
     end = content.index(b"\x0f\x04\x00\x00\x00\x00\x00\x00\x00", len(content) // 2)
     file.write_bytes(content[:end] + build_chunk(b"", size=7) + content[end:])
@@ -168,11 +168,11 @@ def test_place_of_the_damage_is_where_the_chunk_begins(base: Path, file: Path) -
 
 
 @pytest.mark.parametrize("kind", ["signal", "Sequence", "_Portable", "format_exception", "none"])
-def test_error_of_a_kind_that_is_none_is_raised_again_as_ours(kind: str) -> None:
+def test_unknown_error_class_becomes_a_robotcore_error(kind: str) -> None:
     assert type(RecordedError(kind, "no echo").rebuild()) is RobotcoreError
 
 
-def test_recorded_attribute_does_not_replace_what_an_error_defines() -> None:
+def test_recorded_attribute_does_not_replace_one_of_the_class() -> None:
     error = RecordedError("WatchdogError", "late", {"exit_status": 0, "cause": "none", "device": "nose"}).rebuild()
     assert isinstance(error, WatchdogError)
     assert (error.exit_status, error.cause) == (4, "watchdog")
@@ -186,7 +186,7 @@ def test_lone_surrogate_in_memory_is_an_escape_in_the_table(base: Path, tmp_path
 
 
 @pytest.mark.parametrize("kind", ["reads", "asks", "motor_asks", "turned", "standing", "interventions", "shown"])
-def test_tick_with_more_events_than_a_run_can_have_is_refused(kind: str) -> None:
+def test_tick_with_too_many_events_is_refused(kind: str) -> None:
     events: dict[str, object] = {"reads": {"device": "e"}, "motor_asks": {"device": "m"}, "shown": {"device": "s"}}
     wheels = {"left": 0, "right": 0}
     events |= {"standing": wheels, "interventions": {"time": 0, "cause": "", "asked": wheels, "sent": wheels}}
@@ -206,7 +206,7 @@ def test_values_are_limited_by_the_bytes_read() -> None:
     allowance.take_values(b"[")
 
 
-def test_index_of_a_chunk_counts_as_bytes_read(file: Path) -> None:
+def test_index_of_a_chunk_counts_as_read_bytes(file: Path) -> None:
     file.write_bytes(build_file(build_chunk(b""), build_record(Opcode.MESSAGE_INDEX, bytes(10_000))))
     chunked = ChunkedFile(file)
     assert len(list(chunked.chunks())) == 1
@@ -227,7 +227,7 @@ def test_forged_picture_is_refused_before_it_is_decoded(
     assert caught.value.kind == "recording-damaged"
 
 
-def test_format_of_a_recording_is_shown_in_a_line(base: Path, file: Path) -> None:
+def test_unknown_format_is_escaped_in_the_message(base: Path, file: Path) -> None:
     file.write_bytes(change_json(base, "/run", lambda _, event: event | {"format": ESCAPES * 1000}))
     fault = fault_of(lambda: read(file))
     assert fault.isprintable()

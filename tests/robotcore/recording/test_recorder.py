@@ -1,4 +1,4 @@
-"""How a recording ends where its process or its disk does."""
+"""The recorder: killed processes, full disks, limits, and its queue."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "run.mcap"
 
 
-def test_a_killed_process_leaves_all_but_the_last_moment(file: Path) -> None:
+def test_killed_process_loses_only_the_last_moment(file: Path) -> None:
     with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
         lines = ["0.0"]
@@ -46,7 +46,7 @@ def test_a_killed_process_leaves_all_but_the_last_moment(file: Path) -> None:
     assert float(lines[-1]) - recording.ticks[-1].time < 1.2
 
 
-def test_a_process_that_is_killed_at_its_first_tick_leaves_a_file_that_tells_of_the_run(file: Path) -> None:
+def test_process_killed_at_its_first_tick_leaves_the_metadata(file: Path) -> None:
     with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
         process.stdout.readline()
@@ -54,7 +54,7 @@ def test_a_process_that_is_killed_at_its_first_tick_leaves_a_file_that_tells_of_
     assert read(file).metadata.request.app == "avoid-obstacles"
 
 
-def test_the_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     flushes: queue.Queue[int] = queue.Queue()
     flush = McapFile.flush
 
@@ -72,7 +72,7 @@ def test_the_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.M
     run(RunRequest(UNRULY), [recorder, Waiting()], [recorder.layer])
 
 
-def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:
+def test_recording_of_an_interrupted_run_is_whole(file: Path) -> None:
     with subprocess.Popen([*COMMAND, str(file)], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
         for _ in range(5):
@@ -86,7 +86,7 @@ def test_an_interrupted_run_ends_its_recording_properly(file: Path) -> None:
     assert recording.result.exit_status == 143
 
 
-def test_a_signal_before_the_first_tick_leaves_a_file_that_is_closed_and_not_called_a_recording(
+def test_signal_before_the_metadata_leaves_a_closed_file(
     raises: Raises, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def interrupted(*_: object, **__: object) -> None:
@@ -101,7 +101,7 @@ def test_a_signal_before_the_first_tick_leaves_a_file_that_is_closed_and_not_cal
 
 
 @pytest.mark.parametrize("limit", [100, 5_000, 20_000])
-def test_a_full_disk_ends_the_recording_in_one_line_and_not_the_run(file: Path, limit: int) -> None:
+def test_full_disk_ends_the_recording_and_not_the_run(file: Path, limit: int) -> None:
     done = subprocess.run([*COMMAND, str(file), str(limit)], capture_output=True, text=True, check=True, timeout=100)
     outcome, fault = done.stdout.splitlines()[-2:]
     assert outcome == "success"
@@ -111,7 +111,7 @@ def test_a_full_disk_ends_the_recording_in_one_line_and_not_the_run(file: Path, 
 
 
 @pytest.mark.parametrize("is_lockstep", [True, False])
-def test_a_recording_that_has_its_limit_ends_whole_and_the_run_goes_on(
+def test_limit_ends_the_recording_and_not_the_run(
     file: Path, monkeypatch: pytest.MonkeyPatch, is_lockstep: bool
 ) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", is_lockstep)
@@ -127,14 +127,14 @@ def test_a_recording_that_has_its_limit_ends_whole_and_the_run_goes_on(
     assert recorder.ended_early == recording.ended_early
 
 
-def test_a_run_that_ends_below_the_limit_is_recorded_to_its_end(file: Path) -> None:
+def test_run_below_the_limit_is_recorded_to_its_end(file: Path) -> None:
     recorder = Recorder(file, limit=10**9)
     run(RunRequest(UNRULY), [recorder], [recorder.layer])
     assert recorder.ended_early == ""
     assert read(file).result
 
 
-def test_a_folder_that_is_gone_by_then_is_reported_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_missing_folder_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
     recorded = Recorder(tmp_path / "gone" / "run.mcap")
     assert run(RunRequest(UNRULY), [recorded], [recorded.layer]).ticks == 8
     assert str(recorded.failure).endswith(
@@ -142,9 +142,7 @@ def test_a_folder_that_is_gone_by_then_is_reported_and_the_run_goes_on(tmp_path:
     )
 
 
-def test_a_fault_of_the_writer_itself_ends_the_recording_and_not_the_run(
-    file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bug_of_the_writer_ends_the_recording_and_not_the_run(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def failing(*_: object) -> None:
         raise TypeError("a bug")
 
@@ -155,14 +153,14 @@ def test_a_fault_of_the_writer_itself_ends_the_recording_and_not_the_run(
     assert recorder.failure.kind == "recorder-bug"
 
 
-def test_simulated_time_waits_for_a_disk_that_is_too_slow(file: Path) -> None:
+def test_simulated_time_waits_for_a_slow_disk(file: Path) -> None:
     recorder = Recorder(file, room=1)
     run(RunRequest(UNRULY), [recorder], [recorder.layer])
     assert recorder.dropped == 0
     assert read(file).is_replayable
 
 
-def test_a_real_robot_does_not_wait_but_loses_pictures_and_says_so(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_real_robot_does_not_wait_for_a_slow_disk(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
     recorder = Recorder(file, room=0)
     result = run(RunRequest(UNRULY), [recorder], [recorder.layer])
@@ -173,7 +171,7 @@ def test_a_real_robot_does_not_wait_but_loses_pictures_and_says_so(file: Path, m
     assert all(each.device != "eye" for each in recording.samples)
 
 
-def test_a_recording_takes_the_place_of_what_was_there(file: Path) -> None:
+def test_recording_overwrites_an_existing_file(file: Path) -> None:
     file.write_bytes(b"x" * 10**6)
     require_recordable(file)
     assert file.stat().st_size == 10**6
@@ -191,7 +189,7 @@ def test_a_recording_takes_the_place_of_what_was_there(file: Path) -> None:
         ("run.mcap", lambda file: file.symlink_to("own.mcap"), "file-not-writable"),
     ],
 )
-def test_a_file_that_could_not_be_written_is_refused_before_the_run(
+def test_unwritable_file_is_refused_before_the_run(
     raises: Raises, tmp_path: Path, name: str, spoil: Callable[[Path], None], kind: str
 ) -> None:
     spoil(tmp_path / name)
@@ -199,13 +197,13 @@ def test_a_file_that_could_not_be_written_is_refused_before_the_run(
         require_recordable(tmp_path / name)
 
 
-def test_a_file_that_can_be_written_is_not_made_by_asking(file: Path) -> None:
+def test_check_for_writing_creates_no_file(file: Path) -> None:
     require_recordable(file)
     assert not file.exists()
 
 
 @pytest.mark.parametrize("ask", [require_recordable, read])
-def test_without_the_extra_it_is_named(
+def test_missing_extra_is_reported(
     raises: Raises, file: Path, monkeypatch: pytest.MonkeyPatch, ask: Callable[[Path], object]
 ) -> None:
     monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
@@ -213,14 +211,14 @@ def test_without_the_extra_it_is_named(
         ask(file)
 
 
-def test_entries_come_out_in_their_order() -> None:
+def test_entries_keep_their_order() -> None:
     backlog: WriteQueue[int] = WriteQueue()
     for entry in range(3):
         backlog.put(entry, 1, waits=False)
     assert [backlog.get() for _ in range(4)] == [0, 1, 2, None]
 
 
-def test_there_is_no_room_while_too_much_waits_but_nothing_is_refused() -> None:
+def test_full_queue_has_no_room_and_accepts_entries() -> None:
     backlog: WriteQueue[int] = WriteQueue(room=10)
     backlog.put(1, 9, waits=False)
     assert backlog.has_room()
@@ -231,7 +229,7 @@ def test_there_is_no_room_while_too_much_waits_but_nothing_is_refused() -> None:
     assert backlog.has_room()
 
 
-def test_who_waits_for_room_goes_on_when_there_is_some() -> None:
+def test_waiting_put_returns_when_there_is_room() -> None:
     backlog: WriteQueue[int] = WriteQueue(room=10)
     putting = threading.Thread(target=lambda: backlog.put(1, 10, waits=True))
     putting.start()
@@ -243,7 +241,7 @@ def test_who_waits_for_room_goes_on_when_there_is_some() -> None:
     assert not putting.is_alive()
 
 
-def test_an_end_lets_go_of_who_waits_for_room_and_takes_no_more() -> None:
+def test_end_wakes_a_waiting_put() -> None:
     backlog: WriteQueue[int] = WriteQueue(room=10)
     putting = threading.Thread(target=lambda: backlog.put(1, 10, waits=True))
     putting.start()
@@ -256,7 +254,7 @@ def test_an_end_lets_go_of_who_waits_for_room_and_takes_no_more() -> None:
     assert backlog.is_over
 
 
-def test_what_is_abandoned_leaves_room_and_nothing_to_take() -> None:
+def test_abandoned_queue_is_empty() -> None:
     backlog: WriteQueue[int] = WriteQueue(room=10)
     for entry in range(3):
         backlog.put(entry, 9, waits=False)

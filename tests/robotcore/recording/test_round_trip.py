@@ -30,7 +30,7 @@ class DriveByAnArray(Behaviour):
 """
 
 
-def test_ticks_come_back_to_the_bit(recorded: Recorded) -> None:
+def test_recorded_ticks_are_bit_equal(recorded: Recorded) -> None:
     ticks, seen = recorded.recording.ticks, recorded.witness.ticks
     assert len(ticks) == len(seen) == 30
     for tick, (recorded_value, notes) in zip(ticks, seen, strict=True):
@@ -40,7 +40,7 @@ def test_ticks_come_back_to_the_bit(recorded: Recorded) -> None:
             assert bits(getattr(tick, kind)) == bits(tuple(getattr(notes, kind))), kind
 
 
-def test_a_command_that_is_a_number_of_an_array_comes_back(tmp_path: Path) -> None:
+def test_command_that_is_an_array_element_is_recorded(tmp_path: Path) -> None:
     app = tmp_path / "where.py"
     app.write_text(DRIVES_BY_AN_ARRAY)
     recorder = Recorder(tmp_path / "run.mcap")
@@ -49,7 +49,7 @@ def test_a_command_that_is_a_number_of_an_array_comes_back(tmp_path: Path) -> No
     assert {tick.asked for tick in read(recorder.path).ticks} == {Wheels(0.5, 0.5)}
 
 
-def test_every_sample_comes_back_as_it_was(recorded: Recorded) -> None:
+def test_recorded_samples_are_equal(recorded: Recorded) -> None:
     samples = recorded.recording.samples
     kept = [each for _, notes in recorded.witness.ticks for each in notes.samples if each[0].device != "screen"]
     assert {key for key in samples if key.device != "screen"} == {key for key, _ in kept}
@@ -64,7 +64,7 @@ def test_every_sample_comes_back_as_it_was(recorded: Recorded) -> None:
             assert bits(again) == bits(sample)
 
 
-def test_every_read_of_a_tick_finds_its_sample_or_its_error(recorded: Recorded) -> None:
+def test_every_read_has_a_sample_or_an_error(recorded: Recorded) -> None:
     recording = recorded.recording
     for each in (each for tick in recording.ticks for each in tick.reads):
         assert bool(each.error) == (each.key is None)
@@ -73,7 +73,7 @@ def test_every_read_of_a_tick_finds_its_sample_or_its_error(recorded: Recorded) 
             assert (sample.time, sample.sequence) == (each.time, each.sequence)
 
 
-def test_a_device_that_failed_fails_again_in_the_same_words(recorded: Recorded) -> None:
+def test_error_of_a_device_is_recorded(recorded: Recorded) -> None:
     failed = [read.error for tick in recorded.recording.ticks for read in tick.reads if read.error]
     assert failed
     again = failed[0].rebuild()
@@ -82,12 +82,12 @@ def test_a_device_that_failed_fails_again_in_the_same_words(recorded: Recorded) 
     assert str(again).startswith("eye: ")
 
 
-def test_the_pose_is_the_odometry_s(recorded: Recorded) -> None:
+def test_recorded_pose_is_that_of_the_odometry(recorded: Recorded) -> None:
     assert bits(tuple(tick.pose for tick in recorded.recording.ticks)) == bits(tuple(recorded.witness.poses))
     assert len(set(recorded.witness.poses)) > 20
 
 
-def test_the_run_is_reported_in_full(recorded: Recorded) -> None:
+def test_metadata_of_the_run_is_recorded(recorded: Recorded) -> None:
     recorded_value, run = recorded.recording.metadata, recorded.witness.run
     assert recorded_value.request == run.request
     assert (recorded_value.description, recorded_value.world) == (run.description, run.world)
@@ -98,20 +98,20 @@ def test_the_run_is_reported_in_full(recorded: Recorded) -> None:
     assert {"python", "numpy", "machine"} <= set(recorded_value.platform)
 
 
-def test_the_end_is_reported_and_the_whole_can_be_replayed(recorded: Recorded) -> None:
+def test_whole_recording_has_a_result_and_can_be_replayed(recorded: Recorded) -> None:
     recording, result = recorded.recording, recorded.witness.result
     assert result
     assert recording.result == replace(result, error=None, dropped_pictures=0)
     assert (recording.is_cut, recording.is_replayable, recording.why_not) == (False, True, "")
 
 
-def test_the_simulator_s_truth_is_kept_beside_the_ticks(recorded: Recorded) -> None:
+def test_ground_truth_is_recorded(recorded: Recorded) -> None:
     recording = recorded.recording
     assert [glimpse.tick for glimpse in recording.truth] == [tick.number for tick in recording.ticks]
     assert recording.truth[-1].pose != recording.truth[0].pose
 
 
-def test_what_was_shown_can_be_looked_at(recorded: Recorded) -> None:
+def test_shown_pictures_are_recorded(recorded: Recorded) -> None:
     recording = recorded.recording
     tick = next(tick for tick in recording.ticks if tick.shown)
     key = tick.shown[0].key
@@ -123,7 +123,7 @@ def test_what_was_shown_can_be_looked_at(recorded: Recorded) -> None:
 
 
 @pytest.mark.parametrize("end, kind", [("nan", "InvalidCommandError"), ("swallowed", "InvalidCommandError")])
-def test_a_command_that_is_no_number_is_kept_with_its_answer(file: Path, end: str, kind: str) -> None:
+def test_command_that_is_nan_is_recorded_with_its_error(file: Path, end: str, kind: str) -> None:
     last = record(file, settings={"end": end}).recording.ticks[-1]
     assert last.error
     assert last.error.kind == kind
@@ -147,7 +147,7 @@ class Button:
     def end(self, result: RunResult) -> None: ...
 
 
-def test_an_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
+def test_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
     recorder = Recorder(file)
     run(RunRequest(UNRULY), [Button(), recorder], [recorder.layer])
     recording = read(file)
@@ -158,14 +158,14 @@ def test_an_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
     assert recording.result.outcome is Outcome.STOPPED
 
 
-def test_an_app_that_raises_leaves_its_traceback(file: Path) -> None:
+def test_error_of_the_app_is_recorded_with_its_traceback(file: Path) -> None:
     error = record(file, settings={"end": "crash"}).recording.ticks[-1].error
     assert error
     assert error.kind == "BehaviourError"
     assert "in _end" in str(error.attributes["_traceback_text"])
 
 
-def test_a_run_within_somebody_s_except_has_no_error_of_theirs(file: Path) -> None:
+def test_exception_around_the_run_is_not_recorded(file: Path) -> None:
     try:
         int("")
     except ValueError:
@@ -173,14 +173,14 @@ def test_a_run_within_somebody_s_except_has_no_error_of_theirs(file: Path) -> No
     assert [tick.error for tick in recording.ticks] == [None] * 8
 
 
-def test_recording_changes_nothing_that_is_decided(file: Path) -> None:
+def test_recording_changes_no_decision(file: Path) -> None:
     alone = run(RunRequest(UNRULY, seed=3))
     result = record(file).witness.result
     assert result
     assert result.trace_sha256 == alone.trace_sha256
 
 
-def test_a_jpeg_recording_is_smaller_and_says_that_it_cannot_be_replayed(file: Path) -> None:
+def test_jpeg_recording_is_smaller_and_cannot_be_replayed(file: Path) -> None:
     recording = record(file, is_jpeg=True).recording
     assert recording.why_not == "eye: JPEG is not what the app saw"
     frame = recording.samples[SampleKey("eye", 0)]

@@ -1,4 +1,4 @@
-"""An app that does all that a recording must keep, for a few ticks, and ends as it is told."""
+"""An app that causes every kind of event for a few ticks, and has several ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.hal.devices import Motor
 
 @dataclass
 class Unruly(Behaviour):
-    """Ends in ``end``: success, nan, swallowed (a NaN of which it does not want to know), crash."""
+    """Ends by ``end``: success, nan, swallowed (it catches the error of a NaN), or crash."""
 
     end: str = "success"
     ticks: int = 8

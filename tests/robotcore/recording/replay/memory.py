@@ -1,4 +1,4 @@
-"""A run recorded in memory: what a replay is given, without a file."""
+"""Record runs in memory, without a file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robotcore.runtime.trace import TickRecord
 
 
 class Memory:
-    """An observer that keeps what its tap notes."""
+    """An observer that collects the events of its recording layer."""
 
     def __init__(self) -> None:
         self.layer = RecordingTap(lambda: True)
@@ -53,7 +53,10 @@ class Memory:
 
 
 def recorded(app: str = "green-search", *, disturbed_by: Any = None, **asked: Any) -> Recording:
-    """Run an app, and return its recording; what disturbs the run is an observer and a tap below the recording one."""
+    """Run an app, and return its recording.
+
+    disturbed_by: an observer and layer below the recording one, which disturbs the run.
+    """
     memory = Memory()
     others = [disturbed_by] if disturbed_by else []
     run(RunRequest(app, **asked), [memory, *others], [*others, memory.layer])
@@ -61,6 +64,6 @@ def recorded(app: str = "green-search", *, disturbed_by: Any = None, **asked: An
 
 
 def changed(recording: Recording, number: int, **what: Any) -> Recording:
-    """Return the recording with one tick of it changed."""
+    """Return the recording with one changed tick."""
     ticks = [replace(tick, **what) if tick.number == number else tick for tick in recording.ticks]
     return replace(recording, ticks=ticks)

@@ -1,4 +1,4 @@
-"""Apps that do what a recording must give back: each ends or is answered in a way of its own."""
+"""Apps for replays. Each has another end, or gets other answers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Deed = Literal[
 
 @dataclass
 class Ending(Behaviour):
-    """Drives at ``speed`` for some ticks, then does ``deed``; counts its ticks in its state."""
+    """Drives at ``speed`` for some ticks, then does ``deed``. Its state counts the ticks."""
 
     ticks: int = 5
     speed: float = 0.1
@@ -91,13 +91,13 @@ class Ending(Behaviour):
         return Status.SUCCESS if self.count == 20 else Status.RUNNING
 
     def rest(self, robot: Robot) -> Status:
-        """Give no command: see `Resting`."""
+        """Give no command, as in `Resting`."""
         return Status.RUNNING
 
 
 @dataclass
 class Seldom(Behaviour):
-    """Looks every third tick, and commands every fourth, so that leases end; both kinds of device may fail."""
+    """Reads in every third tick and drives in every fourth, so that leases end. Devices may fail."""
 
     count = 0
     needs = frozenset({Role.DRIVE, Role.RANGE, Role.CAMERA})
@@ -117,7 +117,7 @@ class Seldom(Behaviour):
 
 @dataclass
 class Gripping(Behaviour):
-    """Moves a gripper, which belongs to no drive, by what it answers; ``speed`` is its own."""
+    """Moves a gripper outside the drive at ``speed``, depending on its answers."""
 
     deed: Deed = "succeed"
     speed: float = 1.5
@@ -141,7 +141,7 @@ class Gripping(Behaviour):
 
 
 class GuardFirst(Behaviour):
-    """Drives, then asks the sensor that the guard has asked before it."""
+    """Drives, then reads the sensor that the range guard has read before."""
 
     needs = frozenset({Role.DRIVE, Role.RANGE})
     count = 0
@@ -158,7 +158,7 @@ class GuardFirst(Behaviour):
 
 
 class Showing(Behaviour):
-    """Shows what it sees, where there is somebody to look."""
+    """Shows the camera's pictures, if there is a display."""
 
     needs = frozenset({Role.CAMERA, Role.DISPLAY})
     count = 0
@@ -178,7 +178,7 @@ class Showing(Behaviour):
 
 
 class Watching(Behaviour):
-    """Looks, and drives nothing; shows what it saw."""
+    """Reads the camera without driving, and shows the pictures."""
 
     needs = frozenset({Role.CAMERA})
     wants = frozenset({Role.DISPLAY})

@@ -1,4 +1,4 @@
-"""What steers an app besides samples of its own: a motor outside the drive, a display that fails, others who read."""
+"""Inputs of an app besides its samples: other motors, a display that fails, reads of the range guard."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Weary(NullMotor):
 
 @pytest.fixture
 def gripper(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Give the kinematic rover a gripper, of which no description tells."""
+    """Add a gripper to the kinematic rover that is not in its description."""
     open_bare = KinematicBackend.open
 
     def open_with_gripper(backend: KinematicBackend, setup: Setup) -> Robot:
@@ -59,19 +59,19 @@ def gripping(**asked: Any) -> Recording:
 @pytest.mark.usefixtures("gripper")
 class TestMotorOutsideTheDrive:
     @pytest.mark.parametrize("deed", ["succeed", "command_nan"])
-    def test_is_answered_as_it_was(self, deed: str) -> None:
+    def test_command_gets_the_recorded_answer(self, deed: str) -> None:
         recording = gripping(settings={"deed": deed})
         assert recording.ticks[4].state == "gripper: it is tired"
         assert recording.ticks[8].state == "at 9.0"
         require_equal(recording)
 
-    def test_is_stopped_by_an_e_stop_where_it_was(self) -> None:
+    def test_e_stop_is_replayed(self) -> None:
         recording = gripping(disturbed_by=EmergencyStop(6))
         assert recording.result
         assert recording.result.outcome is Outcome.STOPPED
         require_equal(recording)
 
-    def test_is_named_by_name_where_it_is_commanded_otherwise(self) -> None:
+    def test_other_command_is_a_difference(self) -> None:
         recording = gripping()
         first, *others = recording.ticks[7].motor_asks
         slower = type(first)(first.device, 0.25, 0.25)
@@ -81,7 +81,7 @@ class TestMotorOutsideTheDrive:
         assert (deviation.recorded, deviation.replayed) == ("gripper 0.25 rad/s", "gripper 12.0 rad/s")
 
     @pytest.mark.parametrize("tick", [6, 8])
-    def test_is_reported_where_it_was_commanded_more_or_less_often(self, tick: int) -> None:
+    def test_other_number_of_commands_is_a_difference(self, tick: int) -> None:
         recording = gripping()
         asks = recording.ticks[8].motor_asks[:1] * (1 if tick == 8 else 2)
         asks = (recording.ticks[tick].motor_asks[0], *asks[1:])
@@ -89,14 +89,14 @@ class TestMotorOutsideTheDrive:
         assert deviation
         assert "no command" in (deviation.recorded, deviation.replayed)
 
-    def test_parts_a_rehearsal_too(self) -> None:
+    def test_evaluation_compares_its_commands(self) -> None:
         rehearsed = evaluate(gripping(), settings={"speed": 1.25})
         assert rehearsed.first_difference
         assert rehearsed.first_difference.tick == 0
 
 
 class Deaf(Tap):
-    """A range sensor whose first read in each third tick fails; whoever asks again is answered."""
+    """A range sensor whose first read in each third tick fails. A second read succeeds."""
 
     def __init__(self) -> None:
         self._ticks = self._reads = 0
@@ -121,7 +121,7 @@ class Deaf(Tap):
     def end(self, result: object) -> None: ...
 
 
-def test_app_is_not_given_the_error_that_the_guard_was_given() -> None:
+def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
     recording = recorded(f"{APPS}:GuardFirst", seed=3, disturbed_by=Deaf())
     first = recording.ticks[0]
     assert [(read.by, bool(read.error)) for read in first.reads if read.device == "nose"] == [
@@ -161,7 +161,7 @@ def test_display_that_failed_fails_again_at_the_same_picture() -> None:
 
 
 class Suspended(Disturbance):
-    """Somebody presses Ctrl-Z between two ticks, and lets the program go on."""
+    """Suspends and continues the program between two ticks, as by Ctrl-Z."""
 
     def tick(self, record: TickRecord) -> None:
         super().tick(record)
@@ -171,7 +171,7 @@ class Suspended(Disturbance):
 
 @pytest.fixture
 def shell() -> Iterator[None]:
-    """Let the program go on at once."""
+    """Continue a suspended program at once."""
     before = signal.signal(signal.SIGTSTP, lambda *_: None)
     yield
     signal.signal(signal.SIGTSTP, before)
@@ -179,7 +179,7 @@ def shell() -> Iterator[None]:
 
 @pytest.mark.usefixtures("shell")
 @pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:Seldom"])
-def test_suspension_is_no_command_of_the_app_and_is_reported(app: str) -> None:
+def test_suspension_is_an_intervention_and_no_command(app: str) -> None:
     recording = recorded(app, disturbed_by=Suspended(5), seed=2, timeout_s=2.0)
     causes = [each.cause for tick in recording.ticks for each in tick.interventions]
     assert causes.count("suspension") == 1
@@ -187,20 +187,20 @@ def test_suspension_is_no_command_of_the_app_and_is_reported(app: str) -> None:
 
 
 @pytest.mark.usefixtures("shell", "gripper")
-def test_suspension_stops_a_motor_outside_the_drive_and_is_no_command_to_it() -> None:
+def test_suspension_is_no_command_to_a_motor_outside_the_drive() -> None:
     recording = gripping(disturbed_by=Suspended(5))
     assert [len(tick.motor_asks) for tick in recording.ticks] == [1, 1, 2] * 4
     require_equal(recording)
 
 
-def test_wheel_fault_that_latched_is_replayed() -> None:
+def test_wheel_fault_is_replayed() -> None:
     recording = recorded("avoid-obstacles", seed=2, timeout_s=6.0, faults=("left_motor dead after=0.5",))
     assert recording.result
     assert (recording.result.outcome, recording.result.exit_status) == (Outcome.STOPPED, 4)
     require_equal(recording)
 
 
-def test_quit_signal_ends_the_replay_where_it_ended_the_run() -> None:
+def test_quit_signal_ends_the_replay_in_the_same_tick() -> None:
     class Quit(Disturbance):
         def tick(self, record: TickRecord) -> None:
             super().tick(record)

@@ -1,4 +1,4 @@
-"""Each kind of difference is found in its tick, whatever the app catches."""
+"""Each kind of difference is found in its tick, even if the app catches the error."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ AT = 4
 
 @dataclass
 class Doing(Behaviour):
-    """Drives, and in tick ``AT`` does what a test says; ``swallows`` whatever is raised there."""
+    """Drives, and calls a function of the test in tick ``AT``. If ``swallows``, it catches the error."""
 
     deed: Any = None
     swallows: bool = False
@@ -43,7 +43,7 @@ class Doing(Behaviour):
 
 @pytest.fixture
 def app(monkeypatch: pytest.MonkeyPatch) -> Doing:
-    """What is run and replayed; the recording is of an app that only drives."""
+    """The app that runs and is replayed. The recording is of an app that only drives."""
     doing = Doing()
     monkeypatch.setattr("robotcore.runtime.plan.load_app", lambda _: Doing)
     monkeypatch.setattr("robotcore.runtime.plan.configure", lambda *_: doing)
@@ -85,7 +85,7 @@ def a_command_more(app: Doing, robot: Robot) -> None:
 
 
 def no_command(app: Doing, robot: Robot) -> None:
-    """Only look."""
+    """Read a sensor only."""
 
 
 def a_look(app: Doing, robot: Robot) -> None:
@@ -127,21 +127,21 @@ def test_first_difference_is_reported_with_both_values(
     assert any(read.startswith("nose ") and " m of " in read for read in deviation.reads)
 
 
-def test_app_that_ends_earlier_deviates(app: Doing, recording: Recording) -> None:
+def test_earlier_end_is_a_difference(app: Doing, recording: Recording) -> None:
     app.deed = an_end
     replayed = replay(recording)
     assert replayed.deviation
     assert (replayed.deviation.recorded, replayed.deviation.replayed) == ("the app goes on", "success")
 
 
-def test_app_that_raises_deviates_by_its_error(app: Doing, recording: Recording) -> None:
+def test_new_error_of_the_app_is_a_difference(app: Doing, recording: Recording) -> None:
     app.deed = an_error
     deviation = deviation_of(recording)
     assert (deviation.tick, deviation.what) == (AT, "the end")
     assert "Doing raised ValueError: odd" in deviation.replayed
 
 
-def test_app_that_raises_no_more_deviates(app: Doing, recording: Recording) -> None:
+def test_missing_error_of_the_app_is_a_difference(app: Doing, recording: Recording) -> None:
     app.deed = an_error
     memory = Memory()
     run(RunRequest("doing", seed=1), [memory], [memory.layer])
@@ -151,7 +151,7 @@ def test_app_that_raises_no_more_deviates(app: Doing, recording: Recording) -> N
     assert "ValueError: odd" in deviation.recorded
 
 
-def test_app_that_goes_on_where_the_recorded_one_ended_deviates(app: Doing, recording: Recording) -> None:
+def test_later_end_is_a_difference(app: Doing, recording: Recording) -> None:
     replayed = replay(replace(recording, ticks=recording.ticks[:8]))
     assert replayed.deviation
     assert (replayed.deviation.recorded, replayed.deviation.replayed) == ("success", "the app goes on")
@@ -171,7 +171,7 @@ def test_reading_a_device_less_often_is_no_difference(app: Doing, recording: Rec
     assert replay(changed(recording, AT, reads=reads)).exit_status == 0
 
 
-def test_answer_of_the_stage_is_given_back(app: Doing, recording: Recording) -> None:
+def test_command_gets_the_recorded_answer_of_the_filter(app: Doing, recording: Recording) -> None:
     heard = []
 
     def listen(app: Doing, robot: Robot) -> None:

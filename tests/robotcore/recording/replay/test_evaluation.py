@@ -24,7 +24,7 @@ def search() -> Recording:
     return recorded("green-search", seed=7, timeout_s=8.0)
 
 
-def test_the_same_app_decides_the_same_behind_its_own_safety_stage(search: Recording) -> None:
+def test_recorded_app_has_no_difference(search: Recording) -> None:
     evaluation = evaluate(search)
     assert (evaluation.first_difference, evaluation.differing) == (None, 0)
     assert evaluation.ticks == len(search.ticks)
@@ -32,7 +32,7 @@ def test_the_same_app_decides_the_same_behind_its_own_safety_stage(search: Recor
     assert evaluation.result.trace_sha256 == search.result.trace_sha256
 
 
-def test_another_setting_parts_where_it_first_matters(search: Recording) -> None:
+def test_other_setting_differs_from_its_first_effect_on(search: Recording) -> None:
     evaluation = evaluate(search, settings={"speed_m_s": "0.1"})
     first_difference = evaluation.first_difference
     assert first_difference
@@ -42,7 +42,7 @@ def test_another_setting_parts_where_it_first_matters(search: Recording) -> None
     assert evaluation.exit_status == 0
 
 
-def test_app_that_goes_on_is_no_error_where_the_recording_ends(search: Recording) -> None:
+def test_end_of_the_recording_is_no_error(search: Recording) -> None:
     evaluation = evaluate(replace(search, ticks=search.ticks[:50]), settings={"speed_m_s": 0.1})
     assert (evaluation.is_at_end, evaluation.exit_status, evaluation.ticks) == (True, 0, 50)
 
@@ -68,13 +68,13 @@ def test_app_that_raises_has_its_own_exit_status(search: Recording) -> None:
     assert (evaluation.result.outcome, evaluation.exit_status) == (Outcome.ERROR, 5)
 
 
-def test_app_that_needs_what_was_not_recorded_is_refused_by_name(raises: Raises) -> None:
+def test_need_for_an_unrecorded_device_is_refused(raises: Raises) -> None:
     reflex = recorded("avoid-obstacles", seed=1, settings={"duration_s": 1})
     with raises(UnmetNeedError, "not-recorded", devices=["eye"]):
         evaluate(reflex, "green-search")
 
 
-def test_wheels_that_went_as_another_app_drove_them_end_no_rehearsal() -> None:
+def test_evaluation_makes_no_wheel_tracking_check() -> None:
     ahead = recorded(f"{APPS}:Ending", settings={"deed": "go_on", "speed": 0.2}, seed=3, timeout_s=4.0)
     assert max(max(tick.sent) for tick in ahead.ticks if tick.sent) > 0
     evaluation = evaluate(ahead, settings={"speed": -0.3})
@@ -82,7 +82,7 @@ def test_wheels_that_went_as_another_app_drove_them_end_no_rehearsal() -> None:
     assert (evaluation.ticks, evaluation.exit_status) == (len(ahead.ticks), 0)
 
 
-def test_sample_that_nobody_read_again_ends_no_rehearsal_however_old_it_is() -> None:
+def test_evaluation_makes_no_age_check() -> None:
     looked = recorded("green-search", seed=7, timeout_s=4.0)
     ticks = [replace(tick, reads=() if tick.number else tick.reads) for tick in looked.ticks]
     evaluation = evaluate(replace(looked, ticks=ticks))
@@ -92,7 +92,7 @@ def test_sample_that_nobody_read_again_ends_no_rehearsal_however_old_it_is() -> 
     assert evaluation.exit_status == 0
 
 
-def test_what_was_read_late_is_counted() -> None:
+def test_late_reads_are_counted() -> None:
     seldom = recorded(f"{APPS}:Seldom", seed=5, timeout_s=2.0)
     evaluation = evaluate(seldom, f"{APPS}:Seldom")
     assert evaluation.late_reads == {}
@@ -102,7 +102,7 @@ def test_what_was_read_late_is_counted() -> None:
     assert often.result.error.device == "nose"
 
 
-def test_lossy_pictures_are_let_pass_with_a_warning(search: Recording) -> None:
+def test_jpeg_pictures_cause_a_warning(search: Recording) -> None:
     evaluation = evaluate(replace(search, why_not="eye: JPEG is not what the app saw"))
     assert evaluation.warning == evaluation.recording.why_not
     assert evaluation.exit_status == 0

@@ -1,4 +1,4 @@
-"""test_verification."""
+"""Verification of recordings."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def result_of(recording: Recording) -> RunResult:
 
 
 @pytest.mark.parametrize("deed", DEEDS)
-def test_run_is_replayed_to_the_bit_however_it_ended(deed: str) -> None:
+def test_run_with_any_end_is_replayed_bit_equal(deed: str) -> None:
     require_equal(ending(deed))
 
 
@@ -79,20 +79,20 @@ def test_run_is_replayed_to_the_bit_however_it_ended(deed: str) -> None:
         ("encoders slip=0.3", "camera delay=0.2"),
     ],
 )
-def test_faults_are_replayed_too(backend: str, faults: tuple[str, ...]) -> None:
+def test_injected_faults_are_replayed(backend: str, faults: tuple[str, ...]) -> None:
     if backend == "pybullet":
         pytest.importorskip("pybullet")
     recording = recorded(f"{APPS}:Seldom", backend=backend, seed=5, timeout_s=4.0, faults=faults)
     require_equal(recording)
 
 
-def test_encoders_that_grow_stale_between_ticks_stop_the_replay_too() -> None:
+def test_stale_encoders_are_replayed() -> None:
     recording = ending("go_on", faults=("encoders freeze after=0.5",))
     assert recording.ticks[-1].turned[0].error
     require_equal(recording)
 
 
-def test_robot_without_encoders_knows_its_pose_by_the_recorded_angles(tmp_path: Path) -> None:
+def test_pose_without_encoders_is_computed_from_the_recorded_angles(tmp_path: Path) -> None:
     robot = tmp_path / "blind.toml"
     rover = resources.files("robotcore.description").joinpath("robots/rover.toml").read_text()
     parts = [part for part in rover.split("\n\n") if 'kind = "encoder"' not in part]
@@ -103,17 +103,17 @@ def test_robot_without_encoders_knows_its_pose_by_the_recorded_angles(tmp_path: 
     require_equal(recording)
 
 
-def test_seeded_main_job_is_replayed_to_the_bit() -> None:
+def test_green_search_is_replayed_bit_equal() -> None:
     require_equal(recorded("green-search", seed=7, timeout_s=8.0))
 
 
-def test_robot_without_a_drive_is_replayed_and_addresses_of_objects_do_not_count() -> None:
+def test_object_addresses_in_a_reason_do_not_count() -> None:
     recording = recorded(f"{APPS}:Watching", robot="lookout", world="open", seed=3)
     assert "0x" in result_of(recording).reason
     require_equal(recording)
 
 
-def test_app_that_asks_for_no_number_on_another_line_than_when_it_was_recorded_is_bit_equal() -> None:
+def test_line_numbers_in_an_error_do_not_count() -> None:
     recording = ending("command_nan")
     last = recording.ticks[-1].error
     assert last
@@ -122,7 +122,7 @@ def test_app_that_asks_for_no_number_on_another_line_than_when_it_was_recorded_i
     require_equal(changed(recording, len(recording.ticks) - 1, error=elsewhere))
 
 
-def test_recording_that_a_signal_ended_in_a_tick_is_replayed_up_to_the_tick_before() -> None:
+def test_signal_within_a_tick_ends_the_replay_before_this_tick() -> None:
     whole = ending("go_on")
     ticks = whole.ticks[:20]
     result = replace(result_of(whole), outcome=Outcome.INTERRUPTED, reason="interrupted by SIGTERM", ticks=20)
@@ -132,14 +132,14 @@ def test_recording_that_a_signal_ended_in_a_tick_is_replayed_up_to_the_tick_befo
     assert replayed.ended_by == "interrupted by SIGTERM"
 
 
-def test_signal_between_ticks_ends_the_replay_after_the_last_one() -> None:
+def test_signal_between_ticks_ends_the_replay_after_the_last_tick() -> None:
     whole = ending("go_on")
     result = replace(result_of(whole), outcome=Outcome.INTERRUPTED, reason="interrupted by SIGINT", ticks=20)
     replayed = replay(replace(whole, ticks=whole.ticks[:20], result=result))
     assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 20, "interrupted by SIGINT")
 
 
-def test_recording_that_was_cut_is_replayed_up_to_its_last_tick() -> None:
+def test_cut_recording_is_replayed_up_to_its_last_tick() -> None:
     whole = ending("go_on")
     replayed = replay(replace(whole, ticks=whole.ticks[:20], result=None, is_cut=True))
     assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (
@@ -149,14 +149,14 @@ def test_recording_that_was_cut_is_replayed_up_to_its_last_tick() -> None:
     )
 
 
-def test_simulator_that_died_ends_the_replay_where_it_ended_the_run() -> None:
+def test_death_of_the_simulator_ends_the_replay_in_the_same_tick() -> None:
     whole = ending("go_on")
     result = replace(result_of(whole), outcome=Outcome.ERROR, reason="the simulator has died", ticks=20)
     replayed = replay(replace(whole, ticks=whole.ticks[:20], result=result))
     assert (replayed.deviation, replayed.ended_by) == (None, "the simulator has died")
 
 
-def test_recording_that_lacks_something_is_refused_with_the_reason(raises: Raises) -> None:
+def test_recording_that_cannot_be_replayed_is_refused(raises: Raises) -> None:
     with raises(RecordingError, "recording-not-replayable", file="run.mcap"):
         replay(replace(ending(), why_not="eye: JPEG is not what the app saw"), "run.mcap")
 
@@ -166,14 +166,14 @@ def test_recording_without_a_tick_is_refused(raises: Raises) -> None:
         replay(replace(ending(), ticks=[]))
 
 
-def test_digest_that_is_not_of_these_ticks_is_reported() -> None:
+def test_wrong_digest_is_reported() -> None:
     recording = ending()
     forged = replace(recording, result=replace(result_of(recording), trace_sha256="0" * 64))
     replayed = replay(forged)
     assert (replayed.deviation, replayed.is_equal, replayed.exit_status) == (None, False, 1)
 
 
-def test_on_another_machine_a_small_difference_is_let_pass_and_reported() -> None:
+def test_small_difference_on_another_machine_counts_as_equal() -> None:
     recording = elsewhere(nudged(ending(), 3, 1e-12))
     replayed = replay(recording)
     assert (replayed.deviation, replayed.is_exact, replayed.exit_status) == (None, False, 0)
@@ -181,20 +181,20 @@ def test_on_another_machine_a_small_difference_is_let_pass_and_reported() -> Non
     assert any("numpy" in line for line in replayed.platform)
 
 
-def test_on_another_machine_a_large_difference_is_a_deviation() -> None:
+def test_large_difference_on_another_machine_is_a_deviation() -> None:
     deviation = replay(elsewhere(nudged(ending(), 3, 1e-6))).deviation
     assert deviation
     assert deviation.tick == 3
 
 
-def test_on_this_machine_the_smallest_difference_is_a_deviation() -> None:
+def test_any_difference_on_this_machine_is_a_deviation() -> None:
     deviation = replay(nudged(ending(), 3, 1e-15)).deviation
     assert deviation
     assert deviation.tick == 3
 
 
 def nudged(recording: Recording, number: int, by: float) -> Recording:
-    """Return the recording with a command that is a little faster."""
+    """Return the recording with one slightly faster command."""
     tick = recording.ticks[number]
     (ask,) = tick.asks
     assert ask.asked
@@ -210,9 +210,7 @@ def elsewhere(recording: Recording) -> Recording:
 
 @pytest.mark.parametrize("kind", [EmergencyStop, EmergencyStopInTick, SignalBetween, SignalInTick])
 @pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:Watching", f"{APPS}:Seldom"])
-def test_stop_or_signal_from_outside_ends_the_replay_in_the_tick_where_it_ended_the_run(
-    kind: type[Disturbance], app: str
-) -> None:
+def test_external_stop_ends_the_replay_in_the_same_tick(kind: type[Disturbance], app: str) -> None:
     recording = recorded(app, disturbed_by=kind(6), seed=2, timeout_s=2.0)
     assert result_of(recording).outcome in (Outcome.STOPPED, Outcome.INTERRUPTED)
     replayed = replay(recording)
@@ -224,7 +222,7 @@ def test_stop_or_signal_from_outside_ends_the_replay_in_the_tick_where_it_ended_
         assert replayed.trace_sha256 == result_of(recording).trace_sha256
 
 
-def test_stop_that_was_pressed_after_the_commands_of_a_tick_were_sent_leaves_them_as_they_were() -> None:
+def test_stop_after_the_commands_of_a_tick_does_not_change_them() -> None:
     whole = ending("go_on")
     pressed = RecordedError.of(EmergencyStopError("the button was pressed"))
     cut = Intervention(1.0, "e-stop", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
@@ -242,7 +240,7 @@ def digest(ticks: Sequence[Tick]) -> str:
     return trace.sha256
 
 
-def test_app_that_hung_is_replayed_up_to_the_tick_before() -> None:
+def test_hang_of_the_app_ends_the_replay_before_this_tick() -> None:
     whole = ending("go_on")
     cut = Intervention(1.0, "watchdog", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
     result = replace(result_of(whole), outcome=Outcome.STOPPED, reason="Ending.step did not return", ticks=20)
