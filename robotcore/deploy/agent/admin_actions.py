@@ -1,4 +1,4 @@
-"""Actions on what is stored: list releases and recordings, erase recordings, remove robotcore from the robot."""
+"""Actions on stored files: list releases and recordings, erase recordings, remove robotcore from the robot."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[s
 
 
 def remove_robotcore(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:
-    """Stop the app and delete everything that deploys have put on the robot; lingering stays as it is.
+    """Stop the app and delete everything that deploys have put on the robot; lingering is not changed.
 
     If the app does not stop, AgentError is raised, and nothing is deleted. Returns whether there was anything to be
     ``removed``, and whether recordings are ``kept``.

@@ -123,7 +123,7 @@ def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
 def _check_release(layout: Layout, check: HealthCheck) -> HealthResult:
     """Run the release; store and return its result."""
     if not (layout.releases / check.release).is_dir():
-        return HealthResult(UNHEALTHY, "it is no longer there", since=check.since)
+        return HealthResult(UNHEALTHY, "the robot no longer has it", since=check.since)
     releases.set_current(layout, check.release)
     result = replace(_watch_release(check), since=check.since)
     _write_result(layout, check, result)
@@ -183,7 +183,7 @@ def _watch(healthy_within_s: float, settle_s: float) -> HealthResult:
             return _build_unhealthy(_explain_not_ready(healthy_within_s), ours)
         time.sleep(POLL_S)
         state = systemd.read_state(SERVICE)
-        if state.invocation != ours and not state.restarts:  # a user restarted it: the check begins anew
+        if state.invocation != ours and not state.restarts:  # a user restarted it, so the check begins again
             ours, started, up_since = state.invocation, time.monotonic(), None
     return result
 
@@ -235,7 +235,7 @@ def _build_unhealthy(reason: str, invocation: str) -> HealthResult:
 
 
 FOLLOW_POLL_S = 0.3
-"""The time between two looks at the check, in s."""
+"""The time between two queries of the check, in s."""
 
 ABANDONED_S = 45.0
 """A process that ends a check, and the app after it, deletes the check within this time."""

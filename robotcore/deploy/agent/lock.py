@@ -1,4 +1,4 @@
-"""The robot's lock: one process at a time changes what is installed. The kernel releases it when the process ends."""
+"""The lock: one process at a time changes releases and environments. The kernel releases it if the process ends."""
 
 from __future__ import annotations
 

@@ -31,7 +31,12 @@ HEALTHY, UNHEALTHY, STOPPED = "healthy", "unhealthy", "stopped"
 
 @dataclass(frozen=True)
 class Release:
-    """The manifest of a release: its origin, and how to run it."""
+    """The manifest of a release: its origin, and the commands that run and stop it.
+
+    >>> release = Release("2026-11-21T22-40-03Z", "mine", "search.py", "rover", "mock", ("run",), ("stop",))
+    >>> Release.from_json(release.to_json()) == release
+    True
+    """
 
     name: str
     """The time of the push; see `NAME_PATTERN`."""
@@ -86,7 +91,11 @@ class Release:
 
 
 def require_name(name: str) -> str:
-    """Return a release's name if it is a valid one, and raise ValueError otherwise. Call it before a path is built."""
+    """Return a release's name if it is valid, and raise ValueError otherwise. Call it before a path is built.
+
+    >>> require_name("2026-11-21T22-40-03Z")
+    '2026-11-21T22-40-03Z'
+    """
     if not NAME_PATTERN.fullmatch(name):
         raise ValueError(f"{name!r} is no release. Its name is a time, such as 2026-11-21T22-40-03Z")
     return name

@@ -87,7 +87,7 @@ def count_bits() -> int:
 
 
 def has_venv() -> bool:
-    """Return whether Python can make environments with pip; Debian has that in a package of its own."""
+    """Return whether Python can make environments with pip; Debian has it in another package."""
     return bool(find_spec("venv") and find_spec("ensurepip"))
 
 

@@ -36,7 +36,7 @@ ACTIONS = {
 """The module and the function of each action, by the action's name on the wire.
 
 A function takes the layout and the desk's parameters by name. It returns a mapping that JSON can represent. Its module
-is imported when the action is called, so that a call compiles only what it needs.
+is imported when the action is called, so that a call compiles only the modules that it needs.
 """
 
 Action = Callable[..., Mapping[str, Any]]

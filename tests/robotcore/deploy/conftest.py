@@ -29,7 +29,7 @@ def held(robot: Sshd) -> Iterator[Link]:
 
 @pytest.fixture
 def link(robot: Sshd, held: Link) -> Link:
-    """One link for all: whatever a test does with it leaves it working."""
+    """The link that all tests of a module share. Each test must leave it working."""
     shutil.rmtree(robot.home / "robotcore", ignore_errors=True)
     (robot.home / "robotcore" / "incoming" / "new").mkdir(parents=True)
     (robot.home / "robotcore" / "recordings").mkdir()
@@ -57,7 +57,7 @@ def act(layout):
 
 @pytest.fixture
 def add_action(monkeypatch: pytest.MonkeyPatch) -> AddAction:
-    """Puts an action add_action, by its name and source."""
+    """Adds an action to the agent: its name and its source."""
     added = rpc.read_agent_sources()
 
     def put(name: str, source: str) -> None:

@@ -1,4 +1,4 @@
-"""Projects to be deployed, as their users write them."""
+"""Sample projects of users."""
 
 from __future__ import annotations
 
@@ -48,5 +48,5 @@ def project_in(folder: Path, table: str = TABLE, app: str = DRIVES_ON, **asked: 
 
 
 def git(folder: Path, *words: str) -> None:
-    """Run git there."""
+    """Run git in a folder."""
     subprocess.run([shutil.which("git") or "git", *words], cwd=folder, check=True, capture_output=True)

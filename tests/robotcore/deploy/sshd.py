@@ -1,4 +1,4 @@
-"""A robot to deploy to: a real sshd on loopback, as whoever runs the tests, with a key, home and path of its own."""
+"""A robot to deploy to: a real sshd on loopback for the tests' user, with its own key, home and search path."""
 
 from __future__ import annotations
 
@@ -51,10 +51,7 @@ Host robot
 
 @dataclass(frozen=True)
 class Sshd:
-    """A server that answers to ``ssh -F config robot``.
-
-    ``home`` is where ``~`` is there, ``bin`` the first folder of its search path; `pid` is the server's own.
-    """
+    """A server for ``ssh -F config robot``."""
 
     folder: Path
     port: int
@@ -78,32 +75,38 @@ class Sshd:
 
     @property
     def home(self) -> Path:
+        """The robot's home folder."""
         return self.folder / "home"
 
     @property
     def bin(self) -> Path:
+        """The first folder of the robot's search path."""
         return self.folder / "bin"
 
     def connections(self) -> list[int]:
-        """Return the processes that serve a connection each."""
+        """Return the server's processes, one for each connection."""
         output = Path(f"/proc/{self.pid}/task/{self.pid}/children").read_text(encoding="ascii")
         return [int(pid) for pid in output.split()]
 
 
 @pytest.fixture
 def sshd(tmp_path: Path) -> Iterator[Sshd]:
-    """A robot that has all it needs."""
+    """A robot with everything that a deploy needs."""
     with serving(tmp_path / "sshd") as server:
         yield server
 
 
 @contextmanager
 def serving(folder: Path, *more: str, path: str = SYSTEM_PATH) -> Iterator[Sshd]:
-    """Serve from a folder that is made; ``more`` are lines of sshd_config, ``path`` is searched after ``bin``."""
+    """Run a server with its files in a new folder.
+
+    more: lines of sshd_config.
+    path: the search path after ``bin``.
+    """
     if not (SERVER and shutil.which("ssh") and shutil.which("rsync")):
         pytest.skip("needs sshd, ssh and rsync")
-    _make_room_for_privileges()
-    _furnish(folder)
+    _make_privilege_folder()
+    _make_files(folder)
     port, process = _start(folder, "\n".join(more), f"{folder}/bin:{path}".rstrip(":"))
     try:
         yield Sshd(folder, port, process.pid)
@@ -112,8 +115,8 @@ def serving(folder: Path, *more: str, path: str = SYSTEM_PATH) -> Iterator[Sshd]
         process.communicate()
 
 
-def _furnish(folder: Path) -> None:
-    """Make the keys, the home, and a search path with the Python that runs the tests, outside its environment."""
+def _make_files(folder: Path) -> None:
+    """Make the keys, the home, and a folder with the base Python of the tests."""
     for name in ("home", "bin"):
         (folder / name).mkdir(parents=True)
     for name in ("host_key", "key"):
@@ -122,15 +125,15 @@ def _furnish(folder: Path) -> None:
 
 
 def slow_rsync(folder: Path) -> Path:
-    """Make a folder with an rsync for the desk that takes its time: 3 MB a second, so that it can be interrupted."""
+    """Make a folder with an rsync of 3 MB/s, so that a test can interrupt a transfer."""
     folder.mkdir()
     (folder / "rsync").write_text(f'#!/bin/sh\nexec {shutil.which("rsync")} --bwlimit=3000 "$@"\n', encoding="utf-8")
     (folder / "rsync").chmod(0o755)
     return folder
 
 
-def _make_room_for_privileges() -> None:
-    """Make the folder that a server started by root insists on; elsewhere whoever starts the system makes it."""
+def _make_privilege_folder() -> None:
+    """Make the folder that a server of root needs. On other systems it exists after the boot."""
     if os.geteuid() == 0:
         Path("/run/sshd").mkdir(mode=0o755, exist_ok=True)
 
@@ -142,7 +145,7 @@ def make_key(file: Path, passphrase: str = "") -> None:
 
 
 def _start(folder: Path, more: str, path: str) -> tuple[int, subprocess.Popen[str]]:
-    """Start the server; a port that somebody has taken meanwhile is given up for another."""
+    """Start the server. If another process has taken the port meanwhile, try another one."""
     while True:
         port = _free_port()
         _configure(folder, port, more, path)

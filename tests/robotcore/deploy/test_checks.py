@@ -80,7 +80,9 @@ def test_robot_without_the_section_of_its_backend_fails_the_check(tmp_path: Path
 
 
 def test_endless_app_passes_if_it_has_no_contact(tmp_path: Path) -> None:
-    write(tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"})  # a folder of the user's own
+    write(
+        tmp_path, {"drivers/__init__.py": "", "json.py": "raise ImportError"}
+    )  # the user's names hide no module of robotcore
     said: list[str] = []
     result = simulation.simulate(bundle_of(project_in(tmp_path), tmp_path), said.append)
     assert result.summary == "kinematic, arena, seeds 1: 1 of 1 without a contact"

@@ -137,7 +137,7 @@ from robotcore.deploy import ssh
 from robotcore.deploy.host import Host
 from robotcore.deploy.rpc import Link
 
-os.open(os.ttyname(0), os.O_RDWR)  # the terminal of this session from now on
+os.open(os.ttyname(0), os.O_RDWR)  # makes it the terminal of this session
 ssh.EXIT_GRACE_S = 600  # nothing is killed
 config, ssh.SOCKET_FOLDER, folder = Path(sys.argv[1]), sys.argv[2], Path(sys.argv[3])
 """

@@ -160,7 +160,7 @@ def test_git_decides_which_files_are_sent(tmp_path: Path) -> None:
     git(tmp_path, "add", "-f", "run.mcap", "gone.py", ".env")
     (tmp_path / "gone.py").unlink()
     assert list_files(tmp_path).names == (".gitignore", "new.py", "run.mcap")
-    assert list_files(tmp_path).secrets == (".env",), "tracked or not"
+    assert list_files(tmp_path).secrets == (".env",), "even if git tracks it"
 
 
 def test_nested_repository_is_sent(tmp_path: Path) -> None:

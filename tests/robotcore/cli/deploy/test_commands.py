@@ -28,7 +28,7 @@ def run_on_terminal(*arguments: str) -> bytes:
         [sys.executable, "-m", "robotcore", *arguments], stdin=its_end, stdout=its_end, stderr=its_end
     ) as process:
         os.close(its_end)
-        with suppress(OSError):  # the terminal has gone with the command
+        with suppress(OSError):  # the terminal closes with the command
             while piece := os.read(line, 4096):
                 screen += piece
         process.wait()

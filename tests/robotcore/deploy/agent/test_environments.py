@@ -1,4 +1,4 @@
-"""Environments, made by the real venv and the real pip, of wheels that are made here."""
+"""Environments of the real venv and the real pip, with wheels that the tests build, and explanations of errors."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def wheel_in(folder: Path, name: str, version: str) -> Path:
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Layout:
-    """A robot with one environment, that has the widget in it."""
+    """A robot with one environment, which has the package widget."""
     layout = Layout(tmp_path_factory.mktemp("home with 'quotes' and ü"))
     wheel_in(layout.root / "wheels", WIDGET, "1.0")
     with pytest.MonkeyPatch.context() as here:
@@ -55,7 +55,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Layout:
 
 @pytest.fixture
 def environment(made: Layout) -> Iterator[Path]:
-    """The environment that was made, as it was made."""
+    """That environment, restored after the test."""
     folder = next(made.environments.iterdir())
     contents = folder.joinpath(environments.COMPLETE_FILE).read_text()
     yield folder

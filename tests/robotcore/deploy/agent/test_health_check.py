@@ -84,12 +84,12 @@ def test_rollback_restores_the_state_of_the_previous_release(
 ) -> None:
     replace(check, settle_s=LONG, was_standing=was_standing, was_enabled=was_enabled).begin(layout)
     systemd.set_states(at.PUT_OFF, *DIES[1:])
-    systemd.fail("reset-failed", "Unit robotcore.service not loaded.")  # as of one that is disabled and down
+    systemd.fail("reset-failed", "Unit robotcore.service not loaded.")  # for a disabled unit that is down
     health_check.run_check(layout)
     assert releases.read_current(layout) == OLD
     assert systemd.calls == [START_CHECK, RESTART, STOP, *after]
     forgotten = systemd.folder.joinpath("calls").read_text().splitlines().count("reset-failed robotcore.service")
-    assert forgotten == 2 + after.count(RESTART), "the failure of the new one is none of the old one's"
+    assert forgotten == 2 + after.count(RESTART), "the failures of the new release are reset"
 
 
 def test_release_stopped_by_a_user_is_rolled_back_and_nothing_starts(
@@ -101,7 +101,7 @@ def test_release_stopped_by_a_user_is_rolled_back_and_nothing_starts(
     health_check.run_check(layout)
     assert releases.read_current(layout) == OLD
     assert check.read_result(layout) == HealthResult("stopped", "a user stopped it", since=check.since)
-    assert systemd.calls == [RESTART, STOP], "the new one, and nothing after it"
+    assert systemd.calls == [RESTART, STOP], "nothing is started after the new release"
 
 
 def test_reboot_keeps_the_check_pending(layout: Layout, systemd: ScriptedSystemd, check: HealthCheck) -> None:
@@ -129,7 +129,7 @@ def test_lost_systemd_keeps_the_check_pending(
 def test_refused_unit_makes_the_release_unhealthy(
     layout: Layout, systemd: ScriptedSystemd, check: HealthCheck, raises: Raises
 ) -> None:
-    """The restart that brings the old one back fails too: somebody has broken the unit, and is told."""
+    """The restart of the old release fails too: the unit is broken, and the user gets the error."""
     systemd.set_states(*LIVES)
     systemd.fail("restart", at.UNKNOWN)
     with raises(AgentError, "systemctl"):
@@ -147,7 +147,7 @@ def test_check_killed_after_its_result_is_completed(
     HealthResult("unhealthy", "it ended with status 1", (), check.since).write(layout.releases / NEW)
     health_check.run_check(layout)
     assert (releases.read_current(layout), health_check.read_pending(layout)) == (OLD, None)
-    assert systemd.calls == [STOP, RESTART], "the old one: the new one is not tried once more"
+    assert systemd.calls == [STOP, RESTART], "only the old release is started"
 
 
 def test_result_of_an_earlier_check_is_ignored(layout: Layout, systemd: ScriptedSystemd, check: HealthCheck) -> None:
@@ -178,7 +178,7 @@ def test_failed_release_does_not_run_even_if_no_link_can_be_made(
     for _ in range(2):
         with pytest.raises(OSError, match=in_the_way.name):
             health_check.run_check(layout)
-    assert systemd.calls == [START_CHECK, RESTART, STOP], "nor does it when systemd starts the trial again"
+    assert systemd.calls == [START_CHECK, RESTART, STOP], "a repeated check starts nothing"
     in_the_way.rmdir()
     systemd.folder.joinpath(f"then.robotcore.service.{len(DIES)}").unlink()
     systemd.set_states(*DIES)
@@ -227,7 +227,7 @@ WORDS = ("Traceback (most recent call last):", "OSError: camera: no picture for 
 def test_release_that_keeps_running_is_healthy(systemd: ScriptedSystemd) -> None:
     systemd.set_states(at.OLD_RUNS, at.OLD_STOPS, at.NEW_STARTS, at.NEW_RUNS)
     assert health_check.watch_app(LONG, 0.0) == HealthResult("healthy")
-    assert systemd.calls == ["restart --no-block robotcore.service"], "one job: never neither"
+    assert systemd.calls == ["restart --no-block robotcore.service"], "one job restarts the app"
 
 
 def test_running_release_is_not_mistaken_for_the_new_one(systemd: ScriptedSystemd) -> None:

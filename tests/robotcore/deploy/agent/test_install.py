@@ -46,7 +46,7 @@ os.sync = lambda: None  # a killed process loses nothing that is written
 sys.addaudithook(die)
 push_actions.install_release(Layout(Path(home)), release=release)
 """
-"""Installs, and is killed before its n-th change on the disk, or before it starts its n-th program."""
+"""A program that installs a release, and is killed before its n-th change on the disk or its n-th program."""
 
 
 @pytest.fixture(autouse=True)
@@ -178,5 +178,5 @@ def _installed(layout: Layout, release: str, deaths: int) -> int:
 
 
 def _break_off(layout: Layout, release: str) -> None:
-    """Let what a killed push left be that of another one, whose connection is gone."""
+    """Give the upload of a killed push an owner that no longer runs."""
     (layout.incoming / release).rename(layout.incoming / "2026-01-01T00-00-00Z")

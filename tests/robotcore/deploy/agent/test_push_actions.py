@@ -58,7 +58,7 @@ def test_probe_works_on_a_minimal_system(layout: Layout, tmp_path: Path, monkeyp
 
 @pytest.fixture
 def poor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A machine without any of what a deploy needs, on which nobody may change that."""
+    """A machine that lacks every need of a push, and whose user may not change that."""
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr(robot_facts, "LINGER_FOLDER", tmp_path)
     monkeypatch.setattr(robot_facts, "count_bits", lambda: 32)
@@ -168,7 +168,7 @@ def test_old_releases_are_deleted_on_a_full_disk(small: Layout) -> None:
         (put_release(small, name) / "big").write_bytes(bytes(42_000_000 if name == OLD else 1000))
     make_current(small, NEW)
     fill(small)
-    with pytest.raises(AgentError) as refused:  # there is not enough for what stays free
+    with pytest.raises(AgentError) as refused:  # the spare bytes are missing
         push_actions.begin_upload(small, release="2026-12-01T00-00-00Z", size=1000)
     assert refused.value.kind == "disk"
     assert list_names(small) == [NEWER, NEW]
@@ -197,7 +197,7 @@ NAMES = [f"2026-11-{day:02}T00-00-00Z" for day in range(1, 10)]
 
 @pytest.fixture
 def crowded(layout: Layout) -> Layout:
-    """A robot with nine releases: the first two did well, the second runs, and all that came after it failed."""
+    """A robot with nine releases: the first two are healthy, the second runs, and all later ones failed."""
     for number, name in enumerate(NAMES):
         HealthResult(HEALTHY if number < 2 else UNHEALTHY).write(put_release(layout, name))
     make_current(layout, NAMES[1])
@@ -245,7 +245,7 @@ OURS, ANOTHERS = 1234, 4321
 
 @pytest.fixture(autouse=True)
 def _processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two processes as Debian 12 tells of them: one of the service, one of a login."""
+    """Two processes in the format of Debian 12: one of the service, one of a login."""
     groups = {OURS: "user@1000.service/app.slice/robotcore.service", ANOTHERS: "session-15.scope"}
     for pid, group in groups.items():
         (tmp_path / "proc" / str(pid)).mkdir(parents=True)
@@ -273,7 +273,7 @@ def test_pin_of_the_running_release_is_no_error(layout: Layout) -> None:
 
 @pytest.mark.parametrize(
     "holder",
-    [f"process {ANOTHERS} (python)", f"process {OURS} (x) or process {ANOTHERS} (y)", "process 9 (z)", "somebody"],
+    [f"process {ANOTHERS} (python)", f"process {OURS} (x) or process {ANOTHERS} (y)", "process 9 (z)", "unknown"],
 )
 def test_pin_of_another_process_is_an_error(layout: Layout, holder: str) -> None:
     (row,) = run_doctor(layout, print_finding(f"GPIO 17 (left) is held by {holder}"))

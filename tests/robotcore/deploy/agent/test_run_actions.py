@@ -150,7 +150,7 @@ def test_stopped_app_stays_stopped_after_a_reboot(layout: Layout, systemd: Scrip
     assert (answer["release"], answer["state"]) == (OLD, "stopped")
     assert systemd.calls[2:] == STOPS
     calls = systemd.folder.joinpath("calls").read_text().splitlines()
-    assert calls[calls.index(STOPS[1]) + 1] == "reset-failed robotcore.service", "what was stopped has not failed"
+    assert calls[calls.index(STOPS[1]) + 1] == "reset-failed robotcore.service", "a stop is no failure"
 
 
 def test_stop_during_a_check_rolls_back_and_starts_nothing(layout: Layout, systemd: ScriptedSystemd) -> None:

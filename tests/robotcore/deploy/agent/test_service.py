@@ -44,7 +44,7 @@ def systemd(layout: Layout, tmp_path: Path) -> Systemd:
 
 
 def make_release(layout: Layout, name: str, source: str = REPORT) -> Path:
-    """Put a release there that can be run, with this Python."""
+    """Make a release that this Python can run."""
     folder = put_release(layout, name)
     folder.joinpath(ENVIRONMENT, "bin").mkdir()
     folder.joinpath(ENVIRONMENT, "bin", "python").symlink_to(sys.executable)
@@ -63,9 +63,7 @@ def test_process_becomes_the_app_in_the_projects_folder(layout: Layout, systemd:
     ran: dict[str, Any] = json.loads(line)
     assert ran["pid"] == process.pid
     assert ran["folder"] == str(folder / "project")
-    assert ran["here"] == str(folder / "site" / "robotcore" / "__main__.py"), (
-        "the release itself, not by way of the link"
-    )
+    assert ran["here"] == str(folder / "site" / "robotcore" / "__main__.py"), "the folder of the release, not the link"
 
 
 def test_each_run_records_in_a_file_of_its_own(layout: Layout, systemd: Systemd) -> None:

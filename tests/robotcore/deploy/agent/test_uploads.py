@@ -24,7 +24,7 @@ uploads.open_upload(Layout(Path(sys.argv[1])), sys.argv[2])
 print("begun", flush=True)
 sys.stdin.read()
 """
-"""A call of a push that goes on as long as its connection does, which is the process that called."""
+"""A call of a push. It runs as long as its connection, which is the calling process."""
 
 
 @pytest.fixture(autouse=True)
@@ -58,7 +58,7 @@ def test_new_push_takes_over_a_broken_upload(layout: Layout) -> None:
 def test_other_broken_uploads_are_deleted(layout: Layout) -> None:
     for name in ("2026-01-01T00-00-00Z", OLD, f"gone-1-{OLD}"):
         send_release(layout, name)
-    (layout.incoming / "somebody's notes").write_text("")
+    (layout.incoming / "a user's notes").write_text("")
     uploads.open_upload(layout, NEW)
     assert {path.name for path in layout.incoming.iterdir()} == {NEW, f"{NEW}.pushed-by"}
 
