@@ -3,61 +3,76 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 
 class Level(str, Enum):
-    """How bad it is: with an error a run fails or is unsafe, with a warning it may be worse than it could be."""
+    """The level of a finding."""
 
     OK = "ok"
+    """All is right."""
+
     WARNING = "warning"
+    """A run may be worse than it could be."""
+
     ERROR = "error"
+    """A run fails, or is unsafe."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A result of `check` or `doctor`: its subject in a word or two, what was found, and the remedy if it is not ok.
+    """A result of `check` or `doctor`.
 
-    kind: a stable identifier of the finding, in kebab-case.
-
-    >>> Finding.warning("disk", "0.4 GB are free", "Delete old recordings").level.value
-    'warning'
+    >>> finding = Finding.warning("disk", "0.4 GB are free", "Delete old recordings", kind="disk-nearly-full")
+    >>> finding.level.value, finding.kind
+    ('warning', 'disk-nearly-full')
     """
 
     level: Level
+    """How bad it is."""
+
     what: str
+    """The subject in a word or two."""
+
     said: str
+    """The result in words."""
+
     remedy: str = ""
-    kind: str = ""
+    """The remedy; empty if all is right."""
+
+    kind: str = field(kw_only=True)
+    """A stable identifier of the finding, in kebab-case."""
 
     @classmethod
-    def ok(cls, what: str, said: str, *, kind: str = "") -> Finding:
-        """Return that it is as it should be."""
+    def ok(cls, what: str, said: str, *, kind: str) -> Finding:
+        """Return the finding that all is right."""
         return cls(Level.OK, what, said, kind=kind)
 
     @classmethod
-    def warning(cls, what: str, said: str, remedy: str, *, kind: str = "") -> Finding:
-        """Return what may do harm."""
-        return cls(Level.WARNING, what, said, remedy, kind)
+    def warning(cls, what: str, said: str, remedy: str, *, kind: str) -> Finding:
+        """Return the finding of a possible harm."""
+        return cls(Level.WARNING, what, said, remedy, kind=kind)
 
     @classmethod
-    def error(cls, what: str, said: str, remedy: str, *, kind: str = "") -> Finding:
-        """Return what keeps a robot from running, or from running safely."""
-        return cls(Level.ERROR, what, said, remedy, kind)
+    def error(cls, what: str, said: str, remedy: str, *, kind: str) -> Finding:
+        """Return the finding of a fault with which a robot does not run, or does not run safely."""
+        return cls(Level.ERROR, what, said, remedy, kind=kind)
 
     @classmethod
     def unchecked(cls, what: str, why: str, remedy: str = "", *, kind: str = "unchecked") -> Finding:
-        """Return that nobody knows: never taken for ok."""
-        return cls(Level.WARNING, what, f"could not be checked: {why}", remedy, kind)
+        """Return the finding that a check failed, which is a warning."""
+        return cls(Level.WARNING, what, f"could not be checked: {why}", remedy, kind=kind)
 
 
 Check = Callable[[], Iterable[Finding]]
-"""Yields what it finds; raises where it cannot tell."""
+"""Yields findings. Raises any exception if the check fails."""
 
 
 def findings_of(checks: Iterable[tuple[str, Check]]) -> Iterator[Finding]:
-    """Yield what the checks find, each under the name of what it looks at, as it is found.
+    """Make the checks, and yield their findings as they come.
+
+    checks: each check with its subject. A check that raises yields the finding `Finding.unchecked`.
 
     >>> def disk() -> list[Finding]:
     ...     raise OSError("the disk does not answer")
@@ -67,7 +82,7 @@ def findings_of(checks: Iterable[tuple[str, Check]]) -> Iterator[Finding]:
     for what, check in checks:
         try:
             yield from check()
-        except Exception as error:  # noqa: BLE001, PERF203  whatever a check comes across is text, and the next one made
+        except Exception as error:  # noqa: BLE001, PERF203  any exception becomes a finding
             yield Finding.unchecked(what, _in_a_line(error))
 
 

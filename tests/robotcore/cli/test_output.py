@@ -58,7 +58,7 @@ def test_a_table_has_its_cells_escaped_and_their_lines_kept(capsys: pytest.Captu
 
 
 def test_a_finding_has_its_words_escaped(capsys: pytest.CaptureFixture[str]) -> None:
-    write_finding(Finding.error("nose", HOSTILE, HOSTILE))
+    write_finding(Finding.error("nose", HOSTILE, HOSTILE, kind="hostile"))
     require_harmless(capsys.readouterr().out)
 
 

@@ -45,7 +45,7 @@ def test_a_simulator_that_is_asked_for_it_leaves_it_out(tmp_path: Path, backend:
 def test_the_doctor_reads_a_battery_on_the_pi_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_native_host: bool
 ) -> None:
-    found = Finding.ok("cells", "7.40 V")
+    found = Finding.ok("cells", "7.40 V", kind="voltage")
     monkeypatch.setattr("robotcore.hardware.diagnosis.diagnose_batteries", lambda *_: [found])
     monkeypatch.setattr(RaspberryPiBackend, "is_native_host", is_native_host)
     assert (found in list(RaspberryPiBackend().examine(powered_rover(tmp_path)))) is is_native_host

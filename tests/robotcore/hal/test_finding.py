@@ -1,5 +1,3 @@
-"""test_finding."""
-
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -7,33 +5,34 @@ from collections.abc import Iterator
 import pytest
 
 from robotcore.hal.finding import Finding, Level, findings_of
+from tests.texts import CheckText
 
 
 def fine() -> Iterator[Finding]:
-    yield Finding.ok("disk", "empty")
+    yield Finding.ok("disk", "empty", kind="disk-empty")
 
 
 def failing() -> Iterator[Finding]:
-    yield Finding.ok("camera", "is there")
+    yield Finding.ok("camera", "is there", kind="camera-found")
     raise PermissionError(13, "Permission denied", "/dev/video0")
 
 
-def test_a_check_that_fails_keeps_none_from_being_made_nor_takes_back_what_it_found() -> None:
+def test_a_failing_check_keeps_its_findings_and_the_next_check_is_made(check_text: CheckText) -> None:
     found = list(findings_of([("camera", failing), ("disk", fine)]))
     assert [(each.what, each.level) for each in found] == [
         ("camera", Level.OK),
         ("camera", Level.WARNING),
         ("disk", Level.OK),
     ]
-    assert found[1].said == "could not be checked: /dev/video0: Permission denied"
+    assert found[1].kind == "unchecked"
+    check_text(found[1].said)
 
 
-@pytest.mark.parametrize(
-    "error, answer", [(KeyError("gpio"), "KeyError: 'gpio'"), (AssertionError(), "AssertionError")]
-)
-def test_an_error_that_says_little_is_reported_by_its_kind(error: Exception, answer: str) -> None:
+@pytest.mark.parametrize("error", [KeyError("gpio"), AssertionError()], ids=["KeyError", "AssertionError"])
+def test_an_exception_with_a_short_text_is_named_by_its_class(error: Exception, check_text: CheckText) -> None:
     def broken() -> Iterator[Finding]:
         raise error
         yield
 
-    assert [each.said for each in findings_of([("disk", broken)])] == [f"could not be checked: {answer}"]
+    (finding,) = findings_of([("disk", broken)])
+    check_text(finding.said)
