@@ -68,7 +68,7 @@ def test_commands_at_the_top_are_understood() -> None:
 
 
 def test_table_has_every_effect_with_its_unit_and_what_it_is_on() -> None:
-    answer = {(code_in(row[0])[0], tuple(code_in(row[1]))) for row in rows(PAGE, "What there is")}
+    answer = {(code_in(row[0])[0], tuple(code_in(row[1]))) for row in rows(PAGE, "Effects")}
     assert answer == {_written(name) for name in fault_names()}
 
 
