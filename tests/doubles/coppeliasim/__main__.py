@@ -1,4 +1,4 @@
-"""The double as a process: a CoppeliaSim without a window, to be spoken to over both of its remote APIs.
+"""The double as a process: a CoppeliaSim without a window, with both of its remote APIs.
 
 python -m tests.doubles.coppeliasim --robot rover --world arena --seed 7
 """
@@ -19,7 +19,7 @@ SCENES = {"default": default_scene, "bubblerob": bubblerob_scene, "relay": relay
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Serve until SIGTERM or SIGINT; one line tells the ports."""
+    """Serve until SIGTERM or SIGINT. The first line of output has the ports."""
     signals = {signal.SIGTERM, signal.SIGINT}
     signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     options = _parser().parse_args(arguments)

@@ -1,4 +1,4 @@
-"""A double as a whole: a simulator whose time passes by itself, and its servers."""
+"""A complete double: a simulator whose time advances by itself, and its servers."""
 
 from __future__ import annotations
 
@@ -12,9 +12,12 @@ from tests.doubles.coppeliasim.zmq import ZmqServer
 
 
 class Double:
-    """Serves a simulator over both protocols until it is closed; a context manager. A port of 0 is any free one.
+    """Serves a simulator over both protocols until it is closed; a context manager.
 
-    ``legacy`` is the server of the legacy protocol: its ``service`` can be made to fail, and it restarts on its port.
+    simulator: the simulator.
+    zmq_port, legacy_port: the ports; 0 takes a free one.
+
+    ``legacy`` is the server of the legacy protocol. Its ``service`` can be made to fail, and it restarts on its port.
 
     >>> with Double(Simulator()) as double:
     ...     double.zmq_port != double.legacy_port
@@ -47,6 +50,6 @@ class Double:
         return self.legacy.port
 
     def _start_service(self, port: int, *_: Any) -> int:
-        """Start a temporary legacy service, as a scene's script does; return 1."""
+        """Start a temporary legacy service, as a scene's script does, and return 1."""
         self.legacy.start_temporary(port)
         return 1

@@ -1,4 +1,4 @@
-"""The double as a process of its own."""
+"""The double as a separate process."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from tests.doubles.coppeliasim.zmq.talking import await_time, talking
+from tests.doubles.coppeliasim.zmq.raw_client import await_time, connect_clients
 
 PATIENCE_S = 20
 
 
 @contextmanager
 def running(*options: str) -> Iterator[tuple[subprocess.Popen[str], int, int]]:
-    """Start one; yield it with its ports."""
+    """Start a double; yield its process and its ports."""
     command = [sys.executable, "-m", "tests.doubles.coppeliasim", "--zmq-port", "0", "--legacy-port", "0", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout
@@ -28,9 +28,9 @@ def running(*options: str) -> Iterator[tuple[subprocess.Popen[str], int, int]]:
             process.kill()
 
 
-def test_it_serves_a_robot_in_a_drawn_world_until_it_is_asked_to_end() -> None:
+def test_process_serves_a_drawn_world_until_it_is_terminated() -> None:
     with running("--robot", "rover", "--world", "arena", "--seed", "7", "--running") as (process, port, _):
-        with talking(port, "one") as (client,):
+        with connect_clients(port, "one") as (client,):
             assert client.call("sim.getObject", "/rover/left_motor")["ret"][0] >= 0
             assert client.call("sim.getSimulationState")["ret"][0] & 16
             await_time(client)

@@ -1,4 +1,4 @@
-"""Scenes that are joined: what is in them, and that they are the worlds that they were made from."""
+"""Scenes to join: their objects, compared with their worlds."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene, des
 ROVER, ARENA = load_robot("rover"), load_world("arena")
 
 
-def driven(simulator: Simulator, *speeds: float, steps: int = 20) -> None:
-    """Let the first robot of a scene drive, with its left and its right wheel at these speeds."""
+def drive_first_robot(simulator: Simulator, *speeds: float, steps: int = 20) -> None:
+    """Drive the first robot of a scene with these velocities of the left and the right wheel."""
     drive = drives_of(simulator.graph)[0]
     with simulator.lock:
         simulator.start()
@@ -28,7 +28,7 @@ def driven(simulator: Simulator, *speeds: float, steps: int = 20) -> None:
             simulator.advance()
 
 
-def test_a_described_robot_stands_where_its_world_lets_it_start() -> None:
+def test_described_robot_is_at_its_start() -> None:
     world = draw_world(ARENA, ROVER, 7)
     drive = drives_of(described_scene(ROVER, world).graph)[0]
     assert drive.start == pytest.approx((world.start.x_m, world.start.y_m, world.start.yaw_rad), abs=1e-9)
@@ -36,7 +36,7 @@ def test_a_described_robot_stands_where_its_world_lets_it_start() -> None:
     assert drive.geometry.track == pytest.approx(0.155)
 
 
-def test_its_devices_are_objects_of_their_names() -> None:
+def test_devices_are_objects_with_their_names() -> None:
     graph = described_scene(ROVER, ARENA).graph
     kinds = {"left_motor": Joint, "right_motor": Joint, "nose": ProximitySensor, "eye": VisionSensor}
     for name, kind in kinds.items():
@@ -45,9 +45,9 @@ def test_its_devices_are_objects_of_their_names() -> None:
     assert isinstance(graph.find("/ball"), Shape)
 
 
-def test_its_camera_sees_what_the_kinematic_one_does() -> None:
+def test_camera_picture_equals_the_kinematic_one() -> None:
     simulator = described_scene(ROVER, ARENA)
-    driven(simulator, 0.0, 0.0, steps=1)
+    drive_first_robot(simulator, 0.0, 0.0, steps=1)
     eye = simulator.graph.find("/rover/eye")
     description = ROVER.first_of(CameraDescription)
     assert isinstance(eye, VisionSensor)
@@ -57,13 +57,13 @@ def test_its_camera_sees_what_the_kinematic_one_does() -> None:
     assert (off > 1).mean() < 0.002
 
 
-def test_a_robot_without_a_drive_stands_still() -> None:
+def test_robot_without_a_drive_stands_still() -> None:
     graph = described_scene(load_robot("lookout"), ARENA).graph
     assert drives_of(graph) == []
     assert isinstance(graph.find("/lookout/eye"), VisionSensor)
 
 
-def test_bubblerob_has_its_paths_and_its_old_names() -> None:
+def test_bubblerob_has_paths_and_old_names() -> None:
     graph = bubblerob_scene().graph
     for part in ("leftMotor", "rightMotor", "sensingNose", "visionSensor"):
         found = graph.find(f"/bubbleRob/{part}")
@@ -76,16 +76,16 @@ def test_bubblerob_turns_about_the_middle_of_its_axle() -> None:
     simulator = bubblerob_scene()
     body = simulator.graph.find("/bubbleRob")
     assert body
-    driven(simulator, -2.5, 2.5)
+    drive_first_robot(simulator, -2.5, 2.5)
     turn = 2 * 2.5 * 0.04 / 0.2
     assert simulator.graph.pose(body).yaw == pytest.approx(turn)
     x, y, z = simulator.graph.pose(body).position
     assert (x, y, z) == pytest.approx((0.05 - 0.05 * math.cos(turn), -0.05 * math.sin(turn), 0.12))
 
 
-def test_the_relay_sees_its_ball_and_shows_what_it_is_given() -> None:
+def test_relay_sees_the_ball_and_shows_a_picture() -> None:
     simulator = relay_scene()
-    driven_without_a_robot(simulator)
+    drive_without_a_robot(simulator)
     eye, screen = (simulator.graph.find_flat(name) for name in ("v0", "v1"))
     assert isinstance(eye, VisionSensor)
     assert isinstance(screen, VisionSensor)
@@ -96,12 +96,12 @@ def test_the_relay_sees_its_ball_and_shows_what_it_is_given() -> None:
     assert (simulator.picture(screen) == simulator.picture(eye)).all()
 
 
-def driven_without_a_robot(simulator: Simulator) -> None:
+def drive_without_a_robot(simulator: Simulator) -> None:
     with simulator.lock:
         simulator.start()
         simulator.advance()
 
 
-def test_the_default_scene_ends_where_the_next_handle_is_15() -> None:
+def test_next_handle_after_the_default_scene_is_15() -> None:
     simulator = default_scene()
     assert simulator.graph.add(Shape("next")).handle == 15

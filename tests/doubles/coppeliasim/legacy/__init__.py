@@ -1,8 +1,8 @@
-"""The legacy remote API (``simx…``) over the double's scene, on true TCP sockets.
+"""The legacy remote API (``simx…``) over the double's scene, on TCP sockets.
 
-`LegacyServer` in `server` is the front: one port a service. `codec` has the bytes and the command numbers,
-`conversation` decides when an answer is sent, `client` holds the state of one client, `object_answers` and
-`other_answers` answer commands, `functions` calls the scene, and `faults` lets a server fail.
+`LegacyServer` in `server` serves ports. `codec` has the bytes and the command numbers. `conversation` orders commands
+and replies. `client` holds the state of one client. `object_answers` and `other_answers` answer commands. `functions`
+calls the scene. `faults` lets a server fail.
 
-Not served: split modes, big-endian clients, shared memory, scripts' functions, files, consoles, dialogs and UIs.
+Not supported: split modes, big-endian clients, shared memory, scripts' functions, files, consoles, dialogs and UIs.
 """

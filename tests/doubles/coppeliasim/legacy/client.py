@@ -1,4 +1,4 @@
-"""The server's side of one client: what it may ask for, what it has asked for, and the errors that came of it."""
+"""The server's state for one client: its commands and the errors of its calls."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 
 IS_RUNNING, IS_PAUSED = 1, 2
-"""Bits of the state that a header tells; that of real time and those of the edit mode are never set."""
+"""Bits of the state in a header; the bits of real time and of the edit mode are never set."""
 
 
 class Client:
-    """Whoever is connected to a service; hold the simulator's lock around every use."""
+    """The client of a service. Hold the simulator's lock around each call."""
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
@@ -50,24 +50,24 @@ class Client:
 
     @property
     def is_leaving(self) -> bool:
-        """Whether the client has said goodbye."""
+        """Whether the client has sent its last message."""
         return self._conversation.is_over
 
     def receive(self, message: bytes) -> bytes:
-        """Take in a message; return the answer to it, which is ready already."""
+        """Receive a message; return its reply, which has the results of earlier messages."""
         return self._conversation.receive(message)
 
     def turn(self) -> None:
-        """Execute what was asked for, then take the time step that was asked for."""
+        """Execute the received commands, then do the requested time step."""
         self._conversation.execute(self._execute, int(time.monotonic() * 1000), self._state)
         self._running.step()
 
     def leave(self) -> None:
-        """Hold time no longer."""
+        """Stop holding the simulation's time."""
         self._running.leave()
 
     def _execute(self, command: Command) -> Command:
-        """Return the reply to a command; one that the double does not know is an error, and sent back as it is."""
+        """Return the reply to a command. An unknown command is an error, and is returned unchanged."""
         sim_ms = round(self._simulator.time * 1000) if self._simulator.state else 0
         try:
             data, status = self._answers.get(command.code, _unknown)(command), 0

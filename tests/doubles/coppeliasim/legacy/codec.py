@@ -1,6 +1,6 @@
-"""The numbers of the legacy remote API: commands and operation modes.
+"""The commands, operation modes and messages of the legacy remote API.
 
-They are the maker's: ``simConst.h`` of the remote API, version 11. Only what the double serves is named.
+The numbers are those of the maker's ``simConst.h`` of the remote API, version 11; only those in use are listed.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 NULL, FOUR_BYTES, EIGHT_BYTES, ONE_STRING = 0x0000, 0x1000, 0x2000, 0x3000
-"""What a command is told apart by besides its number: nothing, a handle, two numbers, a name."""
+"""The key of a command besides its number: nothing, a handle, two numbers, or a name."""
 
 
 class Code(IntEnum):
@@ -60,7 +60,7 @@ class Code(IntEnum):
 
 
 class Mode(IntEnum):
-    """An operation mode, as it is added to a command's number; ``buffer`` and ``remove`` never reach the line."""
+    """An operation mode, which is added to a command's number. ``buffer`` and ``remove`` are never sent."""
 
     ONESHOT = 0x00000
     BLOCKING = 0x10000
@@ -79,16 +79,16 @@ HEADER = struct.Struct("<HBiiiHB")
 COMMAND = struct.Struct("<iiHiiHiBB")
 
 PACKET_SIZE = 1300
-"""Bytes of a packet, at most: what a service has unless it is started with another."""
+"""The default maximum size of a packet in bytes."""
 
 
 class ProtocolError(Exception):
-    """What came is no message of a client of the legacy remote API, or is one that the double does not serve."""
+    """The received bytes are not a message of a legacy client, or the double does not support it."""
 
 
 @dataclass(frozen=True)
 class Header:
-    """What comes before the commands; a client leaves the server's part open, whatever is in its memory goes out."""
+    """The header of a message. A client sends arbitrary bytes in the server's fields."""
 
     message: int
     client_ms: int
@@ -99,9 +99,10 @@ class Header:
 
 @dataclass(frozen=True)
 class Command:
-    """One command, or the reply to one. ``delay_ms`` is how seldom a stream is wanted; bit 0 of ``status`` is an error.
+    """A command, or the reply to one.
 
-    From a client, bit 0 of ``status`` asks to keep an older command of the same identity beside this one.
+    ``delay_ms`` is the minimum time between two replies of a stream. Bit 0 of ``status`` in a reply is an error. From a
+    client, this bit keeps an older command of the same identity beside this one.
     """
 
     code: int
@@ -114,7 +115,7 @@ class Command:
 
 
 def pack(header: Header, commands: Iterable[Command] = ()) -> bytes:
-    """Return a message without its packets."""
+    """Encode a message, without packets."""
     first = HEADER.pack(0, VERSION, header.message, header.client_ms, header.server_ms, header.scene, header.state)
     return b"".join((first, *(_command(each) for each in commands)))
 
@@ -129,7 +130,7 @@ def _command(command: Command) -> bytes:
 
 
 def unpack(message: bytes) -> tuple[Header, list[Command]]:
-    """Return the header and the commands; ProtocolError where the sizes in it do not fit its length."""
+    """Decode a message to its header and commands; raises ProtocolError if its sizes do not fit its length."""
     if len(message) < HEADER.size:
         raise ProtocolError(f"a message of {len(message)} bytes has no room for a header")
     _, version, *rest = HEADER.unpack_from(message)
@@ -156,8 +157,8 @@ def _unpack_command(message: bytes, offset: int) -> tuple[Command, int]:
     return Command(number & CODE_MASK, mode, identity, data, delay_ms, sim_ms, status), end
 
 
-def packed_up(message: bytes, packet_size: int = PACKET_SIZE) -> bytes:
-    """Return a message in packets of at most ``packet_size`` bytes each, ready for the line."""
+def encode_packets(message: bytes, packet_size: int = PACKET_SIZE) -> bytes:
+    """Encode a message as packets of at most ``packet_size`` bytes."""
     room = packet_size - PACKET.size
     pieces = [message[start : start + room] for start in range(0, len(message), room)]
     left = range(len(pieces) - 1, -1, -1)
@@ -165,7 +166,7 @@ def packed_up(message: bytes, packet_size: int = PACKET_SIZE) -> bytes:
 
 
 def read_message(receive: Callable[[int], bytes]) -> bytes:
-    """Return the next message, put together from its packets; ``receive`` returns exactly so many bytes."""
+    """Read the packets of the next message, and return the message. ``receive`` returns exactly the requested bytes."""
     pieces, left = [], 1
     while left:
         endian, size, left = PACKET.unpack(receive(PACKET.size))
@@ -175,6 +176,6 @@ def read_message(receive: Callable[[int], bytes]) -> bytes:
     return b"".join(pieces)
 
 
-def is_kept(mode: int) -> bool:
-    """Return whether a command of this mode stays with the server after it was executed."""
+def is_repeated(mode: int) -> bool:
+    """Return whether the server keeps a command of this mode after its execution."""
     return mode == Mode.STREAMING

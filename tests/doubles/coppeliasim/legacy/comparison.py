@@ -1,8 +1,9 @@
-"""Where a reply of the double differs from one of the real server.
+"""Compare a reply of the double with one of the real server.
 
-Equal must be: what commands come in what order, each with its number, mode, identity, size, error bit; the header's
-state, scene, and the message it is numbered by; handles, error texts, parameters, signals. Poses, joint positions,
-pixels and times are held to a tolerance: the real robot slips and its light is another machine's.
+Equal must be: the order of commands, each with its number, mode, identity, size and error bit; the header's state,
+scene and message number; handles, error texts, parameters and signals.
+
+Poses, joint positions, pixels and times have tolerances: the real robot slips, and another machine renders its light.
 """
 
 from __future__ import annotations
@@ -15,16 +16,25 @@ from types import TracebackType
 
 import numpy as np
 
-from tests.doubles.coppeliasim.legacy.codec import Code, Command, Header, Mode, pack, packed_up, read_message, unpack
+from tests.doubles.coppeliasim.legacy.codec import (
+    Code,
+    Command,
+    Header,
+    Mode,
+    encode_packets,
+    pack,
+    read_message,
+    unpack,
+)
 
 JOINT_RAD = 0.01
 POSITION_M = 0.006
 ORIENTATION_RAD = 0.005
 PIXELS_MEAN = 10
-"""Grey levels by which a picture may be off, on average."""
+"""Tolerance of a picture: the mean difference in grey levels."""
 TIME_MS = 1
 LAST_STEPS_MS = 100
-"""Simulated times: on the millisecond, but the last steps before a stop, which the real one took by itself."""
+"""Tolerance of simulated times in ms; the last steps before a stop differ more."""
 
 RESOLUTION = struct.calcsize("<2i")
 
@@ -32,7 +42,7 @@ Message = tuple[Header, list[Command]]
 
 
 def differences(recorded: Message, reply: Message, time_ms: int = TIME_MS) -> list[str]:
-    """Return what is different, a line each; nothing where the double's reply is as good as the real one's."""
+    """Return the differences, one a line."""
     return [*_in_headers(recorded[0], reply[0]), *_in_commands(recorded[1], reply[1], time_ms)]
 
 
@@ -74,7 +84,7 @@ def _within(tolerance: float) -> Callable[[bytes, bytes], bool]:
 
 
 def _pictures(one: bytes, other: bytes) -> bool:
-    """Compare resolutions, and pixels on average."""
+    """Compare resolutions, and the mean of the pixels' differences."""
     if not one:
         return True
     pixels = [np.frombuffer(data[RESOLUTION:], np.uint8).astype(int) for data in (one, other)]
@@ -82,7 +92,7 @@ def _pictures(one: bytes, other: bytes) -> bool:
 
 
 def _detections(one: bytes, other: bytes) -> bool:
-    """Compare whether anything is detected; where nothing is, the rest is rubbish on purpose."""
+    """Compare detections. Without a detection the other bytes are arbitrary."""
     return one[0] == other[0] == 0
 
 
@@ -99,15 +109,15 @@ CLOSE: dict[int, Callable[[bytes, bytes], bool]] = {
 PATIENCE_S = 5.0
 
 
-class Talker:
-    """Connected to a port of this machine until it is closed; a context manager."""
+class RawClient:
+    """A legacy client on a port of this computer; a context manager."""
 
     def __init__(self, port: int, patience_s: float = PATIENCE_S) -> None:
         self.line = socket.create_connection(("127.0.0.1", port), patience_s)
         self.line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._number = 0
 
-    def __enter__(self) -> Talker:
+    def __enter__(self) -> RawClient:
         return self
 
     def __exit__(
@@ -115,20 +125,20 @@ class Talker:
     ) -> None:
         self.line.close()
 
-    def say(self, *commands: Command) -> Message:
-        """Send a message; return what is answered to it: what was done about the one before."""
+    def exchange(self, *commands: Command) -> Message:
+        """Send a message; return its reply, which has the results of the previous message."""
         self.send(*commands)
         return unpack(read_message(self._receive))
 
     def send(self, *commands: Command) -> None:
-        """Send a message and wait for nothing."""
-        self.line.sendall(packed_up(pack(Header(self._number, 0), commands)))
+        """Send a message without waiting."""
+        self.line.sendall(encode_packets(pack(Header(self._number, 0), commands)))
         self._number += 1
 
     def ask(self, code: Code, identity: bytes = b"", data: bytes = b"") -> Command:
         """Return the reply to a command."""
-        self.say(Command(code, Mode.BLOCKING, identity, data))
-        _, (reply,) = self.say()
+        self.exchange(Command(code, Mode.BLOCKING, identity, data))
+        _, (reply,) = self.exchange()
         return reply
 
     def _receive(self, size: int) -> bytes:

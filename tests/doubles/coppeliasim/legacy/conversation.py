@@ -1,17 +1,17 @@
-"""What a client has asked for and the server is not done with: a command waits until the main loop's next turn."""
+"""The queues of one client: commands wait for the next turn of the main loop, replies for the next message."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 
-from tests.doubles.coppeliasim.legacy.codec import Code, Command, Header, Mode, ProtocolError, is_kept, pack, unpack
+from tests.doubles.coppeliasim.legacy.codec import Code, Command, Header, Mode, ProtocolError, is_repeated, pack, unpack
 
 KEEP_BOTH = 1
 
 
 class _Waiting:
-    """A command, and when it was last executed: a stream with a delay is not due in every turn."""
+    """A command and the time of its last execution; a stream with a delay is not due in each turn."""
 
     def __init__(self, command: Command) -> None:
         self.command = command
@@ -25,15 +25,15 @@ class _Waiting:
 
 
 class Inbox:
-    """The commands of one client, in the order in which they are executed."""
+    """The commands of one client, in the order of execution."""
 
     def __init__(self) -> None:
         self._waiting: list[_Waiting] = []
 
     def put(self, command: Command) -> None:
-        """Take a command in; it takes the place of one with the same number and identity, unless both are to be kept.
+        """Add a command. It replaces one with the same number and identity, unless both are to be kept.
 
-        So a discontinue ends a stream where the stream stood.
+        So a discontinue ends a stream at the stream's place in the order.
         """
         if command.mode in {Mode.ONESHOT_SPLIT, Mode.STREAMING_SPLIT}:
             raise ProtocolError(f"command {command.code} in a split mode, which the double does not serve")
@@ -45,23 +45,29 @@ class Inbox:
         self._waiting.append(_Waiting(command))
 
     def execute(self, execute: Callable[[Command], Command], now_ms: int) -> list[Command]:
-        """Return the replies to all that is due, and forget what is no stream; a discontinue is only sent back."""
+        """Execute the due commands, and return their replies. Only streams are kept.
+
+        A discontinue is returned unchanged.
+        """
         replies = []
         for each in self._waiting:
             if each.command.mode == Mode.DISCONTINUE:
                 replies.append(Command(each.command.code, each.command.mode, each.command.identity))
             elif each.is_due(now_ms):
                 replies.append(execute(each.command))
-        self._waiting = [each for each in self._waiting if is_kept(each.command.mode)]
+        self._waiting = [each for each in self._waiting if is_repeated(each.command.mode)]
         return replies
 
 
 NOTHING_NEW = -1
-"""The number of a reply that holds nothing that was executed since the last one."""
+"""The message number of a reply if nothing was executed since the previous one."""
 
 
 class Conversation:
-    """One client's messages, and the replies that wait for its next one. ``is_over`` once it has said goodbye."""
+    """The messages of one client, and the replies that wait for its next message.
+
+    ``is_over`` is True after the client's last message.
+    """
 
     def __init__(self) -> None:
         self._inbox = Inbox()
@@ -71,7 +77,7 @@ class Conversation:
         self.is_over = False
 
     def receive(self, message: bytes) -> bytes:
-        """Take in a client's message; return the answer to it. Raises ProtocolError where it is none."""
+        """Receive a message and return its reply; raises ProtocolError."""
         self._heard, commands = unpack(message)
         for command in commands:
             self._inbox.put(command)
@@ -81,6 +87,6 @@ class Conversation:
         return answer
 
     def execute(self, execute: Callable[[Command], Command], now_ms: int, state: int) -> None:
-        """Execute what waits, and keep the replies for the next message; ``state`` is what headers tell of a run."""
+        """Execute the due commands, and keep the replies for the next message; ``state`` goes into its header."""
         self._reply = replace(self._heard, server_ms=now_ms, scene=0, state=state)
         self._done = self._inbox.execute(execute, now_ms)

@@ -1,4 +1,4 @@
-"""Ways in which a server can fail its client: each takes the place of sending an answer."""
+"""Faults of a server. A fault replaces the sending of a reply."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from typing import Protocol
 
 
 class ServerDiedError(Exception):
-    """The connection is to be torn down."""
+    """The server must close the connection."""
 
 
 class Fault(Protocol):
-    """Does something with an answer, which is ready for the line, other than to send it."""
+    """Handles an encoded reply instead of sending it."""
 
     def send(self, line: socket.socket, answer: bytes) -> None:
-        """Treat one answer; ServerDiedError where the connection does not outlive it."""
+        """Handle one reply; raises ServerDiedError if the connection must be closed."""
 
 
 @dataclass
 class Hang:
-    """Sends nothing, and does nothing else, until it is released; the connection stays open."""
+    """Sends nothing until `release` is called; the connection stays open."""
 
     released: threading.Event = field(default_factory=threading.Event)
 
@@ -30,13 +30,13 @@ class Hang:
         line.sendall(answer)
 
     def release(self) -> None:
-        """Go on."""
+        """Continue."""
         self.released.set()
 
 
 @dataclass(frozen=True)
 class DropConnection:
-    """Sends so many bytes of an answer, then is gone."""
+    """Sends ``sent`` bytes of a reply, then closes the connection."""
 
     sent: int = 0
 
@@ -47,7 +47,7 @@ class DropConnection:
 
 @dataclass(frozen=True)
 class CutReplies:
-    """Sends so many bytes of every answer, and goes on as if that were all."""
+    """Sends only the first bytes of each reply, and continues."""
 
     sent: int
 
@@ -57,7 +57,7 @@ class CutReplies:
 
 @dataclass(frozen=True)
 class SendGarbage:
-    """Sends these bytes in place of every answer."""
+    """Sends these bytes instead of each reply."""
 
     what: bytes
 

@@ -1,6 +1,6 @@
 """The simulator's functions that the legacy plug-in calls (``simGetJointPosition``, …), over the double's scene.
 
-Metres, radians, seconds, handles. SceneError is raised in the simulator's words where something cannot be.
+Units are metres, radians and seconds. The functions raise SceneError with the simulator's words.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ from tests.doubles.coppeliasim.scene.poses import Transform, Vector, euler_of, o
 from tests.doubles.coppeliasim.scene.rays import Detection
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
-NOBODY = -1
-"""The handle of no object: poses relative to it are in the world."""
+WORLD = -1
+"""The handle that stands for the world."""
 
 ALL = -2
-"""The handle of everything."""
+"""The handle that stands for all objects."""
 
 TIME_STEP = 1
-"""A floating parameter's number: the length of a time step."""
+"""The number of the float parameter for the time step."""
 
 INTEGERS = {1: 41000}
-"""Integer parameters by number: the program's version, 4.10.0, as in the recordings."""
+"""Integer parameters by number: the program's version is 4.10.0, as in the recordings."""
 
 KINDS = {Joint: "a joint", VisionSensor: "a vision sensor", ProximitySensor: "a proximity sensor"}
 
@@ -40,7 +40,7 @@ ThingT = TypeVar("ThingT", bound=Thing)
 
 @dataclass(frozen=True)
 class Functions:
-    """What a simulator does for the clients of its legacy remote API."""
+    """The simulator's functions that legacy clients call."""
 
     simulator: Simulator
 
@@ -53,12 +53,12 @@ class Functions:
 
     def parent(self, handle: int) -> int:
         parent = self.simulator.graph[handle].parent
-        return parent.handle if parent else NOBODY
+        return parent.handle if parent else WORLD
 
     def child(self, handle: int, index: int) -> int:
-        """Return the handle of the child of that number; -1 past the last one."""
+        """Return the handle of a child by its index; -1 after the last one."""
         children = self.simulator.graph[handle].children
-        return children[index].handle if 0 <= index < len(children) else NOBODY
+        return children[index].handle if 0 <= index < len(children) else WORLD
 
     def objects(self, kind: int) -> list[int]:
         """Return the handles of all objects of a type, or of all."""
@@ -111,7 +111,7 @@ class Functions:
         return self.simulator.time_step
 
     def set_floating(self, parameter: int, value: float) -> None:
-        """Take a parameter; a time step that comes while the simulation runs is accepted and changes nothing."""
+        """Set a float parameter. During a simulation a time step is accepted without effect."""
         if parameter != TIME_STEP:
             raise SceneError("invalid parameter.")
         self.simulator.set_time_step(value)
@@ -129,12 +129,12 @@ class Functions:
 
     def _frame(self, relative_to: int) -> Transform:
         graph = self.simulator.graph
-        return Transform() if relative_to == NOBODY else graph.pose(graph[relative_to])
+        return Transform() if relative_to == WORLD else graph.pose(graph[relative_to])
 
     def _pose(self, handle: int, relative_to: int) -> Transform:
         graph = self.simulator.graph
         pose = graph.pose(graph[handle])
-        return pose if relative_to == NOBODY else self._frame(relative_to).inverse.then(pose)
+        return pose if relative_to == WORLD else self._frame(relative_to).inverse.then(pose)
 
     def _put(self, handle: int, relative_to: int, pose: Transform) -> None:
         graph = self.simulator.graph

@@ -1,4 +1,4 @@
-"""What becomes of a command that cannot be executed: an error bit, data all the same, perhaps a text."""
+"""Answers to commands about objects, and refused commands: an error bit, data, and perhaps a text."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from tests.doubles.coppeliasim.legacy.codec import Code, Command
-from tests.doubles.coppeliasim.legacy.functions import NOBODY, Functions
+from tests.doubles.coppeliasim.legacy.functions import WORLD, Functions
 from tests.doubles.coppeliasim.scene.objects import SceneError, Thing, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Vector
 
 Answer = Callable[[Command], bytes]
-"""Executes a command; returns the reply's data, or raises RefusedError."""
+"""Executes a command, and returns the data of its reply; raises RefusedError."""
 
 Answers = dict[int, Answer]
-"""By the number of the command."""
+"""Answers by the number of the command."""
 
 
 class RefusedError(Exception):
-    """A command failed; ``data`` goes out with the error bit, ``text`` is kept for whoever asks for the last errors."""
+    """A command failed. The reply has ``data`` and the error bit; ``text`` is added to the last errors."""
 
     def __init__(self, text: str | None = None, data: bytes = b"") -> None:
         super().__init__(text)
@@ -27,8 +27,8 @@ class RefusedError(Exception):
 
 
 @contextmanager
-def refusing(function: str, data: bytes = b"") -> Iterator[None]:
-    """Turn what the scene refuses into RefusedError that names the simulator's function, as its own messages do."""
+def convert_refusals(function: str, data: bytes = b"") -> Iterator[None]:
+    """Convert errors of the scene to RefusedError with the name of the simulator's function."""
     try:
         yield
     except SceneError as error:
@@ -44,11 +44,11 @@ RELATIVE = struct.Struct("<i3f")
 DETECTION = struct.Struct("<b3fi3f")
 
 RUBBISH = DETECTION.pack(0, 0.0, 3.640625, -1.6e-23, 0, -5481547.5, 1.62, -6.1e-12)
-"""What the real server sends where nothing is detected: what happens to be in its memory. Only the first byte holds."""
+"""Data of the real server without a detection: arbitrary memory, of which only the first byte is valid."""
 
 
 def answers_on_objects(functions: Functions) -> Answers:
-    """Return what can be asked about the objects of a scene."""
+    """Return the answers to commands about objects."""
     objects = Objects(functions)
     return {
         Code.GET_OBJECT_HANDLE: objects.handle,
@@ -68,98 +68,98 @@ def answers_on_objects(functions: Functions) -> Answers:
 
 
 class Objects:
-    """The commands that name an object; each returns the data of its reply."""
+    """The commands about one object; each method returns the data of the reply."""
 
     def __init__(self, functions: Functions) -> None:
         self._functions = functions
 
     def handle(self, command: Command) -> bytes:
-        with refusing("simGetObjectHandle", INT.pack(NOBODY)):
+        with convert_refusals("simGetObjectHandle", INT.pack(WORLD)):
             return INT.pack(self._functions.handle(text(command.identity)))
 
     def parent(self, command: Command) -> bytes:
-        with refusing("simGetObjectParent", INT.pack(NOBODY)):
+        with convert_refusals("simGetObjectParent", INT.pack(WORLD)):
             return INT.pack(self._functions.parent(handle(command)))
 
     def child(self, command: Command) -> bytes:
-        with refusing("simGetObjectChild", INT.pack(NOBODY)):
+        with convert_refusals("simGetObjectChild", INT.pack(WORLD)):
             return INT.pack(self._functions.child(*two_numbers(command)))
 
     def objects(self, command: Command) -> bytes:
-        """Return how many there are of a type, then their handles."""
+        """Return the number of objects of a type, then their handles."""
         handles = self._functions.objects(handle(command))
         return struct.pack(f"<{len(handles) + 1}i", len(handles), *handles)
 
     def joint_position(self, command: Command) -> bytes:
-        with refusing("simGetJointPosition", FLOAT.pack(0.0)):
+        with convert_refusals("simGetJointPosition", FLOAT.pack(0.0)):
             return FLOAT.pack(self._functions.joint_position(handle(command)))
 
     def set_joint_position(self, command: Command) -> bytes:
-        with refusing("simSetJointPosition"):
+        with convert_refusals("simSetJointPosition"):
             self._functions.set_joint_position(handle(command), *values(FLOAT, command))
         return b""
 
     def set_joint_target_velocity(self, command: Command) -> bytes:
-        with refusing("simSetJointTargetVelocity"):
+        with convert_refusals("simSetJointTargetVelocity"):
             self._functions.set_joint_target_velocity(handle(command), *values(FLOAT, command))
         return b""
 
     def proximity(self, command: Command) -> bytes:
         """Return the 29 bytes of a reading: a byte 0 or 1, the point, the object's handle, the normal.
 
-        No recording holds a positive one: its layout is the plug-in's (``simxCmd.cpp``, read_proximity_sensor) and the
-        official binding's documentation of ``simxReadProximitySensor``. There is no distance: it is the point's norm.
+        No recording has a detection. Sources: the plug-in (``simxCmd.cpp``, read_proximity_sensor) and the
+        official binding's documentation of ``simxReadProximitySensor``. The distance is the norm of the point.
         """
-        with refusing("simReadProximitySensor", RUBBISH):
+        with convert_refusals("simReadProximitySensor", RUBBISH):
             seen = self._functions.detection(handle(command))
         return DETECTION.pack(1, *seen.point, seen.handle, *seen.normal) if seen else RUBBISH
 
     def position(self, command: Command) -> bytes:
-        with refusing("simGetObjectPosition", FLOATS3.pack(0, 0, 0)):
+        with convert_refusals("simGetObjectPosition", FLOATS3.pack(0, 0, 0)):
             return FLOATS3.pack(*self._functions.position(*two_numbers(command)))
 
     def orientation(self, command: Command) -> bytes:
-        with refusing("simGetObjectOrientation", FLOATS3.pack(0, 0, 0)):
+        with convert_refusals("simGetObjectOrientation", FLOATS3.pack(0, 0, 0)):
             return FLOATS3.pack(*self._functions.orientation(*two_numbers(command)))
 
     def set_position(self, command: Command) -> bytes:
         relative_to, vector = _relative(command)
-        with refusing("simSetObjectPosition"):
+        with convert_refusals("simSetObjectPosition"):
             self._functions.set_position(handle(command), relative_to, vector)
         return b""
 
     def set_orientation(self, command: Command) -> bytes:
         relative_to, angles = _relative(command)
-        with refusing("simSetObjectOrientation"):
+        with convert_refusals("simSetObjectOrientation"):
             self._functions.set_orientation(handle(command), relative_to, angles)
         return b""
 
     def velocity(self, command: Command) -> bytes:
         """Return the linear, then the angular velocity."""
-        with refusing("simGetObjectVelocity", bytes(FLOATS6.size)):
+        with convert_refusals("simGetObjectVelocity", bytes(FLOATS6.size)):
             linear, angular = self._functions.velocity(handle(command))
         return FLOATS6.pack(*linear, *angular)
 
 
 def handle(command: Command) -> int:
-    """Return the handle, or other number, that a command is told apart by."""
+    """Return the handle, or another number, in the key of a command."""
     (number,) = values(INT, command, command.identity)
     return int(number)
 
 
 def two_numbers(command: Command) -> tuple[int, int]:
-    """Return the two handles, or the handle and other number, that a command is told apart by."""
+    """Return the two handles, or a handle and another number, in the key of a command."""
     one, other = values(TWO_INTS, command, command.identity)
     return int(one), int(other)
 
 
 def text(data: bytes) -> str:
-    """Return a name: it ends with a zero."""
+    """Decode a text up to its zero byte."""
     return data.split(b"\0")[0].decode(errors="replace")
 
 
 def values(layout: struct.Struct, command: Command, data: bytes | None = None) -> tuple[float, ...]:
-    """Return the numbers in a command's data; the command fails where there are too few bytes for them."""
+    """Return the numbers in a command's data; raises RefusedError if there are too few bytes."""
     data = command.data if data is None else data
     if len(data) < layout.size:
         raise RefusedError
@@ -177,7 +177,7 @@ RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
 
 
 def answers_on_particulars(functions: Functions) -> Answers:
-    """Return what can be asked of groups of objects, and of parameters of one."""
+    """Return the answers to commands about groups of objects and about parameters of one object."""
     particulars = Particulars(functions)
     return {
         Code.GET_OBJECT_GROUP_DATA: particulars.group,
@@ -187,13 +187,13 @@ def answers_on_particulars(functions: Functions) -> Answers:
 
 
 class Particulars:
-    """The commands that name a type or an object, and what is to be told of it."""
+    """The commands about groups of objects and about parameters of one object."""
 
     def __init__(self, functions: Functions) -> None:
         self._graph = functions.simulator.graph
 
     def group(self, command: Command) -> bytes:
-        """Return how many handles, whole numbers, floats and texts there are, then these."""
+        """Return the counts of handles, integers, floats and texts, then these."""
         kind, what = two_numbers(command)
         things = [thing for thing in self._graph if kind in {EVERYTHING, thing.type}]
         if what == NAMES:
@@ -203,14 +203,14 @@ class Particulars:
         raise RefusedError
 
     def integer(self, command: Command) -> bytes:
-        with refusing("simGetObjectInt32Parameter", INT.pack(0)):
+        with convert_refusals("simGetObjectInt32Parameter", INT.pack(0)):
             sensor, number = self._sensor(command)
         if number not in (RESOLUTION_X, RESOLUTION_Y):
             raise RefusedError(None, INT.pack(0))
         return INT.pack(sensor.width if number == RESOLUTION_X else sensor.height)
 
     def floating(self, command: Command) -> bytes:
-        with refusing("simGetObjectFloatParameter", FLOAT.pack(0.0)):
+        with convert_refusals("simGetObjectFloatParameter", FLOAT.pack(0.0)):
             sensor, number = self._sensor(command)
         if number != VIEW_ANGLE:
             raise RefusedError(None, FLOAT.pack(0.0))

@@ -1,4 +1,4 @@
-"""Answers about vision sensors: images in grey and colour, read and set."""
+"""Answers to commands about vision sensors, parameters, signals and the simulation."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from tests.doubles.coppeliasim.legacy.object_answers import (
     INT,
     Answers,
     RefusedError,
+    convert_refusals,
     handle,
-    refusing,
     text,
     values,
 )
@@ -27,7 +27,7 @@ RESOLUTION = struct.Struct("<2i")
 
 
 def answers_on_pictures(functions: Functions) -> Answers:
-    """Return what can be asked of the vision sensors of a scene."""
+    """Return the answers to commands about vision sensors."""
     pictures = Pictures(functions)
     return {
         Code.GET_VISION_SENSOR_IMAGE_BW: pictures.grey,
@@ -39,18 +39,18 @@ def answers_on_pictures(functions: Functions) -> Answers:
 
 
 class Pictures:
-    """The commands that name a vision sensor: width and height, then the pixels, the lowest row first."""
+    """The commands about a vision sensor. Data: width and height, then the pixels, the lowest row first."""
 
     def __init__(self, functions: Functions) -> None:
         self._functions = functions
 
     def colour(self, command: Command) -> bytes:
-        return _packed(self._image(command))
+        return _encode_image(self._image(command))
 
     def grey(self, command: Command) -> bytes:
-        """Return the mean of the three colours, rounded down, as the server's plug-in does."""
+        """Return the mean of the three colours, rounded down, as the server does."""
         image = self._image(command)
-        return _packed((image.sum(axis=2, dtype=np.uint16) // 3).astype(np.uint8))
+        return _encode_image((image.sum(axis=2, dtype=np.uint16) // 3).astype(np.uint8))
 
     def set_colour(self, command: Command) -> bytes:
         return self._set(command, channels=3)
@@ -59,31 +59,31 @@ class Pictures:
         return self._set(command, channels=1)
 
     def read(self, command: Command) -> bytes:
-        """Refuse without a text, as the real one does while stopped; what it tells in a run is not on record."""
+        """Refuse without a text, as the real server does while stopped; no recording has an answer during a run."""
         self._image(command)
         raise RefusedError(None, INT.pack(0))
 
     def _image(self, command: Command) -> NDArray[np.uint8]:
-        with refusing("simGetVisionSensorResolution"):
+        with convert_refusals("simGetVisionSensorResolution"):
             return self._functions.picture(handle(command))
 
     def _set(self, command: Command, channels: int) -> bytes:
-        with refusing("simGetVisionSensorResolution"):
+        with convert_refusals("simGetVisionSensorResolution"):
             rows, columns = self._functions.resolution(handle(command))
         if len(command.data) != rows * columns * channels:
             raise RefusedError
         pixels = np.frombuffer(command.data, np.uint8).reshape(rows, columns, channels)
-        with refusing("simSetVisionSensorCharImage"):
+        with convert_refusals("simSetVisionSensorCharImage"):
             self._functions.show(handle(command), np.broadcast_to(pixels, (rows, columns, 3)))
         return b""
 
 
-def _packed(image: NDArray[np.uint8]) -> bytes:
+def _encode_image(image: NDArray[np.uint8]) -> bytes:
     return RESOLUTION.pack(image.shape[1], image.shape[0]) + image.tobytes()
 
 
 def answers_on_values(functions: Functions) -> Answers:
-    """Return what can be asked of a simulator besides its objects."""
+    """Return the answers to commands about parameters, signals and the status bar."""
     parameters, floats, integers = Parameters(functions), Signals(FLOAT), Signals(INT)
     return {
         Code.GET_INTEGER_PARAMETER: parameters.integer,
@@ -100,32 +100,32 @@ def answers_on_values(functions: Functions) -> Answers:
 
 
 def _show(command: Command) -> bytes:
-    """Show a message to nobody."""
+    """Ignore a message for the status bar."""
     return b""
 
 
 class Parameters:
-    """The simulator's own numbers; a ping reads one of them, the program's version."""
+    """Parameters of the simulator; a ping reads the program's version."""
 
     def __init__(self, functions: Functions) -> None:
         self._functions = functions
 
     def integer(self, command: Command) -> bytes:
-        with refusing("simGetIntegerParameter", INT.pack(0)):
+        with convert_refusals("simGetIntegerParameter", INT.pack(0)):
             return INT.pack(self._functions.integer(handle(command)))
 
     def floating(self, command: Command) -> bytes:
-        with refusing("simGetFloatingParameter", FLOAT.pack(0.0)):
+        with convert_refusals("simGetFloatingParameter", FLOAT.pack(0.0)):
             return FLOAT.pack(self._functions.floating(handle(command)))
 
     def set_floating(self, command: Command) -> bytes:
-        with refusing("simSetFloatingParameter"):
+        with convert_refusals("simSetFloatingParameter"):
             self._functions.set_floating(handle(command), *values(FLOAT, command))
         return b""
 
 
 class Signals:
-    """Numbers by name, of one kind. One that is not there is an error without a text."""
+    """Signals of one type by name. A missing signal is an error without a text."""
 
     def __init__(self, layout: struct.Struct) -> None:
         self._layout = layout
@@ -142,7 +142,7 @@ class Signals:
         return b""
 
     def clear(self, command: Command) -> bytes:
-        """Forget one signal, or all of them where no name is given."""
+        """Remove one signal, or all if the name is empty."""
         if name := text(command.identity):
             self._values.pop(name, None)
         else:
@@ -155,7 +155,7 @@ ERRORS_KEPT = 50
 
 
 def answers_on_the_run(running: Running) -> Answers:
-    """Return what a client can ask about the run."""
+    """Return the answers to commands about the simulation."""
     return {
         Code.START_PAUSE_STOP_SIMULATION: running.start_pause_stop,
         Code.SYNCHRONOUS_ENABLE: running.hold_time,
@@ -166,7 +166,11 @@ def answers_on_the_run(running: Running) -> Answers:
 
 
 class Running:
-    """The commands that name nothing; ``client`` is who steps, ``errors`` are those of its own calls."""
+    """The commands about the simulation.
+
+    client: the client that steps.
+    errors: the errors of its calls.
+    """
 
     def __init__(self, simulator: Simulator, client: Hashable, errors: Errors) -> None:
         self._simulator, self._client, self._errors = simulator, client, errors
@@ -180,7 +184,7 @@ class Running:
         return b""
 
     def hold_time(self, command: Command) -> bytes:
-        """Let no time pass but by triggers, until told otherwise or until the simulation stops."""
+        """Advance time only by triggers, until the client releases it or the simulation stops."""
         if not self._steps:
             self._simulator.stepping.raise_level(self._client)
         return b""
@@ -190,25 +194,28 @@ class Running:
         return b""
 
     def leave(self) -> None:
-        """Hold time no longer."""
+        """Stop holding the simulation's time."""
         self._simulator.stepping.forget(self._client)
         self._simulator.changed.notify_all()
 
     def trigger(self, command: Command) -> bytes:
-        """Ask for a time step, which comes after the other commands; an error where time is not held, or stands."""
+        """Request a time step after the other commands.
+
+        Returns an error if the client does not step, or if the simulation is stopped.
+        """
         if not self._steps or not self._simulator.state.is_advancing:
             raise RefusedError
         self._is_triggered = True
         return b""
 
     def step(self) -> None:
-        """Take the step that was asked for."""
+        """Do the requested time step."""
         if self._is_triggered:
             self._is_triggered = False
             self._simulator.step(self._client)
 
     def last_errors(self, command: Command) -> bytes:
-        """Return how many there are and their texts, each with its zero, and forget them."""
+        """Return the number of errors and their texts, and clear them."""
         texts = b"".join(error.encode() + b"\0" for error in self._errors)
         answer = INT.pack(len(self._errors)) + texts
         self._errors.clear()

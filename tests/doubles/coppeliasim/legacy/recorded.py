@@ -1,9 +1,9 @@
-"""Sessions of a real server on the line, and what their clients must have said.
+"""Recorded sessions of a real server, and the messages of their clients.
 
-A file holds what passed, chunk by chunk, both ways. From one of them repeated idle traffic was cut out, and with it
-some messages: the numbers of those that are left show which. A message that is missing was empty, or it asked for what
-the reply of its number answers and no message on record asked for; `Session.messages` has all of them again. Where a
-question was cut out together with its reply, ``legacy-calls-2.json`` still has the call: see ``LOST``.
+A file holds the traffic in both directions, chunk by chunk. Repeated idle traffic was removed from one file, with some
+messages. The numbers of the remaining messages show the gaps. A missing message was empty, or it had a command whose
+reply is recorded; `Session.messages` restores it. If a command was removed with its reply, ``legacy-calls-2.json``
+still has the call: see ``LOST``.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 FOLDER = Path(__file__).parent.parent / "recorded"
 
 PATIENCE = 40
-"""A command was answered within so many messages: stopped, the real one's main loop took 125 ms, a message 5."""
+"""The maximum number of messages until an answer: a stopped main loop took 125 ms, a message 5 ms."""
 
 LOST = {
     "legacy-wire-2.jsonl": {
@@ -42,17 +42,17 @@ LOST = {
         284: Command(Code.SYNCHRONOUS_NEXT, Mode.BLOCKING),
     }
 }
-"""What was asked for of which nothing is on the line: two steps after the start. Their numbers are about right."""
+"""Commands that the recording lacks: two steps after the start. Their numbers are approximate."""
 
 DATA = {Code.SET_JOINT_TARGET_VELOCITY: struct.pack("<f", 1.0)}
-"""What came with a command of which only the reply is on the line."""
+"""The data of commands of which the recording has only the reply."""
 
 Key = tuple[int, int, bytes]
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What the real server sent; ``answers`` is the number of the message that it is the reply to."""
+    """A reply of the real server; ``answers`` is the number of the message that it answers."""
 
     header: Header
     commands: list[Command]
@@ -61,31 +61,31 @@ class Reply:
 
 @dataclass
 class Session:
-    """All that a client said, message by message, and the replies that are on record."""
+    """The messages of a client and the recorded replies."""
 
     messages: list[bytes]
     replies: list[Reply]
 
 
 def session(name: str) -> Session:
-    """Return the session that is recorded in a file of that name."""
+    """Read a recorded session from a file."""
     rows = [json.loads(row) for row in (FOLDER / name).read_text().splitlines()]
     said = {unpack(message)[0].message: message for message in _messages(rows, "client")}
-    asked = _Asked(said, LOST.get(name, {}))
+    asked = _CommandLog(said, LOST.get(name, {}))
     replies = [asked.reply(*unpack(message)) for message in _messages(rows, "server")]
     messages = [said.get(number) or asked.message(number) for number in range(max(said) + 1)]
     return Session(messages, [reply for reply in replies if reply.header.message >= 0])
 
 
-def _messages(rows: list[dict[str, str]], who: str) -> Iterator[bytes]:
-    line = io.BytesIO(b"".join(bytes.fromhex(row["hex"]) for row in rows if row["dir"] == who))
+def _messages(rows: list[dict[str, str]], direction: str) -> Iterator[bytes]:
+    line = io.BytesIO(b"".join(bytes.fromhex(row["hex"]) for row in rows if row["dir"] == direction))
     size = len(line.getbuffer())
     while line.tell() < size:
         yield read_message(line.read)
 
 
-class _Asked:
-    """Which message asked for what, as far as is on record; what is answered all the same is put where it belongs."""
+class _CommandLog:
+    """The commands of each message. Commands that the recording lacks are inserted before their answers."""
 
     def __init__(self, said: dict[int, bytes], lost: dict[int, Command]) -> None:
         self._open = [(number, _key(command)) for number, message in said.items() for command in unpack(message)[1]]
@@ -93,16 +93,16 @@ class _Asked:
         self._missing = {number: [command] for number, command in lost.items()}
 
     def message(self, number: int) -> bytes:
-        """Return a message that is not on record."""
+        """Return a message that the recording lacks."""
         return pack(Header(number, 0), self._missing.get(number, []))
 
     def reply(self, header: Header, commands: list[Command]) -> Reply:
-        """Return a reply with the number of the last message that it answers."""
-        asked = [self._asked(header.message, command) for command in commands]
+        """Return a reply and the number of the last message that it answers."""
+        asked = [self._find_message(header.message, command) for command in commands]
         return Reply(header, commands, max((each for each in asked if each is not None), default=header.message))
 
-    def _asked(self, number: int, command: Command) -> int | None:
-        """Return the message that asked for this; None for a stream that goes on."""
+    def _find_message(self, number: int, command: Command) -> int | None:
+        """Return the number of the message with the command of a reply; None for a continued stream."""
         key = _key(command)
         is_open = ((n, k) for n, k in self._open if k == key and number - PATIENCE < n <= number)
         if found := next(is_open, None):
@@ -126,14 +126,14 @@ def _key(command: Command) -> Key:
 
 
 TO_THE_LEFT: Quaternion = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""A joint's axis, its z, points to the robot's left."""
+"""The rotation of a wheel's joint: its z axis points to the robot's left."""
 AHEAD: Quaternion = (0.5, 0.5, 0.5, 0.5)
-"""A sensor looks along its z, and up is its y."""
+"""The rotation of a forward sensor: z is its direction, y is up."""
 
 
 @dataclass(frozen=True)
 class Robot:
-    """What differs between the robots of the sessions; metres."""
+    """The dimensions of a robot in a session, in metres."""
 
     at: Vector = (0.0, 0.0, 0.06)
     wheel_radius: float = 0.0325
@@ -141,7 +141,7 @@ class Robot:
 
 
 def first_scene() -> Simulator:
-    """Return the scene of ``legacy-wire.jsonl``: the one that the first ZeroMQ session builds."""
+    """Return the scene of ``legacy-wire.jsonl``, which the first ZeroMQ session builds."""
     graph = Graph(first_handle=15)
     _floor_and_robot(graph, Robot((0.03, 0.0, 0.06), 0.04, casters=1))
     graph.add(VisionSensor("v1", width=16, height=12, takes_external_pictures=True))
@@ -156,7 +156,7 @@ def first_scene() -> Simulator:
 
 
 def later_scene(first_handle: int) -> Simulator:
-    """Return the scene of ``legacy-wire-2.jsonl`` and ``legacy-wire-19999.jsonl``: a robot that rolls well, no more."""
+    """Return the scene of ``legacy-wire-2.jsonl`` and ``legacy-wire-19999.jsonl``: a robot and a floor."""
     graph = Graph(first_handle)
     _floor_and_robot(graph, Robot())
     return Simulator(graph)

@@ -1,7 +1,7 @@
-"""One port of the legacy remote API: a listening socket, and one client at a time.
+"""Services of the legacy remote API: a listening socket each, and one client at a time.
 
-Who connects meanwhile is accepted by the system and not answered until the client before has left; the maker's server
-leaves its second client alone in the same way, and hangs up on it in the end.
+The system accepts a second client, but the service answers it only after the first has left. The maker's server treats
+its second client in the same way, and disconnects it in the end.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import partial
 from types import TracebackType
 
 from tests.doubles.coppeliasim.legacy.client import Client
-from tests.doubles.coppeliasim.legacy.codec import PACKET_SIZE, ProtocolError, packed_up, read_message
+from tests.doubles.coppeliasim.legacy.codec import PACKET_SIZE, ProtocolError, encode_packets, read_message
 from tests.doubles.coppeliasim.legacy.faults import Fault, Hang, ServerDiedError
 from tests.doubles.coppeliasim.scene.pacing import Pacer
 from tests.doubles.coppeliasim.scene.simulator import Simulator
@@ -23,7 +23,7 @@ HOST = "127.0.0.1"
 
 
 class Service:
-    """Serves a simulator on a port, from its making until it is closed; ``port`` 0 takes a free one."""
+    """Serves a simulator on a port until it is closed; ``port`` 0 takes a free one."""
 
     def __init__(self, simulator: Simulator, port: int = 0, packet_size: int = PACKET_SIZE) -> None:
         self._simulator, self._packet_size = simulator, packet_size
@@ -37,18 +37,18 @@ class Service:
         self._thread.start()
 
     def fail(self, fault: Fault | None, after: int = 0) -> None:
-        """Treat every answer so from now on, or after so many that are sent as they should be; None: be well again."""
+        """Apply a fault to each reply, after ``after`` normal replies; None ends the fault."""
         self._release()
         self._fault, self._answers_before_fault = fault, after
 
     def hang_up(self) -> None:
-        """Tear the client's connection off, as a server does that is killed."""
+        """Close the client's connection, as a killed server does."""
         if line := self._line:
             with suppress(OSError):
                 line.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
-        """Hang up and listen no longer."""
+        """Close the connection and the port."""
         self._is_over = True
         self._stop_listening()
         self._release()
@@ -69,7 +69,7 @@ class Service:
                     self._attend(line)
 
     def _attend(self, line: socket.socket) -> None:
-        """Answer a client until it leaves, is cut off, or says what is no message."""
+        """Answer a client until it leaves, is disconnected, or sends an invalid message."""
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         with self._simulator.lock:
             client = Client(self._simulator)
@@ -85,12 +85,12 @@ class Service:
         message = read_message(partial(_exactly, line))
         with self._simulator.lock:
             answer = client.receive(message)
-        self._send(line, packed_up(answer, self._packet_size))
+        self._send(line, encode_packets(answer, self._packet_size))
         with self._simulator.lock:
             self._turn(client)
 
     def _turn(self, client: Client) -> None:
-        """Take the main loop's turn that follows a message."""
+        """Do one turn of the main loop after a message."""
         client.turn()
 
     def _send(self, line: socket.socket, answer: bytes) -> None:
@@ -106,7 +106,7 @@ class Service:
 
 
 def _exactly(line: socket.socket, size: int) -> bytes:
-    """Return the next bytes of a connection; EOFError where it ends before."""
+    """Return the next ``size`` bytes of a connection; raises EOFError if it ends before."""
     pieces, left = [], size
     while left:
         if not (piece := line.recv(left)):
@@ -117,11 +117,11 @@ def _exactly(line: socket.socket, size: int) -> bytes:
 
 
 LAST_WORD_S = 0.2
-"""Who has a question on the way when the simulation stops is answered, if it comes within this time."""
+"""After a stop, messages that arrive within this time are answered."""
 
 
 class TemporaryService(Service):
-    """A service that ends with the run it was started in, or with the next one if none is under way."""
+    """A service that ends with the present simulation, or with the next one if none runs."""
 
     def __init__(self, simulator: Simulator, port: int = 0, packet_size: int = PACKET_SIZE) -> None:
         super().__init__(simulator, port, packet_size)
@@ -146,10 +146,12 @@ class TemporaryService(Service):
 
 
 class LegacyServer:
-    """Serves a simulator over the legacy remote API; a context manager. ``port`` 0 takes a free one.
+    """Serves a simulator over the legacy remote API; a context manager.
 
-    The service it begins with is continuous, like 19997 of an installation. Time passes by itself while nobody steps;
-    where somebody else sees to that, ``paces`` is False.
+    port: the port; 0 takes a free one.
+    paces: time advances by itself if no client steps.
+
+    The first service is permanent, as 19997 of an installation.
 
     >>> with LegacyServer(Simulator()) as server:
     ...     server.port > 0
@@ -175,15 +177,15 @@ class LegacyServer:
 
     @property
     def port(self) -> int:
-        """The port of the continuous service."""
+        """The port of the permanent service."""
         return self.service.port
 
     def close(self) -> None:
-        """End every service."""
+        """End all services."""
         self._open.close()
 
     def restart(self) -> None:
-        """Be a new process on the same port: the client of the old one is cut off."""
+        """Restart on the same port; the client is disconnected."""
         self.service.close()
         self.service = Service(self._simulator, self.port)
 
@@ -191,7 +193,7 @@ class LegacyServer:
         self.service.close()
 
     def start_temporary(self, port: int = 0) -> TemporaryService:
-        """Start a service in the simulation that runs, as a script of its scene does."""
+        """Start a service during a simulation, as a script of its scene does."""
         service = TemporaryService(self._simulator, port)
         self._open.callback(service.close)
         return service

@@ -1,4 +1,4 @@
-"""What a client is told about a scene, byte by byte."""
+"""Answers to single commands, compared byte by byte."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.doubles.coppeliasim.legacy.codec import Code, Command, Mode
-from tests.doubles.coppeliasim.legacy.comparison import Talker, floats, ints, name
+from tests.doubles.coppeliasim.legacy.comparison import RawClient, floats, ints, name
 from tests.doubles.coppeliasim.legacy.functions import ALL
 from tests.doubles.coppeliasim.legacy.recorded import AHEAD, later_scene
 from tests.doubles.coppeliasim.legacy.server import LegacyServer
@@ -37,18 +37,18 @@ def simulator() -> Simulator:
 
 
 @pytest.fixture
-def client(simulator: Simulator) -> Iterator[Talker]:
-    with LegacyServer(simulator) as server, Talker(server.port) as talker:
+def client(simulator: Simulator) -> Iterator[RawClient]:
+    with LegacyServer(simulator) as server, RawClient(server.port) as talker:
         yield talker
 
 
 @pytest.mark.parametrize("path", ["/rover/leftMotor", "/leftMotor", "leftMotor", "bubbleRob_leftMotor"])
-def test_an_object_is_found_by_path_by_alias_and_by_its_old_name(client: Talker, path: str) -> None:
+def test_object_is_found_by_path_alias_and_old_name(client: RawClient, path: str) -> None:
     reply = client.ask(Code.GET_OBJECT_HANDLE, name(path))
     assert (reply.data, reply.status) == (ints(LEFT), 0)
 
 
-def test_what_is_not_there_is_an_error_with_a_text(client: Talker) -> None:
+def test_missing_object_is_an_error_with_a_text(client: RawClient) -> None:
     reply = client.ask(Code.GET_OBJECT_HANDLE, name("/nope"))
     assert (reply.data, reply.status) == (ints(-1), 1)
     client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(BODY), floats(1.0))
@@ -58,7 +58,7 @@ def test_what_is_not_there_is_an_error_with_a_text(client: Talker) -> None:
     assert client.ask(Code.GET_LAST_ERRORS).data == ints(0)
 
 
-def test_a_detection_is_a_byte_the_point_the_handle_and_the_normal(client: Talker) -> None:
+def test_layout_of_a_detection(client: RawClient) -> None:
     reply = client.ask(Code.READ_PROXIMITY_SENSOR, ints(NOSE))
     seen, *numbers = struct.unpack("<b3fi3f", reply.data)
     point, handle, normal = numbers[:3], numbers[3], numbers[4:]
@@ -67,7 +67,7 @@ def test_a_detection_is_a_byte_the_point_the_handle_and_the_normal(client: Talke
     assert normal == pytest.approx([0, 0, -1], abs=1e-6)
 
 
-def test_where_nothing_is_detected_only_the_first_byte_can_be_relied_on(client: Talker, simulator: Simulator) -> None:
+def test_without_a_detection_only_the_first_byte_is_valid(client: RawClient, simulator: Simulator) -> None:
     with simulator.lock:
         simulator.graph.put(simulator.graph[BOX], Transform((-3.0, 0.0, 0.2)))
     reply = client.ask(Code.READ_PROXIMITY_SENSOR, ints(NOSE))
@@ -75,7 +75,7 @@ def test_where_nothing_is_detected_only_the_first_byte_can_be_relied_on(client: 
     assert any(reply.data)
 
 
-def test_a_picture_that_is_shown_is_read_back_in_colour_and_in_grey(client: Talker) -> None:
+def test_shown_picture_is_read_back_in_colour_and_grey(client: RawClient) -> None:
     pixels = np.random.default_rng(1).integers(0, 256, (ROWS, COLUMNS, 3), np.uint8)
     assert client.ask(Code.SET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN), pixels.tobytes()).status == 0
     colour = client.ask(Code.GET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN)).data
@@ -84,18 +84,18 @@ def test_a_picture_that_is_shown_is_read_back_in_colour_and_in_grey(client: Talk
     assert grey == ints(COLUMNS, ROWS) + (pixels.astype(int).sum(axis=2) // 3).astype(np.uint8).tobytes()
 
 
-def test_a_grey_picture_is_shown_in_all_three_colours(client: Talker) -> None:
+def test_grey_picture_is_shown_in_all_colours(client: RawClient) -> None:
     pixels = bytes(range(ROWS * COLUMNS))
     assert client.ask(Code.SET_VISION_SENSOR_IMAGE_BW, ints(SCREEN), pixels).status == 0
     colour = client.ask(Code.GET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN)).data[8:]
     assert (colour[::3], colour[1::3], colour[2::3]) == (pixels, pixels, pixels)
 
 
-def test_a_picture_of_another_size_is_refused(client: Talker) -> None:
+def test_picture_of_another_size_is_refused(client: RawClient) -> None:
     assert client.ask(Code.SET_VISION_SENSOR_IMAGE_RGB, ints(SCREEN), bytes(ROWS * COLUMNS)).status == 1
 
 
-def test_an_object_is_put_where_it_is_asked_to_be(client: Talker) -> None:
+def test_position_and_orientation_are_set(client: RawClient) -> None:
     client.ask(Code.SET_OBJECT_POSITION, ints(BOX), ints(BODY) + floats(0.5, 0.25, 0.0))
     client.ask(Code.SET_OBJECT_ORIENTATION, ints(BOX), ints(-1) + floats(0.0, 0.0, 0.5))
     position = client.ask(Code.GET_OBJECT_POSITION, ints(BOX, -1)).data
@@ -104,7 +104,7 @@ def test_an_object_is_put_where_it_is_asked_to_be(client: Talker) -> None:
     assert struct.unpack("<3f", orientation) == pytest.approx((0.0, 0.0, 0.5))
 
 
-def test_a_velocity_is_linear_then_angular_in_the_world(client: Talker, simulator: Simulator) -> None:
+def test_velocity_is_linear_then_angular_in_the_world(client: RawClient, simulator: Simulator) -> None:
     client.ask(Code.SYNCHRONOUS_ENABLE)
     client.ask(Code.START_PAUSE_STOP_SIMULATION, ints(0))
     for joint, speed in ((LEFT, 1.0), (LEFT + 2, 3.0)):
@@ -118,40 +118,40 @@ def test_a_velocity_is_linear_then_angular_in_the_world(client: Talker, simulato
     assert client.ask(Code.GET_OBJECT_VELOCITY, ints(BOX)).data == bytes(24)
 
 
-def test_a_signal_is_kept_until_it_is_cleared(client: Talker) -> None:
+def test_signal_is_stored_until_it_is_cleared(client: RawClient) -> None:
     client.ask(Code.SET_FLOAT_SIGNAL, name("speed"), floats(1.5))
     assert client.ask(Code.GET_FLOAT_SIGNAL, name("speed")).data == floats(1.5)
     client.ask(Code.CLEAR_FLOAT_SIGNAL, name("speed"))
     assert client.ask(Code.GET_FLOAT_SIGNAL, name("speed")).status == 1
 
 
-def test_a_parent_is_reported_and_minus_one_where_there_is_none(client: Talker) -> None:
+def test_parent_is_minus_one_without_one(client: RawClient) -> None:
     assert client.ask(Code.GET_OBJECT_PARENT, ints(LEFT)).data == ints(BODY)
     assert client.ask(Code.GET_OBJECT_PARENT, ints(BODY)).data == ints(-1)
 
 
-def test_children_are_reported_one_by_one_until_minus_one(client: Talker) -> None:
+def test_children_by_index_end_with_minus_one(client: RawClient) -> None:
     children = [client.ask(Code.GET_OBJECT_CHILD, ints(LEFT, index)).data for index in (0, 1)]
     assert children == [ints(LEFT + 1), ints(-1)]
 
 
-def test_objects_of_a_type_are_counted_and_listed(client: Talker) -> None:
+def test_objects_of_a_type_are_counted_and_listed(client: RawClient) -> None:
     assert client.ask(Code.GET_OBJECTS, ints(Type.VISION_SENSOR)).data == ints(2, CAMERA, SCREEN)
     assert client.ask(Code.GET_OBJECTS, ints(ALL)).data[:4] == ints(14)
 
 
 @pytest.mark.parametrize("said", [b"", b"\0", b"\xff" * 9])
-def test_commands_that_make_no_sense_are_answered_all_the_same(client: Talker, said: bytes) -> None:
+def test_invalid_commands_are_answered(client: RawClient, said: bytes) -> None:
     codes = sorted(set(Code) - {Code.KILL_CONNECTION})
     assert [client.ask(code, said, said).code for code in codes] == codes
 
 
-def test_a_command_without_its_data_is_refused(client: Talker) -> None:
+def test_command_without_data_is_refused(client: RawClient) -> None:
     assert client.ask(Code.SET_JOINT_TARGET_VELOCITY, ints(LEFT), b"\0\0").status == 1
     assert client.ask(Code.GET_JOINT_POSITION, b"\0\0").status == 1
 
 
-def test_a_command_that_the_double_does_not_know_is_an_error_and_sent_back(client: Talker) -> None:
-    client.say(Command(0x3401, Mode.BLOCKING, b"name\0", b"data"))
-    _, (reply,) = client.say()
+def test_unknown_command_is_an_error_and_returned(client: RawClient) -> None:
+    client.exchange(Command(0x3401, Mode.BLOCKING, b"name\0", b"data"))
+    _, (reply,) = client.exchange()
     assert (reply.identity, reply.data, reply.status) == (b"name\0", b"data", 1)

@@ -1,4 +1,4 @@
-"""The double held against a real server: each client's message of record is sent to it, each reply is compared."""
+"""Compare the double with a real server: send each recorded message, and compare each reply."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import pytest
 from drivers.vrep import simx
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.legacy.client import Client
-from tests.doubles.coppeliasim.legacy.codec import Code, Command, Header, pack, packed_up, read_message, unpack
+from tests.doubles.coppeliasim.legacy.codec import Code, Command, Header, encode_packets, pack, read_message, unpack
 from tests.doubles.coppeliasim.legacy.comparison import (
     JOINT_RAD,
     LAST_STEPS_MS,
@@ -34,13 +34,13 @@ from tests.doubles.coppeliasim.legacy.server import Service, TemporaryService
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
 RUNNING_FOR_S = 4.95
-"""The temporary service's client took time into its hands after 60 messages, at 7.95 s."""
+"""The client of the temporary service began to step after 60 messages, at 7.95 s."""
 
 STOP = (2).to_bytes(4, "little")
 
 
 class EachMessageAStep(Service):
-    """Unheld time goes on by a step with each message, as it did for the recorded clients: no clock is asked."""
+    """If no client steps, each message advances one time step, as in the recordings. No clock is needed."""
 
     def _turn(self, client: Client) -> None:
         super()._turn(client)
@@ -53,7 +53,7 @@ class TemporaryEachMessageAStep(EachMessageAStep, TemporaryService):
 
 
 def running(simulator: Simulator) -> Simulator:
-    """Return a simulator whose simulation has run for a while."""
+    """Return a simulator after some simulated time."""
     with simulator.lock:
         simulator.start()
         simulator.time = RUNNING_FOR_S
@@ -68,13 +68,13 @@ SESSIONS: dict[str, tuple[Callable[[], Simulator], type[Service]]] = {
 
 
 def send_all(service: Service, messages: list[bytes]) -> dict[int, Message]:
-    """Return what a service answers, by the number of the message that each reply is to."""
+    """Return the replies of a service by the number of the message."""
     replies: dict[int, Message] = {}
     with socket.create_connection(("127.0.0.1", service.port)) as line, line.makefile("rb") as coming:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         with suppress(OSError, struct.error):
             for message in messages:
-                line.sendall(packed_up(message))
+                line.sendall(encode_packets(message))
                 header, commands = unpack(read_message(coming.read))
                 replies[header.message] = (header, commands)
     return replies
@@ -85,7 +85,7 @@ def is_a_stop(reply: Reply) -> bool:
 
 
 @pytest.mark.parametrize("name", SESSIONS)
-def test_every_reply_is_the_real_servers(name: str) -> None:
+def test_each_reply_equals_the_real_servers(name: str) -> None:
     scene, service_of = SESSIONS[name]
     recorded, service = session(name), service_of(scene())
     try:
@@ -100,20 +100,20 @@ def test_every_reply_is_the_real_servers(name: str) -> None:
     assert found == []
 
 
-def test_each_session_holds_replies_to_compare() -> None:
+def test_each_session_has_replies() -> None:
     counts = {name: len(session(name).replies) for name in SESSIONS}
     assert counts == {"legacy-wire.jsonl": 56, "legacy-wire-2.jsonl": 88, "legacy-wire-19999.jsonl": 93}
 
 
 @pytest.mark.parametrize("name", SESSIONS)
-def test_what_is_read_from_a_recording_is_written_the_same(name: str) -> None:
+def test_recorded_messages_are_encoded_again(name: str) -> None:
     for message in session(name).messages:
         header, commands = unpack(message)
         for command in commands:
             assert unpack(pack(header, [command])) == (header, [command])
 
 
-def test_a_difference_is_reported() -> None:
+def test_difference_is_found() -> None:
     header, command = Header(3, 0, state=1), Command(Code.GET_JOINT_POSITION, 0, b"abcd", bytes(4))
     assert differences((header, [command]), (header, [command])) == []
     for other in (replace(command, status=1), replace(command, data=b"\0\0\x80?"), replace(command, sim_ms=50)):
@@ -123,7 +123,7 @@ def test_a_difference_is_reported() -> None:
 
 
 CYCLE_MS = 1
-"""How often the client says something; the recorded one did every 5 ms."""
+"""The period of the client's messages; in the recording it was 5 ms."""
 PATIENCE_MS = 5000
 
 TOLERANCES = {
@@ -135,13 +135,13 @@ Call = dict[str, Any]
 
 
 @pytest.fixture(autouse=True)
-def _every_client_is_finished() -> Iterator[None]:
+def _finish_clients() -> Iterator[None]:
     yield
     simx.simxFinish(-1)
 
 
 @pytest.mark.parametrize("name", SESSIONS)
-def test_every_call_returns_what_the_official_binding_returned(name: str) -> None:
+def test_each_call_returns_the_official_bindings_result(name: str) -> None:
     calls = json.loads((FOLDER / name.replace("wire", "calls").replace("jsonl", "json")).read_text())
     scene, service_of = SESSIONS[name]
     service = service_of(scene())
@@ -167,7 +167,7 @@ def test_every_call_returns_what_the_official_binding_returned(name: str) -> Non
 
 
 def called(client: int, call: Call) -> Any:
-    """Return what the call returns now; one about a connection that has to end is made until it has."""
+    """Return the result of a call; repeat a call about a connection until it has ended."""
     function = getattr(simx, call["call"])
     clock, result = MonotonicClock(), function(client, *call["args"])
     while call["call"] == "simxGetConnectionId" and result != call["result"] and clock.now() < PATIENCE_MS / 1000:
@@ -176,12 +176,12 @@ def called(client: int, call: Call) -> Any:
 
 
 def code_of(result: Any) -> Any:
-    """Return all that can be compared while a simulation stops: it may have stopped, or not yet."""
+    """Return the comparable part of a result while a simulation stops, which takes an unknown time."""
     return result[0] if isinstance(result, (list, tuple)) else result
 
 
 def agrees(call: Call, result: Any) -> bool:
-    """Return whether a result is the recorded one, within tolerance; the recorder noted no result for signals."""
+    """Return whether a result equals the recorded one within tolerance. The recording has no results for signals."""
     recorded = call["result"]
     if recorded is None:
         return True
@@ -206,11 +206,11 @@ def _values_agree(function: str, result: list[Any], recorded: list[Any]) -> bool
 
 
 def _each_once(errors: list[str]) -> list[str]:
-    """Return the texts in order: a stream that fails adds one with each message, however many there are."""
+    """Return the distinct texts in order; a failed stream adds one text with each message."""
     return list(dict.fromkeys(errors))
 
 
 def _pictures_agree(result: list[int], recorded: list[int]) -> bool:
-    """Compare pixels, signed bytes as the binding gives them, on average."""
+    """Compare pictures of signed bytes by their mean difference."""
     one, other = (np.array(pixels, np.int8).view(np.uint8).astype(int) for pixels in (result, recorded))
     return one.shape == other.shape and (not one.size or bool(np.abs(one - other).mean() <= PIXELS_MEAN))

@@ -1,1 +1,1 @@
-"""Recorded sessions of a real server, played to a double: where its replies differ."""
+"""Replay recorded sessions of a real server on a double, and compare the replies."""

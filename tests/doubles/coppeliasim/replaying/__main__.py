@@ -1,4 +1,4 @@
-"""Plays the recorded ZeroMQ sessions to a double and prints where its replies differ.
+"""Replay the recorded ZeroMQ sessions on a double, and print the differences.
 
 python -m tests.doubles.coppeliasim.replaying
 """
@@ -11,7 +11,7 @@ from tests.doubles.coppeliasim.replaying.replay import SESSIONS, play_to_a_doubl
 
 
 def main() -> int:
-    """Return 1 where anything differs."""
+    """Return 1 if replies differ."""
     found = {file: play_to_a_double(file) for file in SESSIONS}
     for file, lines in found.items():
         sys.stdout.write(f"{file}: {len(lines)} differences\n" + "".join(f"  {line}\n" for line in lines))

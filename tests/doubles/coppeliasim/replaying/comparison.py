@@ -1,7 +1,7 @@
-"""How far figures may be apart. Everything else has to be equal: types, lengths, keys and their order, texts, integers.
+"""Compare replies, with tolerances for numbers. Types, lengths, keys and their order, texts and integers must be equal.
 
-Physics: the real robot slips, bounces off a wall, and settles into the floor; the double's does not. Pixels: another
-renderer, other lamps. Where neither counts, replies have to be equal byte by byte.
+Physics needs tolerances, because the real robot slips, bounces off a wall, and sinks into the floor. Pixels need them,
+because another renderer with other lamps drew them. All other replies must be equal byte by byte.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 
 class Tolerance(NamedTuple):
-    """For numbers, in their own unit; for pixels, the mean difference in grey levels; for depths, metres."""
+    """Tolerances: numbers in their unit, pixels as the mean difference in grey levels, depths in metres."""
 
     number: float = 0.0
     pixels: float = 0.0
@@ -43,21 +43,21 @@ TOLERANCES = {
     "sim.callScriptFunction": SCRIPTED,
     "eval": SCRIPTED,
 }
-"""By function; what is not named is exact."""
+"""Tolerances by function; all other functions are compared exactly."""
 
 CONTACT = "sim.getContactInfo"
-"""Of contacts, who touches whom is compared, and where in metres; forces are an engine's own, and any point will do."""
+"""Tolerance of contact points in metres. Forces are not compared, because they depend on the engine."""
 
 CONTACT_M = 0.15
 
 AT_THE_WALL_M, AT_THE_WALL = 0.035, 0.0084
-"""Nearer than this, in metres and as a part of the fan's range, a sensor on a bouncing robot may be in the wall."""
+"""Below these distances, in metres and as a part of the range, a sensor of a bouncing robot may be inside the wall."""
 
 ANYTHING = Tolerance(1.0)
 
 
 def differences(recorded: Any, reply: Any, tolerance: Tolerance = EXACT, where: str = "reply") -> Iterator[str]:
-    """Yield what is different, a line each."""
+    """Yield the differences, one a line."""
     if type(recorded) is not type(reply):
         yield f"{where}: {_short(reply)}, recorded {_short(recorded)}"
     elif isinstance(recorded, dict):
@@ -74,7 +74,7 @@ def differences(recorded: Any, reply: Any, tolerance: Tolerance = EXACT, where: 
 
 
 def _in_maps(recorded: Any, reply: Any, tolerance: Tolerance, where: str) -> Iterator[str]:
-    """A table of Lua's has no order of its keys; the server's own replies have."""
+    """Compare maps. Keys of a Lua table have no order; keys of the server's own replies have one."""
     in_order = where == "reply"
     if (list(recorded) != list(reply)) if in_order else (recorded.keys() != reply.keys()):
         yield f"{where}: keys {list(reply)}, recorded {list(recorded)}"
@@ -101,7 +101,7 @@ def _in_bytes(recorded: bytes, reply: bytes, tolerance: Tolerance, where: str) -
 
 
 DEPTHS_BYTES = 36
-"""The recorded depths are nine floats; pictures are longer."""
+"""The size of recorded depths: nine floats. Pictures are larger."""
 
 
 def _in_depths(recorded: bytes, reply: bytes, tolerance: float, where: str) -> Iterator[str]:

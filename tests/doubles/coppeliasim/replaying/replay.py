@@ -1,6 +1,7 @@
-"""The recorded sessions: what a client asked, and what a real server replied.
+"""The recorded ZeroMQ sessions: requests and replies.
 
-``_*wait*_`` and ``_*executed*_`` are not kept: how often they come is timing. That a call waited is kept.
+``_*wait*_`` and ``_*executed*_`` are dropped, because their number depends on timing. An exchange records that its call
+waited.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ Message = dict[str, Any]
 
 @dataclass(frozen=True)
 class Exchange:
-    """A request and the reply to it; ``raw`` is the reply as it was sent, where it was kept."""
+    """A request and its reply; ``raw`` has the bytes of the reply if they were recorded."""
 
     line: int
     request: Message
@@ -52,7 +53,7 @@ class Exchange:
 
     @property
     def name(self) -> str:
-        """The function that was called, or ``eval``."""
+        """The called function, or ``eval``."""
         return str(self.request.get("func", "eval"))
 
 
@@ -69,7 +70,7 @@ def _messages(file: str) -> Iterator[tuple[int, Message]]:
 def _exchanges(messages: Iterator[tuple[int, Message]]) -> Iterator[Exchange]:
     asked, waited = (0, dict[str, Any]()), False
     for number, message in messages:
-        body = _decoded(message["body"])
+        body = _decode(message["body"])
         if message["dir"] == "request":
             if body.get("func") != EXECUTED:
                 asked, waited = (number, body), False
@@ -80,19 +81,19 @@ def _exchanges(messages: Iterator[tuple[int, Message]]) -> Iterator[Exchange]:
             yield Exchange(*asked, body, waited, raw)
 
 
-def _decoded(body: Any) -> Any:
-    """Return a body with its bytes as such, and the table of functions in its place."""
+def _decode(body: Any) -> Any:
+    """Decode a recorded body: bytes, and the table of functions, which is recorded once."""
     if isinstance(body, dict):
         if "__bytes__" in body:
             return base64.b64decode(body["__bytes__"])
-        return {key: _decoded(each) for key, each in body.items()}
+        return {key: _decode(each) for key, each in body.items()}
     if isinstance(body, list):
-        return [_decoded(each) for each in body]
+        return [_decode(each) for each in body]
     return table() if body == ELSEWHERE else body
 
 
 SESSIONS = {"zmq-session.jsonl": default_scene, "zmq-session-2.jsonl": second_scene}
-"""The recorded sessions, and the scenes that they begin with."""
+"""The recorded sessions and their initial scenes."""
 
 PATIENCE_MS = 5000
 LEFT = "_*end*_"
@@ -101,7 +102,7 @@ HANDLED, LEAST_DEPTH = "sim.handleVisionSensor", 4
 
 @dataclass(frozen=True)
 class Answer:
-    """What a server replied, whether the call waited, and the reply as it was sent."""
+    """A reply, whether the call waited, and the bytes of the reply."""
 
     reply: Any
     waited: bool
@@ -109,7 +110,7 @@ class Answer:
 
 
 class Player:
-    """A client that says what it is told to say; after it has left, it is another one."""
+    """A client that sends given requests. After a goodbye it continues as a new client."""
 
     def __init__(self, socket: zmq.Socket[bytes]) -> None:
         self._socket = socket
@@ -117,7 +118,7 @@ class Player:
         self._uuid = str(uuid.uuid4())
 
     def ask(self, request: dict[str, Any]) -> Answer:
-        """Return the reply to a request, once it no longer has to wait."""
+        """Send a request, and return its final reply."""
         raw = self._exchange(request)
         waited = False
         while (reply := loads(raw)).get("func") == WAIT:
@@ -133,23 +134,25 @@ class Player:
 
 
 def play_to_a_double(file: str) -> list[str]:
-    """Return where a double that begins as the recorded server did differs from it."""
+    """Return the differences between a double and a recorded session, with the session's initial scene."""
     with Double(SESSIONS[file]()) as double:
         return play(session(file), double.zmq_port)
 
 
 def play(exchanges: Sequence[Exchange], port: int) -> list[str]:
-    """Return where the replies of a server differ from those recorded, a line each."""
+    """Return the differences between a server's replies and the recorded ones, one a line."""
     import zmq
 
     with zmq.Context() as context, context.socket(zmq.REQ) as socket:
         socket.linger = 0
         socket.connect(f"tcp://127.0.0.1:{port}")
         player = Player(socket)
-        return [f"line {each.line}, {each.name}: {found}" for each in exchanges for found in _played(player, each)]
+        return [
+            f"line {each.line}, {each.name}: {found}" for each in exchanges for found in _compare_exchange(player, each)
+        ]
 
 
-def _played(player: Player, exchange: Exchange) -> Iterator[str]:
+def _compare_exchange(player: Player, exchange: Exchange) -> Iterator[str]:
     reply = player.ask(exchange.request)
     if reply.waited != exchange.waited:
         yield f"waited: {reply.waited}, recorded {exchange.waited}"
@@ -163,13 +166,13 @@ def _played(player: Player, exchange: Exchange) -> Iterator[str]:
 
 
 def _is_at_the_wall(exchange: Exchange) -> bool:
-    """Return whether a sensor was handled that the robot had pushed against the wall."""
+    """Return whether the exchange handles a sensor that the robot had pushed against the wall."""
     is_handled = exchange.name == HANDLED and "ret" in exchange.reply
     return is_handled and exchange.reply["ret"][1][LEAST_DEPTH] < AT_THE_WALL
 
 
 def _in_contacts(recorded: Any, reply: Any) -> Iterator[str]:
-    yield from differences(recorded[:1], reply[:1], where="who")
+    yield from differences(recorded[:1], reply[:1], where="objects")
     yield from differences(recorded[1:2], reply[1:2], Tolerance(CONTACT_M), where="where")
     yield from differences([len(each) for each in recorded], [len(each) for each in reply], where="lengths")
     yield from differences(recorded[3:], reply[3:], Tolerance(1e-6), where="normal")

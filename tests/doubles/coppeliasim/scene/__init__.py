@@ -1,4 +1,4 @@
-"""The simulated world on the server's side: objects, time, a kinematic robot, and what sensors see. No protocol."""
+"""The simulated world without a protocol: objects, time, a kinematic robot, and sensors."""
 
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import NoObjectError, SceneError

@@ -1,7 +1,7 @@
-"""Objects by path: ``/rover/leftMotor``, ``./camera`` from an object, ``/box[1]``, ``*`` and ``?`` as wildcards.
+"""Objects by path: ``/rover/leftMotor``, ``./camera`` from an object, ``/box[1]``, wildcards ``*`` and ``?``.
 
-As the simulator has it, a path need not name every object on the way: ``/leftMotor`` finds what ``/rover/leftMotor``
-does, and what is nearer the root is found first.
+As in the simulator, a path need not name each parent: ``/leftMotor`` finds ``/rover/leftMotor`` too. The object nearest
+to the root is found first.
 """
 
 from __future__ import annotations
@@ -18,37 +18,37 @@ from tests.doubles.coppeliasim.scene.poses import Transform
 
 
 def find(roots: Sequence[Thing], path: str, index: int = 0, start: Thing | None = None) -> Thing | None:
-    """Return the object that a path names, or None; ``index`` counts those that it fits, ``./`` begins at ``start``."""
+    """Return the object with a path, or None. ``index`` selects one of several matches; ``./`` begins at ``start``."""
     if path in {".", ":"}:
         return start
     if path.startswith("./"):
         roots, path = (start.children if start else roots), path[1:]
     if not path.startswith("/") or path.endswith("/"):
         return None
-    fitting = _matching(roots, path[1:].split("/"))
+    fitting = _match(roots, path[1:].split("/"))
     for _ in range(index):
         next(fitting, None)
     return next(fitting, None)
 
 
 def shortest(roots: Sequence[Thing], thing: Thing) -> str:
-    """Return the path that names it: with the models it is part of, and what else it takes to tell it from others."""
-    path, above = "/" + _numbered(roots, thing), thing.parent
+    """Return the shortest unambiguous path of an object, with the models that contain it."""
+    path, above = "/" + _format_indexed_alias(roots, thing), thing.parent
     while above:
         scope = above.parent.children if above.parent else roots
         if above.is_model_base or find(scope, path) is not thing:
-            path = "/" + _numbered(roots, above) + path
+            path = "/" + _format_indexed_alias(roots, above) + path
         above = above.parent
     return path
 
 
 def full(roots: Sequence[Thing], thing: Thing) -> str:
-    """Return the path that names it and everything above it."""
+    """Return the path of an object with all its parents."""
     above = full(roots, thing.parent) if thing.parent else ""
-    return f"{above}/{_numbered(roots, thing)}"
+    return f"{above}/{_format_indexed_alias(roots, thing)}"
 
 
-def _matching(level: Sequence[Thing], parts: Sequence[str]) -> Iterator[Thing]:
+def _match(level: Sequence[Thing], parts: Sequence[str]) -> Iterator[Thing]:
     name, number = _split(parts[0])
     left, deeper = number or 0, list[Thing]()
     for thing in level:
@@ -57,33 +57,33 @@ def _matching(level: Sequence[Thing], parts: Sequence[str]) -> Iterator[Thing]:
             if len(parts) == 1:
                 yield thing
             else:
-                yield from _matching(thing.children, parts[1:])
+                yield from _match(thing.children, parts[1:])
         left -= is_fitting and number is not None
         if not (is_fitting and number is not None):
             deeper.append(thing)
     for thing in deeper:
-        yield from _matching(thing.children, parts)
+        yield from _match(thing.children, parts)
 
 
 def _split(part: str) -> tuple[str, int | None]:
-    """Return the alias of a part of a path, and the number behind it if there is one."""
+    """Return the alias in a part of a path, and its index if there is one."""
     numbered = re.fullmatch(r"(.+)\[(\d+)\]", part)
     return (numbered[1], int(numbered[2])) if numbered else (part, None)
 
 
-def _numbered(roots: Sequence[Thing], thing: Thing) -> str:
-    """Return its alias, with a number where siblings share it."""
+def _format_indexed_alias(roots: Sequence[Thing], thing: Thing) -> str:
+    """Return the alias of an object, with an index if siblings share it."""
     namesakes = [each for each in (thing.parent.children if thing.parent else roots) if each.alias == thing.alias]
     return thing.alias if len(namesakes) == 1 else f"{thing.alias}[{namesakes.index(thing)}]"
 
 
 ALL, TREE, SINGLE = -2, -6, -8
-"""What an item takes in: the API's ``handle_...``."""
+"""The scope of an item: the API's ``handle_...``."""
 
 
 @dataclass
 class Collection:
-    """Items in the order they were added: what each takes in, of which object, and whether it takes it out again."""
+    """A collection: its items in order. Each item has a scope and an object, and adds or removes objects."""
 
     items: list[tuple[int, Thing | None, bool]] = field(default_factory=list)
 
@@ -93,7 +93,7 @@ class Collection:
         self.items.append((what, thing, is_out))
 
     def members(self, graph: Graph) -> set[Thing]:
-        """Return what is in it now."""
+        """Return the present members."""
         found: set[Thing] = set()
         for what, thing, is_out in self.items:
             named = [thing] if thing else []
@@ -106,9 +106,9 @@ ThingT = TypeVar("ThingT", bound=Thing)
 
 
 class Graph:
-    """A forest of things. Handles count upwards and are never given twice.
+    """The trees of objects in a scene. Handles count upwards and are never used twice.
 
-    ``revision`` changes with everything that somebody outside changes: what is derived from the graph is made anew.
+    ``revision`` changes with each change by a client, so that derived data can be updated.
     """
 
     def __init__(self, first_handle: int = 0) -> None:
@@ -116,7 +116,7 @@ class Graph:
         self.clear(first_handle)
 
     def clear(self, first_handle: int = 0) -> None:
-        """Take everything out; handles begin anew."""
+        """Remove all objects, and restart the handles."""
         self.revision += 1
         self.roots: list[Thing] = []
         self.collections: dict[int, Collection] = {}
@@ -140,20 +140,20 @@ class Graph:
         return handle in self._things
 
     def all_of(self, kind: type[ThingT]) -> list[ThingT]:
-        """Return the things of one kind, by handle."""
+        """Return the objects of a class, ordered by handle."""
         return [thing for thing in self if isinstance(thing, kind)]
 
     def add(self, thing: ThingT, parent: Thing | None = None) -> ThingT:
-        """Give it a handle and put it under a parent, in whose frame its place is."""
+        """Add an object below a parent; its place is in the parent's frame."""
         thing.handle = next(self._handles)
         thing.flat_name = thing.flat_name or thing.alias
         self._things[thing.handle] = thing
-        self._hang(thing, parent)
+        self._attach(thing, parent)
         self.revision += 1
         return thing
 
     def remove(self, thing: Thing) -> None:
-        """Take it out; its children stay where they are, on its parent."""
+        """Remove an object. Its children keep their places, and move to its parent."""
         for child in list(thing.children):
             self.move_under(child, thing.parent)
         self._siblings(thing).remove(thing)
@@ -161,31 +161,31 @@ class Graph:
         self.revision += 1
 
     def move_under(self, thing: Thing, parent: Thing | None, *, in_place: bool = True) -> None:
-        """Give it another parent; ``in_place``: it stays where it is in the world."""
+        """Move an object to another parent; ``in_place`` keeps its place in the world."""
         pose = self.pose(thing)
         self._siblings(thing).remove(thing)
-        self._hang(thing, parent)
+        self._attach(thing, parent)
         if in_place:
             self.put(thing, pose)
         self.revision += 1
 
     def pose(self, thing: Thing) -> Transform:
-        """Return where it is in the world."""
+        """Return the place of an object in the world."""
         return self.frame(thing.parent).then(thing.local) if thing.parent else thing.local
 
     def frame(self, thing: Thing | None) -> Transform:
-        """Return the frame that its children are in, in the world; the world's own for None."""
+        """Return the frame of an object's children in the world; None stands for the world."""
         if thing is None:
             return Transform()
         return self.frame(thing.parent).then(thing.carried) if thing.parent else thing.carried
 
     def put(self, thing: Thing, pose: Transform) -> None:
-        """Put it somewhere in the world, with all that it carries."""
+        """Place an object in the world, with all its children."""
         thing.local = self.frame(thing.parent).inverse.then(pose) if thing.parent else pose
         self.revision += 1
 
     def tree(self, roots: Iterable[Thing] | None = None) -> list[Thing]:
-        """Return things and all below them, level by level; those of the whole scene where no root is named."""
+        """Return objects and all below them, level by level; by default those of the whole scene."""
         level, found = list(self.roots if roots is None else roots), list[Thing]()
         while level:
             found += level
@@ -193,20 +193,20 @@ class Graph:
         return found
 
     def find(self, path: str, index: int = 0, start: Thing | None = None) -> Thing | None:
-        """Return the object that a path like ``/rover/leftMotor`` names, or None."""
+        """Return the object with a path, such as ``/rover/leftMotor``, or None."""
         return find(self.roots, path, index, start)
 
     def find_flat(self, name: str) -> Thing | None:
-        """Return the object that V-REP called so, or that has such an alias, or None."""
+        """Return the object with a name of V-REP or with an alias, or None."""
         by_name = (thing for thing in self if thing.flat_name == name)
         by_alias = (thing for thing in self if thing.alias == name)
         return next(itertools.chain(by_name, by_alias), None)
 
     def path(self, thing: Thing) -> str:
-        """Return the shortest path that names it."""
+        """Return the shortest unambiguous path of an object."""
         return shortest(self.roots, thing)
 
-    def _hang(self, thing: Thing, parent: Thing | None) -> None:
+    def _attach(self, thing: Thing, parent: Thing | None) -> None:
         thing.parent = parent
         self._siblings(thing).append(thing)
 

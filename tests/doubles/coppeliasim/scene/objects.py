@@ -1,4 +1,4 @@
-"""What a scene refuses, in the words of the real server."""
+"""The objects of a scene, and errors in the words of the real server."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform, Vector
 
 
 class SceneError(Exception):
-    """A call that the simulator refuses; its text is what a client is told."""
+    """A refused call. Its text is sent to the client."""
 
 
 class NoObjectError(SceneError, LookupError):
-    """There is no object with that handle."""
+    """No object has the handle."""
 
     def __init__(self, what: str = "object does not exist.") -> None:
         super().__init__(what)
 
 
 Pixels = NDArray[np.uint8]
-"""Height x width x 3, red, green, blue; row 0 at the bottom, column 0 on the left."""
+"""Shape (height, width, 3): red, green, blue; row 0 at the bottom, column 0 on the left."""
 Depths = NDArray[np.float32]
-"""Height x width, metres along the optical axis; row 0 at the bottom."""
+"""Shape (height, width): metres along the optical axis; row 0 at the bottom."""
 
 
 class Sight(Protocol):
-    """What a vision sensor saw."""
+    """A picture of a vision sensor, with depths."""
 
     @property
     def picture(self) -> Pixels: ...
@@ -63,7 +63,7 @@ class Primitive(IntEnum):
 
 
 VOLUMES = {Primitive.CUBOID: 1.0, Primitive.SPHEROID: math.pi / 6, Primitive.CYLINDER: math.pi / 4}
-"""Of primitives in a box of volume one."""
+"""Volumes of the primitives with a bounding box of volume one."""
 
 
 class JointMode(IntEnum):
@@ -75,10 +75,12 @@ class JointMode(IntEnum):
 
 @dataclass(eq=False)
 class Thing:
-    """An object of a scene; ``local`` is its place in its parent's frame.
+    """An object of a scene.
 
-    ``flat_name`` is what V-REP called it (``bubbleRob_leftMotor``); ``explicit`` tells that somebody handles it.
-    ``parameters`` are those that are kept and have no effect here.
+    local: its place in its parent's frame.
+    flat_name: its name in V-REP (``bubbleRob_leftMotor``).
+    explicit: it has explicit handling.
+    parameters: stored parameters without an effect here.
     """
 
     type = Type.DUMMY
@@ -95,25 +97,25 @@ class Thing:
 
     @property
     def carried(self) -> Transform:
-        """The frame that its children are in, in its parent's."""
+        """The frame of its children, in the frame of its parent."""
         return self.local
 
 
 @dataclass(eq=False)
 class Dummy(Thing):
-    """A place with a name."""
+    """A named place."""
 
 
 @dataclass(eq=False)
 class Camera(Thing):
-    """A camera of the window; it sees nothing here."""
+    """A camera of the window, without a function here."""
 
     type = Type.CAMERA
 
 
 @dataclass(eq=False)
 class Lamp(Thing):
-    """A lamp that shines along its z, from everywhere alike; until somebody sets one, a scene is lit by itself.
+    """A directional lamp along its z axis. A scene has its own light until a client sets a lamp.
 
     Colours are from 0 to 1.
     """
@@ -128,14 +130,14 @@ class Lamp(Thing):
 
 @dataclass(eq=False)
 class ForceSensor(Thing):
-    """A stiff link."""
+    """A rigid connection."""
 
     type = Type.FORCE_SENSOR
 
 
 @dataclass(eq=False)
 class Shape(Thing):
-    """A primitive; ``size`` are its full lengths along x, y and z, in metres; ``colour`` from 0 to 1."""
+    """A primitive. ``size``: its lengths along x, y and z in metres. ``colour``: from 0 to 1."""
 
     type = Type.SHAPE
 
@@ -149,15 +151,17 @@ class Shape(Thing):
 
     @property
     def volume(self) -> float:
-        """In cubic metres."""
+        """The volume in cubic metres."""
         return VOLUMES[self.primitive] * math.prod(self.size)
 
 
 @dataclass(eq=False)
 class Joint(Thing):
-    """A revolute joint about its z; radians and rad/s. ``lag`` is of a motor that follows its target, in seconds.
+    """A revolute joint about its z axis, in radians and rad/s.
 
-    The position of one that is cyclic is within half a turn.
+    lag: the time constant with which a motor follows its target, in seconds.
+
+    The position of a cyclic joint is within half a turn.
     """
 
     type = Type.JOINT
@@ -177,17 +181,19 @@ class Joint(Thing):
         return self.local.then(Transform.turned(self.position))
 
     def turn_to(self, angle: float) -> None:
-        """Take a position, as it counts them."""
+        """Set the position; a cyclic joint wraps it."""
         self.position = math.remainder(angle, math.tau) if self.is_cyclic else angle
 
 
 @dataclass(eq=False)
 class VisionSensor(Thing):
-    """A pinhole camera that looks along its z, with y upwards. ``angle`` is across the longer side, in radians.
+    """A pinhole camera along its z axis, with y up.
 
-    Where nothing is, it sees its own ``background``, 0 to 1, or the scene's for None; of all there is, it sees the
-    collection ``entity``, or all for -1. ``sight`` is what it saw when it was last rendered, or was given;
-    ``has_result``: its result can be read.
+    angle: the angle across the longer side, in radians.
+    background: its grey, from 0 to 1; None stands for the scene's.
+    entity: the collection that it sees; -1 stands for all objects.
+    sight: the last rendered or shown picture.
+    has_result: its result can be read.
     """
 
     type = Type.VISION_SENSOR
@@ -207,10 +213,12 @@ class VisionSensor(Thing):
 
 @dataclass(eq=False)
 class ProximitySensor(Thing):
-    """An ultrasonic cone along its z: ``cone`` is the full angle in radians, ``reach`` and ``offset`` are in metres.
+    """An ultrasonic cone along its z axis.
 
-    Its rays begin ``setback`` metres behind it; distances are from itself. Of all there is, it detects the collection
-    ``entity``, or all for -1.
+    cone: the full angle in radians.
+    reach, offset: in metres.
+    setback: the distance of the rays' origin behind the sensor, in metres; distances are measured from the sensor.
+    entity: the collection that it detects; -1 stands for all objects.
     """
 
     type = Type.PROXIMITY_SENSOR
@@ -224,7 +232,7 @@ class ProximitySensor(Thing):
 
 @dataclass(eq=False)
 class Script(Thing):
-    """Lua of somebody's."""
+    """A script of the scene, in Lua."""
 
     type = Type.SCRIPT
 

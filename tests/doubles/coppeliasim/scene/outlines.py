@@ -1,4 +1,4 @@
-"""How a shape stands in the world: its outline in plan, and from where to where it reaches up."""
+"""Shapes that stand upright: their outlines in plan and their heights, and contacts between them."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from tests.doubles.coppeliasim.scene.objects import Primitive, Shape
 from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 
 UPRIGHT = 0.9999
-"""An axis whose z is more than this is vertical."""
+"""An axis with a larger z component is vertical."""
 
 
 class Standing(NamedTuple):
-    """A shape that stands upright: what it is in a world's description, and the height of its lower and upper end."""
+    """An upright shape: its description in a world, and the heights of its lower and upper end."""
 
     shape: Shape
     thing: Box | Cylinder | Ball
@@ -35,7 +35,7 @@ class Standing(NamedTuple):
 
 
 def standing(shape: Shape, pose: Transform) -> Standing | None:
-    """Return how a shape at ``pose`` stands; None where it is tilted, or no box, cylinder or ball."""
+    """Return the upright shape at ``pose``; None if it is tilted or of another primitive."""
     if shape.primitive is Primitive.CUBOID:
         return _box(shape, pose)
     if shape.primitive is Primitive.CYLINDER:
@@ -106,7 +106,7 @@ GRAVITY_M_S2 = 9.81
 
 
 class Contact(NamedTuple):
-    """Two shapes by handle, where they touch, and the force and the normal, both towards ``first``; m and N."""
+    """A contact of two shapes: handles, point in m, and force in N and normal towards ``first``."""
 
     first: int
     second: int
@@ -120,21 +120,21 @@ class Contact(NamedTuple):
         return cls(first, second, point, (x * force, y * force, z * force), normal)
 
     @property
-    def swapped(self) -> Contact:
-        """The same, as the other one feels it."""
+    def swap(self) -> Contact:
+        """Return the same contact with both shapes exchanged."""
         (fx, fy, fz), (nx, ny, nz) = self.force, self.normal
         return Contact(self.second, self.first, self.point, (-fx, -fy, -fz), (-nx, -ny, -nz))
 
 
 class ContactSensor(Bumper):
-    """A bumper that knows which things it was kept out of, by their place among the surroundings."""
+    """A bumper that records the touched things by their index in the surroundings."""
 
     def __init__(self, surroundings: Clearance, start: Pose) -> None:
         super().__init__(surroundings, start)
         self.touching: set[int] = set()
 
     def move_to(self, surroundings: Clearance | None, start: Pose) -> None:
-        """Begin anew, elsewhere or among other things."""
+        """Continue at another place or with other surroundings."""
         super().__init__(surroundings or self._clearances, start)
         self.touching = set()
 
@@ -146,7 +146,7 @@ class ContactSensor(Bumper):
 
 
 def nearest_points(body: Polygon, other: Polygon) -> tuple[Array, Array]:
-    """Return the nearest points of two outlines that are apart: on the first, and on the second."""
+    """Return the nearest points of two separate outlines: on the first and on the second."""
     return min(_corner_to_side(body, other), _side_to_corner(body, other), key=lambda ends: _length(*ends))
 
 

@@ -1,4 +1,4 @@
-"""Lets time pass by itself: in real time while nobody steps, at once where a step is only held up by somebody gone."""
+"""Advances time: in real time if no client steps, otherwise as soon as the stepping clients have requested a step."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 
 HURRY_S = 0.002
-"""The last steps before a stop wait for nothing else."""
+"""The states of the last steps before a stop, which need no request."""
 
 LATE_S = 0.25
-"""Who is later than this goes on from now on."""
+"""If the pacer is later than this, it does not catch up."""
 
 
 class Pacer:
-    """A thread that makes the steps that nobody asks for; a context manager."""
+    """A thread that does the steps that no client requests; a context manager."""
 
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
@@ -45,7 +45,7 @@ class Pacer:
                     self._simulator.advance()
 
     def _wait(self) -> float | None:
-        """Return for how long the next step has to wait, in seconds; None: until something changes."""
+        """Return the time until the next step in seconds; None stands for the next change."""
         simulator = self._simulator
         if not simulator.state.is_advancing or simulator.stepping.is_held:
             self._due = None

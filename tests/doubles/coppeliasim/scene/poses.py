@@ -1,4 +1,4 @@
-"""Places in space, by CoppeliaSim's conventions: quaternions are x, y, z, w; Euler angles are alpha, beta, gamma."""
+"""Places in CoppeliaSim's conventions: quaternions are x, y, z, w; Euler angles are alpha, beta, gamma."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ class Transform(NamedTuple):
 
     @classmethod
     def of_pose(cls, pose: Sequence[float]) -> Transform:
-        """Return what seven numbers tell: x, y, z, then the quaternion."""
+        """Return the transform of seven numbers: x, y, z, then the quaternion."""
         x, y, z, qx, qy, qz, qw = pose
         return cls((x, y, z), unit((qx, qy, qz, qw)))
 
     @classmethod
     def turned(cls, yaw: float, position: Vector = (0.0, 0.0, 0.0)) -> Transform:
-        """Return a place turned about z, in radians."""
+        """Return a position with a rotation about z, in radians."""
         return cls(position, (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
 
     @property
@@ -59,7 +59,7 @@ class Transform(NamedTuple):
         return Transform((-px, -py, -pz), back.quaternion)
 
     def apply(self, point: Vector) -> Vector:
-        """Return where a point of this frame lies in the outer one."""
+        """Transform a point of this frame to the outer frame."""
         (ax, ay, az), (bx, by, bz), (cx, cy, cz) = self.axes
         (x, y, z), (px, py, pz) = point, self.position
         return (
@@ -69,15 +69,15 @@ class Transform(NamedTuple):
         )
 
     def then(self, inner: Transform) -> Transform:
-        """Return in the outer frame what is at ``inner`` in this one."""
-        return Transform(self.apply(inner.position), multiplied(self.quaternion, inner.quaternion))
+        """Transform a place of this frame to the outer frame."""
+        return Transform(self.apply(inner.position), multiply(self.quaternion, inner.quaternion))
 
 
 ORIGIN = Transform()
 
 
-def multiplied(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the turn that is first ``b``, then ``a``."""
+def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Return the rotation ``b`` followed by ``a``."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -89,23 +89,23 @@ def multiplied(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def unit(quaternion: Quaternion) -> Quaternion:
-    """Return it at length one; one of no length turns nothing."""
+    """Normalise a quaternion; one of length zero becomes the identity."""
     x, y, z, w = quaternion
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     return (x / norm, y / norm, z / norm, w / norm) if norm else (0.0, 0.0, 0.0, 1.0)
 
 
 def of_euler(angles: Sequence[float]) -> Quaternion:
-    """Return the turn Rx(alpha)·Ry(beta)·Rz(gamma), CoppeliaSim's Euler angles."""
+    """Return the rotation Rx(alpha)·Ry(beta)·Rz(gamma) of CoppeliaSim's Euler angles."""
     a, b, c = (angle / 2 for angle in angles)
     about_x = (math.sin(a), 0.0, 0.0, math.cos(a))
     about_y = (0.0, math.sin(b), 0.0, math.cos(b))
     about_z = (0.0, 0.0, math.sin(c), math.cos(c))
-    return multiplied(multiplied(about_x, about_y), about_z)
+    return multiply(multiply(about_x, about_y), about_z)
 
 
 def euler_of(quaternion: Quaternion) -> list[float]:
-    """Return alpha, beta and gamma of a turn, in radians."""
+    """Return the Euler angles alpha, beta and gamma of a rotation, in radians."""
     (xx, _, _), (yx, _, _), (zx, zy, zz) = Transform((0.0, 0.0, 0.0), quaternion).axes
     beta = math.asin(max(-1.0, min(1.0, zx)))
     return [math.atan2(-zy, zz), beta, math.atan2(-yx, xx)]

@@ -1,4 +1,4 @@
-"""Rays against boxes, cylinders and spheroids in any place: how far, and what they meet there."""
+"""Ray casting against boxes, cylinders and spheroids."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Hits(NamedTuple):
-    """For each ray: how far in units of its direction, ``inf`` if nothing is met; the normal there; which solid."""
+    """The hit of each ray: distance in units of its direction (``inf`` without a hit), normal, index of the solid."""
 
     lengths: Array
     normals: Array
@@ -25,7 +25,7 @@ class Hits(NamedTuple):
 
 
 class Solids:
-    """Shapes in their places. A ray that begins inside one does not see that one, as a renderer culls back faces."""
+    """Placed shapes. A ray that begins inside a shape does not hit it, as with culled back faces."""
 
     def __init__(self, placed: Sequence[tuple[Shape, Transform]]) -> None:
         self.shapes = [shape for shape, _ in placed]
@@ -36,12 +36,12 @@ class Solids:
         self._by_kind = [(meet, np.flatnonzero(kinds == kind)) for kind, meet in _MEETINGS.items()]
 
     def cast(self, origin: Array, directions: Array) -> Array:
-        """Return for each ray from one point, (n, 3), the distance to the first solid, (n,)."""
+        """Return the distance to the first solid for rays from one point; directions (n, 3), distances (n,)."""
         nearest: Array = self._lengths(origin, directions).min(axis=0, initial=np.inf)
         return nearest
 
     def hits(self, origin: Array, directions: Array) -> Hits:
-        """Return what each ray, (n, 3), meets first."""
+        """Return the first hits of rays, (n, 3)."""
         lengths = self._lengths(origin, directions)
         if not len(lengths):
             nothing = np.full(len(directions), np.inf)
@@ -56,7 +56,7 @@ class Solids:
         return Hits(nearest, normals, first)
 
     def _lengths(self, origin: Array, directions: Array) -> Array:
-        """Return for each solid and each ray the distance, (m, n)."""
+        """Return the distances of each solid and ray, (m, n)."""
         starts = np.einsum("mij,mj->mi", self._axes, origin - self._centres) / self._halves
         ways = np.einsum("mij,nj->mni", self._axes, directions) / self._halves[:, None]
         lengths = np.full((len(starts), len(directions)), np.inf)
@@ -67,7 +67,7 @@ class Solids:
         return lengths
 
     def _normals(self, solid: int, points: Array) -> Array:
-        """Return the outward normals of a solid at points of its surface, (n, 3)."""
+        """Return the outward normals of a solid at points on its surface, (n, 3)."""
         axes, halves = self._axes[solid], self._halves[solid]
         local = (points - self._centres[solid]) @ axes.T / halves
         kind = self.shapes[solid].primitive
@@ -83,7 +83,7 @@ class Solids:
 
 
 def _meet_boxes(starts: Array, ways: Array) -> Array:
-    """Return distances to cubes of half-length one; Kay and Kajiya's slabs."""
+    """Return distances to cubes of half-length one, by the slab method of Kay and Kajiya."""
     one, other = (-1 - starts) / ways, (1 - starts) / ways
     enters = np.nan_to_num(np.minimum(one, other), nan=-np.inf, posinf=np.inf, neginf=-np.inf).max(axis=2)
     leaves = np.nan_to_num(np.maximum(one, other), nan=np.inf, posinf=np.inf, neginf=-np.inf).min(axis=2)
@@ -98,7 +98,7 @@ def _meet_spheres(starts: Array, ways: Array) -> Array:
 
 
 def _meet_cylinders(starts: Array, ways: Array) -> Array:
-    """Return distances to cylinders of radius and half-length one: round sides, then the caps."""
+    """Return distances to cylinders of radius and half-length one: sides, then caps."""
     flat, flat_ways = starts[..., :2], ways[..., :2]
     a, b = (flat_ways * flat_ways).sum(axis=2), (flat * flat_ways).sum(axis=2)
     c = np.broadcast_to((flat * flat).sum(axis=2) - 1, a.shape)
@@ -112,7 +112,7 @@ def _meet_cylinders(starts: Array, ways: Array) -> Array:
 
 
 def _smaller_root(a: Array, b: Array, c: Array) -> Array:
-    """Return where a·t² + 2·b·t + c falls to zero for the first time ahead, from a c above zero."""
+    """Return the smallest positive root of a·t² + 2·b·t + c with c > 0."""
     below = b * b - a * c
     root = (-b - np.sqrt(np.maximum(below, 0.0))) / a
     return np.where((below >= 0) & (root > 0) & (c > 0), root, np.inf)
@@ -129,7 +129,7 @@ NEAREST_M = 0.001
 
 
 class Detection(NamedTuple):
-    """How far, in metres; where, and the surface's normal there, both in the sensor's frame; which object."""
+    """A detection: distance in metres, point and normal in the sensor's frame, and the object."""
 
     distance: float
     point: Vector
@@ -138,10 +138,10 @@ class Detection(NamedTuple):
 
 
 def detect(sensor: ProximitySensor, pose: Transform, solids: Solids) -> Detection | None:
-    """Return what a sensor that looks along its z detects, or None.
+    """Return the detection of a sensor along its z axis, or None.
 
-    The point lies on the ray that came back first, as far away as is told: clients of the legacy API have no distance
-    but the point's.
+    The point is on the shortest ray, at the returned distance. Clients of the legacy API compute the distance from the
+    point.
     """
     farthest = sensor.offset + sensor.reach
     angles = Fan(sensor.cone, sensor.offset, farthest).angles

@@ -1,4 +1,4 @@
-"""What does not move by itself: the floor, and all that a robot may drive against or a sensor see."""
+"""The rendering of a scene: its static shapes, and pictures of vision sensors."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ ALL_THERE_IS = -1
 Rgb = tuple[int, int, int]
 
 FLOOR_M = 0.01
-"""What ends below this is floor; what begins below it stands on the floor."""
+"""A shape that ends below this height is floor; one that begins below it stands on the floor."""
 
 
 class Scenery:
-    """The shapes of a scene without its robots, as they are now. Made anew when somebody changes the scene.
+    """The present shapes of a scene without its robots. A change of the scene requires a new object.
 
-    Tilted shapes are seen and ranged, and nothing is blocked by them.
+    Tilted shapes are visible and detectable, but they do not block robots.
     """
 
     def __init__(self, graph: Graph, hidden: Collection[Thing], light: Light, entity: int = ALL_THERE_IS) -> None:
@@ -45,20 +45,20 @@ class Scenery:
         self._is_paintable = all(each and (each in self.floors or _is_on_floor(each)) for each in stands.values())
 
     def painter(self, sky: Rgb) -> Painter | None:
-        """Return what paints it before a sky, where everything stands on the floor; else None, and rays must do."""
+        """Return a painter of the scenery; None if a shape does not stand on the floor, which requires ray casting."""
         if not self._is_paintable:
             return None
         if sky not in self._painters:
-            self._painters[sky] = Painter(self.described(self.obstacles, sky))
+            self._painters[sky] = Painter(self.describe(self.obstacles, sky))
         return self._painters[sky]
 
     def between(self, low: float, high: float) -> list[Standing]:
-        """Return the obstacles that something between two heights may run into: boxes and cylinders, then balls."""
+        """Return the obstacles between two heights: boxes and cylinders, then balls."""
         reached = [each for each in self.obstacles if each.low < high and each.high > low]
         return sorted(reached, key=lambda each: isinstance(each.thing, Ball))
 
-    def described(self, obstacles: Iterable[Standing], sky: Rgb = (0, 0, 0)) -> WorldDescription:
-        """Return the description of a world of these; where there is no floor, one looks into the sky."""
+    def describe(self, obstacles: Iterable[Standing], sky: Rgb = (0, 0, 0)) -> WorldDescription:
+        """Return the description of a world with these obstacles; without a floor the sky is visible instead."""
         things = [each.thing for each in obstacles]
         return WorldDescription.model_construct(
             name="scene",
@@ -89,26 +89,26 @@ def _is_on_floor(each: Standing) -> bool:
 Array = NDArray[np.float64]
 
 LEVEL = 1e-6
-"""The painter's cameras have no roll: their rows are level to this."""
+"""The painter needs cameras without roll; this is the tolerance of their rows."""
 
 EMPTY = 1.63e-5
-"""Where nothing is in view, a depth ends short of ``far`` by this part of the range, as recorded."""
+"""Without an object in view, a depth is below ``far`` by this part of the range, as recorded."""
 
 
 def view_of(sensor: VisionSensor, pose: Transform) -> CameraView:
-    """Return the view of a sensor that looks along its z, with y upwards and x to the left."""
+    """Return the view of a sensor: forward is z, up is y, left is x."""
     left, up, ahead = (np.array(axis) for axis in pose.axes)
     return CameraView(intrinsics_of(sensor), np.array(pose.position), np.array((-left, -up, ahead)))
 
 
 def intrinsics_of(sensor: VisionSensor) -> Intrinsics:
-    """Return them; the sensor's angle is across the longer side of its picture."""
+    """Return the intrinsics of a sensor, whose angle is across the longer side of its picture."""
     wide = math.tan(sensor.angle / 2) * min(1.0, sensor.width / sensor.height)
     return Intrinsics(sensor.width, sensor.height, 2 * math.atan(wide))
 
 
 class Exposure:
-    """What a sensor saw of a scenery from a place, reckoned when somebody asks: row 0 at the bottom."""
+    """A picture of a sensor, which is computed at the first read; row 0 at the bottom."""
 
     def __init__(self, sensor: VisionSensor, pose: Transform, scenery: Scenery, light: Light) -> None:
         self._sensor, self._pose, self._scenery = sensor, pose, scenery
@@ -116,7 +116,7 @@ class Exposure:
 
     @cached_property
     def picture(self) -> Pixels:
-        """Red, green and blue, (height, width, 3)."""
+        """The picture: red, green and blue, (height, width, 3)."""
         view = view_of(self._sensor, self._pose)
         painter = self._scenery.painter(self._light.sky_colour) if abs(view.rotation[0, 2]) < LEVEL else None
         if painter:
@@ -125,11 +125,11 @@ class Exposure:
 
     @cached_property
     def depths(self) -> Depths:
-        """How far it saw along its optical axis, (height, width), in metres."""
+        """The depths along the optical axis, (height, width), in metres."""
         return self.depths_of_every(1)
 
     def depths_of_every(self, nth: int) -> Depths:
-        """Return how far it saw in every so-many-th pixel of every so-many-th row."""
+        """Return the depths of each ``nth`` pixel of each ``nth`` row."""
         sensor, view = self._sensor, view_of(self._sensor, self._pose)
         rays = _directions(view, nth)
         lengths = self._scenery.solids.cast(view.eye, rays.reshape(-1, 3))
@@ -140,14 +140,14 @@ class Exposure:
 
 @dataclass(frozen=True)
 class Blank:
-    """What a sensor shows that was never rendered, or was given a picture."""
+    """The picture of a sensor that was never rendered, or that shows a received picture."""
 
     picture: Pixels
     depths: Depths
 
     @classmethod
     def of(cls, sensor: VisionSensor, picture: Pixels | None = None) -> Blank:
-        """Return black where there is no picture, and depths of exactly ``far``."""
+        """Return a picture, by default black, with depths of exactly ``far``."""
         size = sensor.height, sensor.width
         black = np.zeros((*size, 3), np.uint8)
         return cls(black if picture is None else picture, np.full(size, sensor.far, np.float32))
@@ -164,15 +164,15 @@ def _sky(sensor: VisionSensor, light: Light) -> tuple[int, int, int]:
 
 
 def _cast(view: CameraView, sensor: VisionSensor, scenery: Scenery, light: Light) -> Pixels:
-    """Return the picture from the lowest row up, a ray a pixel."""
+    """Return the picture by ray casting, the lowest row first."""
     hits = scenery.solids.hits(view.eye, _directions(view).reshape(-1, 3))
     is_seen = (hits.lengths >= sensor.near) & (hits.lengths <= sensor.far)
-    colours = np.where(is_seen[:, None], _lit(hits, scenery, light), light.sky_colour)
+    colours = np.where(is_seen[:, None], _shade(hits, scenery, light), light.sky_colour)
     return np.rint(colours).astype(np.uint8).reshape(sensor.height, sensor.width, 3)
 
 
-def _lit(hits: Hits, scenery: Scenery, light: Light) -> Array:
-    """Return the colours of what is hit, (n, 3), shaded as the painter does it."""
+def _shade(hits: Hits, scenery: Scenery, light: Light) -> Array:
+    """Return the colours of hits, (n, 3), with the painter's shading."""
     palette = 255 * np.array([shape.colour for shape in scenery.solids.shapes] or [(0.0, 0.0, 0.0)])
     cosines = np.maximum(hits.normals @ np.array(light.direction), 0.0)
     shade = np.minimum(light.ambient + light.diffuse * cosines, 1.0) * light.brightness
@@ -180,7 +180,7 @@ def _lit(hits: Hits, scenery: Scenery, light: Light) -> Array:
 
 
 def _directions(view: CameraView, nth: int = 1) -> Array:
-    """Return the rays through the middles of every nth pixel, (rows, columns, 3), one metre deep; row 0 lowest."""
+    """Return rays through the middles of each ``nth`` pixel, (rows, columns, 3), with depth 1 m; row 0 is lowest."""
     i = view.intrinsics
     right = (np.arange(0, i.width, nth) - i.cx) / i.focal_length
     down = (np.arange(i.height - 1, -1, -nth) - i.cy) / i.focal_length

@@ -1,4 +1,4 @@
-"""Finds differential-drive robots in a scene: a dynamic body with two velocity-controlled joints that carry wheels."""
+"""Find and move differential-drive robots: a dynamic body with two velocity-controlled joints that carry wheels."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 from tests.doubles.coppeliasim.scene.rendering import Scenery
 
 LEVEL = 0.99
-"""Axes whose directions agree to this cosine are one axle."""
+"""The minimum cosine between two axes of one axle."""
 
 
 @dataclass(frozen=True)
 class Hub:
-    """A joint with its wheel in the world: the wheel's centre, and the axis of positive turns."""
+    """A joint with its wheel: the wheel's centre and the axis of positive rotation, in the world."""
 
     joint: Joint
     centre: Vector
@@ -39,9 +39,9 @@ class Hub:
 
 @dataclass(frozen=True)
 class Drive:
-    """A body on two driven wheels. A sign is -1 where positive turns of that joint drive backwards.
+    """A body on two driven wheels. A sign is -1 if positive rotation of the joint drives backwards.
 
-    ``start`` is where the middle of the axle is, and where forward is.
+    ``start`` is the pose of the middle of the axle.
     """
 
     body: Shape
@@ -54,7 +54,7 @@ class Drive:
 
 
 def drives_of(graph: Graph) -> list[Drive]:
-    """Return the robots of a scene, as it is now."""
+    """Return the robots of a scene."""
     hubs: dict[Shape, list[Hub]] = {}
     for joint in graph.all_of(Joint):
         if (body := _body_above(joint)) and (hub := _hub_of(graph, joint)):
@@ -63,7 +63,7 @@ def drives_of(graph: Graph) -> list[Drive]:
 
 
 def _body_above(joint: Joint) -> Shape | None:
-    """Return the dynamic body that a driven joint sits on, or None."""
+    """Return the dynamic body of a driven joint, or None."""
     if not (joint.is_dynamic and joint.control == JointMode.VELOCITY):
         return None
     return next((thing for thing in _above(joint) if isinstance(thing, Shape) and not thing.is_static), None)
@@ -93,7 +93,7 @@ def _is_axle(hubs: list[Hub]) -> bool:
 
 
 def _drive(body: Shape, one: Hub, other: Hub) -> Drive:
-    """Forward is where positive turns of the first joint drive: its axis points to the left then."""
+    """Return the drive of two hubs. Forward is the direction of positive rotation of the first joint."""
     to_left = one.axis
     left, right = sorted((one, other), key=lambda hub: -_along(hub.centre, to_left))
     middle = [(a + b) / 2 for a, b in zip(left.centre, right.centre, strict=True)]
@@ -109,16 +109,16 @@ def _drive(body: Shape, one: Hub, other: Hub) -> Drive:
 
 
 def _along(vector: Vector, axis: Vector) -> float:
-    """Return how far a vector goes along an axis, in plan."""
+    """Return the component of a vector along an axis, in plan."""
     return vector[0] * axis[0] + vector[1] * axis[1]
 
 
 ON_FLOOR_M = 0.002
-"""A part of the robot that is no higher than this rolls or slides on the floor."""
+"""Parts of the robot that end below this height roll or slide on the floor."""
 
 
 class Side:
-    """A joint and the wheel that it drives; a target that is no number leaves the wheel standing."""
+    """A joint and its wheel. If the target velocity is NaN, the wheel stands still."""
 
     def __init__(self, joint: Joint, sign: float, step: float) -> None:
         self.wheel = Wheel(joint.lag, step)
@@ -130,14 +130,14 @@ class Side:
         target = self.joint.target_velocity
         self.wheel.target = self._sign * target if math.isfinite(target) else 0.0
 
-    def tell(self) -> None:
-        """Write into the graph how the wheel has turned."""
+    def write_angle(self) -> None:
+        """Write the rotation of the wheel to the graph."""
         self.joint.velocity = self._sign * self.wheel.velocity
         self.joint.turn_to(self._start + self._sign * self.wheel.angle)
 
 
 class Rover:
-    """Moves a robot's body and joints through the scenery, in steps of ``step`` seconds."""
+    """Moves a robot's body and joints in steps of ``step`` seconds."""
 
     def __init__(self, drive: Drive, graph: Graph, scenery: Scenery, step: float) -> None:
         self._drive, self._graph = drive, graph
@@ -152,34 +152,34 @@ class Rover:
         self._written = drive.body.local
 
     def advance(self, count: int) -> None:
-        """Take steps, and put the robot's objects where they then are."""
-        self._notice_a_push()
+        """Do steps, and move the robot's objects."""
+        self._follow_push()
         self._feeler.touching.clear()
         for side in (self._left, self._right):
             side.command()
         for _ in range(count):
             self._chassis.advance()
         for side in (self._left, self._right):
-            side.tell()
+            side.write_angle()
         self._write()
 
     def face(self, scenery: Scenery) -> None:
-        """Go on among other things."""
+        """Continue with another scenery."""
         self._feeler.move_to(self._surroundings(scenery), self._chassis.pose)
 
     def contacts(self, scenery: Scenery) -> list[Contact]:
-        """Return what its wheels and casters stand on, and what its body has driven against."""
+        """Return the contacts of its wheels and casters with the floor, and of its body with things."""
         against = [self._touch(self._around[i]) for i in sorted(self._feeler.touching)]
         return [*self._standing_on(scenery), *against]
 
     def carries(self, thing: Thing) -> bool:
-        """Return whether it is the robot's body or sits on it."""
+        """Return whether a thing is the robot's body or below it in the tree."""
         return thing is self._drive.body or (thing.parent is not None and self.carries(thing.parent))
 
     def velocity(self, point: Vector) -> tuple[Vector, Vector]:
-        """Return how a point of the body moves in the world, in m/s, and how the body turns, in rad/s.
+        """Return the velocity of a point of the body in the world, in m/s, and the body's angular velocity, in rad/s.
 
-        What turns on it, a wheel, is told as if it were fixed.
+        A wheel has the velocity of a fixed part.
         """
         pose, twist = self._chassis.pose, self._chassis.twist
         ahead = (math.cos(pose.heading) * twist.linear, math.sin(pose.heading) * twist.linear)
@@ -188,10 +188,10 @@ class Rover:
 
     def _surroundings(self, scenery: Scenery) -> Clearance:
         self._around = scenery.between(self._stand.low, self._stand.high)
-        return Clearance(self._stand.outline, scenery.described(self._around))
+        return Clearance(self._stand.outline, scenery.describe(self._around))
 
-    def _notice_a_push(self) -> None:
-        """Begin from where somebody has put the body meanwhile."""
+    def _follow_push(self) -> None:
+        """Continue from the body's place if a client has moved it."""
         if self._drive.body.local is self._written:
             return
         base = self._graph.pose(self._drive.body).then(self._body_on_base.inverse)
@@ -227,7 +227,7 @@ class Rover:
 
 
 def _body_of(body: Shape, pose: Transform) -> Standing:
-    """Return how a robot's body stands in its own frame; one that is tilted or no ball is taken as an upright box."""
+    """Return the outline of a robot's body in its frame; a tilted shape counts as an upright box."""
     boxed = replace(body, primitive=Primitive.CUBOID)
     stand = standing(body, pose) or standing(boxed, Transform.turned(pose.yaw, pose.position))
     assert stand, "an upright box stands"

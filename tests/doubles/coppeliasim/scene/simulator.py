@@ -1,4 +1,4 @@
-"""The simulator without any protocol: objects, time, who lets it pass, and what sensors see."""
+"""The simulator without a protocol: objects, time, stepping, and sensors."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SUMMARY_PX = 24
 
 @dataclass(frozen=True)
 class Ticket:
-    """A client's step: made when the count of steps has passed ``step``, void when the simulation does not run."""
+    """A client's step. It is done when the count of steps exceeds ``step``, and void if the simulation is stopped."""
 
     step: int
     is_void: bool
@@ -30,9 +30,9 @@ class Ticket:
 
 @dataclass
 class Simulator:
-    """A scene that runs. Whoever uses it holds ``lock``.
+    """A scene and its simulation. Hold ``lock`` during each use.
 
-    ``can_detect``: whether the maker's plug-in for proximity, collisions and distances is there.
+    ``can_detect``: the maker's plug-in for proximity sensors, collisions and distances is present.
     """
 
     graph: Graph = field(default_factory=Graph)
@@ -56,7 +56,7 @@ class Simulator:
         return self._states.state
 
     def start(self) -> None:
-        """Start the simulation, or go on after a pause."""
+        """Start or resume the simulation."""
         if self.state is State.STOPPED:
             self.time = 0.0
             self._initial = Initial(self.graph)
@@ -71,31 +71,31 @@ class Simulator:
         self.changed.notify_all()
 
     def stop(self) -> None:
-        """Ask for the stop; nobody steps from now on, and it takes a few steps more."""
+        """Request a stop, which takes a few steps; no client steps from now on."""
         self.stepping.reset()
         self._states.stop()
         self.changed.notify_all()
 
     def empty(self) -> None:
-        """Take everything out of the scene; handles begin anew."""
+        """Remove all objects of the scene, and restart the handles."""
         self.graph.clear()
 
     def hold(self, client: Hashable) -> int:
-        """Let a client step: time waits for it. Return its level before."""
+        """Let time wait for a client's steps; return the client's previous level."""
         return self.stepping.raise_level(client)
 
-    def let_go(self, client: Hashable) -> int:
-        """Take a level back; at zero time no longer waits for this client. Return its level before."""
+    def release(self, client: Hashable) -> int:
+        """Lower a client's level; at zero, time no longer waits for it. Return the previous level."""
         self.changed.notify_all()
         return self.stepping.lower_level(client)
 
     def leave(self, client: Hashable) -> None:
-        """The client is gone; time does not wait for it."""
+        """Remove a client; time no longer waits for it."""
         self.stepping.forget(client)
         self.changed.notify_all()
 
     def step(self, client: Hashable) -> Ticket:
-        """Let time go on by a step as far as this client is concerned: at once where nobody else holds it."""
+        """Request a step for a client; it is done at once if no other client holds time."""
         ticket = Ticket(self.steps, not self.state.is_advancing)
         if self.stepping.level(client) and self.state.is_advancing:
             self.stepping.ask(client)
@@ -104,11 +104,11 @@ class Simulator:
         return ticket
 
     def is_done(self, ticket: Ticket) -> bool:
-        """Return whether a step has been made, or will never be."""
+        """Return whether a step is done or void."""
         return ticket.is_void or self.steps > ticket.step or not self.state.is_advancing
 
     def advance(self) -> None:
-        """Make one step, whoever may hold time."""
+        """Do one step, even if clients hold time."""
         self.time += self.time_step
         self._world.advance(self._substeps)
         self._expose()
@@ -119,46 +119,46 @@ class Simulator:
         self.changed.notify_all()
 
     def set_time_step(self, step: float) -> bool:
-        """Take another time step, in seconds; only while stopped. What is below 0.1 ms becomes 0.1 ms."""
+        """Set the time step in seconds while stopped; the minimum is 0.1 ms."""
         if self.state is not State.STOPPED:
             return False
         self.time_step = max(step, 1e-4) if step == step else step  # noqa: PLR0124  the server stores NaN
         return True
 
     def set_physics_step(self, step: float) -> bool:
-        """Take other physics steps, in seconds; only while stopped."""
+        """Set the physics step in seconds while stopped."""
         if self.state is not State.STOPPED or not step > 0:
             return False
         self.physics_step = step
         return True
 
     def picture(self, sensor: VisionSensor) -> Pixels:
-        """Return what it saw when it was last rendered; black if that has never been."""
+        """Return the last rendered picture of a sensor; black if there is none."""
         return (sensor.sight or Blank.of(sensor)).picture
 
     def depth(self, sensor: VisionSensor) -> Depths:
-        """Return how far it saw when it was last rendered, in metres; exactly ``far`` if that has never been."""
+        """Return the last rendered depths of a sensor in metres; exactly ``far`` if there are none."""
         return (sensor.sight or Blank.of(sensor)).depths
 
     def summary(self, sensor: VisionSensor) -> tuple[Pixels, Depths]:
-        """Return what a sensor's result is reckoned from: of a large picture, every so-many-th pixel."""
+        """Return the pixels for a sensor's result; a subset of a large picture."""
         nth = max(1, max(sensor.width, sensor.height) // SUMMARY_PX)
         sight = sensor.sight or Blank.of(sensor)
         return sight.picture[::nth, ::nth], sight.depths_of_every(nth)
 
     def show(self, sensor: VisionSensor, picture: Pixels) -> None:
-        """Give it a picture, (height, width, 3), as `picture` returns it."""
+        """Let a sensor show a picture, (height, width, 3), in the layout of `picture`."""
         sensor.sight = Blank.of(sensor, picture)
         sensor.has_result = True
 
     def handle(self, sensor: VisionSensor) -> None:
-        """Render it, of this instant."""
+        """Render a sensor now."""
         if not sensor.explicit:
             raise SceneError("object not tagged for explicit handling.")
         self._render(sensor)
 
     def detection(self, sensor: ProximitySensor) -> Detection | None:
-        """Return what it detects; without the plug-in it never detects anything."""
+        """Return the detection of a sensor; None without the plug-in."""
         return self._world.detection(sensor) if self.can_detect else None
 
     def velocity(self, thing: Thing) -> tuple[Vector, Vector]:
@@ -166,7 +166,7 @@ class Simulator:
         return self._world.velocity(thing)
 
     def contacts(self) -> list[Contact]:
-        """Return who touches whom since the last step; nobody while stopped."""
+        """Return the contacts in the last step; none while stopped."""
         return [] if self.state is State.STOPPED else self._world.contacts
 
     @property
@@ -180,7 +180,7 @@ class Simulator:
 
     def _render(self, sensor: VisionSensor) -> None:
         if not sensor.takes_external_pictures:
-            sensor.sight = self._world.exposed(sensor)
+            sensor.sight = self._world.expose(sensor)
         sensor.has_result = True
 
     def _put_back(self) -> None:

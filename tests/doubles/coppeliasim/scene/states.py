@@ -1,4 +1,4 @@
-"""The simulation's state, and how it goes from one to the next."""
+"""The states of a simulation, and the clients that step it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class State(IntEnum):
 
 
 class States:
-    """The state, and what has been asked for. A request takes effect when the step that is under way has been made.
+    """The state and the pending request. A request takes effect after the present step.
 
     >>> states = States()
     >>> states.start()
@@ -37,7 +37,7 @@ class States:
         self._is_to_pause = self._is_to_stop = False
 
     def start(self) -> None:
-        """Ask for a start, or for going on after a pause; one that runs is left alone."""
+        """Request a start or a continuation; without effect during a run."""
         if self.state is State.STOPPED:
             self.state = State.FIRST_AFTER_STOP
         elif self.state is State.PAUSED:
@@ -52,7 +52,7 @@ class States:
         self._is_to_stop = self.state in {State.FIRST_AFTER_STOP, State.RUNNING, State.FIRST_AFTER_PAUSE}
 
     def next(self) -> State:
-        """Go on by a step, and return the state that it led to."""
+        """Advance the state by a step, and return the new state."""
         self.state = self._following()
         return self.state
 
@@ -71,7 +71,7 @@ class States:
 
 
 class Stepping:
-    """The stepping level of each client; above zero it holds time until it asks for the next step.
+    """The stepping level of each client. A client with a level above zero holds time until it requests the next step.
 
     >>> stepping = Stepping()
     >>> stepping.raise_level("one"), stepping.is_held
@@ -87,44 +87,44 @@ class Stepping:
 
     @property
     def is_in_use(self) -> bool:
-        """Whether anybody steps."""
+        """Whether a client steps."""
         return bool(self._levels)
 
     @property
     def is_held(self) -> bool:
-        """Whether somebody steps who has not asked for the next step."""
+        """Whether a client steps that has not requested the next step."""
         return not self._levels.keys() <= self._asked
 
     def level(self, client: Hashable) -> int:
         return self._levels.get(client, 0)
 
     def raise_level(self, client: Hashable) -> int:
-        """Return the level before."""
+        """Return the previous level."""
         before = self.level(client)
         self._levels[client] = before + 1
         return before
 
     def lower_level(self, client: Hashable) -> int:
-        """Return the level before; at zero the client no longer steps."""
+        """Return the previous level; at zero the client no longer steps."""
         before = self._levels.pop(client, 0)
         if before > 1:
             self._levels[client] = before - 1
         return before
 
     def ask(self, client: Hashable) -> None:
-        """Note that a client wants the next step."""
+        """Record a client's request for the next step."""
         self._asked.add(client)
 
     def made(self) -> None:
-        """A step has been made: everybody holds time again."""
+        """Record that a step is done; all clients hold time again."""
         self._asked.clear()
 
     def forget(self, client: Hashable) -> None:
-        """The client is gone."""
+        """Remove a client."""
         self._levels.pop(client, None)
         self._asked.discard(client)
 
     def reset(self) -> None:
-        """Nobody steps any more, as after each stop."""
+        """Remove all clients, as after each stop."""
         self._levels.clear()
         self._asked.clear()

@@ -39,33 +39,33 @@ def handles(graph: Graph, *paths: str) -> list[int | None]:
         ("/rob*/h?nd", 2),
     ],
 )
-def test_a_path_names_an_object(graph: Graph, path: str, handle: int) -> None:
+def test_path_finds_an_object(graph: Graph, path: str, handle: int) -> None:
     assert handles(graph, path) == [handle]
 
 
-@pytest.mark.parametrize("path", ["/nobody", "/robot/wheel[3]", "/arm/wheel", "robot", "/", "/robot/", ""])
-def test_a_path_names_nobody(graph: Graph, path: str) -> None:
+@pytest.mark.parametrize("path", ["/unknown", "/robot/wheel[3]", "/arm/wheel", "robot", "/", "/robot/", ""])
+def test_path_without_an_object(graph: Graph, path: str) -> None:
     assert handles(graph, path) == [None]
 
 
-def test_paths_begin_at_an_object_too(graph: Graph) -> None:
+def test_path_can_begin_at_an_object(graph: Graph) -> None:
     assert graph.find("./hand", start=graph[0]) is graph[2]
     assert graph.find("./robot", start=graph[1]) is None
     assert graph.find(".", start=graph[1]) is graph[1]
 
 
-def test_an_index_counts_what_a_path_fits(graph: Graph) -> None:
+def test_index_selects_a_match(graph: Graph) -> None:
     assert [graph.find("/robot/wheel", index) for index in range(4)] == [graph[3], graph[4], graph[5], None]
 
 
-def test_the_shortest_path_finds_the_object_again(graph: Graph) -> None:
+def test_shortest_path_finds_the_object(graph: Graph) -> None:
     paths = {thing.handle: graph.path(thing) for thing in graph}
     assert paths[2] == "/robot/hand"
     assert paths[4] == "/robot/wheel[1]"
     assert handles(graph, *paths.values()) == list(paths)
 
 
-def test_children_of_what_is_removed_stay_where_they_are(graph: Graph) -> None:
+def test_children_of_a_removed_object_keep_their_places(graph: Graph) -> None:
     hand: Thing = graph[2]
     place = graph.pose(hand)
     graph.remove(graph[1])

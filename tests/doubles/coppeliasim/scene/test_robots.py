@@ -1,4 +1,4 @@
-"""Robots found in a scene: how they move, stop at things, and are put back."""
+"""Robots in a scene: motion, obstacles, and restoring them after a stop."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from robotcore.geometry import Pose
 from tests.doubles.coppeliasim.scene import Graph, Simulator, State
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, Shape
-from tests.doubles.coppeliasim.scene.poses import Transform, multiplied
+from tests.doubles.coppeliasim.scene.poses import Transform, multiply
 from tests.doubles.coppeliasim.scene.rover import drives_of
 from tests.doubles.coppeliasim.scenes.parts import TO_THE_LEFT, floor, moving, still, wheel_joint
 
@@ -48,27 +48,27 @@ def axle(simulator: Simulator) -> Pose:
     return drives_of(simulator.graph)[0].start
 
 
-def test_an_arc_is_the_closed_form(simulator: Simulator) -> None:
+def test_arc_equals_the_closed_form(simulator: Simulator) -> None:
     drive(simulator, 2.0, 3.0, steps=40)
     expected = Pose(0.47, 0.2, 0.0).advanced(2.5 * RADIUS * 2.0, 1.0 * RADIUS / TRACK * 2.0)
     assert axle(simulator) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_joint_that_turns_the_other_way_round_drives_backwards(simulator: Simulator) -> None:
+def test_reversed_joint_drives_backwards(simulator: Simulator) -> None:
     right = joint(simulator, "right")
-    right.local = Transform(right.local.position, multiplied(TO_THE_LEFT, ABOUT_X))
+    right.local = Transform(right.local.position, multiply(TO_THE_LEFT, ABOUT_X))
     simulator.graph.revision += 1
     drive(simulator, 2.0, -2.0, steps=20)
     assert axle(simulator) == pytest.approx((0.47 + 2.0 * RADIUS, 0.2, 0.0), abs=1e-9)
     assert right.position == pytest.approx(-2.0)
 
 
-def test_a_wheel_that_gets_no_number_stands(simulator: Simulator) -> None:
+def test_wheel_with_a_nan_target_stands_still(simulator: Simulator) -> None:
     drive(simulator, math.nan, math.nan, steps=5)
     assert axle(simulator) == pytest.approx((0.47, 0.2, 0.0))
 
 
-def test_positions_of_a_joint_begin_anew_at_half_a_turn_unless_it_counts_turns(simulator: Simulator) -> None:
+def test_cyclic_joint_wraps_at_half_a_turn(simulator: Simulator) -> None:
     joint(simulator, "right").is_cyclic = False
     drive(simulator, 4.0, 4.0, steps=20)
     assert joint(simulator, "left").position == pytest.approx(4.0 - math.tau)
@@ -84,7 +84,7 @@ def test_positions_of_a_joint_begin_anew_at_half_a_turn_unless_it_counts_turns(s
     ],
     ids=lambda thing: thing.alias,
 )
-def test_things_stop_the_body_and_are_touched(simulator: Simulator, thing: Shape) -> None:
+def test_things_stop_the_body_and_are_contacts(simulator: Simulator, thing: Shape) -> None:
     simulator.graph.add(thing)
     drive(simulator, 5.0, 5.0, steps=60)
     body = simulator.graph.find("/rover")
@@ -96,7 +96,7 @@ def test_things_stop_the_body_and_are_touched(simulator: Simulator, thing: Shape
     assert touched[0].normal == pytest.approx((-1.0, 0.0, 0.0), abs=0.01)
 
 
-def test_what_is_put_in_the_way_meanwhile_stops_it_too(simulator: Simulator) -> None:
+def test_thing_added_during_a_run_stops_the_robot(simulator: Simulator) -> None:
     drive(simulator, 5.0, 5.0, steps=5)
     simulator.graph.add(still("box", (0.1, 0.5, 0.3), Transform((1.0, 0.2, 0.15))))
     with simulator.lock:
@@ -106,13 +106,13 @@ def test_what_is_put_in_the_way_meanwhile_stops_it_too(simulator: Simulator) -> 
 
 
 @pytest.mark.parametrize("height", [-0.1, 0.3])
-def test_what_is_below_or_above_the_body_does_not_stop_it(simulator: Simulator, height: float) -> None:
+def test_thing_below_or_above_the_body_does_not_stop_it(simulator: Simulator, height: float) -> None:
     simulator.graph.add(still("beam", (0.1, 0.5, 0.1), Transform((1.0, 0.2, height))))
     drive(simulator, 5.0, 5.0, steps=60)
     assert axle(simulator).x == pytest.approx(0.47 + 5.0 * RADIUS * 3.0)
 
 
-def test_wheels_touch_the_floor_while_it_runs(simulator: Simulator) -> None:
+def test_wheels_touch_the_floor_during_a_run(simulator: Simulator) -> None:
     drive(simulator, 0.0, 0.0, steps=1)
     assert len(simulator.contacts()) == 2
     with simulator.lock:
@@ -122,7 +122,7 @@ def test_wheels_touch_the_floor_while_it_runs(simulator: Simulator) -> None:
     assert simulator.contacts() == []
 
 
-def test_a_robot_that_is_pushed_goes_on_from_there(simulator: Simulator) -> None:
+def test_moved_robot_continues_from_its_new_place(simulator: Simulator) -> None:
     drive(simulator, 2.0, 2.0, steps=10)
     body = simulator.graph.find("/rover")
     assert body
@@ -132,7 +132,7 @@ def test_a_robot_that_is_pushed_goes_on_from_there(simulator: Simulator) -> None
     assert axle(simulator) == pytest.approx((1.0, 1.0 - 0.03 + 2.0 * RADIUS * 0.05, math.pi / 2))
 
 
-def test_a_stop_puts_everything_back_and_takes_away_what_was_made(simulator: Simulator) -> None:
+def test_stop_restores_objects_and_removes_new_ones(simulator: Simulator) -> None:
     drive(simulator, 2.0, 2.0, steps=10)
     made = simulator.graph.add(Shape("made"))
     with simulator.lock:
@@ -147,7 +147,7 @@ def test_a_stop_puts_everything_back_and_takes_away_what_was_made(simulator: Sim
     assert made.handle not in simulator.graph
 
 
-def test_a_time_step_is_set_only_while_stopped(simulator: Simulator) -> None:
+def test_time_step_is_set_only_while_stopped(simulator: Simulator) -> None:
     assert simulator.set_time_step(0.02)
     drive(simulator, 0.0, 0.0, steps=3)
     assert not simulator.set_time_step(0.05)

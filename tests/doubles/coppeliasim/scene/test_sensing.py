@@ -1,4 +1,4 @@
-"""What sensors see: painted and by rays, depths, detections."""
+"""Pictures by the painter and by rays, depths, and detections."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def nose(simulator: Simulator, yaw: float = 0.0) -> ProximitySensor:
     return simulator.graph.add(ProximitySensor("nose", reach=3.0, cone=0.5, local=at))
 
 
-def test_a_painted_picture_is_what_rays_see(simulator: Simulator) -> None:
+def test_painted_picture_equals_ray_casting(simulator: Simulator) -> None:
     sensor = eye(simulator)
     simulator.handle(sensor)
     painted = simulator.picture(sensor).astype(int)
@@ -55,7 +55,7 @@ def test_depths_are_along_the_optical_axis(simulator: Simulator) -> None:
     assert depths.min() == pytest.approx(1.3, abs=0.02)
 
 
-def test_never_rendered_is_distinguished_from_nothing_in_view(simulator: Simulator) -> None:
+def test_depths_of_a_sensor_that_was_never_rendered(simulator: Simulator) -> None:
     sensor = eye(simulator, 9, 1)
     assert simulator.depth(sensor)[0, 0] == 10.0
     simulator.graph.put(sensor, Transform((0.0, 0.0, 5.0), AHEAD))
@@ -63,7 +63,7 @@ def test_never_rendered_is_distinguished_from_nothing_in_view(simulator: Simulat
     assert 9.99 < simulator.depth(sensor)[0, 0] < 10.0
 
 
-def test_a_sensor_is_rendered_by_each_step_unless_somebody_handles_it(simulator: Simulator) -> None:
+def test_each_step_renders_sensors_without_explicit_handling(simulator: Simulator) -> None:
     by_hand, by_itself = eye(simulator), eye(simulator)
     by_itself.explicit = False
     with simulator.lock:
@@ -75,7 +75,7 @@ def test_a_sensor_is_rendered_by_each_step_unless_somebody_handles_it(simulator:
         simulator.handle(by_itself)
 
 
-def test_a_picture_is_of_when_it_was_rendered(simulator: Simulator) -> None:
+def test_picture_shows_the_time_of_rendering(simulator: Simulator) -> None:
     sensor = eye(simulator)
     simulator.handle(sensor)
     wall = simulator.graph.find("/wall")
@@ -91,7 +91,7 @@ def test_a_picture_is_of_when_it_was_rendered(simulator: Simulator) -> None:
     "yaw, distance, name",
     [(0.0, 0.924, "ball"), (0.6, 2.0 / math.cos(0.35), "wall"), (-0.3, 1.33, "post")],
 )
-def test_the_nearest_in_the_cone_is_detected(simulator: Simulator, yaw: float, distance: float, name: str) -> None:
+def test_nearest_object_in_the_cone_is_detected(simulator: Simulator, yaw: float, distance: float, name: str) -> None:
     found = simulator.detection(nose(simulator, yaw))
     assert found
     assert simulator.graph[found.handle].alias == name
@@ -99,7 +99,7 @@ def test_the_nearest_in_the_cone_is_detected(simulator: Simulator, yaw: float, d
     assert math.hypot(*found.point) == pytest.approx(found.distance)
 
 
-def test_what_touches_the_sensor_is_detected(simulator: Simulator) -> None:
+def test_object_at_the_sensor_is_detected(simulator: Simulator) -> None:
     sensor = nose(simulator)
     simulator.graph.put(sensor, Transform((1.995, -1.0, 0.1), AHEAD))
     found = simulator.detection(sensor)
@@ -107,7 +107,7 @@ def test_what_touches_the_sensor_is_detected(simulator: Simulator) -> None:
     assert found.distance == pytest.approx(0.005)
 
 
-def test_rays_that_begin_behind_the_sensor_measure_from_the_sensor(simulator: Simulator) -> None:
+def test_distance_is_measured_from_the_sensor(simulator: Simulator) -> None:
     sensor = nose(simulator)
     simulator.graph.put(sensor, Transform((2.005, -1.0, 0.1), AHEAD))
     assert simulator.detection(sensor) is None  # it is within the wall
@@ -119,7 +119,7 @@ def test_rays_that_begin_behind_the_sensor_measure_from_the_sensor(simulator: Si
     assert found.distance == pytest.approx(0.1)
 
 
-def test_a_sensor_detects_what_is_in_its_collection_only(simulator: Simulator) -> None:
+def test_sensor_detects_only_its_collection(simulator: Simulator) -> None:
     collection = simulator.graph.collections[1] = Collection()
     collection.add(ALL, None, is_out=False)
     collection.add(SINGLE, simulator.graph.find("/ball"), is_out=True)
@@ -130,21 +130,21 @@ def test_a_sensor_detects_what_is_in_its_collection_only(simulator: Simulator) -
     assert simulator.graph[found.handle].alias != "ball"
 
 
-def test_nothing_is_detected_behind_or_beyond(simulator: Simulator) -> None:
+def test_nothing_is_detected_behind_or_beyond_the_range(simulator: Simulator) -> None:
     assert simulator.detection(nose(simulator, math.pi)) is None
     sensor = nose(simulator)
     sensor.reach = 0.9
     assert simulator.detection(sensor) is None
 
 
-def test_without_the_plug_in_nothing_is_ever_detected(simulator: Simulator) -> None:
+def test_nothing_is_detected_without_the_plug_in(simulator: Simulator) -> None:
     simulator.can_detect = False
     assert simulator.detection(nose(simulator)) is None
 
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0, 1.0), (0.5, 0.5, 0.5, 0.5), (0.0, math.sin(0.4), 0.0, math.cos(0.4))])
 @pytest.mark.parametrize("primitive", list(Primitive))
-def test_a_ray_ends_on_the_surface_whatever_turn_a_solid_has(
+def test_ray_ends_on_the_surface_of_a_rotated_solid(
     primitive: Primitive, turn: tuple[float, float, float, float]
 ) -> None:
     graph = Graph()

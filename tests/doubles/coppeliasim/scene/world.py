@@ -1,4 +1,4 @@
-"""How a scene is lit: what CoppeliaSim leaves to lamps and the background."""
+"""The light of a scene, and the world that moves its robots."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from tests.doubles.coppeliasim.scene.rendering import ALL_THERE_IS, Exposure, Sc
 from tests.doubles.coppeliasim.scene.rover import Rover, drives_of
 
 DEFAULT_LIGHT = Light(elevation_rad=math.pi / 2, ambient=0.57, diffuse=0.38, sky_colour=(0, 0, 0))
-"""As the recorded pictures are lit: from straight above, before a black background."""
+"""The light of the recorded pictures: from above, with a black background."""
 
 
 @dataclass
 class Look:
-    """The light of a scene, as long as nobody sets a lamp of it."""
+    """The light of a scene until a client sets a lamp."""
 
     light: Light = DEFAULT_LIGHT
 
     def under(self, graph: Graph) -> Light:
-        """Return the light that the scene is in: of the first lamp that is on, if somebody has set any."""
+        """Return the light of the scene: that of the first lamp that is on, if a client has set a lamp."""
         lamps = [lamp for lamp in graph.all_of(Lamp) if lamp.is_set]
         if not lamps:
             return self.light
@@ -39,7 +39,7 @@ class Look:
 
 
 class Initial:
-    """Places, joints and parents of a scene. What is made later is gone when it is restored."""
+    """The initial places, joints and parents of a scene. `restore` removes later objects."""
 
     def __init__(self, graph: Graph) -> None:
         self._places = {thing: (thing.parent, thing.local) for thing in graph}
@@ -47,7 +47,7 @@ class Initial:
         self._explicit = {sensor: sensor.explicit for sensor in graph.all_of(VisionSensor)}
 
     def restore(self, graph: Graph) -> None:
-        """Put everything back."""
+        """Restore the scene."""
         for thing in list(graph):
             if thing not in self._places:
                 graph.remove(thing)
@@ -68,7 +68,7 @@ STANDING: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 class World:
-    """Moves what moves, and looks at what stands. Robots are those that the scene had when the simulation began."""
+    """Moves the robots that the scene had at the start, and renders the static shapes."""
 
     def __init__(self, graph: Graph, look: Look) -> None:
         self.contacts: list[Contact] = []
@@ -79,7 +79,7 @@ class World:
         self._revision = -1
 
     def begin(self, step: float) -> None:
-        """Find the robots; they move in steps of so many seconds."""
+        """Find the robots; ``step`` is their time step in seconds."""
         drives = drives_of(self._graph)
         self._rovers = [Rover(drive, self._graph, self.scenery, step) for drive in drives]
 
@@ -88,18 +88,20 @@ class World:
         self.contacts = []
 
     def advance(self, count: int) -> None:
-        """Take physics steps."""
+        """Do physics steps."""
         scenery = self.scenery
         for rover in self._rovers:
             rover.advance(count)
         self.contacts = [contact for rover in self._rovers for contact in rover.contacts(scenery)]
 
-    def exposed(self, sensor: VisionSensor) -> Exposure:
-        """Return what a sensor sees at this instant."""
-        return Exposure(sensor, self._graph.pose(sensor), self._seen(sensor.entity), self._look.under(self._graph))
+    def expose(self, sensor: VisionSensor) -> Exposure:
+        """Return the present picture of a sensor."""
+        return Exposure(
+            sensor, self._graph.pose(sensor), self._select_scenery(sensor.entity), self._look.under(self._graph)
+        )
 
     def detection(self, sensor: ProximitySensor) -> Detection | None:
-        return detect(sensor, self._graph.pose(sensor), self._seen(sensor.entity).solids)
+        return detect(sensor, self._graph.pose(sensor), self._select_scenery(sensor.entity).solids)
 
     def velocity(self, thing: Thing) -> tuple[Vector, Vector]:
         """Return an object's linear and angular velocity in the world, in m/s and rad/s."""
@@ -108,18 +110,18 @@ class World:
 
     @property
     def scenery(self) -> Scenery:
-        """What stands around, as of now."""
-        return self._seen(ALL_THERE_IS)
+        """The present static shapes."""
+        return self._select_scenery(ALL_THERE_IS)
 
-    def _seen(self, entity: int) -> Scenery:
-        """Return what of that belongs to a collection."""
+    def _select_scenery(self, entity: int) -> Scenery:
+        """Return the static shapes of a collection."""
         if self._revision != self._graph.revision:
-            self._look_around()
+            self._update_scenery()
         if entity not in self._known:
             self._known[entity] = Scenery(self._graph, self._hidden, self._look.under(self._graph), entity)
         return self._known[entity]
 
-    def _look_around(self) -> None:
+    def _update_scenery(self) -> None:
         self._revision = self._graph.revision
         self._hidden = set(self._graph.tree([drive.body for drive in drives_of(self._graph)]))
         self._known = {}
@@ -128,5 +130,5 @@ class World:
 
 
 def physics_steps(time_step: float, physics_step: float) -> int:
-    """Return how many physics steps make a time step: the fewest that are no longer than asked for."""
+    """Return the number of physics steps in a time step: the fewest that are not longer than ``physics_step``."""
     return max(1, math.ceil(time_step / physics_step - 1e-6))

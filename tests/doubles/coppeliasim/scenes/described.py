@@ -1,4 +1,4 @@
-"""A described robot in a described world, ready to be joined: each device is the object of its name."""
+"""A described robot in a described world, as a scene to join: each object has its device's name."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from robotcore.description import (
 from robotcore.raycast import FAN_SETBACK_M
 from tests.doubles.coppeliasim.scene import Graph, Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, ProximitySensor, Shape, Thing, VisionSensor
-from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform, Vector, multiplied
+from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform, Vector, multiply
 from tests.doubles.coppeliasim.scene.world import Look
 from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, moving, still, wheel_joint
 
 SCREEN_PX = (320, 240)
 NEAR_M, FAR_M = 0.01, 40.0
 BEYOND_M = 40.0
-"""The ground goes on beyond a world's floor, as far as cameras see."""
+"""The size of the ground, which continues beyond the world's floor."""
 
 
 def described_scene(robot: RobotDescription, world: WorldDescription) -> Simulator:
@@ -77,7 +77,7 @@ def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -
 
 
 def _add_wheel(graph: Graph, body: Thing, inward: Transform, robot: RobotDescription, motor: MotorDescription) -> None:
-    """Add the motor's joint, lagging as described, with its wheel; a motor outside the drive turns nothing."""
+    """Add a motor's joint, with its lag, and its wheel. A motor outside the drive has no wheel."""
     drive = robot.drive
     if drive is None or motor.name not in {drive.left, drive.right}:
         graph.add(Joint(motor.name), body)
@@ -90,7 +90,7 @@ def _add_wheel(graph: Graph, body: Thing, inward: Transform, robot: RobotDescrip
 
 
 def _sensor(description: object, inward: Transform) -> Thing | None:
-    """Return the object that a sensor is, in its body's frame; None for what is none."""
+    """Return the object of a sensor, in its body's frame; None for other devices."""
     if isinstance(description, RangeSensorDescription):
         nose = ProximitySensor(
             description.name, reach=description.max_range_m, cone=description.cone_rad, setback=FAN_SETBACK_M
@@ -114,10 +114,10 @@ def _screen(name: str) -> VisionSensor:
 
 
 def _looking(mount: Mount) -> Transform:
-    """Return a sensor's frame in the robot's: z where it looks, y up."""
+    """Return the frame of a sensor in the robot's frame: z forward, y up."""
     yaw, pitch = mount.yaw_rad, mount.pitch_rad
-    turned: Quaternion = multiplied(_about_z(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
-    return Transform((mount.x_m, mount.y_m, mount.z_m), multiplied(turned, AHEAD))
+    turned: Quaternion = multiply(_about_z(yaw), (0.0, math.sin(pitch / 2), 0.0, math.cos(pitch / 2)))
+    return Transform((mount.x_m, mount.y_m, mount.z_m), multiply(turned, AHEAD))
 
 
 def _about_z(angle: float) -> Quaternion:

@@ -1,4 +1,4 @@
-"""Parts that scenes are made of."""
+"""Parts of scenes, the default scene, and the scene of the second session."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from tests.doubles.coppeliasim.scene.objects import Camera, Dummy, ForceSensor, 
 from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform, Vector
 
 TO_THE_LEFT: Quaternion = (-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""The turn of a wheel's joint, whose axis, its z, points to the robot's left: positive velocities drive forward."""
+"""The rotation of a wheel's joint: its z axis points to the robot's left, so positive velocities drive forward."""
 
 AHEAD: Quaternion = (0.5, 0.5, 0.5, 0.5)
-"""The turn of a sensor that looks along x, with up its y."""
+"""The rotation of a sensor that points along x, with y up."""
 
 GREY: Vector = (0.75, 0.72, 0.69)
 
@@ -20,12 +20,12 @@ GREY: Vector = (0.75, 0.72, 0.69)
 def still(
     alias: str, size: Vector, at: Transform, colour: Vector = GREY, primitive: Primitive = Primitive.CUBOID
 ) -> Shape:
-    """Return a shape that stands where it is, whatever drives against it."""
+    """Return a static shape."""
     return Shape(alias, primitive=primitive, size=size, local=at, colour=colour, is_respondable=True)
 
 
 def moving(alias: str, size: Vector, at: Transform, primitive: Primitive, mass: float, colour: Vector = GREY) -> Shape:
-    """Return a shape that is part of a robot."""
+    """Return a dynamic shape of a robot."""
     return Shape(
         alias,
         primitive=primitive,
@@ -44,25 +44,25 @@ def ball(alias: str, radius: float, x: float, y: float, colour: Vector) -> Shape
 
 
 def floor(length: float, width: float, colour: Vector = GREY) -> Shape:
-    """Return a slab whose upper side is at zero."""
+    """Return a slab with its upper side at height 0."""
     return still("floor", (length, width, 0.1), Transform((0.0, 0.0, -0.05)), colour)
 
 
 def wheel_joint(alias: str, at: Vector, lag: float = 0.0) -> Joint:
-    """Return a motor whose wheel's middle is at a place of its robot's body."""
+    """Return a wheel's joint at a place in the frame of the robot's body."""
     return Joint(alias, local=Transform(at, TO_THE_LEFT), control=JointMode.VELOCITY, lag=lag)
 
 
 FIRST_HANDLE = 166
 HEIGHT_M, WHEEL_M, TRACK_M, CASTER_M = 0.06, 0.0325, 0.155, 0.015
 LAG_S = 0.025
-"""What starting costs the real robot: 7 mm of way at 9 rad/s."""
+"""The lag of the real robot's start: 7 mm at 9 rad/s."""
 
 GREEN, WHITE = (0.0, 1.0, 0.0), (1.0, 1.0, 1.0)
 
 
 def second_scene() -> Simulator:
-    """Return the objects 166 to 176, placed as the recorded contacts, depths and pictures tell."""
+    """Return the objects 166 to 176, at places that fit the recorded contacts, depths and pictures."""
     graph = Graph(FIRST_HANDLE)
     graph.add(floor(6.0, 6.0, WHITE))
     body = moving("rover", (0.2, 0.14, 0.06), Transform((0.0, 0.0, HEIGHT_M)), Primitive.CUBOID, 1.0)
@@ -92,7 +92,7 @@ CAMERAS = ("XView", "YView", "ZView", "NXView", "NYView", "NZView")
 
 
 def default_scene() -> Simulator:
-    """Return a simulator as it is after its start."""
+    """Return a simulator in its state after the program's start."""
     simulator = Simulator()
     fill_default_scene(simulator)
     return simulator

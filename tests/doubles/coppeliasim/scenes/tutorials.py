@@ -1,6 +1,7 @@
-"""The scene of V-REP's tutorial: bubbleRob, a ball on two wheels and a slider with a sensing nose, among obstacles.
+"""The scenes of V-REP's tutorials: bubbleRob among obstacles, and the camera relay.
 
-Every object has its path of today and its name of old: ``/bubbleRob/leftMotor`` is ``bubbleRob_leftMotor`` too.
+bubbleRob is a ball on two wheels and a slider, with a nose. Each object has its present path and its old name:
+``/bubbleRob/leftMotor`` is also ``bubbleRob_leftMotor``.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ POSTS = ((1.0, 0.3), (-0.9, 1.1), (0.4, -1.2), (-1.2, -0.8))
 
 
 def bubblerob_scene() -> Simulator:
-    """Return it, with a green ball and a second vision sensor, ``/v1``, that shows what it is given."""
+    """Return the scene, with a green ball and a second vision sensor, ``/v1``, that shows received pictures."""
     graph = Graph()
     graph.add(floor(ARENA_M, ARENA_M))
     for i, (x, y) in enumerate(POSTS):
@@ -76,12 +77,12 @@ def _name(part: Thing) -> None:
 
 
 def _from_floor(x: float, z: float, y: float = 0.0) -> Transform:
-    """Return a place in the body's frame that is so high above the floor."""
+    """Return a place in the body's frame from its height above the floor."""
     return Transform((x, y, z - CENTRE_Z_M))
 
 
 def relay_scene() -> Simulator:
-    """Return it: ``/v0`` looks along x at the ball, ``/v1`` is where the picture goes."""
+    """Return the scene: ``/v0`` points along x at the ball, ``/v1`` shows the picture."""
     graph = Graph()
     graph.add(floor(5.0, 5.0))
     graph.add(ball("ball", 0.1, 1.0, 0.15, (0.15, 0.7, 0.25)))

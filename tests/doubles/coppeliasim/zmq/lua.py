@@ -1,4 +1,4 @@
-"""Lua that clients bring along, run for real against the same ``sim`` functions."""
+"""Run clients' Lua code with the same ``sim`` functions."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ NOT_BEGUN = "script is not initialized (or has already ended)"
 
 
 class LuaError(SceneError):
-    """What went wrong in a chunk, with the line it was on."""
+    """An error in a chunk, with its line."""
 
 
 @dataclass(frozen=True)
 class Buffer:
-    """Bytes from the simulator, which stay bytes on their way through Lua, be they text or not."""
+    """Bytes from the simulator, which stay bytes in Lua even if they are text."""
 
     content: bytes
 
 
 class Scripts:
-    """The scripts of a server, each with globals of its own, and those of ``eval``, which are kept."""
+    """The scripts of a server, each with its own globals, and the globals of ``eval``."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
@@ -35,11 +35,11 @@ class Scripts:
         self._console: Chunk | None = None
 
     def begin(self, script: Script) -> None:
-        """Run its text once."""
+        """Run the script's text once."""
         self._running[script] = Chunk(self._session, script.text)
 
     def call(self, script: Script, name: str, args: Sequence[Any]) -> tuple[Any, ...]:
-        """Return what a function of a script returns; one that fails ends its script."""
+        """Call a function of a script; an error ends the script."""
         if script not in self._running:
             raise SceneError(NOT_BEGUN)
         function = self._running[script].function(name)
@@ -52,92 +52,92 @@ class Scripts:
             raise SceneError("error in script function.") from error
 
     def evaluate(self, text: str) -> tuple[Any, ...]:
-        """Return what a chunk returns."""
+        """Run a chunk, and return its results."""
         self._console = self._console or Chunk(self._session, "sim=require'sim'")
         return self._console.run(text)
 
 
 class Chunk:
-    """A Lua interpreter in which a text has been run. ``require`` knows ``sim`` only; nothing is printed."""
+    """A Lua interpreter that has run a text. ``require`` supports ``sim`` only; ``print`` does nothing."""
 
     def __init__(self, session: Session, text: str) -> None:
         from lupa import LuaRuntime
 
         self._lua = LuaRuntime(encoding=None, unpack_returned_tuples=True)
-        functions = {name: self._wrapped(name, partial(call, session)) for name, call in FUNCTIONS.items()}
-        self._sim = self._table({**constants(), **functions})
+        functions = {name: self._wrap(name, partial(call, session)) for name, call in FUNCTIONS.items()}
+        self._sim = self._to_table({**constants(), **functions})
         self._lua.globals()[b"require"] = self._require
         self._lua.globals()[b"print"] = lambda *_: None
         self._lua.execute(text.encode())
 
     def function(self, name: str) -> Callable[..., tuple[Any, ...]] | None:
-        """Return a global function, from and to Python's values; None if there is none."""
+        """Return a global function with Python's values; None if there is none."""
         body = self._lua.globals()[name.encode()]
         return partial(self._call, body) if body is not None else None
 
     def run(self, text: str) -> tuple[Any, ...]:
-        """Run some more, and return what it returns."""
+        """Run more code, and return its results."""
         from lupa import LuaError as Failure
 
         try:
-            return self._returned(self._lua.execute(text.encode()))
+            return self._to_python_values(self._lua.execute(text.encode()))
         except Failure as error:
             raise LuaError(str(error)) from error
 
     def _call(self, body: Callable[..., Any], *args: Any) -> tuple[Any, ...]:
-        return self._returned(body(*map(self._table, args)))
+        return self._to_python_values(body(*map(self._to_table, args)))
 
     def _require(self, name: bytes) -> Any:
         if name != b"sim":
             raise SceneError(f"the double has no module {name.decode()}.")
         return self._sim
 
-    def _wrapped(self, name: str, call: Callable[[list[Any]], list[Any]]) -> Callable[..., Any]:
+    def _wrap(self, name: str, call: Callable[[list[Any]], list[Any]]) -> Callable[..., Any]:
         """Return a function of ``sim`` for Lua."""
 
         def wrapped(*args: Any) -> Any:
             try:
-                return tuple(self._to_lua(each) for each in call([_python(arg) for arg in args]))
+                return tuple(self._to_lua(each) for each in call([_to_python(arg) for arg in args]))
             except SceneError as error:
                 raise LuaError(f"1: in sim.{name}: {error}") from error
 
         return wrapped
 
     def _to_lua(self, value: Any) -> Any:
-        return Buffer(value) if isinstance(value, bytes) else self._table(value)
+        return Buffer(value) if isinstance(value, bytes) else self._to_table(value)
 
-    def _returned(self, values: Any) -> tuple[Any, ...]:
+    def _to_python_values(self, values: Any) -> tuple[Any, ...]:
         if values is None:
             return ()
-        return tuple(map(_python, values)) if isinstance(values, tuple) else (_python(values),)
+        return tuple(map(_to_python, values)) if isinstance(values, tuple) else (_to_python(values),)
 
-    def _table(self, value: Any) -> Any:
-        """Return a value for Lua: lists and dicts as tables, text as bytes."""
+    def _to_table(self, value: Any) -> Any:
+        """Convert a value to Lua: lists and dicts become tables, text becomes bytes."""
         if isinstance(value, str):
             return value.encode()
         if isinstance(value, (list, tuple)):
-            return self._lua.table_from([self._table(each) for each in value])
+            return self._lua.table_from([self._to_table(each) for each in value])
         if isinstance(value, dict):
-            return self._lua.table_from({self._table(key): self._table(each) for key, each in value.items()})
+            return self._lua.table_from({self._to_table(key): self._to_table(each) for key, each in value.items()})
         return value
 
 
-def _python(value: Any) -> Any:
-    """Return a value of Lua's: strings that are text as such, tables as lists where they are, else as dicts."""
+def _to_python(value: Any) -> Any:
+    """Convert a value from Lua: text becomes str, tables become lists or dicts."""
     from lupa import lua_type
 
     if isinstance(value, Buffer):
         return value.content
     if isinstance(value, bytes):
-        return _text(value)
+        return _decode_text(value)
     if lua_type(value) != "table":
         return value
-    items = {_python(key): _python(each) for key, each in value.items()}
+    items = {_to_python(key): _to_python(each) for key, each in value.items()}
     is_list = bool(items) and list(items) == list(range(1, len(items) + 1))
     return list(items.values()) if is_list else items
 
 
-def _text(value: bytes) -> str | bytes:
+def _decode_text(value: bytes) -> str | bytes:
     try:
         return value.decode()
     except UnicodeDecodeError:

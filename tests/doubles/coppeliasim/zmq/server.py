@@ -1,4 +1,4 @@
-"""From a request to a reply: functions by name, Lua, and what is said where either fails."""
+"""The ZeroMQ server: replies to requests by functions or Lua, clients, and time limits."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from tests.doubles.coppeliasim.zmq.session import Session, Shared, Waiting, tabl
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 WHERE = "354: in {}"
-"""The line of the server's script that calls what a client asks for; its errors begin with it."""
+"""The line of the server's script that calls functions; its errors begin with it."""
 
 Reply = dict[str, Any]
 
 
 class NoFunctionError(Exception):
-    """There is no function of that name, on a real server neither."""
+    """No function has the name, on a real server either."""
 
 
 def answer(session: Session, request: dict[str, Any]) -> Reply:
-    """Return the reply to a request; raise `Waiting` where it is to come later."""
+    """Return the reply to a request; raises `Waiting` if it comes later."""
     if text := request.get("eval"):
-        return _evaluated(session, text)
+        return _evaluate(session, text)
     name, args = request.get("func", ""), list(request.get("args") or [])
     try:
-        return ret(_called(session, name, args))
+        return ret(_call(session, name, args))
     except SceneError as error:
         return {"err": f"{getattr(error, 'where', WHERE.format(name))}: {error}"}
     except NoFunctionError as error:
@@ -38,15 +38,15 @@ def answer(session: Session, request: dict[str, Any]) -> Reply:
 
 
 def ret(values: list[Any]) -> Reply:
-    """Return the reply with these values; none at all are an empty map, as an empty table of Lua's is."""
+    """Return the reply with these values. No values become an empty map, as an empty table of Lua."""
     return {"ret": values or {}}
 
 
-def _called(session: Session, name: str, args: list[Any]) -> list[Any]:
+def _call(session: Session, name: str, args: list[Any]) -> list[Any]:
     if name in session.shared.services:
         return [session.shared.services[name](*args)]
     if name == "zmqRemoteApi.require":
-        return _required(args)
+        return _require_module(args)
     if name == "zmqRemoteApi.info":
         return [table()] if args == ["sim"] else [{}]
     module, _, function = name.partition(".")
@@ -57,13 +57,13 @@ def _called(session: Session, name: str, args: list[Any]) -> list[Any]:
     raise NoFunctionError(f"No such function: {name}")
 
 
-def _required(args: list[Any]) -> list[Any]:
+def _require_module(args: list[Any]) -> list[Any]:
     if args != ["sim"]:
         raise SceneError(f"the double of the simulator has the module sim only, not {args}.")
     return []
 
 
-def _evaluated(session: Session, text: str) -> Reply:
+def _evaluate(session: Session, text: str) -> Reply:
     try:
         return ret(list(session.shared.scripts.evaluate(text)))
     except SceneError as error:
@@ -71,10 +71,10 @@ def _evaluated(session: Session, text: str) -> Reply:
 
 
 IDLE_S = 600.0
-"""A client that has not said how long it may be silent."""
+"""The default time limit of a client's silence, in seconds."""
 
 NAP_S, HELD_NAP_S, HOLD_S = 0.05, 0.001, 0.01
-"""How long the socket is waited for; while a client waits for a step; and how long that one is kept waiting."""
+"""Polling times of the socket, normally and while a client waits, and the time limit of a waiting reply."""
 
 WAIT = {"args": {}, "func": "_*wait*_"}
 OLD = {"success": False, "error": "The client ZeroMQ remote API version does not match CoppeliaSim's version"}
@@ -82,7 +82,7 @@ OLD = {"success": False, "error": "The client ZeroMQ remote API version does not
 
 @dataclass
 class Client:
-    """One that has sent a request; ``waiting`` is its call that is to be answered later."""
+    """A client; ``waiting`` is its call whose reply comes later."""
 
     session: Session
     timeout: float
@@ -91,8 +91,8 @@ class Client:
 
 
 @dataclass(frozen=True)
-class Held:
-    """A client that asked again for its waiting call; it is answered at the deadline at the latest."""
+class WaitingClient:
+    """A client that has repeated its waiting call; its reply comes before the deadline."""
 
     route: list[bytes]
     client: Client
@@ -101,9 +101,10 @@ class Held:
 
 @dataclass
 class ZmqServer:
-    """Serves a simulator on a port of this machine, any free one for 0; a context manager.
+    """Serves a simulator over the ZeroMQ remote API; a context manager.
 
-    ``services`` are further functions by their full name.
+    port: the port; 0 takes a free one.
+    services: further functions by full name.
     """
 
     simulator: Simulator
@@ -113,7 +114,7 @@ class ZmqServer:
     def __post_init__(self) -> None:
         self._shared = Shared(self.simulator, self.services)
         self._clients: dict[str, Client] = {}
-        self._held: list[Held] = []
+        self._held: list[WaitingClient] = []
         self._clock = MonotonicClock()
         self._is_closing = threading.Event()
         self._thread = threading.Thread(target=self._serve, name="ZeroMQ server of a double", daemon=True)
@@ -145,7 +146,7 @@ class ZmqServer:
                 with self.simulator.lock:
                     self._receive(route, message)
             with self.simulator.lock:
-                self._answer_held()
+                self._answer_waiting()
                 self._drop_silent()
 
     def _receive(self, route: list[bytes], message: bytes) -> None:
@@ -164,7 +165,7 @@ class ZmqServer:
 
     def _handle(self, route: list[bytes], client: Client, request: dict[str, Any]) -> None:
         if client.waiting:  # whatever it says, it is taken for ``_*executed*_``
-            self._held.append(Held(route, client, self._clock.now() + HOLD_S))
+            self._held.append(WaitingClient(route, client, self._clock.now() + HOLD_S))
             return
         try:
             self._send(route, answer(client.session, request))
@@ -172,7 +173,7 @@ class ZmqServer:
             client.waiting = waiting
             self._send(route, WAIT)
 
-    def _answer_held(self) -> None:
+    def _answer_waiting(self) -> None:
         now, held = self._clock.now(), self._held
         self._held = []
         for each in held:

@@ -1,4 +1,4 @@
-"""What a call can reach: the simulator, whose call it is, and what all clients of a server share."""
+"""The session of a call: the simulator, the client, and the state that clients share."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Waiting(Exception):  # noqa: N818  no error: the reply is to come later
-    """A call that is answered when a step has been made; without a ticket, when the simulation is stopped."""
+    """The reply to a call comes after a step; without a ticket, after the stop of the simulation."""
 
     def __init__(self, ticket: Ticket | None) -> None:
         super().__init__(ticket)
@@ -29,7 +29,7 @@ class Waiting(Exception):  # noqa: N818  no error: the reply is to come later
 
 @dataclass
 class Shared:
-    """What clients share beside the scene: values that are kept, scripts, and further functions by their full name."""
+    """The shared state of clients besides the scene: stored values, scripts, and further functions by full name."""
 
     simulator: Simulator
     services: dict[str, Callable[..., Any]] = field(default_factory=dict)
@@ -39,7 +39,7 @@ class Shared:
 
     @cached_property
     def scripts(self) -> Scripts:
-        """The Lua of this server."""
+        """The Lua scripts of the server."""
         from tests.doubles.coppeliasim.zmq.lua import Scripts
 
         return Scripts(Session(self.simulator, self))
@@ -47,7 +47,7 @@ class Shared:
 
 @dataclass(frozen=True)
 class Session:
-    """Whose call it is: a client's by its uuid, or a script's, which has none."""
+    """The caller: a client with a uuid, or a script without one."""
 
     simulator: Simulator
     shared: Shared
@@ -59,7 +59,7 @@ RECORDED = Path(__file__).parents[1] / "recorded"
 
 @cache
 def table() -> dict[str, dict[str, Any]]:
-    """Return it as the server sends it: ``{"func": {}}`` or ``{"const": value}`` by name."""
+    """Return the table of functions and constants by name: ``{"func": {}}`` or ``{"const": value}``."""
     content: dict[str, dict[str, Any]] = json.loads((RECORDED / "sim-info.json").read_text())
     return content
 

@@ -1,4 +1,4 @@
-"""Answers beyond the recorded sessions, as a real CoppeliaSim 4.10 gave them to the same calls."""
+"""Answers of a real CoppeliaSim 4.10 that the recorded sessions do not have."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene
-from tests.doubles.coppeliasim.zmq.talking import Talker, talking
+from tests.doubles.coppeliasim.zmq.raw_client import RawClient, connect_clients
 
 JOINT, CUBOID, SPHERE, EYE, NOSE, LINK, POINT = range(15, 22)
 SENSOR_INTS, SENSOR_FLOATS = [16, 12, 0, 0], [0.02, 5.0, 1.0, 0.02, 0, 0, 0, 0, 0, 0, 0]
@@ -27,7 +27,7 @@ MADE: tuple[Call, ...] = (
     ("createDummy", 0.01),
 )
 
-TOLD: tuple[tuple[Call, Any], ...] = (
+ANSWERS: tuple[tuple[Call, Any], ...] = (
     (("isHandle", 999), [False]),
     (("isHandle", 0), [True]),
     (("getJointMode", JOINT), [5, 0]),
@@ -102,24 +102,24 @@ REFUSED: tuple[tuple[Call, str], ...] = (
 
 
 @pytest.fixture
-def client() -> Iterator[Talker]:
-    with Double(default_scene()) as double, talking(double.zmq_port, "one") as (talker,):
+def client() -> Iterator[RawClient]:
+    with Double(default_scene()) as double, connect_clients(double.zmq_port, "one") as (talker,):
         for name, *args in MADE:
             talker.call(f"sim.{name}", *args)
         yield talker
 
 
-def test_what_is_reported_is_what_the_real_server_returned(client: Talker) -> None:
-    for (name, *args), expected in TOLD:
+def test_answers_equal_those_of_the_real_server(client: RawClient) -> None:
+    for (name, *args), expected in ANSWERS:
         assert (name, args, client.call(f"sim.{name}", *args)) == (name, args, {"ret": expected})
 
 
-def test_what_is_refused_is_refused_in_the_real_servers_words(client: Talker) -> None:
+def test_errors_equal_those_of_the_real_server(client: RawClient) -> None:
     for (name, *args), expected in REFUSED:
         assert client.call(f"sim.{name}", *args) == {"err": expected}
 
 
-def test_arguments_that_make_no_sense_are_answered_and_end_nothing(client: Talker) -> None:
+def test_invalid_arguments_are_answered(client: RawClient) -> None:
     for call in (("setShapeColor", CUBOID, None, 0, ["red"] * 3), ("getObject", "/a", 7), ("removeObjects", 5)):
         assert "err" in client.call(f"sim.{call[0]}", *call[1:])
     assert client.call("sim.isHandle", 0) == {"ret": [True]}

@@ -1,4 +1,4 @@
-"""Several clients, those that fall silent, and what is no request."""
+"""Several clients, silent clients, and invalid requests."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scenes import default_scene
-from tests.doubles.coppeliasim.zmq.talking import EXECUTED, WAIT, Talker, await_time, talking
+from tests.doubles.coppeliasim.zmq.raw_client import EXECUTED, WAIT, RawClient, await_time, connect_clients
 
 STOPPED = {"ret": [0]}
 
@@ -20,29 +20,29 @@ def port() -> Iterator[int]:
 
 
 @pytest.fixture
-def pair(port: int) -> Iterator[tuple[Talker, ...]]:
-    with talking(port, "one", "other") as talkers:
+def pair(port: int) -> Iterator[tuple[RawClient, ...]]:
+    with connect_clients(port, "one", "other") as talkers:
         yield talkers
 
 
-def time_of(talker: Talker) -> float:
+def time_of(talker: RawClient) -> float:
     return float(talker.call("sim.getSimulationTime")["ret"][0])
 
 
-def test_a_step_waits_for_all_who_step(pair: tuple[Talker, ...]) -> None:
+def test_step_waits_for_all_stepping_clients(pair: tuple[RawClient, ...]) -> None:
     one, other = pair
     for each in pair:
         assert each.call("sim.setStepping", True) == {"ret": [0]}
     one.call("sim.startSimulation")
     assert one.call("sim.step")["func"] == WAIT
-    assert one.say(EXECUTED)["func"] == WAIT
+    assert one.exchange(EXECUTED)["func"] == WAIT
     assert time_of(other) == 0.0
     assert other.done("sim.step") == {"ret": {}}
-    assert one.say(EXECUTED) == {"ret": {}}
+    assert one.exchange(EXECUTED) == {"ret": {}}
     assert time_of(one) == 0.05
 
 
-def test_whatever_is_said_within_a_call_that_waits_is_its_continuation(pair: tuple[Talker, ...]) -> None:
+def test_message_during_a_waiting_call_continues_it(pair: tuple[RawClient, ...]) -> None:
     one, other = pair
     for each in pair:
         each.call("sim.setStepping", True)
@@ -54,32 +54,32 @@ def test_whatever_is_said_within_a_call_that_waits_is_its_continuation(pair: tup
     assert time_of(one) == 0.05
 
 
-def test_time_goes_on_when_one_of_two_no_longer_steps(pair: tuple[Talker, ...]) -> None:
+def test_time_advances_after_one_of_two_clients_ends_stepping(pair: tuple[RawClient, ...]) -> None:
     one, other = pair
     for each in pair:
         each.call("sim.setStepping", True)
     one.call("sim.startSimulation")
     one.call("sim.step")
     assert other.call("sim.setStepping", False) == {"ret": [1]}
-    assert one.finish(one.say(EXECUTED)) == {"ret": {}}
+    assert one.finish(one.exchange(EXECUTED)) == {"ret": {}}
 
 
-def test_levels_count_per_client(pair: tuple[Talker, ...]) -> None:
+def test_each_client_has_its_level(pair: tuple[RawClient, ...]) -> None:
     one, other = pair
     assert [one.call("sim.setStepping", True)["ret"][0] for _ in range(3)] == [0, 1, 2]
     assert other.call("sim.setStepping", False) == {"ret": [0]}
     assert [one.call("sim.setStepping", False)["ret"][0] for _ in range(4)] == [3, 2, 1, 0]
 
 
-def test_a_silent_client_is_dropped_after_the_time_that_it_named(port: int) -> None:
-    with talking(port, "silent", "alive") as (silent, alive):
+def test_silent_client_is_dropped_after_its_time_limit(port: int) -> None:
+    with connect_clients(port, "silent", "alive") as (silent, alive):
         silent.call("sim.setStepping", True, ver=2, lang="python", timeout=0.2)
         silent.call("sim.startSimulation")
         await_time(alive)
         assert silent.call("sim.setStepping", True) == {"ret": [0]}
 
 
-def test_who_leaves_holds_nothing(pair: tuple[Talker, ...]) -> None:
+def test_client_that_leaves_holds_nothing(pair: tuple[RawClient, ...]) -> None:
     one, other = pair
     one.call("sim.setStepping", True)
     one.call("sim.startSimulation")
@@ -87,43 +87,43 @@ def test_who_leaves_holds_nothing(pair: tuple[Talker, ...]) -> None:
     await_time(other)
 
 
-def test_a_stop_by_another_ends_a_step_and_all_stepping(pair: tuple[Talker, ...]) -> None:
+def test_stop_by_another_client_ends_steps(pair: tuple[RawClient, ...]) -> None:
     one, other = pair
     for each in pair:
         each.call("sim.setStepping", True)
     one.call("sim.startSimulation")
     one.call("sim.step")
     assert other.done("sim.stopSimulation", True) == {"ret": {}}
-    assert one.finish(one.say(EXECUTED)) == {"ret": {}}
+    assert one.finish(one.exchange(EXECUTED)) == {"ret": {}}
     assert one.call("sim.getSimulationState") == STOPPED
     assert [each.call("sim.setStepping", True) for each in pair] == [{"ret": [0]}, {"ret": [0]}]
 
 
-def test_a_step_while_stopped_returns(pair: tuple[Talker, ...]) -> None:
+def test_step_while_stopped_returns(pair: tuple[RawClient, ...]) -> None:
     pair[0].call("sim.setStepping", True)
     assert pair[0].done("sim.step") == {"ret": {}}
     assert time_of(pair[0]) == 0.0
 
 
-def test_what_is_no_request_gets_an_answer_and_harms_nobody(pair: tuple[Talker, ...]) -> None:
+def test_invalid_request_is_answered(pair: tuple[RawClient, ...]) -> None:
     one, other = pair
-    assert "err" in one.say_bytes(b"\xff\x00nonsense")
+    assert "err" in one.exchange_bytes(b"\xff\x00nonsense")
     assert other.call("sim.getSimulationState") == STOPPED
     assert other.call("sim.getObject", 5) == {"err": "354: in sim.getObject: argument 1 is not a string/buffer."}
 
 
-def test_a_client_of_the_first_protocol_is_reported_to_it(pair: tuple[Talker, ...]) -> None:
+def test_client_of_the_first_protocol_gets_an_error(pair: tuple[RawClient, ...]) -> None:
     from tests.doubles.coppeliasim.zmq.wire import dumps
 
-    assert pair[0].say_bytes(dumps({"func": "sim.getSimulationState", "args": []}))["success"] is False
+    assert pair[0].exchange_bytes(dumps({"func": "sim.getSimulationState", "args": []}))["success"] is False
 
 
-def test_a_function_that_the_double_lacks_is_refused_by_name(pair: tuple[Talker, ...]) -> None:
+def test_missing_function_is_refused_by_name(pair: tuple[RawClient, ...]) -> None:
     assert "the double of the simulator lacks" in pair[0].call("sim.getObjectUid", 1)["err"]
     assert pair[0].call("sim.fly", 1) == {"err": "No such function: sim.fly"}
 
 
-def test_a_legacy_service_is_started_over_it(pair: tuple[Talker, ...]) -> None:
+def test_legacy_service_is_started(pair: tuple[RawClient, ...]) -> None:
     one, _ = pair
     one.call("sim.startSimulation")
     assert one.call("simRemoteApi.start", 0) == {"ret": [1]}

@@ -1,4 +1,4 @@
-"""The maker's own client against the double."""
+"""The maker's client with the double."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def sim() -> Iterator[Any]:
         del sys.modules["__main__"].__dict__["require"]
 
 
-def test_a_robot_drives_as_far_as_its_wheels_turn(sim: Any) -> None:
+def test_robot_drives_the_rolled_distance(sim: Any) -> None:
     body = sim.getObject("/bubbleRob")
     joints = [sim.getObject(f"/bubbleRob/{side}Motor") for side in ("left", "right")]
     sim.setStepping(True)
@@ -45,7 +45,7 @@ def test_a_robot_drives_as_far_as_its_wheels_turn(sim: Any) -> None:
     assert sim.getSimulationState() == sim.simulation_stopped
 
 
-def test_a_picture_is_red_green_blue_from_the_lowest_row_up(sim: Any) -> None:
+def test_picture_is_rgb_with_the_lowest_row_first(sim: Any) -> None:
     camera = sim.getObject("/bubbleRob/visionSensor")
     assert sim.getVisionSensorImg(camera)[0] == bytes(256 * 256 * 3)
     sim.setObjectPosition(sim.getObject("/ball"), [0.8, 0.15, 0.3])
@@ -59,14 +59,14 @@ def test_a_picture_is_red_green_blue_from_the_lowest_row_up(sim: Any) -> None:
     assert columns.mean() < 110  # and on its left
 
 
-def test_a_picture_is_shown_on_another_sensor(sim: Any) -> None:
+def test_picture_is_shown_on_another_sensor(sim: Any) -> None:
     screen = sim.getObject("/v1")
     picture = bytes(range(256)) * (256 * 3)
     sim.setVisionSensorImg(screen, picture)
     assert sim.getVisionSensorImg(screen) == (picture, [256, 256])
 
 
-def test_the_nose_detects_in_its_own_frame(sim: Any) -> None:
+def test_detected_point_is_in_the_frame_of_the_nose(sim: Any) -> None:
     nose = sim.getObject("/bubbleRob/sensingNose")
     sim.setStepping(True)
     sim.startSimulation()
@@ -82,14 +82,14 @@ def test_the_nose_detects_in_its_own_frame(sim: Any) -> None:
     assert normal[2] < -0.9
 
 
-def test_errors_are_the_servers(sim: Any) -> None:
+def test_errors_have_the_servers_words(sim: Any) -> None:
     with pytest.raises(Exception, match=r"^1254: in sim\._getObject: object does not exist"):
-        sim.getObject("/nobody")
+        sim.getObject("/unknown")
     with pytest.raises(Exception, match=r"^354: in sim\.setJointTargetVelocity: object is not a joint"):
         sim.setJointTargetVelocity(sim.getObject("/ball"), 1.0)
 
 
-def test_lua_runs_against_the_same_scene(sim: Any) -> None:
+def test_lua_uses_the_same_scene(sim: Any) -> None:
     text = "sim=require'sim' function where(p) return sim.getObjectPosition(sim.getObject(p)),{a={},b={1,2}},nil,1 end"
     script = sim.createScript(sim.scripttype_customization, text)
     sim.initScript(script)

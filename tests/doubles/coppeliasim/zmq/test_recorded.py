@@ -1,4 +1,4 @@
-"""The double held against a real server: each recorded request is sent to it, each reply compared."""
+"""Compare the double with a real server: send each recorded request, and compare each reply."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 
 @pytest.mark.parametrize("file", SESSIONS)
-def test_every_reply_is_the_real_servers(file: str) -> None:
+def test_each_reply_equals_the_real_servers(file: str) -> None:
     assert play_to_a_double(file) == []
 
 
-def test_each_session_holds_exchanges_to_compare() -> None:
+def test_each_session_has_exchanges() -> None:
     assert {file: len(session(file)) for file in SESSIONS} == {"zmq-session.jsonl": 161, "zmq-session-2.jsonl": 207}
 
 
-def test_a_recorded_reply_is_written_byte_by_byte_as_the_server_wrote_it() -> None:
+def test_recorded_reply_is_encoded_byte_by_byte() -> None:
     kept = [each for file in SESSIONS for each in session(file) if each.raw is not None]
     assert len(kept) > 300
     for each in kept:
         assert dumps(each.reply) == each.raw
 
 
-def test_the_table_of_functions_is_as_long_as_the_recorded_one() -> None:
+def test_table_of_functions_has_the_recorded_length() -> None:
     assert len(dumps({"ret": [table()]})) == 62543
 
 
@@ -42,11 +42,11 @@ def test_the_table_of_functions_is_as_long_as_the_recorded_one() -> None:
         {"ret": ["1"]},
     ],
 )
-def test_another_reply_is_reported(reply: dict[str, Any]) -> None:
+def test_other_reply_is_a_difference(reply: dict[str, Any]) -> None:
     assert list(differences({"ret": [1]}, reply))
 
 
-def test_a_tolerance_is_for_figures_only() -> None:
+def test_tolerance_applies_to_numbers_only() -> None:
     near = Tolerance(number=0.1, pixels=1.0)
     assert not list(differences([1.0, b"abc"], [1.05, b"abd"], near))
     assert list(differences([1.0], [1.2], near))
@@ -55,5 +55,5 @@ def test_a_tolerance_is_for_figures_only() -> None:
 
 
 @pytest.mark.parametrize("value", [0, 23, 24, 255, 256, 2**32, -1, -25, 0.5, 0.1, 1e5, 1e300, float("inf"), None, True])
-def test_what_is_written_is_read_the_same(value: Any) -> None:
+def test_encoded_value_is_decoded(value: Any) -> None:
     assert loads(dumps({"ret": [value, "ä", b"\0\xff", [], {}]})) == {"ret": [value, "ä", b"\0\xff", [], {}]}

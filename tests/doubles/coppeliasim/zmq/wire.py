@@ -1,7 +1,7 @@
-"""CBOR as the server writes it: every float in the shortest form that holds it (RFC 8949, preferred serialization).
+"""CBOR in the server's form: each float in the shortest exact form (RFC 8949, preferred serialization).
 
-Reading is the package's; writing is here, because the package writes every float in eight bytes, and replies are
-compared to recorded ones byte by byte.
+A package decodes messages. It would encode each float in eight bytes, so this module encodes them. Replies are compared
+with recorded ones byte by byte.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SIMPLE = {False: b"\xf4", True: b"\xf5", None: b"\xf6"}
 
 
 def loads(data: bytes) -> Any:
-    """Return what a message holds; ValueError where it is none."""
+    """Decode a message; raises ValueError."""
     import cbor
 
     try:
@@ -26,51 +26,51 @@ def loads(data: bytes) -> Any:
 
 
 def dumps(value: Any) -> bytes:
-    """Return a message that holds numbers, text, bytes, lists, dicts, truth values and None."""
-    return b"".join(_encoded(value))
+    """Encode numbers, text, bytes, lists, dicts, booleans and None."""
+    return b"".join(_encode(value))
 
 
-def _encoded(value: Any) -> Iterator[bytes]:
+def _encode(value: Any) -> Iterator[bytes]:
     if value is None or isinstance(value, bool):
         yield SIMPLE[value]
     elif isinstance(value, int):
-        yield _head(0, int(value)) if value >= 0 else _head(1, -1 - int(value))
+        yield _encode_head(0, int(value)) if value >= 0 else _encode_head(1, -1 - int(value))
     elif isinstance(value, float):
-        yield _float(value)
+        yield _encode_float(value)
     elif isinstance(value, bytes):
-        yield _head(2, len(value))
+        yield _encode_head(2, len(value))
         yield value
     elif isinstance(value, str):
         text = value.encode()
-        yield _head(3, len(text))
+        yield _encode_head(3, len(text))
         yield text
     else:
-        yield from _container(value)
+        yield from _encode_container(value)
 
 
-def _container(value: Any) -> Iterator[bytes]:
+def _encode_container(value: Any) -> Iterator[bytes]:
     if isinstance(value, Mapping):
-        yield _head(5, len(value))
+        yield _encode_head(5, len(value))
         for key, each in value.items():
-            yield from _encoded(key)
-            yield from _encoded(each)
+            yield from _encode(key)
+            yield from _encode(each)
     elif isinstance(value, (list, tuple)):
-        yield _head(4, len(value))
+        yield _encode_head(4, len(value))
         for each in value:
-            yield from _encoded(each)
+            yield from _encode(each)
     else:
         raise TypeError(f"{type(value).__name__} has no place in a message")
 
 
-def _head(major: int, argument: int) -> bytes:
-    """Return a data item's head: its major type, and its length or value."""
+def _encode_head(major: int, argument: int) -> bytes:
+    """Return the head of a data item: its major type, and its length or value."""
     if argument < 24:
         return bytes(((major << 5) | argument,))
     size = next(size for size in range(4) if argument < 1 << (8 << size))
     return bytes(((major << 5) | 24 + size,)) + argument.to_bytes(1 << size, "big")
 
 
-def _float(value: float) -> bytes:
+def _encode_float(value: float) -> bytes:
     if math.isnan(value):
         return NAN
     for lead, form in ((b"\xf9", ">e"), (b"\xfa", ">f")):

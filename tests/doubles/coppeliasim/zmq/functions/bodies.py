@@ -16,7 +16,7 @@ KINEMATIC, DYNAMIC = 0, 5
 
 @function("setJointTargetVelocity")
 def set_joint_target_velocity(session: Session, joint: Joint, velocity: float) -> int:
-    """NaN is taken without a word, as the real server does."""
+    """NaN is accepted, as on the real server."""
     joint.target_velocity = velocity
     return 1
 
@@ -50,7 +50,7 @@ def set_joint_target_force(session: Session, joint: Joint, force: float) -> None
 
 @function("setJointMaxForce")
 def set_joint_max_force(session: Session, joint: Joint, force: float) -> int:
-    """The name until 4.3."""
+    """The function's name before 4.4."""
     joint.target_force = force
     return 1
 
@@ -84,7 +84,7 @@ def get_joint_interval(session: Session, joint: Joint) -> tuple[bool, list[float
 
 @function("setJointInterval")
 def set_joint_interval(session: Session, joint: Joint, is_cyclic: bool, interval: list) -> int:  # type: ignore[type-arg]
-    """It is not stopped at the interval's ends: wheels are not driven so far."""
+    """The joint does not stop at the ends of the interval; wheels never reach them."""
     joint.is_cyclic = is_cyclic
     least, span = floats(interval, 2)
     joint.interval = (least, span)
@@ -148,7 +148,7 @@ def get_shape_geom_info(session: Session, shape: Shape) -> tuple[int, int, list[
 
 @function("resetDynamicObject")
 def reset_dynamic_object(session: Session, shape: Shape) -> int:
-    """Nothing is remembered of a shape that this would have to forget."""
+    """The double keeps no dynamic state of a shape."""
     return 1
 
 

@@ -1,4 +1,4 @@
-"""Making objects."""
+"""Functions that create objects."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.doubles.coppeliasim.zmq.session import Session
 REVOLUTE = 10
 DYNAMIC = 5
 DENSITY = 500.0
-"""Of new shapes, in kg/m³."""
+"""The density of new shapes in kg/m³."""
 PYRAMID, CONE, RAY = 30, 33, 34
 
 SHAPE_NAMES = {Primitive.CUBOID: "Cuboid", Primitive.SPHEROID: "Sphere", Primitive.CYLINDER: "Cylinder"}
@@ -38,7 +38,7 @@ def create_primitive_shape(session: Session, primitive: int, sizes: list[float],
 
 @function("createPureShape")
 def create_pure_shape(session: Session, kind: int, options: int, sizes: list[float], mass: float = 1.0) -> int:
-    """The name until 4.3: kinds are counted from 0, cuboid, sphere, cylinder; bit 3 is respondable, bit 4 static."""
+    """The function before 4.4. Kinds: 0 cuboid, 1 sphere, 2 cylinder. Bit 3 is respondable, bit 4 is static."""
     primitive = list(Primitive)[kind]
     x, y, z = floats(sizes, 3)
     shape = Shape(
@@ -71,7 +71,7 @@ def create_dummy(session: Session, size: float = 0.01) -> int:
 
 @function("createVisionSensor")
 def create_vision_sensor(session: Session, options: int, ints: list[int], floats: list[float]) -> int:
-    """Bit 0: explicit handling, bit 1: perspective, bit 4: external input, bit 7: a background of its own."""
+    """Bits of the options: 0 explicit handling, 1 perspective, 4 external input, 7 own background."""
     if not options & 2:
         raise SceneError("the double has no orthographic vision sensors.")
     near, far, angle = (float(number) for number in floats[:3])
@@ -93,7 +93,7 @@ def create_vision_sensor(session: Session, options: int, ints: list[int], floats
 def create_proximity_sensor(
     session: Session, kind: int, subtype: int, options: int, ints: list[int], floats: list[float]
 ) -> int:
-    """Of a pyramid, what it opens to sideways is the cone."""
+    """The cone of a pyramid is its horizontal opening."""
     if kind not in {PYRAMID, CONE, RAY}:
         raise SceneError(f"the double has pyramids, cones and rays only, not proximity sensors of type {kind}.")
     numbers = [float(number) for number in floats]
@@ -104,7 +104,7 @@ def create_proximity_sensor(
 
 
 def _cone(kind: int, numbers: list[float]) -> float:
-    """Return the full angle, in radians: a cone's own, what a pyramid opens to at its far end, a ray's none."""
+    """Return the full angle in radians of a cone or a pyramid; a ray has none."""
     if kind == CONE:
         return min(numbers[9], math.pi - 1e-3)
     if kind == PYRAMID and numbers[1]:

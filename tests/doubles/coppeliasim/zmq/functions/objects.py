@@ -17,7 +17,7 @@ PATHLESS = "object does not exist, or alias/path is ill formatted."
 
 
 class PathError(NoObjectError):
-    """No object has that path. The server refuses it one function deeper than it was called: ``where``."""
+    """No object has the path. The server's error names an inner function: ``where``."""
 
     def __init__(self, where: str) -> None:
         super().__init__(PATHLESS)
@@ -100,7 +100,7 @@ def get_object_child(session: Session, parent: int, index: int) -> int:
 
 @function("getObjectsInTree")
 def get_objects_in_tree(session: Session, root: int, kind: int = HANDLE_ALL, options: int = 0) -> list[int]:
-    """Bit 0 of the options leaves the root out, bit 1 all below its children."""
+    """Bits of the options: 0 omits the root, 1 omits all below its children."""
     graph = session.simulator.graph
     if root == HANDLE_SCENE:
         found = graph.roots if options & 2 else graph.tree()
@@ -143,7 +143,7 @@ def remove_model(session: Session, thing: Thing) -> int:
 
 
 FIRST = 2000000
-"""Handles of collections are far from those of objects."""
+"""The first handle of a collection, far from the handles of objects."""
 
 TAKE_OUT = 1
 
@@ -178,7 +178,7 @@ def _of(session: Session, handle: int) -> Collection:
 
 @function("getLightParameters")
 def get_light_parameters(session: Session, lamp: Lamp) -> tuple[int, list[float], list[float], list[float]]:
-    """Return whether it is on, a relic, and its diffuse and specular colours."""
+    """Return whether the lamp is on, an unused value, and its diffuse and specular colours."""
     return int(lamp.is_on), [0.0, 0.0, 0.0], list(lamp.diffuse), list(lamp.specular)
 
 

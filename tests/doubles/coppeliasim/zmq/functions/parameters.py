@@ -1,4 +1,4 @@
-"""Parameters of the simulator, by number: those that have an effect here, and those that are kept."""
+"""Parameters of the simulator and of objects, by number. Some have an effect; others are only stored."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ GRAVITY, AMBIENT = 0, 5
 INTS = {ENGINE: 0, FULL_VERSION: 4100000}
 BOOLS = {REAL_TIME: False}
 ARRAYS = {GRAVITY: [0.0, 0.0, -9.8100004196167], AMBIENT: [0.4000000059604645] * 3}
-"""What a real server tells before anybody has set it; no others are known."""
+"""The initial values on a real server; there are no other parameters."""
 
 
 @function("getFloatParam")
@@ -27,42 +27,42 @@ def get_float_param(session: Session, number: int) -> float:
         return simulator.time_step
     if number in {PHYSICS_STEP, DYNAMIC_STEP}:
         return simulator.physics_step
-    raise _lacking("float", number)
+    raise _missing_parameter("float", number)
 
 
 @function("setFloatParam")
 def set_float_param(session: Session, number: int, value: float) -> int:
-    """Return 1; 0 where it cannot be set now: steps only while stopped."""
+    """Return 1, or 0 if the parameter cannot be set now: time steps can be set only while stopped."""
     if number == TIME_STEP:
         return int(session.simulator.set_time_step(value))
     if number in {PHYSICS_STEP, DYNAMIC_STEP}:
         return int(session.simulator.set_physics_step(value))
-    raise _lacking("float", number)
+    raise _missing_parameter("float", number)
 
 
 @function("getInt32Param")
 def get_int32_param(session: Session, number: int) -> int:
-    return int(_kept(session, "int", number, INTS))
+    return int(_read_stored(session, "int", number, INTS))
 
 
 @function("setInt32Param")
 def set_int32_param(session: Session, number: int, value: int) -> int:
-    return _keep(session, "int", number, value, INTS)
+    return _store(session, "int", number, value, INTS)
 
 
 @function("getBoolParam")
 def get_bool_param(session: Session, number: int) -> bool:
-    return bool(_kept(session, "bool", number, BOOLS))
+    return bool(_read_stored(session, "bool", number, BOOLS))
 
 
 @function("setBoolParam")
 def set_bool_param(session: Session, number: int, value: bool) -> int:
-    return _keep(session, "bool", number, bool(value), BOOLS)
+    return _store(session, "bool", number, bool(value), BOOLS)
 
 
 @function("getArrayParam")
 def get_array_param(session: Session, number: int) -> list[float]:
-    return list(_kept(session, "array", number, ARRAYS))
+    return list(_read_stored(session, "array", number, ARRAYS))
 
 
 @function("setArrayParam")
@@ -72,7 +72,7 @@ def set_array_param(session: Session, number: int, values: list) -> int:  # type
         look = session.simulator.look
         look.light = look.light.model_copy(update={"ambient": sum(numbers) / len(numbers)})
         session.simulator.graph.revision += 1
-    return _keep(session, "array", number, numbers, ARRAYS)
+    return _store(session, "array", number, numbers, ARRAYS)
 
 
 @function("getSystemTime")
@@ -82,68 +82,68 @@ def get_system_time(session: Session) -> float:
 
 @function("addLog")
 def add_log(session: Session, level: int, text: str) -> None:
-    """Nobody reads it."""
+    """Ignore the text."""
 
 
 @function("setEngineFloatParam")
 def set_engine_float_param(session: Session, number: int, handle: int, value: float) -> int:
-    return _keep_engine(session, "float", number, handle, value)
+    return _store_engine(session, "float", number, handle, value)
 
 
 @function("getEngineFloatParam")
 def get_engine_float_param(session: Session, number: int, handle: int) -> float:
-    return float(_kept_engine(session, "float", number, handle))
+    return float(_read_engine(session, "float", number, handle))
 
 
 @function("setEngineInt32Param")
 def set_engine_int32_param(session: Session, number: int, handle: int, value: int) -> int:
-    return _keep_engine(session, "int", number, handle, value)
+    return _store_engine(session, "int", number, handle, value)
 
 
 @function("getEngineInt32Param")
 def get_engine_int32_param(session: Session, number: int, handle: int) -> int:
-    return int(_kept_engine(session, "int", number, handle))
+    return int(_read_engine(session, "int", number, handle))
 
 
 @function("setEngineBoolParam")
 def set_engine_bool_param(session: Session, number: int, handle: int, value: bool) -> int:
-    return _keep_engine(session, "bool", number, handle, bool(value))
+    return _store_engine(session, "bool", number, handle, bool(value))
 
 
 @function("getEngineBoolParam")
 def get_engine_bool_param(session: Session, number: int, handle: int) -> bool:
-    return bool(_kept_engine(session, "bool", number, handle))
+    return bool(_read_engine(session, "bool", number, handle))
 
 
-def _keep_engine(session: Session, kind: str, number: int, handle: int, value: Any) -> int:
-    """Keep what an engine would use: nothing slips here. -1 is the engine itself."""
+def _store_engine(session: Session, kind: str, number: int, handle: int, value: Any) -> int:
+    """Store a parameter of the engine, without effect. -1 is the engine itself."""
     if handle != -1:
         _ = session.simulator.graph[handle]
     session.shared.kept["engine", kind, number, handle] = value
     return 1
 
 
-def _kept_engine(session: Session, kind: str, number: int, handle: int) -> Any:
+def _read_engine(session: Session, kind: str, number: int, handle: int) -> Any:
     try:
         return session.shared.kept["engine", kind, number, handle]
     except KeyError:
-        raise _lacking(f"engine {kind}", number) from None
+        raise _missing_parameter(f"engine {kind}", number) from None
 
 
-def _kept(session: Session, kind: str, number: int, defaults: dict[int, Any]) -> Any:
+def _read_stored(session: Session, kind: str, number: int, defaults: dict[int, Any]) -> Any:
     if number not in defaults:
-        raise _lacking(kind, number)
+        raise _missing_parameter(kind, number)
     return session.shared.kept.get(("parameter", kind, number), defaults[number])
 
 
-def _keep(session: Session, kind: str, number: int, value: Any, defaults: dict[int, Any]) -> int:
+def _store(session: Session, kind: str, number: int, value: Any, defaults: dict[int, Any]) -> int:
     if number not in defaults:
-        raise _lacking(kind, number)
+        raise _missing_parameter(kind, number)
     session.shared.kept["parameter", kind, number] = value
     return 1
 
 
-def _lacking(kind: str, number: int) -> SceneError:
+def _missing_parameter(kind: str, number: int) -> SceneError:
     return SceneError(f"the double has no {kind} parameter {number}.")
 
 
@@ -169,10 +169,10 @@ OBJECT_FLOATS: Numbered = {
 }
 VELOCITY_CONTROL = 4
 NOT_MODEL, SPECIAL, SELECTABLE = 0xF000, 1011, 32
-"""Properties of a new shape."""
+"""The properties of a new shape."""
 
 MOTOR_ENABLED, CONTROL_ENABLED = 2000, 2001
-"""Until 4.3 a joint was driven by its velocity with the motor on and the position loop off."""
+"""Before 4.4, velocity control was the motor on and the position loop off."""
 
 
 @function("setObjectInt32Param")
@@ -197,7 +197,7 @@ def get_object_float_param(session: Session, thing: Thing, number: int) -> float
 
 @function("getObjectSpecialProperty")
 def get_object_special_property(session: Session, thing: Thing) -> int:
-    return _known(session, thing, "special", SPECIAL)
+    return _read_property(session, thing, "special", SPECIAL)
 
 
 @function("setObjectSpecialProperty")
@@ -208,7 +208,7 @@ def set_object_special_property(session: Session, thing: Thing, bits: int) -> in
 
 @function("getObjectProperty")
 def get_object_property(session: Session, thing: Thing) -> int:
-    return _known(session, thing, "property", SELECTABLE)
+    return _read_property(session, thing, "property", SELECTABLE)
 
 
 @function("setObjectProperty")
@@ -228,8 +228,8 @@ def set_model_property(session: Session, thing: Thing, bits: int) -> int:
     return 1
 
 
-def _known(session: Session, thing: Thing, name: str, of_shapes: int) -> int:
-    """Return what was set; of others than shapes no more is known."""
+def _read_property(session: Session, thing: Thing, name: str, of_shapes: int) -> int:
+    """Return the stored value; only shapes have a default."""
     if isinstance(thing, Shape) or (thing, name) in session.shared.kept:
         return int(session.shared.kept.get((thing, name), of_shapes))
     raise SceneError(f"the double knows the {name} bits of {thing.alias} only where they were set.")

@@ -1,7 +1,7 @@
-"""The ``sim`` functions that the double has, by name, and how their arguments are checked.
+"""The registry of ``sim`` functions, and the conversion of their arguments.
 
-A function is written with Python's types; what a client sends is turned into them, and refused in the server's words.
-An object's type (``joint: Joint``) takes a handle.
+Functions have Python's types. A client's arguments are converted to them, or refused in the server's words. An object's
+type (``joint: Joint``) accepts a handle.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tests.doubles.coppeliasim.zmq.session import Session
 Function = Callable[..., Any]
 FunctionT = TypeVar("FunctionT", bound=Function)
 FUNCTIONS: dict[str, Call] = {}
-"""What the double has, by name: ``getObject``."""
+"""The functions by name, such as ``getObject``."""
 
 KINDS: dict[type[Thing], str] = {
     Joint: "joint",
@@ -40,7 +40,7 @@ KINDS: dict[type[Thing], str] = {
 
 
 class Call:
-    """A function with its parameters' types; called with a session and what a client sent."""
+    """A function with the types of its parameters; it is called with a session and a client's arguments."""
 
     def __init__(self, function: Function) -> None:
         self._function = function
@@ -51,10 +51,12 @@ class Call:
         self._takes_more = any(each.kind is each.VAR_POSITIONAL for each in parameters)
 
     def __call__(self, session: Session, args: Sequence[Any]) -> list[Any]:
-        """Return the values that the client gets; SceneError where the call is refused."""
+        """Return the results; raises SceneError if the call is refused."""
         if len(args) < self._least:
             raise SceneError("the function requires more arguments.")
-        typed = [_typed(session, kind, arg, i) for i, (kind, arg) in enumerate(zip(self._kinds, args, strict=False), 1)]
+        typed = [
+            _convert(session, kind, arg, i) for i, (kind, arg) in enumerate(zip(self._kinds, args, strict=False), 1)
+        ]
         more = args[len(self._kinds) :] if self._takes_more else ()
         answer = self._function(session, *typed, *more)
         if answer is None:
@@ -63,23 +65,23 @@ class Call:
 
 
 def function(name: str) -> Callable[[FunctionT], FunctionT]:
-    """Make a function one of the double's, under the API's name."""
+    """Register a function under the API's name."""
 
-    def registered(body: FunctionT) -> FunctionT:
+    def register(body: FunctionT) -> FunctionT:
         FUNCTIONS[name] = Call(body)
         return body
 
-    return registered
+    return register
 
 
 def floats(numbers: Sequence[Any], count: int) -> list[float]:
-    """Return a table of so many numbers; SceneError where there are fewer."""
+    """Return the first ``count`` numbers of a table; raises SceneError if there are fewer."""
     if len(numbers) < count:
         raise SceneError("incorrect table size.")
     return [float(number) for number in numbers[:count]]
 
 
-def _typed(session: Session, kind: Any, arg: Any, place: int) -> Any:
+def _convert(session: Session, kind: Any, arg: Any, place: int) -> Any:
     if isinstance(kind, type) and issubclass(kind, Thing):
         return _thing(session, kind, _number(arg, place))
     if kind is float:

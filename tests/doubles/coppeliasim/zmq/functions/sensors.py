@@ -1,4 +1,4 @@
-"""Vision sensors: pictures, depths, rendering by hand."""
+"""Vision sensors, proximity sensors and contacts."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def get_vision_sensor_img(
     corner: list | None = None,  # type: ignore[type-arg]
     size: list | None = None,  # type: ignore[type-arg]
 ) -> tuple[bytes, list[int]]:
-    """Bit 0 of the options: grey. Bytes from the lowest row up, red, green, blue; the size is always the sensor's."""
+    """Bit 0 of the options: grey. The bytes are RGB, the lowest row first; the size is always the sensor's."""
     if cut_off:
         raise SceneError("the double makes no pictures with a depth cut off.")
     picture = _part(session.simulator.picture(sensor), corner, size)
@@ -32,7 +32,7 @@ def get_vision_sensor_img(
 
 @function("getVisionSensorCharImage")
 def get_vision_sensor_char_image(session: Session, sensor: VisionSensor) -> tuple[bytes, int, int]:
-    """The name until 4.3."""
+    """The function's name before 4.4."""
     return session.simulator.picture(sensor).tobytes(), sensor.width, sensor.height
 
 
@@ -55,13 +55,13 @@ def get_vision_sensor_res(session: Session, sensor: VisionSensor) -> list[int]:
 
 @function("getVisionSensorResolution")
 def get_vision_sensor_resolution(session: Session, sensor: VisionSensor) -> list[int]:
-    """The name until 4.3."""
+    """The function's name before 4.4."""
     return [sensor.width, sensor.height]
 
 
 @function("getVisionSensorDepth")
 def get_vision_sensor_depth(session: Session, sensor: VisionSensor, options: int = 0) -> tuple[bytes, list[int]]:
-    """Bit 0 of the options: metres; else from 0 at the near plane to 1 at the far one."""
+    """Bit 0 of the options: metres. Otherwise 0 is the near plane and 1 the far plane."""
     depths = session.simulator.depth(sensor)
     values = depths if options & METRES else _normalised(sensor, depths)
     return values.astype("<f4").tobytes(), [sensor.width, sensor.height]
@@ -69,7 +69,7 @@ def get_vision_sensor_depth(session: Session, sensor: VisionSensor, options: int
 
 @function("getVisionSensorDepthBuffer")
 def get_vision_sensor_depth_buffer(session: Session, sensor: VisionSensor) -> list[float]:
-    """The name until 4.3; bits of its own."""
+    """The function before 4.4, which has other bits."""
     return [float(depth) for depth in _normalised(sensor, session.simulator.depth(sensor)).ravel()]
 
 
@@ -96,7 +96,7 @@ def set_explicit_handling(session: Session, thing: Thing, is_explicit: int) -> i
 
 
 def _result(session: Session, sensor: VisionSensor) -> tuple[int, list[float], list[float]]:
-    """Return state, fifteen numbers (least, most and mean of intensity, red, green, blue and depth), nothing more."""
+    """Return the state and fifteen numbers: minimum, maximum and mean of intensity, red, green, blue and depth."""
     picture, seen = session.simulator.summary(sensor)
     depths = _normalised(sensor, seen).ravel()
     layers = np.concatenate((_grey(picture).reshape(-1, 1), picture.reshape(-1, 3)), axis=1)
@@ -113,12 +113,12 @@ def _normalised(sensor: VisionSensor, depths: Depths) -> Depths:
 
 
 def _grey(picture: Pixels) -> Pixels:
-    """Return the mean of red, green and blue, as recorded."""
+    """Return the mean of red, green and blue, as in the recordings."""
     return np.asarray(picture.mean(axis=2, dtype=np.float32), np.uint8)
 
 
 def _part(picture: Pixels, corner: list[int] | None, size: list[int] | None) -> Pixels:
-    """Return the part from a corner, x and y, of a size; all of it where that is zero."""
+    """Return a part of a picture by its corner and size; a size of zero stands for the whole picture."""
     if not size or not any(size):
         return picture
     (x, y), (width, height) = corner or (0, 0), size
@@ -132,7 +132,7 @@ Answer = tuple[int, float, list[float], int, list[float]]
 
 @function("readProximitySensor")
 def read_proximity_sensor(session: Session, sensor: ProximitySensor) -> Answer:
-    """What was detected in the last step; nothing while stopped."""
+    """Return the detection in the last step; nothing while stopped."""
     if session.simulator.state is State.STOPPED and not sensor.explicit:
         return _answer(None)
     return _answer(session.simulator.detection(sensor))
@@ -153,7 +153,7 @@ def check_proximity_sensor(session: Session, sensor: ProximitySensor, entity: in
 
 @function("resetProximitySensor")
 def reset_proximity_sensor(session: Session, sensor: ProximitySensor) -> int:
-    """Nothing is remembered of a sensor that this would have to forget."""
+    """The double keeps no state of a sensor."""
     _require_explicit(sensor)
     return 1
 
@@ -173,10 +173,10 @@ def _answer(detection: Detection | None) -> Answer:
 def get_contact_info(
     session: Session, passes: int, thing: int, index: int
 ) -> tuple[list[int], list[float], list[float], list[float]]:
-    """Return two shapes, the point, force and normal; empty lists after the last. One shape's come with it first."""
+    """Return two shapes, point, force and normal; empty lists after the last contact. A given shape comes first."""
     contacts = session.simulator.contacts()
     if thing != HANDLE_ALL:
-        both = [each if each.first == thing else each.swapped for each in contacts]
+        both = [each if each.first == thing else each.swap for each in contacts]
         contacts = [each for each in both if each.first == thing]
     if index >= len(contacts):
         return [], [], [], []
@@ -199,6 +199,6 @@ def check_distance(
 
 
 def _require_no_plugin(session: Session) -> None:
-    """Without the plug-in the answer is a silent no; with it, it would have to be true."""
+    """Refuse a call whose answer needs the plug-in; without it the answer is always no."""
     if session.simulator.can_detect:
         raise SceneError("the double reckons neither collisions nor distances; ask getContactInfo.")

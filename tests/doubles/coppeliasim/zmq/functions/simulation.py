@@ -1,4 +1,4 @@
-"""Starting, stopping and stepping, and the time."""
+"""The simulation: start, stop, steps and time; scripts, signals and custom data."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def get_simulation_time_step(session: Session) -> float:
 
 @function("setStepping")
 def set_stepping(session: Session, is_on: bool = True) -> int:  # noqa: FBT002
-    """Return the level before."""
+    """Return the previous level."""
     simulator = session.simulator
-    return simulator.hold(session.client) if is_on else simulator.let_go(session.client)
+    return simulator.hold(session.client) if is_on else simulator.release(session.client)
 
 
 @function("step")
@@ -59,7 +59,7 @@ def step(session: Session, wait: bool = True) -> None:  # noqa: FBT002
 
 
 DEFAULT_SCENES = ("scene.ttt", "dfltscn.ttt", "")
-"""What is loaded as the default scene: its file as recorded, the simulator's own, and no name."""
+"""The names of the default scene: its recorded file, the simulator's own file, and an empty name."""
 
 
 @function("loadScene")

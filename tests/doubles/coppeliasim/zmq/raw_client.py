@@ -1,4 +1,4 @@
-"""A client for tests that says one message at a time."""
+"""A ZeroMQ client for tests that sends one message at a time."""
 
 from __future__ import annotations
 
@@ -15,37 +15,37 @@ WAIT = "_*wait*_"
 EXECUTED = {"func": "_*executed*_", "args": []}
 
 
-class Talker:
-    """One client by a name of its own."""
+class RawClient:
+    """A client with a name."""
 
     def __init__(self, socket: Any, name: str) -> None:
         self._socket, self._name = socket, name
 
-    def say(self, message: dict[str, Any]) -> Any:
-        """Return the reply to one message."""
-        return self.say_bytes(dumps({**message, "uuid": self._name}))
+    def exchange(self, message: dict[str, Any]) -> Any:
+        """Send a message, and return its reply."""
+        return self.exchange_bytes(dumps({**message, "uuid": self._name}))
 
-    def say_bytes(self, message: bytes) -> Any:
+    def exchange_bytes(self, message: bytes) -> Any:
         self._socket.send(message)
         return loads(self._socket.recv())
 
     def call(self, function: str, *args: Any, **more: Any) -> Any:
-        """Return the reply to a call; one that waits says so, and is not waited for."""
-        return self.say({"func": function, "args": list(args), **more})
+        """Send a call, and return its first reply, which may be a wait message."""
+        return self.exchange({"func": function, "args": list(args), **more})
 
     def finish(self, reply: Any) -> Any:
-        """Return what a waiting call is answered in the end."""
+        """Return the final reply to a waiting call."""
         while reply.get("func") == WAIT:
-            reply = self.say(EXECUTED)
+            reply = self.exchange(EXECUTED)
         return reply
 
     def done(self, function: str, *args: Any) -> Any:
-        """Return what a call is answered in the end."""
+        """Send a call, and return its final reply."""
         return self.finish(self.call(function, *args))
 
 
-def await_time(talker: Talker) -> None:
-    """Wait until the simulation's time goes on."""
+def await_time(talker: RawClient) -> None:
+    """Wait until the simulation's time advances."""
     clock = MonotonicClock()
     while talker.call("sim.getSimulationTime")["ret"][0] == 0.0:
         assert clock.now() < PATIENCE_MS / 1000, "time stands still"
@@ -53,8 +53,8 @@ def await_time(talker: Talker) -> None:
 
 
 @contextmanager
-def talking(port: int, *names: str) -> Iterator[tuple[Talker, ...]]:
-    """Connect clients to a server of this machine."""
+def connect_clients(port: int, *names: str) -> Iterator[tuple[RawClient, ...]]:
+    """Connect clients to a server on this computer."""
     import zmq
 
     with zmq.Context() as context:
@@ -63,7 +63,7 @@ def talking(port: int, *names: str) -> Iterator[tuple[Talker, ...]]:
             socket.linger, socket.rcvtimeo = 0, PATIENCE_MS
             socket.connect(f"tcp://127.0.0.1:{port}")
         try:
-            yield tuple(Talker(socket, name) for socket, name in zip(sockets, names, strict=True))
+            yield tuple(RawClient(socket, name) for socket, name in zip(sockets, names, strict=True))
         finally:
             for socket in sockets:
                 socket.close()
