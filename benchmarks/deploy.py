@@ -2,12 +2,12 @@
 
     python -m benchmarks.deploy --rounds 5
 
-The robot is a Debian that systemd boots (tests/system/deploy); it needs root. It has no network but the wire to the
-desk, so the first deploy brings every wheel (the desk has them by then). The second one changes one file. For both it
-is told when the motors are first driven by the new release, and when the command has ended: in between, the robot
-looks for some seconds whether the release lives, and these are the same for both. By hand, rsync sends what the first
-one had sent, the wheels too, to an empty folder, and nothing is installed. A round takes one of each; the medians are
-told. Exit status 1 where the second takes more than half of the first, to the end of the command.
+The robot is a Debian that systemd boots (tests/system/deploy), which needs root. Its only connection is that to the
+client. So the first deploy sends every wheel, which the client has cached before. The second deploy sends one changed
+file. For both, the benchmark prints the time until the new release first drives the motors, and the time until the
+command ends. Between them, the robot checks the health of the release for some seconds. By hand, rsync sends the files
+of the first deploy, with the wheels, to an empty folder, and nothing is installed. A round takes one of each, and the
+benchmark prints medians. The exit status is 1 if the second deploy takes more than half of the first.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from robotcore.deploy.host import Host
 from robotcore.deploy.rpc import Link
 from robotcore.deploy.wheels import Target, fetch_wheels
 from tests.system import needs
-from tests.system.deploy.desk import HOST, Desk
+from tests.system.deploy.client import HOST, Client
 from tests.system.deploy.machine import make_machine as boot_machine
 from tests.system.deploy.machine import require_machine
 from tests.system.deploy.rover import BENCH, Rover
@@ -47,9 +47,9 @@ def robot() -> Iterator[Rover]:
     require_machine()
     with TemporaryDirectory(prefix="robotcore-desk-") as folder, boot_machine() as target:
         target.boot()
-        desk = Desk.of(Path(folder), target)
-        rover = Rover(target, desk, Path(shutil.copytree(BENCH, Path(folder) / "bench")))
-        desk.install(rover.project)
+        client = Client.of(Path(folder), target)
+        rover = Rover(target, client, Path(shutil.copytree(BENCH, Path(folder) / "bench")))
+        client.install(rover.project)
         rover.drive(2.0)
         yield rover
 
@@ -99,20 +99,20 @@ def _deployed(rover: Rover, what: str) -> Iterator[tuple[str, str, float]]:
 
 
 def _by_hand(rover: Rover) -> float:
-    """Return how long rsync alone takes for what was sent, from the desk to a folder that is empty."""
-    home = rover.desk.folder / "by hand"
+    """Return how long rsync alone takes for what was sent, from the client to a folder that is empty."""
+    home = rover.client.folder / "by hand"
     release = rover.files / "current"
     for folder in (release / PROJECT, release / SITE, _wheels(rover, Release.read(release).requirements)):
         shutil.copytree(folder, home / folder.name, symlinks=True, dirs_exist_ok=True)
-    rover.desk.ssh("rm -rf by-hand")
+    rover.client.ssh("rm -rf by-hand")
     start = monotonic()
-    rover.desk.rsync(home, "by-hand")
+    rover.client.rsync(home, "by-hand")
     return monotonic() - start
 
 
 def _wheels(rover: Rover, requirements: tuple[str, ...]) -> Path:
-    """Return where the desk keeps what it brought for pip."""
-    with Link(Host.parse(HOST), rover.desk.config) as link:
+    """Return where the client keeps what it brought for pip."""
+    with Link(Host.parse(HOST), rover.client.config) as link:
         return fetch_wheels(requirements, Target.of(link.call("probe", ProbeAnswer)), print)
 
 

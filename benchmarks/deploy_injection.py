@@ -1,4 +1,4 @@
-"""Fifty hostile names, settings and host strings: none runs anything, at the desk or on the robot.
+"""Fifty hostile names, settings and host strings: none runs anything, at the client or on the robot.
 
     python -m benchmarks.deploy_injection
 
@@ -108,7 +108,7 @@ def main() -> bool:
 
 def _hosts(rover: Rover) -> Iterator[bool]:
     for host in HOSTS:
-        yield rover.desk.run("deploy", "status", "--", host).returncode == REFUSED
+        yield rover.client.run("deploy", "status", "--", host).returncode == REFUSED
 
 
 def _releases(rover: Rover) -> Iterator[bool]:
@@ -131,7 +131,7 @@ def _files(rover: Rover) -> Iterator[bool]:
             (project / name).parent.mkdir(parents=True, exist_ok=True)
             (project / name).write_text(name)
         app = shutil.copy(project / "drive_ahead.py", project / f"drive;touch {CANARY};ahead.py")
-        odd = Rover(rover.machine, rover.desk, project)
+        odd = Rover(rover.machine, rover.client, project)
         ran = odd.push("--app", Path(app).name, "--set", "speed_rad_s=2")
         there = odd.files / "current" / "project"
         for name in FILES:
@@ -140,7 +140,7 @@ def _files(rover: Rover) -> Iterator[bool]:
 
 def _canaries(rover: Rover) -> Iterator[Path]:
     """Yield what was made by a string that ran."""
-    for folder in (rover.machine.home, rover.desk.folder, rover.project, Path.home(), Path.cwd()):
+    for folder in (rover.machine.home, rover.client.folder, rover.project, Path.home(), Path.cwd()):
         yield from (path for path in folder.glob(f"**/{CANARY}*") if path.is_file())
 
 

@@ -4,7 +4,7 @@
 
 The robot is a Debian that systemd boots (tests/system/deploy); it needs root. In each trial a release that drives at
 another speed is pushed, every third with something to be installed, every fifth broken. At a moment that the seed
-draws, within the time that such a push takes, one of these is done: the desk's push is killed, all connections to the
+draws, within the time that such a push takes, one of these is done: the client's push is killed, all connections to the
 robot are, whoever conducts the trial there is, or the robot's power is cut and it is booted again. Then the motors
 have to be driven, at the speed of the release that is in place, which is the old or the new one; a broken one may not
 be. Exit status 1 where that is not so.
@@ -28,7 +28,7 @@ from benchmarks.report import at_least_one, machine, print_table
 from tests.system import needs
 from tests.system.deploy.rover import Rover, with_requirement
 
-KINDS = ("the desk is killed", "the connections are killed", "the trial is killed", "the power is cut")
+KINDS = ("the client is killed", "the connections are killed", "the trial is killed", "the power is cut")
 OLD, NEW, NEITHER = "the old runs", "the new runs", "NEITHER"
 LIMIT_S = 180.0
 
@@ -126,13 +126,13 @@ def _speed_of(rover: Rover) -> float:
 
 def _interrupt(kind: str, rover: Rover, push: subprocess.Popen[str]) -> None:
     match kind:
-        case "the desk is killed":
+        case "the client is killed":
             push.kill()
         case "the connections are killed":
             rover.machine.as_root("systemctl", "kill", "--signal=KILL", "session-*", is_checked=False)
         case "the trial is killed":
             with suppress(subprocess.CalledProcessError):  # there is none before it begins
-                rover.desk.ssh("systemctl --user kill --signal=KILL robotcore-trial.service")
+                rover.client.ssh("systemctl --user kill --signal=KILL robotcore-trial.service")
         case "the power is cut":
             rover.machine.cut_power()
             rover.motors.mark()

@@ -1,7 +1,7 @@
 """The answers of a robot: a model for each action, and the functions that parse and validate a line.
 
-The desk does not trust a robot: it may be broken into, or another machine may use its name. Each answer is validated
-here, and every string in it is escaped, before any other code of the desk uses it.
+The client does not trust a robot: it may be broken into, or another machine may use its name. Each answer is validated
+here, and every string in it is escaped, before any other code of the client uses it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _require_remote_folder(path: str) -> str:
 
 def _reject_broken(kind: str) -> str:
     if kind == BROKEN:
-        raise ValueError("is a kind that only the desk gives")
+        raise ValueError("is a kind that only the client gives")
     return kind
 
 
@@ -70,7 +70,7 @@ class Refusal(Answer):
     remedy: str
     """What to do about it, without a full stop."""
     kind: Annotated[str, AfterValidator(_reject_broken)] = ""
-    """The kind of the DeployError that the desk raises."""
+    """The kind of the DeployError that the client raises."""
 
 
 class EmptyAnswer(Answer):
@@ -237,7 +237,7 @@ class RemoveAnswer(Answer):
 
 
 class RemoteFile(Answer):
-    """A file, a link or a folder among the recordings of a robot. The desk decides whether it is a recording."""
+    """A file, a link or a folder among the recordings of a robot. The client decides whether it is a recording."""
 
     name: str
     bytes: Count

@@ -230,7 +230,7 @@ def explain_failed_call(host: Host, status: int, output: str) -> DeployError:
 
 
 def explain_damaged_answer(host: Host, action: str, problem: str) -> DeployError:
-    """Return the error for an answer that the desk does not accept; ``problem`` is the end of a sentence."""
+    """Return the error for an answer that the client does not accept; ``problem`` is the end of a sentence."""
     return DeployError(
         f"{host}: the robot's answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that "
         f"its system is intact: ssh {_format_login(host)}",

@@ -152,7 +152,7 @@ def _format_notes(found: FetchResult) -> list[str]:
 
 
 RESERVED_DISK_BYTES = 500_000_000
-"""The bytes that stay free on the disk of the desk."""
+"""The bytes that stay free on the client's disk."""
 
 SLACK_BYTES = 1 << 20
 """The most bytes that folders and blocks of a disk take besides the recordings."""

@@ -22,7 +22,7 @@ HEALTHY_WITHIN_S = 60.0
 """The time limit of the first tick, in s: a Pi imports NumPy and OpenCV, and its camera settles."""
 
 ATTEMPTS, PAUSE_S = 10, 3.0
-"""How often the desk connects again after the connection broke, and the pause before each attempt, in s."""
+"""How often the client connects again after the connection broke, and the pause before each attempt, in s."""
 
 ERROR_PREFIX, NO_MODULE = "error: ", "ModuleNotFoundError: "
 """The beginning of an error message of robotcore, and a text in it if a package is missing."""
@@ -57,7 +57,7 @@ def rollback(host: Host, ssh_config: Path | None, release: str | None, on_step: 
 
 @dataclass
 class HealthCheck:
-    """A health check on a robot, followed from the desk."""
+    """A health check on a robot, followed from the client."""
 
     host: Host
     ssh_config: Path | None

@@ -31,7 +31,7 @@ class MalformedError(ValueError):
 class ProcessOutput:
     """The output of a process: pieces of stdout, and an excerpt of stderr.
 
-    Both pipes are read at once. So neither fills memory or disk of the desk, and neither blocks the process.
+    Both pipes are read at once. So neither fills memory or disk of the client, and neither blocks the process.
 
     process: a process whose stdout and stderr are pipes.
     """

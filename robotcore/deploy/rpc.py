@@ -144,7 +144,7 @@ class Link:
     @contextmanager
     def _run(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
         """Run a script on the robot. If the block raises, the script ends."""
-        command = [*self._connection.client, REMOTE_COMMAND]
+        command = [*self._connection.ssh_command, REMOTE_COMMAND]
         with subprocess.Popen(  # noqa: S603  constants
             command, stdin=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
         ) as process:

@@ -139,7 +139,7 @@ def _transfer(
     """Run rsync; ``where`` is the machine that receives the files."""
     if not shutil.which("rsync"):
         raise explain_missing_program("rsync", "rsync")
-    command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(connection.client[:-1]), *arguments]
+    command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(connection.ssh_command[:-1]), *arguments]
     with tempfile.TemporaryFile() as file:
         file.write(stdin)
         file.seek(0)

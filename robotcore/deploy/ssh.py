@@ -92,7 +92,7 @@ class Connection:
         self._unwind = ExitStack()
 
     @property
-    def client(self) -> list[str]:
+    def ssh_command(self) -> list[str]:
         """The command line, without the remote command, that uses the connection. No part of it needs quotes.
 
         This ssh reads no configuration.

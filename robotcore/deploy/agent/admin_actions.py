@@ -45,7 +45,7 @@ def _describe_release(layout: Layout, name: str) -> dict[str, Any]:
 def list_recordings(layout: Layout) -> dict[str, Any]:
     """Return the ``recordings``: ``name``, ``bytes``, whether one ``is_file``, and whether one ``is_being_written``.
 
-    Links, folders and devices are listed too, so that the desk can name what it does not fetch. Empty files, which a
+    Links, folders and devices are listed too, so that the client can name what it does not fetch. Empty files, which a
     full disk leaves behind, are not listed.
     """
     open_files = find_open_files()
@@ -77,11 +77,11 @@ def _walk_open_files() -> Iterator[str]:
 
 
 def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[str, Any]:
-    """Delete the recordings of which the desk has the same content.
+    """Delete the recordings of which the client has the same content.
 
     A recording that is being written is kept, and so is anything but a plain file.
 
-    recordings: the SHA-256 of the desk's copy, by the recording's name.
+    recordings: the SHA-256 of the client's copy, by the recording's name.
     Returns the names that were ``erased``, and those whose content is ``different``.
     """
     open_files = find_open_files()

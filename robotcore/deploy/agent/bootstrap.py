@@ -40,7 +40,7 @@ class MemoryImporter(MetaPathFinder, ExecutionLoader):
 
 
 def answer_call(sources: str, action: str, parameters: str) -> int:
-    """Answer the desk's call; return the exit status.
+    """Answer the client's call; return the exit status.
 
     sources: the agent's modules by file, in JSON.
     action: the action's name on the wire.
@@ -75,7 +75,7 @@ def _write(message: object) -> None:
 
 
 def _watch_connection() -> None:
-    """Interrupt this call and its children as soon as the desk has closed the connection."""
+    """Interrupt this call and its children as soon as the client has closed the connection."""
     if os.getpgrp() != os.getpid():
         os.setpgid(0, 0)
     threading.Thread(target=_interrupt_when_closed, daemon=True).start()

@@ -231,7 +231,7 @@ _COMMON = (
         re.compile(r"ResolutionImpossible"),
         "requirement",
         "the requirements contradict each other",
-        "Relax the project's requirements. pip install at the desk names those in conflict",
+        "Relax the project's requirements. pip install on your computer names those in conflict",
     ),
     _Failure(re.compile(r"Invalid requirement: '?([^'\n]+)"), "requirement", "{} is no requirement", _CORRECT_IT),
 )

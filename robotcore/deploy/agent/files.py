@@ -12,7 +12,7 @@ FOLDER = "robotcore"
 """The folder below the home. A shell needs no quotes for it."""
 
 MAKE_ROOM = "Make room on the robot: fetch its recordings with robotcore deploy fetch --move, and look at df -h"
-"""The remedy for a full disk; the desk uses it too."""
+"""The remedy for a full disk; the client uses it too."""
 
 _PIECE_BYTES = 1 << 20
 

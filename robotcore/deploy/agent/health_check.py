@@ -266,7 +266,7 @@ def follow_check(layout: Layout, check: HealthCheck) -> dict[str, Any]:
 
 
 def build_report(layout: Layout, release: str, result: HealthResult) -> dict[str, Any]:
-    """Return the result of a release's health check as the desk expects it.
+    """Return the result of a release's health check as the client expects it.
 
     ``outcome``, ``reason`` and ``lines`` are the result's. ``current`` is the current release or None, ``is_running``
     whether it runs, ``is_standing`` whether it is stopped. If the previous release starts again, its start is awaited.

@@ -80,7 +80,7 @@ def print_lines(unit: str, count: int, *, is_followed: bool) -> None:
     It selects by the unit's name instead of the user's own journal. On Raspberry Pi OS, which keeps the journal in
     memory, all users share one.
 
-    is_followed: go on printing until the desk closes the connection.
+    is_followed: go on printing until the client closes the connection.
     """
     command = [*_COMMAND, "--quiet", "--output=short-iso", f"--lines={count}", f"--user-unit={unit}"]
     status = subprocess.run([*command, *(["--follow"] if is_followed else [])], check=False).returncode  # noqa: S603

@@ -56,12 +56,12 @@ SPARE_BYTES = 100_000_000
 def begin_upload(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
     """Make room for an upload; return the ``release``'s name, the upload's folder ``to``, and the folder ``copy_from``.
 
-    The name is the desk's, or one second after the newest one on the robot if the desk's is not newer. So each push has
-    its own name, and names sort in the order of the pushes. ``copy_from`` is None if the robot has no release. Both
+    The name is the proposed one, or one second after the newest one on the robot if that is newer. So each push has its
+    own name, and names sort in the order of the pushes. ``copy_from`` is None if the robot has no release. Both
     folders are relative to the robot's folder. If the disk is still full after old releases were deleted, AgentError is
     raised, and nothing is left of the upload.
 
-    release: the name that the desk proposes.
+    release: the name that the client proposes.
     size: the bytes of the upload.
     """
     with hold_lock(layout, f"push of {require_name(release)}"):

@@ -43,7 +43,7 @@ def build_environment() -> dict[str, str]:
 
 
 def collect_facts(layout: Layout) -> dict[str, Any]:
-    """Return the facts that the desk asks for; this needs no root, and raises nothing if something is missing."""
+    """Return the facts that the client asks for; this needs no root, and raises nothing if something is missing."""
     libc, libc_version = platform.libc_ver()
     return {
         "host": platform.node(),

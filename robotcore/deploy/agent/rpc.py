@@ -1,4 +1,4 @@
-"""Remote calls from the desk: an action's name and parameters come in, JSON text sequences (RFC 7464) go out."""
+"""Remote calls from the client: an action's name and parameters come in, JSON text sequences (RFC 7464) go out."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MARK = "\x1e"
 """The first character of each message, which distinguishes it from a login shell's output."""
 
 ReportProgress = Callable[..., None]
-"""A function that reports progress to the desk: a text, and further values by name."""
+"""A function that reports progress to the client: a text, and further values by name."""
 
 ACTIONS = {
     "probe": "push_actions:probe",
@@ -35,8 +35,8 @@ ACTIONS = {
 }
 """The module and the function of each action, by the action's name on the wire.
 
-A function takes the layout and the desk's parameters by name. It returns a mapping that JSON can represent. Its module
-is imported when the action is called, so that a call compiles only the modules that it needs.
+A function takes the layout and the client's parameters by name. It returns a mapping that JSON can represent. Its
+module is imported when the action is called, so that a call compiles only the modules that it needs.
 """
 
 Action = Callable[..., Mapping[str, Any]]
@@ -79,11 +79,11 @@ def _build_remedy(error: OSError) -> str:
 
 
 class AgentError(Exception):
-    """The robot cannot do what the desk asked for.
+    """The robot cannot do what the client asked for.
 
     fault: what happened, as a sentence without its full stop.
     remedy: what to do about it, as a sentence without its full stop.
-    kind: a stable identifier of the fault. The desk chooses a better remedy for some kinds.
+    kind: a stable identifier of the fault. The client chooses a better remedy for some kinds.
     fields: the values that the fault holds, by name. They stay on the robot.
     """
 
@@ -93,11 +93,11 @@ class AgentError(Exception):
 
 
 def report_progress(words: str, **more: Any) -> None:
-    """Report progress to the desk."""
+    """Report progress to the client."""
     write_message({"say": words, **more})
 
 
 def write_message(message: Any) -> None:
-    """Write one message to the desk, as a line of JSON."""
+    """Write one message to the client, as a line of JSON."""
     sys.stdout.write(f"{MARK}{json.dumps(message)}\n")
     sys.stdout.flush()

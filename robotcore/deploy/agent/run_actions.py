@@ -105,7 +105,7 @@ def roll_back(
     name = release or _choose_previous(layout)
     if name == releases.read_current(layout):
         raise AgentError(f"{name} is the current release", "Start it: robotcore deploy start", "already-current")
-    report_progress(f"going back to {name}", release=name)  # the desk resumes with this name after a lost connection
+    report_progress(f"going back to {name}", release=name)  # the client resumes with this name after a lost connection
     return start_check(layout, name, healthy_within_s, settle_s)
 
 

@@ -116,7 +116,7 @@ def is_process_alive(identity: str) -> bool:
 
 
 def identify_connection() -> str:
-    """Return the identity of the process that serves the desk's connection; it runs as long as the push.
+    """Return the identity of the process that serves the client's connection; it runs as long as the push.
 
     If there is no such process, return the identity of the parent process.
     """

@@ -57,7 +57,7 @@ def texts_in(value: Any) -> list[str]:
 
 
 def parse_texts(model: type[Answer], *pieces: bytes) -> list[str]:
-    """Parse the output of a robot; return each text that the desk gets from it, also in an error."""
+    """Parse the output of a robot; return each text that the client gets from it, also in an error."""
     said: list[str] = []
     call = Call("status", model, on_notice=lambda notice: said.append(notice.say), on_line=said.append)
     try:
@@ -116,7 +116,7 @@ def test_invalid_name_of_a_release_is_damaged(name: str) -> None:
         answers.validate(HealthResult, {**payload, "is_running": True, "is_standing": False}, "done")
 
 
-def test_robot_cannot_refuse_with_a_kind_of_the_desk() -> None:
+def test_robot_cannot_refuse_with_a_kind_of_the_client() -> None:
     with pytest.raises(MalformedError, match=r"refused\.kind"):
         answers.validate(Refusal, {"fault": "a", "remedy": "b", "kind": "broken"}, "refused")
 

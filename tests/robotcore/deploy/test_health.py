@@ -140,14 +140,14 @@ def test_message_begins_with_the_error_of_robotcore(error: str, check_text: Chec
     check_text(health._format_failure(Host("robot"), result, "logs"))
 
 
-def test_desk_connects_again_and_follows_the_check_to_its_end(robot: Sshd, add_action: AddAction) -> None:
+def test_client_connects_again_and_follows_the_check_to_its_end(robot: Sshd, add_action: AddAction) -> None:
     add_action("activate", GOES_ON)
     steps = follow_cut(robot)
     assert RECONNECTING in [step.text for step in steps]
     assert steps[-1].text == f"{NEW} is healthy; it runs"
 
 
-def test_desk_resumes_with_the_release_that_the_robot_chose(robot: Sshd, add_action: AddAction) -> None:
+def test_client_resumes_with_the_release_that_the_robot_chose(robot: Sshd, add_action: AddAction) -> None:
     for action in ("activate", "rollback"):
         add_action(action, GOES_ON)
     assert follow_cut(robot, "rollback", None)[-1].text == f"{OLD} is healthy; it runs"
@@ -165,7 +165,7 @@ def test_lost_robot_is_an_error_with_the_command_for_its_status(
     assert command_hint("status", Host("robot"), robot.config) in str(caught.value)
 
 
-def test_desk_does_not_connect_again_after_a_refusal(
+def test_client_does_not_connect_again_after_a_refusal(
     link: Link, robot: Sshd, add_action: AddAction, raises: Raises
 ) -> None:
     add_action(

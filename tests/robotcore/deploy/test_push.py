@@ -147,7 +147,7 @@ def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
     assert (list_folders(robot, "releases"), (root / "current").readlink()) == before
 
 
-def test_desk_does_not_connect_before_every_check_is_passed(
+def test_client_does_not_connect_before_every_check_is_passed(
     wanted: Push, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def fail(_project: object, say: Say) -> CheckResult:

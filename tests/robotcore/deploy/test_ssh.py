@@ -225,7 +225,7 @@ def test_ctrl_c_ends_a_transfer_and_leaves_no_file(sshd: Sshd, folder: Path) -> 
     assert not (sshd.home / "robotcore" / "incoming" / "big").exists()
 
 
-def test_connection_ends_if_the_desk_is_killed(sshd: Sshd, folder: Path) -> None:
+def test_connection_ends_if_the_client_is_killed(sshd: Sshd, folder: Path) -> None:
     with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room, terminal(SEND, sshd.config, room, folder) as person:
         person.read_until("sending")
         [connection] = map(os.pidfd_open, sshd.connections())

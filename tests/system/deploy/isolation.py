@@ -49,7 +49,7 @@ ROBOT_INTERFACE = "host0"
 
 @dataclass(frozen=True)
 class Network:
-    """A network namespace for a robot. Its only route leads to the desk, so it reaches no package registry."""
+    """A network namespace for a robot. Its only route leads to the client, so it reaches no package registry."""
 
     holder: int
     """The process that keeps the namespace while robots boot and end in it."""
@@ -77,14 +77,14 @@ def make_network() -> Iterator[Network]:
 
 
 def _connect(holder: int) -> Network:
-    """Connect the desk and a namespace by a virtual cable, with unique link-local addresses."""
+    """Connect the client and a namespace by a virtual cable, with unique link-local addresses."""
     third, fourth = holder // 64 % 254 + 1, holder % 64 * 4
-    desk, target = f"169.254.{third}.{fourth + 1}", f"169.254.{third}.{fourth + 2}"
+    client, target = f"169.254.{third}.{fourth + 1}", f"169.254.{third}.{fourth + 2}"
     outside = f"rover{holder}"
     made = Network(holder, target)
     for change in (
         ["ip", "link", "add", outside, "type", "veth", "peer", "name", ROBOT_INTERFACE, "netns", str(holder)],
-        ["ip", "address", "add", f"{desk}/30", "dev", outside],
+        ["ip", "address", "add", f"{client}/30", "dev", outside],
         ["ip", "link", "set", outside, "up"],
         [*made.command_prefix, "ip", "address", "add", f"{target}/30", "dev", ROBOT_INTERFACE],
         [*made.command_prefix, "ip", "link", "set", ROBOT_INTERFACE, "up"],

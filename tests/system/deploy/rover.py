@@ -1,4 +1,4 @@
-"""The robot from the desk: a project that is pushed to it, and its state."""
+"""The robot from the client: a project that is pushed to it, and its state."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tests.system.deploy.desk import Desk
+from tests.system.deploy.client import Client
 from tests.system.deploy.machine import Machine
 from tests.system.deploy.motors import Motors, wait_for
 
@@ -24,10 +24,10 @@ Ran = subprocess.CompletedProcess[str]
 
 @dataclass
 class Rover:
-    """A robot, the desk, and a project that is deployed."""
+    """A robot, the client, and a project that is deployed."""
 
     machine: Machine
-    desk: Desk
+    client: Client
     project: Path
     motors: Motors = field(init=False)
 
@@ -36,7 +36,7 @@ class Rover:
 
     def deploy(self, action: str, *arguments: str) -> Ran:
         """Run a command of ``robotcore deploy`` in the project's folder."""
-        return self.desk.deploy(action, *arguments, project=self.project)
+        return self.client.deploy(action, *arguments, project=self.project)
 
     def run(self, action: str, *arguments: str) -> str:
         """Run a command that must succeed; return its output."""
@@ -51,8 +51,8 @@ class Rover:
     @contextmanager
     def run_push(self, *arguments: str) -> Iterator[subprocess.Popen[str]]:
         """Push in another process, which is killed at the end of the block."""
-        command = self.desk.build_command("push", "--skip-checks", "--offline", *arguments)
-        pipe, folder, environment = subprocess.PIPE, self.project, self.desk.environment
+        command = self.client.build_command("push", "--skip-checks", "--offline", *arguments)
+        pipe, folder, environment = subprocess.PIPE, self.project, self.client.environment
         with subprocess.Popen(
             command, cwd=folder, env=environment, stdout=pipe, stderr=pipe, text=True, start_new_session=True
         ) as process:
@@ -94,7 +94,7 @@ class Rover:
     @property
     def process(self) -> int:
         """The app's process, from the robot's systemd; 0 if none runs."""
-        shown = self.desk.ssh(f"systemctl --user show --property MainPID --value {SERVICE}")
+        shown = self.client.ssh(f"systemctl --user show --property MainPID --value {SERVICE}")
         return int(shown)
 
 

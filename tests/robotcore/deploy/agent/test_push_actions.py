@@ -118,7 +118,7 @@ def test_simultaneous_pushes_have_different_names_and_folders(layout: Layout) ->
     assert [each["to"] for each in answer] == [f"incoming/{name}" for name in (OLD, NEW, NEWER)]
 
 
-def test_push_from_a_desk_with_a_slow_clock_has_the_newest_name(layout: Layout) -> None:
+def test_push_from_a_client_with_a_slow_clock_has_the_newest_name(layout: Layout) -> None:
     put_release(layout, "2027-12-31T23-59-59Z")
     assert push_actions.begin_upload(layout, release=OLD, size=1000)["release"] == "2028-01-01T00-00-00Z"
 

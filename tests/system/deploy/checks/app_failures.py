@@ -54,29 +54,29 @@ PAUSE_S = 2.0
 
 
 def test_killed_app_is_restarted_after_a_stop_of_the_motors(rover: Rover, driving: int) -> None:
-    rover.desk.ssh(f"kill -9 {driving}")
+    rover.client.ssh(f"kill -9 {driving}")
     require_restart(rover, driving)
 
 
 def test_app_killed_with_its_guardian_is_restarted_after_a_stop_of_the_motors(rover: Rover, driving: int) -> None:
     """Only systemd is left, which runs the command that stops the motors."""
-    rover.desk.ssh(f"systemctl --user kill --signal KILL {SERVICE}")
+    rover.client.ssh(f"systemctl --user kill --signal KILL {SERVICE}")
     require_restart(rover, driving)
 
 
 def test_hanging_app_is_restarted_after_a_stop_of_the_motors(rover: Rover, driving: int) -> None:
-    rover.desk.ssh("echo hang > fault")
+    rover.client.ssh("echo hang > fault")
     require_restart(rover, driving)
 
 
 def test_suspended_app_is_killed_by_the_watchdog_of_systemd(rover: Rover, driving: int) -> None:
-    rover.desk.ssh(f"kill -STOP {driving}")
+    rover.client.ssh(f"kill -STOP {driving}")
     require_restart(rover, driving)
-    assert "watchdog" in rover.desk.ssh(f"journalctl --user --unit {SERVICE} --lines 40 --output cat").lower()
+    assert "watchdog" in rover.client.ssh(f"journalctl --user --unit {SERVICE} --lines 40 --output cat").lower()
 
 
 def test_app_stopped_by_the_safety_stage_stays_stopped(rover: Rover, driving: int) -> None:
-    rover.desk.ssh("echo invalid-speed > fault")
+    rover.client.ssh("echo invalid-speed > fault")
     wait_for(lambda: None if rover.process else 1, "the end of the app", rover.status)
     time.sleep(2 * PAUSE_S)
     status = rover.status()

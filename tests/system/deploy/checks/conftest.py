@@ -1,4 +1,4 @@
-"""Fixtures of the checks: one robot that stays on from the first check to the last, and the desk."""
+"""Fixtures of the checks: one robot that stays on from the first check to the last, and the client."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.deploy.desk import Desk
+from tests.system.deploy.client import Client
 from tests.system.deploy.machine import Machine, make_machine
 from tests.system.deploy.rover import BENCH, Rover
 
@@ -27,16 +27,16 @@ def target() -> Iterator[Machine]:
 
 
 @pytest.fixture(scope="session")
-def desk(target: Machine, tmp_path_factory: pytest.TempPathFactory) -> Desk:
-    return Desk.of(tmp_path_factory.mktemp("desk"), target)
+def client(target: Machine, tmp_path_factory: pytest.TempPathFactory) -> Client:
+    return Client.of(tmp_path_factory.mktemp("client"), target)
 
 
 @pytest.fixture(scope="session")
-def rover(target: Machine, desk: Desk, tmp_path_factory: pytest.TempPathFactory) -> Rover:
+def rover(target: Machine, client: Client, tmp_path_factory: pytest.TempPathFactory) -> Rover:
     """A robot on which the project of the bench drives."""
-    project = Path(shutil.copytree(BENCH, tmp_path_factory.mktemp("desk") / "bench"))
-    desk.install(project)
-    deployed = Rover(target, desk, project)
+    project = Path(shutil.copytree(BENCH, tmp_path_factory.mktemp("client") / "bench"))
+    client.install(project)
+    deployed = Rover(target, client, project)
     deployed.drive(2.0)
     return deployed
 

@@ -67,7 +67,7 @@ def test_ctrl_c_keeps_a_release_running(rover: Rover, driving: int, step: str) -
 
 
 @pytest.mark.parametrize("step", ["sent", "release"])
-def test_killed_desk_keeps_a_release_running(rover: Rover, driving: int, step: str) -> None:
+def test_killed_client_keeps_a_release_running(rover: Rover, driving: int, step: str) -> None:
     before = rover.release
     interrupt_push(rover, step, subprocess.Popen.kill)
     require_either(rover, driving, before, step)
@@ -75,7 +75,7 @@ def test_killed_desk_keeps_a_release_running(rover: Rover, driving: int, step: s
 
 @pytest.mark.parametrize("step", ["sent", "release"])
 def test_killed_connection_keeps_a_release_running(rover: Rover, driving: int, step: str) -> None:
-    """During a health check, the desk connects again and reports the result."""
+    """During a health check, the client connects again and reports the result."""
     before = rover.release
     done = interrupt_push(
         rover, step, lambda _: rover.machine.as_root("systemctl", "kill", "--signal=KILL", "session-*")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.deploy.desk import Desk
+from tests.system.deploy.client import Client
 from tests.system.deploy.machine import make_machine
 from tests.system.deploy.rover import Rover, with_text
 
@@ -24,9 +24,9 @@ def deployed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rover]:
     folder = tmp_path_factory.mktemp("new")
     with make_machine() as target:
         target.boot()
-        desk = Desk.of(folder, target)
-        subprocess.run(desk.command("new", "my-robot"), cwd=folder, env=desk.environment, check=True)
-        rover = Rover(target, desk, folder / "my-robot")
+        client = Client.of(folder, target)
+        subprocess.run(client.command("new", "my-robot"), cwd=folder, env=client.environment, check=True)
+        rover = Rover(target, client, folder / "my-robot")
         rover.run("push", *VIRTUAL, "--offline")
         yield rover
 
@@ -68,15 +68,15 @@ def test_recordings_are_fetched_and_replayed(deployed: Rover) -> None:
     deployed.run("fetch")
     recordings = sorted(deployed.project.rglob("*.mcap"))
     assert recordings
-    command = deployed.desk.command("replay", str(recordings[-1]))
-    refused = subprocess.run(command, cwd=deployed.project, env=deployed.desk.environment, check=False)
-    assert refused.returncode == 2, "the app has changed at the desk since"
-    subprocess.run([*command, "--app", APP], cwd=deployed.project, env=deployed.desk.environment, check=True)
+    command = deployed.client.command("replay", str(recordings[-1]))
+    refused = subprocess.run(command, cwd=deployed.project, env=deployed.client.environment, check=False)
+    assert refused.returncode == 2, "the app has changed at the client since"
+    subprocess.run([*command, "--app", APP], cwd=deployed.project, env=deployed.client.environment, check=True)
 
 
 def test_remove_leaves_only_the_recordings(deployed: Rover) -> None:
     deployed.run("remove", "--yes")
-    assert deployed.desk.ssh("find robotcore .config/systemd -mindepth 1 -type f | xargs -n 1 dirname | uniq") == (
+    assert deployed.client.ssh("find robotcore .config/systemd -mindepth 1 -type f | xargs -n 1 dirname | uniq") == (
         "robotcore/recordings\n"
     )
 
@@ -105,7 +105,7 @@ def difficult(rover: Rover, tmp_path: Path) -> Rover:
         file = folder / "data" / name
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(name)
-    return Rover(rover.machine, rover.desk, folder)
+    return Rover(rover.machine, rover.client, folder)
 
 
 def test_file_names_arrive_unchanged(difficult: Rover, tmp_path: Path) -> None:

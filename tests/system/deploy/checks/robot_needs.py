@@ -8,27 +8,27 @@ from contextlib import contextmanager
 
 import pytest
 
-from tests.system.deploy.desk import Desk
+from tests.system.deploy.client import Client
 from tests.system.deploy.machine import Machine
 from tests.system.deploy.rover import Rover, with_requirement
 
 
-def test_user_can_log_in_by_key_and_has_a_service_manager(desk: Desk) -> None:
-    assert desk.ssh("systemctl --user is-system-running --wait; id --user --name") == "running\npi\n"
+def test_user_can_log_in_by_key_and_has_a_service_manager(client: Client) -> None:
+    assert client.ssh("systemctl --user is-system-running --wait; id --user --name") == "running\npi\n"
 
 
-def test_robot_reaches_only_the_desk(target: Machine) -> None:
+def test_robot_reaches_only_the_client(target: Machine) -> None:
     assert "default" not in target.as_root("cat", "/proc/net/route")
     with pytest.raises(subprocess.CalledProcessError):
         target.as_root("getent", "hosts", "example.org")
 
 
-def test_reboot_restores_services_and_files(desk: Desk, target: Machine) -> None:
-    desk.ssh("touch kept")
+def test_reboot_restores_services_and_files(client: Client, target: Machine) -> None:
+    client.ssh("touch kept")
     for go_down in (target.shut_down, target.cut_power):
         go_down()
         target.boot()
-        assert desk.ssh("systemctl --user is-system-running --wait; ls kept") == "running\nkept\n"
+        assert client.ssh("systemctl --user is-system-running --wait; ls kept") == "running\nkept\n"
 
 
 LINGER = "var/lib/systemd/linger/pi"

@@ -1,4 +1,4 @@
-"""The desk: an ssh key, an ssh configuration, and commands in a project's folder."""
+"""The client: an ssh key, an ssh configuration, and commands in a project's folder."""
 
 from __future__ import annotations
 
@@ -35,23 +35,23 @@ Host {host}
 
 
 @dataclass(frozen=True)
-class Desk:
+class Client:
     """A folder with the user's key, the robot's host key, and an ssh configuration that names both."""
 
     folder: Path
 
     @classmethod
-    def of(cls, folder: Path, machine: Machine) -> Desk:
+    def of(cls, folder: Path, machine: Machine) -> Client:
         """Make a key, and install it on the robot, which may be off."""
-        desk = cls(folder)
-        make = ["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", "desk", "-f", str(folder / "key")]
+        client = cls(folder)
+        make = ["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-C", "client", "-f", str(folder / "key")]
         subprocess.run(make, check=True)
         host_key = machine.root.joinpath("etc/ssh/ssh_host_ed25519_key.pub").read_text()
         folder.joinpath("known_hosts").write_text(f"{machine.address} {host_key}")
         text = CONFIG.format(host=HOST, address=machine.address, user=USER, folder=folder)
-        desk.config.write_text(text)
+        client.config.write_text(text)
         _authorise(machine, folder.joinpath("key.pub").read_text())
-        return desk
+        return client
 
     @property
     def config(self) -> Path:
