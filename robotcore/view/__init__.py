@@ -1,1 +1,1 @@
-"""Show a run: a progress line, text, pictures, videos. No module here reads a device."""
+"""Show a run as a progress line, as text, as pictures and as videos. No module here reads a device."""

@@ -18,20 +18,33 @@ Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
 FINENESS = 2
+"""The canvas has this many pixels for one pixel of the image, in each direction."""
+
 _SHIFT = 4
 """OpenCV takes coordinates in sixteenths of a pixel."""
 
 
 class Canvas:
-    """An image of ``width`` x ``height`` pixels to draw on, with the origin at the top left."""
+    """An image to draw on, ``width`` x ``height`` pixels, with the origin at the top left.
+
+    >>> canvas = Canvas(64, 48, PAPER)
+    >>> canvas.disc((32, 24), 10, BAD)
+    >>> canvas.image().shape
+    (48, 64, 3)
+    >>> [int(part) for part in canvas.image()[24, 32, ::-1]]
+    [190, 45, 40]
+    """
 
     def __init__(self, width: int, height: int, colour: Colour) -> None:
         self.width, self.height = width, height
         self._sheet: Image = np.empty((height * FINENESS, width * FINENESS, 3), np.uint8)
         self._sheet[:] = colour[::-1]
 
+    def __repr__(self) -> str:
+        return f"Canvas({self.width}, {self.height})"
+
     def image(self) -> Image:
-        """Return the drawing: BGR, (height, width, 3)."""
+        """Return the image: BGR, of shape (height, width, 3)."""
         small = cv2.resize(self._sheet, (self.width, self.height), interpolation=cv2.INTER_AREA)
         return np.asarray(small, np.uint8)
 
@@ -61,9 +74,12 @@ class Canvas:
         self._mix(np.asarray(mask, np.uint8), (20, 22, 30), opacity)
 
     def text(self, place: Point, words: str, colour: Colour, height: float, *, bold: bool = False) -> float:
-        """Write with the baseline's left end at ``place``, capitals ``height`` pixels high; return the width.
+        """Write a text, and return its width in pixels.
 
-        A character that cannot be shown is written as an escape. A lone surrogate would end the process in OpenCV.
+        place: the left end of the baseline.
+        words: the text. A character that cannot be shown is written as an escape. OpenCV would end the process if it
+            got a lone surrogate.
+        height: the height of capitals, in pixels.
         """
         scale, thickness = _compute_type_size(height, bold=bold)
         at = (round(place[0] * FINENESS), round(place[1] * FINENESS))
@@ -87,8 +103,9 @@ class Canvas:
 _FACE = cv2.FONT_HERSHEY_SIMPLEX
 _CAPITAL = 21
 """The height of a capital of this font at scale 1, in pixels."""
+
 _HAS_OUTLINES = int(cv2.__version__.partition(".")[0]) >= 5
-"""OpenCV 5 and later draws letters as outlines, bold from thickness 2 on. Earlier versions draw strokes."""
+"""Whether OpenCV draws letters as outlines, bold from thickness 2 on. Versions before 5 draw strokes."""
 
 
 def measure_text(words: str, height: float, *, bold: bool = False) -> float:
@@ -128,7 +145,7 @@ _STATES: tuple[Colour, ...] = (
     (130, 70, 10),
     (85, 88, 100),
 )
-"""Colours that differ with the common kinds of colour blindness too. None is like a green ball."""
+"""The colours of states. They differ with the common kinds of colour blindness too. None is like a green ball."""
 
 
 def assign_state_colours(states: Iterable[str]) -> dict[str, Colour]:
@@ -137,12 +154,12 @@ def assign_state_colours(states: Iterable[str]) -> dict[str, Colour]:
 
 
 def darken(colour: Colour, share: float) -> Colour:
-    """Return a colour with ``share`` of its light."""
+    """Return a colour with each part multiplied by ``share``, from 0 to 1."""
     red, green, blue = colour
     return round(red * share), round(green * share), round(blue * share)
 
 
 def lighten(colour: Colour, share: float) -> Colour:
-    """Return a colour ``share`` of the way to white."""
+    """Return a colour mixed with a ``share`` of white, from 0 to 1."""
     red, green, blue = (round(part + (255 - part) * share) for part in colour)
     return red, green, blue

@@ -39,7 +39,7 @@ def draw_comparison(comparison: Comparison) -> Image:
     canvas.text((_EDGE, 66), "  and  ".join(build_titles(comparison)), INK, 25, bold=True)
     width = canvas.text((_EDGE, 108), verdict, colour, 17, bold=True)
     if comparison.do_rooms_differ:
-        canvas.text((_EDGE + width + 18, 108), "the rooms differ: both paths in the room of the first", FADED, 17)
+        canvas.text((_EDGE + width + 18, 108), "the rooms differ: this is the room of the first run", FADED, 17)
     _draw_table(canvas, comparison)
     image = canvas.image()
     image[_TOP : _TOP + _MAP, _EDGE : _EDGE + _MAP] = _draw_map(comparison)
@@ -100,7 +100,7 @@ def _shorten(words: str, width: float, *, bold: bool = False) -> str:
 
 
 NOTHING = "–"
-ROOMS_DIFFER = "the rooms differ: poses and paths are not of one place"
+ROOMS_DIFFER = "the rooms differ: poses and paths cannot be compared"
 Row = tuple[str, str, str]
 
 
@@ -167,7 +167,7 @@ def _format_state_difference(comparison: Comparison) -> str:
     if (first := comparison.first_difference) is None:
         return "their states are the same in every tick"
     states = [repr(state) if state else "over" for state in (first.first, first.second)]
-    return f"their states part in tick {first.tick}, at {first.time_s:.2f} s: {states[0]} against {states[1]}"
+    return f"their states first differ in tick {first.tick}, at {first.time_s:.2f} s: {states[0]} against {states[1]}"
 
 
 def _format_seconds(time: float | None) -> str:

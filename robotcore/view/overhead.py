@@ -21,15 +21,30 @@ class TrackPoint(NamedTuple):
     """The pose and the state of a tick."""
 
     time: float
+    """The time of the tick, in seconds."""
+
     state: str
+    """The state of the app."""
+
     pose: Pose
+    """The pose of the robot."""
 
 
 class Track:
-    """The points of a run, in order."""
+    """The points of a run.
+
+    >>> track = Track()
+    >>> track.points += [TrackPoint(t, state, Pose(t, 0, 0)) for t, state in ((0.0, "search"), (1.0, "seen"))]
+    >>> list(track.state_durations())
+    [('search', 0.0, 0.0), ('seen', 1.0, 1.0)]
+    """
 
     def __init__(self) -> None:
         self.points: list[TrackPoint] = []
+        """The points, in the order of time."""
+
+    def __repr__(self) -> str:
+        return f"<Track of {len(self.points)} points, states {', '.join(self.states) or 'none'}>"
 
     @property
     def states(self) -> list[str]:
@@ -37,7 +52,7 @@ class Track:
         return list(dict.fromkeys(step.state for step in self.points))
 
     def segments(self) -> Iterator[tuple[str, list[TrackPoint]]]:
-        """Yield a segment for each stay in a state. A segment begins with the last point of the one before."""
+        """Yield each state and its points without a change of state. A segment begins with the last point before it."""
         last: list[TrackPoint] = []
         for state, steps in groupby(self.points, key=lambda step: step.state):
             segment = [*last, *steps]
@@ -52,9 +67,9 @@ class Track:
             yield state, first, sum(steps[-1].time - steps[0].time for steps in segments)
 
     def find_milestone_poses(self, milestones: Mapping[str, float]) -> dict[str, Pose]:
-        """Return where the robot was when it reached each milestone, ``milestones`` being their times.
+        """Return the pose at each milestone. A milestone that is not a state is left out.
 
-        One that was no state of it is left out.
+        milestones: the time of each milestone, in seconds.
         """
         states = set(self.states)
         return {
@@ -65,29 +80,44 @@ class Track:
 
 
 MARGIN_M = 0.12
+"""The margin around the map."""
+
 ROBOT_ROOM_M = 0.2
+"""The margin around a robot that left the floor."""
 
 
 @dataclass(frozen=True)
 class MapTransform:
-    """The transform from the world to pixels: ``scale`` in pixels per metre, the world's origin at ``origin``."""
+    """The transform from metres in the world to pixels of a canvas.
+
+    >>> MapTransform(scale=100.0, origin=(400.0, 400.0)).to_pixel(1.0, 2.0)
+    (500.0, 200.0)
+    """
 
     scale: float
+    """Pixels per metre."""
+
     origin: Point
+    """The pixel of the world's origin."""
 
     @classmethod
     def fit(cls, world: WorldDescription, track: Track, size: float) -> MapTransform:
-        """Return the transform that shows the floor, its walls and the whole track in a square sheet."""
+        """Return the transform that shows the floor, its walls and the whole track on a square canvas.
+
+        size: the side of the canvas, in pixels.
+        """
         wall = world.walls.thickness_m if world.walls else 0.0
         edge = max(world.floor.length_m, world.floor.width_m) / 2 + wall
-        strayed = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
-        reach = max(edge, strayed + ROBOT_ROOM_M) + MARGIN_M
+        farthest = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
+        reach = max(edge, farthest + ROBOT_ROOM_M) + MARGIN_M
         return cls(size / 2 / reach, (size / 2, size / 2))
 
     def to_pixel(self, x: float, y: float) -> Point:
+        """Return the pixel of a point, in metres."""
         return self.origin[0] + x * self.scale, self.origin[1] - y * self.scale
 
     def to_pixels(self, points: Sequence[tuple[float, float]]) -> list[Point]:
+        """Return the pixels of points, in metres."""
         return [self.to_pixel(x, y) for x, y in points]
 
 
@@ -116,7 +146,7 @@ def draw_track(canvas: Canvas, transform: MapTransform, track: Track, colours: M
 def draw_milestones(
     canvas: Canvas, transform: MapTransform, places: Mapping[str, Pose], colours: Mapping[str, Colour]
 ) -> None:
-    """Draw a ring at the place of each milestone. A ring that would hide another one moves aside."""
+    """Draw a ring at the pose of each milestone. A ring that would hide another one is moved to the right."""
     radius = 0.045 * transform.scale
     rings: list[Point] = []
     for name, place in places.items():
@@ -166,7 +196,7 @@ def _list_corners(canvas: Canvas) -> list[Point]:
 
 
 def _draw_ball(canvas: Canvas, transform: MapTransform, ball: Ball, light: Light) -> None:
-    """Draw a ball that is bright towards the lamp and throws its shadow away from it."""
+    """Draw a ball and its shadow. The side towards the lamp is bright."""
     (x, y), radius = transform.to_pixel(ball.x_m, ball.y_m), ball.radius_m * transform.scale
     east, north = math.cos(light.azimuth_rad), math.sin(light.azimuth_rad)
     away = ball.radius_m * math.cos(light.elevation_rad)
@@ -181,7 +211,7 @@ _CIRCLE = [(math.cos(turn * math.tau / 48), math.sin(turn * math.tau / 48)) for 
 
 
 def _compute_shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
-    """Return the outline, on the floor, of an upright thing and the shadow that the lamp gives it."""
+    """Return the outline of a prism and its shadow on the floor."""
     x, y, z = world.light.direction
     foot = np.array(prism.outline, np.float32)
     top = foot - np.array((x, y), np.float32) * np.float32(prism.height_m / z)
@@ -194,7 +224,7 @@ def _place_shape(transform: MapTransform, pose: Pose, shape: Sequence[tuple[floa
 
 
 def _build_arrow(robot: RobotDescription) -> list[tuple[float, float]]:
-    """Return an arrow head that points forward, within the body."""
+    """Return an arrow head inside the body that points forward."""
     front, half = robot.body.front_x_m, robot.body.width_m / 4
     return [(front * 0.45, half), (front * 0.8, 0.0), (front * 0.45, -half)]
 

@@ -54,17 +54,25 @@ _OUTCOME_COLOURS: dict[Outcome, Colour] = {
 
 @dataclass(frozen=True, eq=False)
 class RunFigure:
-    """The content of the picture of a run; ``seen`` is the last camera image, BGR or grey, if there was one.
-
-    ``recorded`` is the run whose samples an app was evaluated on. The track is that of this run.
-    """
+    """The content of the picture of a run."""
 
     robot: RobotDescription
+    """The robot."""
+
     world: WorldDescription | None
+    """The world; None if it has no description."""
+
     track: Track
+    """The poses and states of the run."""
+
     seen: Image | None
+    """The last camera image, BGR or grey; None if there was none."""
+
     result: RunResult
+    """The result of the run."""
+
     recorded: RunResult | None = None
+    """The recorded run whose samples the app was evaluated on; None if this is no evaluation."""
 
 
 def draw_figure(figure: RunFigure) -> Image:
@@ -84,8 +92,8 @@ def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
     """Return the heading, the outcome, its colour and the measurements."""
     result = figure.result
     if figure.recorded:
-        words = f"{result.sim_time_s:.1f} s of what it would have decided, along the recorded path"
-        return format_evaluation_heading(result, figure.recorded), "rehearsal", FAIR, words
+        words = f"{result.sim_time_s:.1f} s of its decisions, along the recorded path"
+        return format_evaluation_heading(result, figure.recorded), "evaluation", FAIR, words
     colour = BAD if result.dispute else _OUTCOME_COLOURS.get(result.outcome, BAD)
     return format_heading(result), result.outcome.value, colour, ", ".join(list_measures(result))
 
@@ -99,7 +107,7 @@ def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: 
 def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
     """Return the world from above, with the track and the milestones."""
     if figure.world is None:
-        return _draw_blank(_MAP, _MAP, "no world is described for this robot")
+        return _draw_blank(_MAP, _MAP, "no description of a world")
     canvas = Canvas(_MAP, _MAP, PAPER)
     transform = overhead.MapTransform.fit(figure.world, figure.track, _MAP)
     overhead.draw_world(canvas, transform, figure.world)
@@ -116,7 +124,7 @@ def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
 def _scale_image(seen: Image | None) -> Image:
     """Return the last camera image in colour, scaled to the side panel."""
     if seen is None:
-        return _draw_blank(_SIDE_WIDTH, _SIDE_WIDTH * 3 // 4, "no camera was looked at")
+        return _draw_blank(_SIDE_WIDTH, _SIDE_WIDTH * 3 // 4, "the app read no camera")
     height, width = seen.shape[:2]
     scale = min(_SIDE_WIDTH / width, _SEEN_HEIGHT / height)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
@@ -169,9 +177,12 @@ def build_figure(
     *,
     is_evaluation: bool = False,
 ) -> RunFigure:
-    """Return the figure of a recording, with the true path if a simulator recorded it, else the odometry's.
+    """Return the figure of a recording, with its true path if there is one, else with the path by odometry.
 
-    ``states`` and ``result`` are those of a replay, which may end before its recording, or of an evaluation.
+    recording: the recording.
+    states: the states of a replay or evaluation, one a tick; None for the recorded ones. They may end earlier.
+    result: the result of a replay or evaluation; None for the recorded one.
+    is_evaluation: whether an app was evaluated on the samples.
     """
     about, path = recording.metadata, build_true_path(recording) or build_odometry_path(recording)
     track = Track()
@@ -189,7 +200,7 @@ def build_figure(
 
 
 def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
-    """Return the last picture on a display in some ticks, else the last camera image."""
+    """Return the last picture on a display in the ticks, else the last camera image; None if there is none."""
     shown = (each.key for tick in reversed(ticks) for each in reversed(tick.shown))
     read = (each.key for tick in reversed(ticks) for each in reversed(tick.reads))
     for keys in (shown, read):
@@ -213,12 +224,25 @@ def build_world(recording: Recording, track: Track) -> WorldDescription:
 
 
 class PictureRecorder:
-    """An observer that keeps the true path, if there is one, and the last image that the app read or showed."""
+    """An observer that records the picture of a run: its true path, and the last image that the app read or showed.
+
+    >>> from robotcore import RunRequest, run
+    >>> recorder = PictureRecorder()
+    >>> result = run(RunRequest("avoid-obstacles", world="open", settings={"duration_s": 1}), [recorder])
+    >>> recorder
+    <PictureRecorder of 21 points, ended>
+    >>> recorder.png()[1:4]
+    b'PNG'
+    """
 
     def __init__(self) -> None:
         self._run: Run | None = None
         self._track = Track()
         self._figure: RunFigure | None = None
+
+    def __repr__(self) -> str:
+        state = "ended" if self._figure else "running" if self._run else "not begun"
+        return f"<PictureRecorder of {len(self._track.points)} points, {state}>"
 
     def begin(self, run: Run) -> None:
         self._run = run
@@ -245,7 +269,7 @@ class PictureRecorder:
 
 
 def draw_png(figure: RunFigure) -> bytes:
-    """Draw a run; return the PNG."""
+    """Return the picture of a run as PNG."""
     return encode_png(draw_figure(figure))
 
 
@@ -256,7 +280,7 @@ def encode_png(image: Image) -> bytes:
 
 
 def save_png(content: bytes, file: Path) -> None:
-    """Write a picture, whole or not at all. Raises UsageError if the file cannot be written."""
+    """Write a picture completely or not at all. Raises UsageError if the file cannot be written."""
     try:
         with replace_file(file) as part:
             part.write_bytes(content)
@@ -265,7 +289,7 @@ def save_png(content: bytes, file: Path) -> None:
 
 
 def find_last_image(robot: Robot) -> Image | None:
-    """Return the last picture on a display, else the last camera image. It reads no device."""
+    """Return the last picture on a display, else the last camera image; None if there is none. Reads no device."""
     devices = robot.devices.values()
     shown = [each.latest for each in devices if isinstance(each, AppDisplay)]
     read = [each.latest.image for each in devices if isinstance(each, AppSensor) and isinstance(each.latest, Frame)]
@@ -273,9 +297,9 @@ def find_last_image(robot: Robot) -> Image | None:
 
 
 def require_writable(file: Path) -> None:
-    """Raise UsageError if a picture could not be written; the content of the file stays."""
+    """Raise UsageError if a picture cannot be written to a file. The content of the file stays."""
     if file.suffix.lower() != ".png":
-        raise UsageError(f"--picture {file}: a picture is a .png file; give it that ending", kind="file-ending")
+        raise UsageError(f"--picture {file}: not a .png file. Name a .png file", kind="file-ending")
     try:
         require_replaceable(file)
     except OSError as error:
@@ -283,5 +307,5 @@ def require_writable(file: Path) -> None:
 
 
 def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
-    text = f"--picture {file}: {error.strerror}. Name a file that can be written, where there is room"
+    text = f"--picture {file}: {error.strerror}. Name a file that can be written, on a disk with room"
     return UsageError(text, kind="file-not-writable", file=str(file))

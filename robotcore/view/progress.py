@@ -20,16 +20,21 @@ from robotcore.runtime.trace import TickRecord, format_voltages
 from robotcore.text import escape
 
 REFRESH_HZ = 10
+"""The line is drawn this many times per second."""
 
 
 class Progress:
-    """An observer: state, range, voltage, time and its pace, and which faults are there; on stderr, gone when closed.
+    """An observer that shows a line during a run: state, range, voltage, time, pace, active faults and a hint.
 
-    A tick only leaves its record; a thread draws the newest one ten times a second. What ``hint`` returns by then
-    stands at its end, and what the run has warned of below it.
+    A tick stores its record. A thread draws the newest record. Warnings of the run stand below the line.
     """
 
     def __init__(self, console: Console | None = None, hint: Callable[[], str] = str) -> None:
+        """Prepare the line; the run shows it.
+
+        console: where to draw; None for stderr.
+        hint: returns the text at the end of the line. It is called each time the line is drawn.
+        """
         self._hint = hint
         self._spinner = Spinner("dots")
         self._wall = MonotonicClock()
@@ -37,7 +42,9 @@ class Progress:
         self._record: TickRecord | None = None
         self._warnings: list[str] = []
         console = console or Console(stderr=True, highlight=False, markup=False, emoji=False)
-        self._live = Live(get_renderable=self._lines, console=console, refresh_per_second=REFRESH_HZ, transient=True)
+        self._live = Live(
+            get_renderable=self._build_lines, console=console, refresh_per_second=REFRESH_HZ, transient=True
+        )
 
     def begin(self, run: Run) -> None:
         self._wall = MonotonicClock()
@@ -65,10 +72,10 @@ class Progress:
         if self._run:
             self._live.start()
 
-    def _lines(self) -> Group:
-        return Group(self._line(), *(Text(f"  warning: {escape(each)}", "yellow") for each in self._warnings))
+    def _build_lines(self) -> Group:
+        return Group(self._build_line(), *(Text(f"  warning: {escape(each)}", "yellow") for each in self._warnings))
 
-    def _line(self) -> Table:
+    def _build_line(self) -> Table:
         line = Table.grid(padding=(0, 2))
         if self._run and self._record:
             request, record = self._run.request, self._record
@@ -76,29 +83,29 @@ class Progress:
                 self._spinner,
                 escape(f"{request.app} on {request.backend}"),
                 escape(record.doing),
-                _range_of(self._run),
+                _format_range(self._run),
                 format_voltages(record.voltages),
                 f"{record.time:.1f} s",
-                self._pace(record, self._run),
-                _faults_at(self._run, record.time),
+                self._format_pace(record, self._run),
+                _format_faults(self._run, record.time),
                 self._hint(),
             )
         return line
 
-    def _pace(self, record: TickRecord, run: Run) -> str:
-        """Return the pace of the run; empty on a real robot."""
+    def _format_pace(self, record: TickRecord, run: Run) -> str:
+        """Return the simulated time per wall time; an empty text on a real robot."""
         if isinstance(run.robot.clock, MonotonicClock):
             return ""
         return f"{record.time / max(self._wall.now(), 1e-3):.1f}x real time"
 
 
-def _faults_at(run: Run, time: float) -> str:
+def _format_faults(run: Run, time: float) -> str:
     """Return the injected faults that are active at a time."""
     return "; ".join(str(fault) for fault in run.faults if fault.is_on(time))
 
 
-def _range_of(run: Run) -> str:
-    """Return the text of the last range. It reads no device."""
+def _format_range(run: Run) -> str:
+    """Return the last range that the app read. The function reads no device."""
     sensors = (each for each in run.robot.devices.values() if isinstance(each, RangeSensor))
     sensor = next(sensors, None)
     if not isinstance(sensor, AppSensor) or (sample := sensor.latest) is None:

@@ -67,7 +67,7 @@ def list_measures(result: RunResult) -> Iterator[str]:
     if result.overruns:
         yield pluralize(result.overruns, "overrun")
     for name, battery in result.batteries.items():
-        yield f"{name} at {battery['last_v']:.2f} V, at its lowest {battery['lowest_v']:.2f} V"
+        yield f"{name} at {battery['last_v']:.2f} V, lowest {battery['lowest_v']:.2f} V"
 
 
 def list_events(result: RunResult) -> Iterator[str]:
@@ -78,17 +78,17 @@ def list_events(result: RunResult) -> Iterator[str]:
 
 
 def list_faults(result: RunResult) -> Iterator[str]:
-    """Yield the injected faults that began, and those that the run ended before."""
-    for what, is_seen in (("with faults", True), ("ended before", False)):
-        if texts := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is is_seen]:
-            yield f"{what}: {'; '.join(texts)}"
+    """Yield the injected faults that began, and those that would have begun after the end of the run."""
+    for title, has_begun in (("with faults", True), ("ended before", False)):
+        if texts := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is has_begun]:
+            yield f"{title}: {'; '.join(texts)}"
 
 
 _UNITS = ("bytes", "kB", "MB", "GB")
 
 
 def format_contents(recording: Recording, file: Path) -> RenderableType:
-    """Return the summary of a recording. Its texts are untrusted data, so they are escaped."""
+    """Return the summary of a recording. Its texts may hold control characters, so they are escaped."""
     title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_list_states(recording, file)))}")
     about = [Text(f"  {escape(line)}") for line in _list_facts(recording)]
     return Group(title, *about, Text(), _format_ending(recording), Text(), _build_device_table(recording))
@@ -185,18 +185,18 @@ def _list_findings(replayed: ReplayResult) -> Iterator[str]:
             yield f"the recording ends here: {replayed.ended_by}"
     yield from _list_app_findings(replayed)
     if replayed.platform:
-        yield f"recorded elsewhere: {'; '.join(replayed.platform)}"
+        yield f"recorded on another platform: {'; '.join(replayed.platform)}"
 
 
 def _format_equal_ticks(replayed: ReplayResult) -> str:
     recorded = len(replayed.recording.ticks)
     if replayed.ticks == recorded:
-        return f"all that was decided in {pluralize(recorded, 'tick')} is equal"
+        return f"all decisions in {pluralize(recorded, 'tick')} are equal"
     return f"before it, {replayed.ticks} of {pluralize(recorded, 'tick')} {'is' if recorded == 1 else 'are'} equal"
 
 
 def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
-    """Yield whether the app's file is the recorded one, if that may matter."""
+    """Yield whether the app's file is the recorded one, if that may explain a deviation."""
     name = app_path(replayed.result.app).name
     if replayed.has_app_changed:
         yield f"{name} has changed since it was recorded"
@@ -223,17 +223,17 @@ def _format_evaluation(evaluation: Evaluation) -> RenderableType:
 
 def _list_differences(evaluation: Evaluation) -> Iterator[str]:
     if evaluation.warning:
-        yield f"the samples are not all that the run had: {evaluation.warning}"
-    if first_difference := evaluation.first_difference:
-        yield f"they part in tick {first_difference.tick}, at {first_difference.time:g} s: {first_difference.what}"
-        yield f"  recorded: {first_difference.recorded}"
-        yield f"  {_get_name(evaluation)}: {first_difference.evaluated}"
+        yield f"the recording lacks samples of the run: {evaluation.warning}"
+    if first := evaluation.first_difference:
+        yield f"first difference in tick {first.tick}, at {first.time:g} s: {first.what}"
+        yield f"  recorded: {first.recorded}"
+        yield f"  {_get_name(evaluation)}: {first.evaluated}"
         verb = "differs" if evaluation.differing == 1 else "differ"
         yield f"{evaluation.differing} of {pluralize(evaluation.ticks, 'tick')} {verb}"
     else:
         yield f"the same in all of {pluralize(evaluation.ticks, 'tick')}"
     for device, count in evaluation.late_reads.items():
-        yield f"{device}: in {pluralize(count, 'tick')} nobody had read it; the newest sample from before was given"
+        yield f"{device}: not read in {pluralize(count, 'tick')} of the recording; the app got the last sample before"
 
 
 def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:
@@ -243,7 +243,7 @@ def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:
         table.add_column(title, style="" if title else "cyan")
     for name in dict.fromkeys((*recorded.milestones, *other.milestones)):
         table.add_row(escape(name), _format_milestone_time(recorded, name), _format_milestone_time(other, name))
-    ended = "goes on where the recording ends" if evaluation.is_at_end else other.outcome.value
+    ended = "continues after the end" if evaluation.is_at_end else other.outcome.value
     table.add_row("outcome", recorded.outcome.value, ended)
     table.add_row("time", f"{recorded.sim_time_s:.2f} s", f"{other.sim_time_s:.2f} s")
     return table

@@ -17,22 +17,30 @@ from robotcore.text import pluralize
 from robotcore.view.canvas import INK, PAPER, Canvas
 
 WIDTH = 640
-_MOST_HEIGHT = 1280
-_MOST_REPEATED = 100
-"""The most pictures of a video per tick, on average. The times in a file may be years apart."""
-_MOST_PICTURES = 100_000
-"""The most pictures of a video: 83 minutes at 20 Hz. A small recording can have millions of ticks."""
-_STRIP = 36
+_MAX_HEIGHT = 1280
 
+_MAX_REPEATS = 100
+"""The most pictures of a video per tick, on average. The times in a file may be years apart."""
+
+_MAX_PICTURES = 100_000
+"""The most pictures of a video: 83 minutes at 20 Hz. A small recording can have millions of ticks."""
+
+_STRIP = 36
+"""The height of the strip with the state and the time, in pixels."""
 
 Scene = tuple[float, str, SampleKey]
 """The time of a tick, its state, and its picture."""
 
 
 def write_video(recording: Recording, file: Path, device: str | None = None) -> None:
-    """Write an ``.mp4`` of what a device saw or showed, a display's pictures before a camera's; state and time below.
+    """Write the images of a camera or a display as an ``.mp4`` file, with the time and the state below.
 
-    Raises UsageError if there is no such device or no picture, or if the file cannot be written.
+    recording: the recording.
+    file: the file to write.
+    device: the name of a camera or a display. None for the first display with a picture, else the first camera.
+
+    Raises UsageError if there is no such device or no picture, and RecordingError if the file cannot be written or
+    the video would be too long.
     """
     known = _list_picture_devices(recording)
     if device and device not in known:
@@ -41,14 +49,15 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
     scenes = list(_list_scenes(recording, name))
     if not scenes:
         raise UsageError(
-            f"--video: the recording has no picture of {name}. robotcore info FILE tells what it has",
+            f"--video: the recording has no picture of {name}. List its devices: robotcore info FILE",
             kind="no-picture",
             device=name,
         )
     rate = recording.metadata.request.rate_hz
     count = round((scenes[-1][0] - scenes[0][0]) * rate) + 1
-    if count > min(_MOST_PICTURES, _MOST_REPEATED * len(scenes)):
-        problem = f"its {pluralize(len(scenes), 'tick')} last {scenes[-1][0] - scenes[0][0]:.0f} s, too long for a film"
+    if count > min(_MAX_PICTURES, _MAX_REPEATS * len(scenes)):
+        duration = f"{scenes[-1][0] - scenes[0][0]:.0f} s"
+        problem = f"its {pluralize(len(scenes), 'tick')} last {duration}, too long for a video"
         raise RecordingError(
             "--video", problem, "Draw it with --picture, or write it as a table with --csv", kind="video-too-long"
         )
@@ -62,16 +71,16 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
 
 
 def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene], count: int) -> None:
-    """Write the video; ``part`` becomes the file."""
+    """Write the video to ``part``, which replaces ``file``."""
     rate = recording.metadata.request.rate_hz
     size = _compute_size(_read_picture(recording, scenes[0][2]))
     writer = cv2.VideoWriter(str(part), cv2.VideoWriter.fourcc(*"mp4v"), rate, (size[0], size[1] + _STRIP))
     try:
         if not writer.isOpened():
             raise RecordingError(
-                file, "the film cannot be written", "Name an .mp4 file that can be written", kind="file-not-writable"
+                file, "the video cannot be written", "Name an .mp4 file that can be written", kind="file-not-writable"
             )
-        for picture in _build_film(recording, scenes, count, size):
+        for picture in _build_pictures(recording, scenes, count, size):
             writer.write(picture)
     finally:
         writer.release()
@@ -82,7 +91,9 @@ def _choose_device(recording: Recording) -> str:
     shown = (each.device for tick in recording.ticks for each in tick.shown if each.key)
     for name in (*islice(shown, 1), *_list_picture_devices(recording)):
         return name
-    raise UsageError("--video: the run had neither a camera nor a display open", kind="no-picture")
+    raise UsageError(
+        "--video: the run opened no camera and no display. Name a recording of an app that uses one", kind="no-picture"
+    )
 
 
 def _list_picture_devices(recording: Recording) -> list[str]:
@@ -92,7 +103,7 @@ def _list_picture_devices(recording: Recording) -> list[str]:
 
 
 def _list_scenes(recording: Recording, device: str) -> Iterator[Scene]:
-    """Yield one scene per tick from the first picture on. Without a new picture, the last one stays."""
+    """Yield one scene per tick from the first picture on. A tick without a new picture has the last one."""
     last: SampleKey | None = None
     for tick in recording.ticks:
         keys = [*(each.key for each in reversed(tick.shown)), *(each.key for each in reversed(tick.reads))]
@@ -101,8 +112,10 @@ def _list_scenes(recording: Recording, device: str) -> Iterator[Scene]:
             yield tick.time, tick.state, last
 
 
-def _build_film(recording: Recording, scenes: Sequence[Scene], count: int, size: tuple[int, int]) -> Iterator[Image]:
-    """Yield the pictures of the video at its fixed rate, even if ticks came late."""
+def _build_pictures(
+    recording: Recording, scenes: Sequence[Scene], count: int, size: tuple[int, int]
+) -> Iterator[Image]:
+    """Yield the pictures of the video at its fixed rate. A picture is repeated if the next tick came late."""
     at, rate = 0, recording.metadata.request.rate_hz
     for index in range(count):
         now = scenes[0][0] + index / rate
@@ -118,9 +131,9 @@ def _read_picture(recording: Recording, key: SampleKey) -> Image:
 
 
 def _compute_size(image: Image) -> tuple[int, int]:
-    """Return an even width and height. A very high picture is distorted."""
+    """Return an even width and height. A picture that is higher than `_MAX_HEIGHT` is distorted."""
     height, width = image.shape[:2]
-    return WIDTH, 2 * max(1, round(min(WIDTH * height / width, _MOST_HEIGHT) / 2))
+    return WIDTH, 2 * max(1, round(min(WIDTH * height / width, _MAX_HEIGHT) / 2))
 
 
 def _annotate(image: Image, scene: Scene, size: tuple[int, int]) -> Image:

@@ -363,7 +363,7 @@ def test_film_of_more_pictures_than_a_film_can_have_is_refused(
     cli: Cli, brief: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     file, film = tmp_path / "long.mcap", tmp_path / "v.mp4"
-    monkeypatch.setattr("robotcore.view.video._MOST_PICTURES", 50)
+    monkeypatch.setattr("robotcore.view.video._MAX_PICTURES", 50)
     file.write_bytes(change_json(brief, "/ticks", lambda number, event: event | {"time": 0.05 * number * 60}))
     answer = cli("info", str(file), "--video", str(film), "--device", "eye")
     assert answer.status == 2

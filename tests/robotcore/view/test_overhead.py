@@ -1,4 +1,4 @@
-"""test_overhead."""
+"""Tracks, and texts on a canvas."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ def track() -> Track:
     return track
 
 
-def test_states_come_in_the_order_of_their_first_time(track: Track) -> None:
+def test_states_are_in_the_order_of_their_first_time(track: Track) -> None:
     assert track.states == ["a", "b"]
 
 
-def test_stretches_join_without_a_gap(track: Track) -> None:
+def test_segments_join_without_a_gap(track: Track) -> None:
     times = [(state, [step.time for step in steps]) for state, steps in track.segments()]
     assert times == [("a", [0, 1]), ("b", [1, 2, 3]), ("a", [3, 4])]
 
 
-def test_a_state_lasts_as_long_as_all_its_stretches(track: Track) -> None:
+def test_the_duration_of_a_state_is_that_of_all_its_segments(track: Track) -> None:
     assert list(track.state_durations()) == [("a", 0.0, 2.0), ("b", 2.0, 2.0)]
 
 
-def test_a_milestone_is_where_the_robot_was_then(track: Track) -> None:
+def test_a_milestone_has_the_pose_of_its_time(track: Track) -> None:
     assert track.find_milestone_poses({"b": 2.2}) == {"b": Pose(2, 0.0, 0.0)}
 
 
-def test_nothing_recorded_is_nowhere() -> None:
+def test_an_empty_track_has_no_milestones() -> None:
     assert Track().find_milestone_poses({"a": 0.0}) == {}
 
 

@@ -1,4 +1,4 @@
-"""test_picture."""
+"""Pictures of runs."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ Rgb = tuple[int, int, int]
 
 
 def colours_near(image: Image, x: float, y: float, reach: int = 2) -> list[Rgb]:
-    """The colours, red first, around a place of the sheet."""
+    """Return the colours around a pixel, red first."""
     column, row = round(x), round(y)
     patch = image[row - reach : row + reach + 1, column - reach : column + reach + 1, ::-1].reshape(-1, 3)
     return [(int(red), int(green), int(blue)) for red, green, blue in patch]
 
 
 def on_sheet(figure: RunFigure, x: float, y: float) -> tuple[float, float]:
-    """Where a point of the world lies on the sheet."""
+    """Return the pixel of a point of the world."""
     assert figure.world
     column, row = MapTransform.fit(figure.world, figure.track, _MAP).to_pixel(x, y)
     return column + _EDGE, row + _TOP
 
 
-def test_the_ball_has_its_colour_where_it_lies(figure: RunFigure) -> None:
+def test_the_ball_is_drawn_in_its_colour(figure: RunFigure) -> None:
     assert figure.world
     assert figure.world.target
     ball = figure.world.target
@@ -58,7 +58,7 @@ def test_the_ball_has_its_colour_where_it_lies(figure: RunFigure) -> None:
     assert all(ball.colour in colours_near(image, *on_sheet(figure, *place)) for place in around)
 
 
-def test_every_obstacle_has_its_colour_in_its_middle(figure: RunFigure) -> None:
+def test_every_obstacle_is_drawn_in_its_colour(figure: RunFigure) -> None:
     assert figure.world
     image = draw_figure(figure)
     for thing in figure.world.obstacles:
@@ -73,20 +73,20 @@ def test_north_is_up_and_east_is_right(figure: RunFigure) -> None:
     assert east[1] - y == north[0] - x == 0
 
 
-def test_the_path_has_the_colour_of_its_state_all_along(figure: RunFigure) -> None:
+def test_the_path_has_the_colour_of_its_state(figure: RunFigure) -> None:
     image = draw_figure(figure)
     colours = assign_state_colours(figure.track.states)
     for step in figure.track.points[16:34:4]:
         assert colours[step.state] in colours_near(image, *on_sheet(figure, step.pose.x, step.pose.y), reach=4)
 
 
-def test_the_robot_stands_where_it_ended(figure: RunFigure) -> None:
+def test_the_robot_is_drawn_at_its_last_pose(figure: RunFigure) -> None:
     pose = figure.track.points[-1].pose
     belly = pose.to_world(0.05, 0.06)
     assert figure.robot.body.colour in colours_near(draw_figure(figure), *on_sheet(figure, *belly))
 
 
-def test_milestones_at_one_place_do_not_hide_each_other(figure: RunFigure) -> None:
+def test_milestones_at_one_pose_do_not_hide_each_other(figure: RunFigure) -> None:
     figure.track.points = [step._replace(pose=figure.track.points[0].pose) for step in figure.track.points]
     image = draw_figure(figure)
     x, y = on_sheet(figure, *figure.track.points[0].pose[:2])
@@ -94,7 +94,7 @@ def test_milestones_at_one_place_do_not_hide_each_other(figure: RunFigure) -> No
     assert set(assign_state_colours(figure.track.states).values()) <= row
 
 
-def test_a_robot_that_left_the_floor_is_still_on_the_map(figure: RunFigure) -> None:
+def test_the_map_shows_a_robot_that_left_the_floor(figure: RunFigure) -> None:
     far = figure.track.points[-1].pose._replace(x=5.0, y=-0.3)
     figure.track.points.append(figure.track.points[-1]._replace(pose=far))
     x, _ = on_sheet(figure, far.x + figure.robot.body.reach_m, far.y)
@@ -109,7 +109,7 @@ def test_the_last_picture_is_beside_the_map_in_colour_or_grey(figure: RunFigure,
 
 
 @pytest.mark.parametrize("verified, is_green", [(True, True), (None, True), (False, False)])
-def test_success_is_green_unless_the_simulator_does_not_agree(
+def test_a_success_is_green_unless_the_simulator_disputes_it(
     figure: RunFigure, *, verified: bool | None, is_green: bool
 ) -> None:
     title = draw_figure(dataclasses.replace(figure, result=dataclasses.replace(figure.result, verified=verified)))[
@@ -121,12 +121,12 @@ def test_success_is_green_unless_the_simulator_does_not_agree(
     )
 
 
-def test_a_rehearsal_is_no_success_of_its_own(figure: RunFigure) -> None:
+def test_an_evaluation_has_the_colour_of_neither_success_nor_failure(figure: RunFigure) -> None:
     title = draw_figure(dataclasses.replace(figure, recorded=figure.result))[:_TOP, :, ::-1]
     assert [(title == colour).all(axis=2).any() for colour in (GOOD, BAD, FAIR)] == [False, False, True]
 
 
-def test_without_a_camera_a_world_or_a_truth_there_is_still_a_sheet(figure: RunFigure) -> None:
+def test_a_run_without_camera_world_and_truth_has_a_picture(figure: RunFigure) -> None:
     bare = RunFigure(figure.robot, None, Track(), None, figure.result)
     assert draw_figure(bare).shape == (1000, 1600, 3)
 
@@ -136,13 +136,13 @@ def test_every_shipped_world_can_be_drawn(figure: RunFigure, world: str) -> None
     assert draw_figure(dataclasses.replace(figure, world=load_world(world))).std() > 20
 
 
-def test_more_states_than_colours_begin_anew() -> None:
+def test_colours_repeat_if_there_are_many_states() -> None:
     colours = assign_state_colours([str(number) for number in range(20)])
     assert len(colours) == 20
     assert len(set(list(colours.values())[:8])) == 8
 
 
-def test_a_replay_that_ends_early_has_seen_no_more_than_what_came_by_then() -> None:
+def test_a_replay_that_ends_early_has_the_last_image_before_its_end() -> None:
     recording = recorded("green-search", seed=3, timeout_s=0.5)
     pictures = []
     for tick in (recording.ticks[1], recording.ticks[-1]):
@@ -159,14 +159,14 @@ REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 1}
 
 
 class Looker(PictureRecorder):
-    """Keeps the run to look at what was recorded of it."""
+    """Stores the run for the test."""
 
     def begin(self, run: Run) -> None:
         super().begin(run)
         self.run = run
 
 
-def test_records_the_true_pose_of_every_tick() -> None:
+def test_the_recorder_stores_the_true_pose_of_every_tick() -> None:
     recorder = Looker()
     result = run(REQUEST, [recorder])
     assert recorder.run.world
@@ -176,13 +176,13 @@ def test_records_the_true_pose_of_every_tick() -> None:
     assert steps[-1].pose.distance_to(*steps[0].pose[:2]) > 0.1
 
 
-def test_reads_no_camera_that_the_app_does_not_read() -> None:
+def test_the_recorder_reads_no_camera() -> None:
     recorder = Looker()
     run(REQUEST, [recorder])
     assert find_last_image(recorder.run.robot) is None
 
 
-def test_shows_the_apps_own_picture_before_the_cameras() -> None:
+def test_the_picture_on_a_display_comes_before_the_camera_image() -> None:
     recorder = Looker()
     run(RunRequest("mark-green", world="open", seed=3, settings={"duration_s": 0.2}), [recorder])
     display, camera = recorder.run.robot.display, recorder.run.robot.camera
@@ -192,7 +192,7 @@ def test_shows_the_apps_own_picture_before_the_cameras() -> None:
     assert find_last_image(recorder.run.robot) is display.latest is not camera.latest.image
 
 
-def test_a_robot_without_truth_has_a_picture_without_a_path(tmp_path: Path) -> None:
+def test_a_run_without_truth_has_a_picture_without_a_path(tmp_path: Path) -> None:
     recorder = Looker()
     run(RunRequest("avoid-obstacles", backend="mock", settings={"duration_s": 0.2}), [recorder])
     recorder.save(tmp_path / "run.png")
@@ -201,13 +201,13 @@ def test_a_robot_without_truth_has_a_picture_without_a_path(tmp_path: Path) -> N
     assert picture.shape == (1000, 1600, 3)
 
 
-def test_saving_says_why_it_cannot(raises: Raises, tmp_path: Path) -> None:
+def test_a_picture_that_cannot_be_saved_is_reported(raises: Raises, tmp_path: Path) -> None:
     recorder = Looker()
     run(REQUEST, [recorder])
     with raises(UsageError, "file-not-writable"):
         recorder.save(tmp_path / "missing" / "run.png")
 
 
-def test_asking_whether_a_file_can_be_written_leaves_nothing_behind(tmp_path: Path) -> None:
+def test_a_check_whether_a_file_can_be_written_leaves_no_file(tmp_path: Path) -> None:
     require_writable(tmp_path / "run.png")
     assert not list(tmp_path.iterdir())
