@@ -1,4 +1,4 @@
-"""What CONTRIBUTING shows of a device driver works as it stands there."""
+"""The device driver in CONTRIBUTING.md passes its test."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ def package(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def outcome_in(package: Path) -> str:
-    """Return what the page's test says of the page's driver."""
+def run_test(package: Path) -> str:
+    """Return the output of the page's test on the page's driver."""
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", TEST]
     return subprocess.run(command, cwd=package, capture_output=True, text=True, check=False, timeout=60).stdout
 
 
 def test_the_device_driver_passes_its_own_test(package: Path) -> None:
-    assert "1 passed" in outcome_in(package)
+    assert "1 passed" in run_test(package)
 
 
-def test_its_test_fails_where_the_driver_is_wrong(package: Path) -> None:
+def test_its_test_fails_if_the_driver_is_wrong(package: Path) -> None:
     driver = package / DRIVER
     driver.write_text(driver.read_text().replace("self.min_range if", "self.max_range if"), encoding="utf-8")
-    assert "1 failed" in outcome_in(package)
+    assert "1 failed" in run_test(package)
