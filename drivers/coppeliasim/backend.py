@@ -60,6 +60,11 @@ class CoppeliaSimBackend(Backend):
 
     If the robot's file has a section ``[coppeliasim]``, the backend joins the open scene, which has the robot.
     Otherwise it builds the robot and the world. Options: `CoppeliaSimOptions`.
+
+    >>> from robotcore.description import load_robot
+    >>> backend = CoppeliaSimBackend()
+    >>> backend.builds_world(load_robot("rover")), backend.builds_world(load_robot("bubblerob"))
+    (True, False)
     """
 
     name = "coppeliasim"

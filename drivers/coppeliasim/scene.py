@@ -59,6 +59,9 @@ class CoppeliaSimScene(Scene):
         self._step_s = self._time = 0.0
         self._limit_s: float | None = None
 
+    def __repr__(self) -> str:
+        return f"<CoppeliaSimScene, {self.connection!r}>"
+
     def find(self, path: str) -> SceneObject | None:
         try:
             handle = self.connection.call_as(int, "getObject", path, {"noError": True})

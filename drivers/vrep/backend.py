@@ -57,6 +57,10 @@ class VrepBackend(Backend):
     """Opens robots in the open scene of a V-REP or CoppeliaSim. It needs no files of an installation.
 
     Options: `VrepOptions`.
+
+    >>> from robotcore.description import load_robot
+    >>> VrepBackend().check(load_robot("rover"))
+    '7 objects'
     """
 
     name = "vrep"

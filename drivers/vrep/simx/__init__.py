@@ -5,6 +5,10 @@ the parameters and results of the official ones. They return error codes where t
 
 Each client has a thread that exchanges messages until `simxFinish` ends it, as in the official binding. There is one
 difference: after the connection is lost for good, calls return code 3 at once instead of after their time-out.
+
+>>> from drivers.vrep import simx as vrep
+>>> vrep.simxGetJointPosition(0, 17, vrep.simx_opmode_blocking)  # no client 0: code 64
+(64, 0.0)
 """
 
 from __future__ import annotations

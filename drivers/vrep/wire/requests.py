@@ -116,12 +116,12 @@ def named_request(
 
 
 SYNCHRONOUS_ON = simulator_request("wait for a trigger before each step", 0x0001, read_nothing)
-SYNCHRONOUS_OFF = simulator_request("go on without triggers", 0x0002, read_nothing)
-TRIGGER = simulator_request("take one step", 0x0003, read_nothing)
+SYNCHRONOUS_OFF = simulator_request("run without triggers", 0x0002, read_nothing)
+TRIGGER = simulator_request("do one step", 0x0003, read_nothing)
 LAST_ERRORS = simulator_request("read its last errors", 0x0004, read_errors)
-START = object_request("start the simulation", 0x1007, 0, read_nothing)
-PAUSE = object_request("pause the simulation", 0x1007, 1, read_nothing)
-STOP = object_request("stop the simulation", 0x1007, 2, read_nothing)
+START = Request("start the simulation", 0x1007, pack_ints(0), b"", read_nothing)
+PAUSE = Request("pause the simulation", 0x1007, pack_ints(1), b"", read_nothing)
+STOP = Request("stop the simulation", 0x1007, pack_ints(2), b"", read_nothing)
 CLOCK = object_request("read parameter", 0x1021, PROGRAM_VERSION, read_int)
 """A request whose answer, as each answer, has the simulation's time."""
 

@@ -100,6 +100,10 @@ def read_bindings(
 
     The result omits displays without an entry, whose pictures stay in memory, and batteries, which no scene has.
     Raises DescriptionError with all mistakes in the section.
+
+    >>> from robotcore.description import load_robot
+    >>> [binding.place.path for binding in read_bindings(load_robot("lookout"), "vrep", {"eye"})]
+    [('/v0', 'v0')]
     """
     chosen = {description.name for description in robot.devices} if names is None else set(names)
     needed = [

@@ -41,10 +41,10 @@ def test_painted_picture_equals_ray_casting(simulator: Simulator) -> None:
     sensor = eye(simulator)
     simulator.handle(sensor)
     painted = simulator.picture(sensor).astype(int)
-    simulator.graph.add(still("cloud", (0.1, 0.1, 0.1), Transform((0.0, 0.0, 9.0))))  # the painter has no clouds
+    simulator.graph.add(still("cloud", (0.1, 0.1, 0.1), Transform((0.0, 0.0, 9.0))))  # the painter cannot draw it
     simulator.handle(sensor)
     off = np.abs(painted - simulator.picture(sensor)).max(axis=2)
-    assert (off > 2).mean() < 0.03  # edges, and posts that the painter makes of flat sides
+    assert (off > 2).mean() < 0.03  # edges, and posts, which have flat sides in the painter
 
 
 def test_depths_are_along_the_optical_axis(simulator: Simulator) -> None:
@@ -110,7 +110,7 @@ def test_object_at_the_sensor_is_detected(simulator: Simulator) -> None:
 def test_distance_is_measured_from_the_sensor(simulator: Simulator) -> None:
     sensor = nose(simulator)
     simulator.graph.put(sensor, Transform((2.005, -1.0, 0.1), AHEAD))
-    assert simulator.detection(sensor) is None  # it is within the wall
+    assert simulator.detection(sensor) is None  # the rays begin inside the wall
     sensor.setback = 0.05
     assert simulator.detection(sensor)
     simulator.graph.put(sensor, Transform((1.9, -1.0, 0.1), AHEAD))

@@ -33,7 +33,7 @@ def answer(session: Session, request: dict[str, Any]) -> Reply:
         return {"err": f"{getattr(error, 'where', WHERE.format(name))}: {error}"}
     except NoFunctionError as error:
         return {"err": str(error)}
-    except (TypeError, ValueError, LookupError, AttributeError) as error:  # arguments of other kinds than are foreseen
+    except (TypeError, ValueError, LookupError, AttributeError) as error:  # arguments of unexpected types
         return {"err": f"{WHERE.format(name)}: the double makes nothing of these arguments ({error})"}
 
 
@@ -164,7 +164,7 @@ class ZmqServer:
             self._handle(route, self._client(request), request)
 
     def _handle(self, route: list[bytes], client: Client, request: dict[str, Any]) -> None:
-        if client.waiting:  # whatever it says, it is taken for ``_*executed*_``
+        if client.waiting:  # any message counts as ``_*executed*_``
             self._held.append(WaitingClient(route, client, self._clock.now() + HOLD_S))
             return
         try:
