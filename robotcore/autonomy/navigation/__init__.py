@@ -1,4 +1,4 @@
-"""Finding one's way with a range sensor, a camera and odometry: a map as it is seen, and paths through it."""
+"""Navigation with a range sensor, a camera and odometry: mapping, exploration and path planning."""
 
 from robotcore.autonomy.navigation.ball import BallTracker
 from robotcore.autonomy.navigation.navigator import Navigator

@@ -1,4 +1,4 @@
-"""Shortest ways and lines of sight on a grid of cells."""
+"""Shortest paths and lines of sight on a grid of cells."""
 
 from __future__ import annotations
 
@@ -18,10 +18,16 @@ _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
 
 def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps:
-    """Return each cell's distance from ``start`` in steps over open cells; UNREACHED where there is no way.
+    """Return the distance of each cell from the start, in steps over open cells; `UNREACHED` without a path.
 
-    A wave goes out, by turns over edges and over corners, so that its fronts are octagons. It ends where it reaches
-    the nearest of ``goals``, if there are any: cells farther off stay unreached.
+    The wave spreads in turns over edges and over edges and corners, so that its fronts are octagons.
+
+    start: row and column of the start.
+    open_cells: the cells that a path may use.
+    goals: if given, the wave ends at the nearest of these cells, and cells farther away stay unreached.
+
+    >>> wavefront((0, 0), np.array([[True, True, False, True]]))[0, :2].tolist()
+    [0, 1]
     """
     steps = np.full(open_cells.shape, UNREACHED, dtype=np.int32)
     steps[start] = 0
@@ -34,7 +40,7 @@ def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps
 
 
 def _flood(steps: Steps, passable: NDArray[np.uint8], goals: Mask | None) -> None:
-    """Number the cells in the order in which a wave reaches them; ends two steps after it has reached its last."""
+    """Write to each cell the step at which the wave reaches it. End after two steps that reach no new cell."""
     reached = (steps == 0).astype(np.uint8)
     idle = 0
     for step in range(1, steps.size):
@@ -50,7 +56,11 @@ def _flood(steps: Steps, passable: NDArray[np.uint8], goals: Mask | None) -> Non
 
 
 def backtrack(steps: Steps, goal: Cell) -> list[Cell]:
-    """Return the cells from the start of the wave to ``goal``, which it has reached."""
+    """Return the cells of a shortest path from the start of a wave to a goal that the wave has reached.
+
+    >>> backtrack(wavefront((0, 0), np.ones((1, 3), bool)), (0, 2))
+    [(0, 0), (0, 1), (0, 2)]
+    """
     path = [goal]
     while steps[path[-1]] > 0:
         row, column = path[-1]
@@ -64,14 +74,15 @@ def backtrack(steps: Steps, goal: Cell) -> list[Cell]:
 
 
 def is_straight_way(open_cells: Mask, start: Cell, goal: Cell) -> bool:
-    """Return whether all cells on the line between two are open, the first apart."""
+    """Return whether all cells on the line between two cells are open, the start excepted."""
     return bool(are_straight_ways(open_cells, [start], [goal])[0])
 
 
 def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike) -> Mask:
-    """Return whether all cells on the line from each start to its goal are open, the start apart.
+    """Return for each start and goal whether all cells on the line between them are open, the start excepted, (n,).
 
-    Starts and goals are (n, 2), or (1, 2) for one that all have in common; what lies outside the grid is open.
+    open_cells: the grid. Cells outside count as open.
+    starts, goals: rows and columns, (n, 2), or (1, 2) for one cell that all lines have in common.
     """
     first, last = np.broadcast_arrays(np.asarray(starts), np.asarray(goals))
     lines = _lines(first, last)
@@ -82,7 +93,7 @@ def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike) -> 
 
 
 def _lines(first: NDArray[np.intp], last: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the cells of lines, (n, points, 2): two a step, so that no corner is cut; each repeats its end."""
+    """Return the cells of lines, (n, points, 2). Two points a step cut no corner. Shorter lines repeat their end."""
     spans = 2 * np.abs(last - first).max(axis=1)
     at = np.minimum(np.arange(spans.max(initial=0) + 1), spans[:, None])[..., None]
     pace = (last - first) / np.maximum(spans, 1)[:, None]
@@ -94,28 +105,38 @@ Cells = NDArray[np.intp]
 
 
 class Rays(NamedTuple):
-    """The cells that rays pass: arrays of shape (starts, angles, radii).
-
-    Where a ray has left the grid it is not ``inside``; its rows and columns stay at the border there.
-    """
+    """The cells along rays, in arrays of the shape (starts, angles, radii)."""
 
     rows: Cells
+    """The rows, clipped to the grid."""
     columns: Cells
+    """The columns, clipped to the grid."""
     inside: Mask
+    """Whether the point is inside the grid."""
 
     def of(self, mask: Mask) -> Mask:
-        """Return what a mask of the grid says along the rays; False outside."""
+        """Return the values of a mask of the grid along the rays; False outside the grid."""
         return np.asarray(mask[self.rows, self.columns] & self.inside)
 
 
 def rays_from(starts: Cells, angles: Angles, radii: Cells, count: int) -> Rays:
-    """Return the rays from cells, (n, 2), at angles in radians, at radii in cells, over a grid of count × count."""
+    """Return the cells along rays.
+
+    starts: rows and columns, (n, 2).
+    angles: the directions in radians, from the columns' axis to the rows' axis.
+    radii: the distances from the start in cells.
+    count: the number of rows, and of columns, of the grid.
+    """
     rows = starts[:, 0, None, None] + np.rint(np.sin(angles)[:, None] * radii).astype(np.intp)
     columns = starts[:, 1, None, None] + np.rint(np.cos(angles)[:, None] * radii).astype(np.intp)
     inside = (rows >= 0) & (rows < count) & (columns >= 0) & (columns < count)
     return Rays(rows.clip(0, count - 1), columns.clip(0, count - 1), inside)
 
 
-def hidden(hides: Mask) -> Mask:
-    """Return which cells of rays, (…, radii), are hidden: from the first that hides on."""
+def mask_hidden(hides: Mask) -> Mask:
+    """Return for each cell along rays whether it is hidden: the first cell that hides, and all behind it.
+
+    >>> mask_hidden(np.array([False, True, False])).tolist()
+    [False, True, True]
+    """
     return np.asarray(np.logical_or.accumulate(hides, axis=-1))

@@ -1,4 +1,4 @@
-"""A map built from ranges and odometry."""
+"""Builds a map from range readings, pictures and odometry."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
 
 HISTORY_S = 2.0
-"""For how long poses are kept; no sample that an app gets is as old."""
+"""The length of the history. All samples that an app reads are newer."""
 
 
 class PoseHistory:
-    """The poses of the last seconds.
+    """The poses of the last two seconds, for the pose at the time of a sample.
 
     >>> past = PoseHistory()
-    >>> past.note(0.0, Pose(0.0, 0.0, 0.0))
-    >>> past.note(0.1, Pose(0.2, 0.0, 0.4))
+    >>> past.add(0.0, Pose(0.0, 0.0, 0.0))
+    >>> past.add(0.1, Pose(0.2, 0.0, 0.4))
     >>> past.at(0.05)
     Pose(x=0.1, y=0.0, heading=0.2)
     """
@@ -32,15 +32,15 @@ class PoseHistory:
         self._times: list[float] = []
         self._poses: list[Pose] = []
 
-    def note(self, time: float, pose: Pose) -> None:
-        """Keep a pose; times never run backwards."""
+    def add(self, time: float, pose: Pose) -> None:
+        """Add a pose and its time in seconds, which is not earlier than the last one."""
         self._times.append(time)
         self._poses.append(pose)
         forgotten = bisect_right(self._times, time - HISTORY_S)
         del self._times[:forgotten], self._poses[:forgotten]
 
     def at(self, time: float) -> Pose:
-        """Return the pose at a time: between two, on a straight line; beyond them, the nearest."""
+        """Return the pose at a time, by linear interpolation; outside the history, its first or last pose."""
         after = bisect_right(self._times, time)
         if after in (0, len(self._times)):
             return self._poses[min(after, len(self._times) - 1)]
@@ -50,137 +50,146 @@ class PoseHistory:
 
 
 LATELY = 3.0
-"""How much the robot may have moved since, in radians turned and metres driven: odometry still holds as far."""
+"""The travel, in metres plus radians, over which odometry is good enough to keep a reading."""
 
 
 MapSnapshot = tuple[NDArray[Any], ...]
-"""Copies of all that was remembered at some time."""
+"""Copies of the arrays of a map."""
 
 
 class MapMemory:
-    """A map, and what was looked at on it."""
+    """An occupancy grid and a coverage map that can be restored and that forget."""
 
     def __init__(self, grid: OccupancyGrid, coverage: Coverage) -> None:
         self.grid, self.coverage = grid, coverage
         self._at: Pose | None = None
 
     def move(self, pose: Pose) -> None:
-        """Take in that the robot has moved on to a pose: what was learnt before grows older by it."""
+        """Add the travel to a pose to the grid's ``travelled``."""
         if self._at:
             turned = abs(wrap_angle(pose.heading - self._at.heading))
-            self.grid.moved += turned + pose.distance_to(self._at.x, self._at.y)
+            self.grid.travelled += turned + pose.distance_to(self._at.x, self._at.y)
         self._at = pose
 
-    def remembered(self) -> MapSnapshot:
-        """Return what is remembered by now, for `restore`."""
+    def take_snapshot(self) -> MapSnapshot:
+        """Return copies of all arrays, for `restore`."""
         return tuple(array.copy() for array in self._arrays)
 
-    def restore(self, remembered: MapSnapshot) -> None:
-        """Forget all that was learnt since."""
-        for array, before in zip(self._arrays, remembered, strict=True):
+    def restore(self, snapshot: MapSnapshot) -> None:
+        """Set all arrays to a snapshot."""
+        for array, before in zip(self._arrays, snapshot, strict=True):
             array[:] = before
 
     def forget_old(self) -> None:
-        """Forget all that was not learnt, or learnt again, lately."""
-        old = self.grid.learnt_at < self.grid.moved - LATELY
+        """Make all cells unknown whose last reading is more than `LATELY` of travel ago."""
+        old = self.grid.updated_at < self.grid.travelled - LATELY
         self.grid.forget(old)
-        self.coverage.looked_at[old] = False
+        self.coverage.seen[old] = False
 
     @property
     def _arrays(self) -> MapSnapshot:
         grid = self.grid
-        return grid.evidence, grid.heard_from, grid.learnt_at, self.coverage.looked_at
+        return grid.evidence, grid.nearest_echo, grid.updated_at, self.coverage.seen
 
 
 JUMP_M = 0.15
-"""A reading that differs more than this from the one before is of something else, or of nothing."""
+"""A reading that differs more than this from the last one is of another body, or of none."""
 
 BACK_M = 0.05
-"""Readings that differ less than this are of the same thing: a tick's way, and some noise."""
+"""Readings that differ less than this are of the same body: the motion of a tick, and noise."""
 
 SURPRISES = 2
-"""So many echoes of one thing in a row, from the midst of what was free, are no accident: the map is wrong."""
+"""After this many echoes in a row from cells that were surely free, the map is wrong."""
 
 
 class RangeReading(NamedTuple):
-    """A distance in metres, that of the sensor's range where nothing was heard, and from where."""
+    """A reading of the range sensor, and the sensor's pose."""
 
     distance: float
+    """In metres. Without an echo it is the sensor's range."""
     sensor: Pose
+    """The sensor's pose in the odometry's frame."""
 
     def differs(self, other: RangeReading, limit: float) -> bool:
-        """Return whether the distances differ by more than ``limit``."""
+        """Return whether the distances differ by more than a limit in metres."""
         return abs(self.distance - other.distance) > limit
 
     def overlaps(self, other: RangeReading, cone: float) -> bool:
-        """Return whether what was in the cone at any time between the two was in it at one of them."""
+        """Return whether the cones of the two readings together cover the cone at all times between them."""
         return abs(wrap_angle(self.sensor.heading - other.sensor.heading)) <= cone / 2
 
 
 class PendingOutlier(NamedTuple):
-    """What was heard, and remembered, before a reading that jumped."""
+    """The state before a reading that jumped."""
 
-    heard: RangeReading
-    remembered: MapSnapshot
+    reading: RangeReading
+    """The reading before the jump."""
+    snapshot: MapSnapshot
+    """The map before the jump."""
 
 
 class RangeIntegrator:
-    """Takes readings into a memory.
+    """Adds range readings to a map.
 
-    A reading that jumps, after which the next is again like the one before it, was a false echo, or a lost one, where
-    the cone has not turned on meanwhile: what was learnt of it is taken back. Echoes of one thing from the midst of
-    what was free, one after the other, say that the robot is not where its wheels have it, or that things have moved:
-    then all but what was learnt lately is forgotten.
+    One outlier between two equal readings is a false or a lost echo, if the sensor did not turn. Its update of the map
+    is undone. Several echoes in a row from cells that were surely free mean that odometry has drifted or that bodies
+    have moved. Then all old parts of the map are forgotten.
     """
 
     def __init__(self, memory: MapMemory) -> None:
         self._memory = memory
         self._last: RangeReading | None = None
-        self._doubt: PendingOutlier | None = None
+        self._pending: PendingOutlier | None = None
         self._surprises = 0
 
-    def hear(self, sensor: RangeSensor, distance: float, at: Pose) -> bool:
-        """Take in what ``sensor`` read when the robot was ``at`` a pose; return whether that made the memory forget."""
-        heard = RangeReading(min(distance, sensor.max_range), at.moved(sensor.mount))
-        self._settle(heard, sensor.cone)
-        if self._last and heard.differs(self._last, JUMP_M):
-            self._doubt = PendingOutlier(self._last, self._memory.remembered())
+    def add(self, sensor: RangeSensor, distance: float, at: Pose) -> bool:
+        """Add a reading to the map, and return whether old parts of the map were forgotten.
+
+        sensor: the sensor.
+        distance: the measured distance in metres.
+        at: the robot's pose at the time of the reading.
+        """
+        reading = RangeReading(min(distance, sensor.max_range), at.moved(sensor.mount))
+        self._undo_outlier(reading, sensor.cone)
+        if self._last and reading.differs(self._last, JUMP_M):
+            self._pending = PendingOutlier(self._last, self._memory.take_snapshot())
             self._surprises = 0
-        self._last = heard
-        is_forgotten = self._refutes(heard, sensor.cone, is_echo=distance <= sensor.max_range)
-        self._memory.grid.add_range(heard.sensor, distance, sensor.max_range, sensor.cone)
+        self._last = reading
+        is_forgotten = self._forget_if_wrong(reading, sensor.cone, is_echo=distance <= sensor.max_range)
+        self._memory.grid.add_range(reading.sensor, distance, sensor.max_range, sensor.cone)
         return is_forgotten
 
-    def _settle(self, heard: RangeReading, cone: float) -> None:
-        """Take back what was doubted where this reading contradicts it; else believe it."""
-        doubt, self._doubt = self._doubt, None
-        if doubt and heard.overlaps(doubt.heard, cone) and not heard.differs(doubt.heard, BACK_M):
-            self._memory.restore(doubt.remembered)
-            self._last = doubt.heard
+    def _undo_outlier(self, reading: RangeReading, cone: float) -> None:
+        """Restore the map if this reading shows that the last one was an outlier."""
+        pending, self._pending = self._pending, None
+        if pending and reading.overlaps(pending.reading, cone) and not reading.differs(pending.reading, BACK_M):
+            self._memory.restore(pending.snapshot)
+            self._last = pending.reading
 
-    def _refutes(self, heard: RangeReading, cone: float, *, is_echo: bool) -> bool:
-        """Forget where echoes refute what was learnt; of what is about this one, all."""
+    def _forget_if_wrong(self, reading: RangeReading, cone: float, *, is_echo: bool) -> bool:
+        """Forget the old parts of the map, and the area of this echo, if echoes contradict the map."""
         grid = self._memory.grid
-        is_surprise = is_echo and grid.is_refuted_by(heard.sensor, heard.distance, cone)
+        is_surprise = is_echo and grid.contradicts_echo(reading.sensor, reading.distance, cone)
         self._surprises = self._surprises + 1 if is_surprise else 0
         if self._surprises < SURPRISES:
             return False
         self._memory.forget_old()
-        grid.forget_about(heard.sensor, heard.distance, cone)
+        grid.clear_echo(reading.sensor, reading.distance, cone)
         return True
 
 
 NEWS = 0.01
-"""Metres or radians by which a reading must differ from the last one."""
+"""The least difference from the last reading, in metres or radians, of a reading that is new evidence."""
 
 BORDER_M = 0.5
-"""A robot that is nearer than this to the border of its map leaves it."""
+"""A robot nearer than this to the border leaves its map."""
 
 
 class Map:
-    """All that a robot has learnt round the pose at which it began: what is where, what it looked at, where it fits.
+    """The robot's map: free and occupied cells, the cells that the camera has seen, and the room for the robot.
 
-    ``reach`` is the radius of the circle that the robot needs to turn on the spot, in metres.
+    pose: the middle of the map.
+    reach: the radius of the circle that the robot needs to turn on the spot, in metres.
     """
 
     def __init__(self, pose: Pose, reach: float) -> None:
@@ -188,39 +197,42 @@ class Map:
         self.coverage = Coverage(self.grid)
         self.ground = Traversability(self.grid, reach)
         self._memory = MapMemory(self.grid, self.coverage)
-        self._hearing = RangeIntegrator(self._memory)
+        self._integrator = RangeIntegrator(self._memory)
         self._past = PoseHistory()
-        self._heard: tuple[float, ...] | None = None
-        self._seen: tuple[float, ...] | None = None
+        self._last_reading: tuple[float, ...] | None = None
+        self._last_view: tuple[float, ...] | None = None
 
     def is_left_at(self, pose: Pose) -> bool:
         """Return whether the robot leaves the map."""
         return not self.grid.is_within(pose.x, pose.y, BORDER_M)
 
     def observe(self, robot: Robot, pose: Pose) -> bool:
-        """Take in what the robot heard, where it stands and where it looked, each from where it then was.
+        """Update the map with the newest samples, and return whether old parts of the map were forgotten.
 
-        Return whether that contradicts what was learnt before, and all but the latest of it is forgotten.
+        Each sample is added at the robot's pose at the sample's time. A reading that repeats the last one from the same
+        pose is no new evidence.
 
-        A reading that repeats the last one, from the same place, is no new evidence.
+        robot: the robot, with drive, range sensor and camera.
+        pose: the robot's pose now, by odometry.
         """
-        self._past.note(robot.clock.now(), pose)
+        self._past.add(robot.clock.now(), pose)
         self._memory.move(pose)
         sensor, camera = robot.range, robot.camera
         reading = sensor.read()
-        there, looked_from = self._past.at(reading.time), self._past.at(camera.read().time)
-        heard, seen = (*there, reading.distance), (*pose, *looked_from)
-        is_heard, is_seen = _is_news(heard, self._heard), _is_news(seen, self._seen)
+        read_at, viewed_at = self._past.at(reading.time), self._past.at(camera.read().time)
+        new_reading, new_view = (*read_at, reading.distance), (*pose, *viewed_at)
+        is_new_reading = _differs(new_reading, self._last_reading)
+        is_new_view = _differs(new_view, self._last_view)
         is_forgotten = False
-        if is_heard:
-            self._heard = heard
-            is_forgotten = self._hearing.hear(sensor, reading.distance, there)
-        if is_heard or is_seen:
-            self._seen = seen
+        if is_new_reading:
+            self._last_reading = new_reading
+            is_forgotten = self._integrator.add(sensor, reading.distance, read_at)
+        if is_new_reading or is_new_view:
+            self._last_view = new_view
             self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.geometry.track / 2)
-            self.coverage.add_view(looked_from.moved(camera.mount), camera.intrinsics.horizontal_fov)
+            self.coverage.add_view(viewed_at.moved(camera.mount), camera.intrinsics.horizontal_fov)
         return is_forgotten
 
 
-def _is_news(found: tuple[float, ...], last: tuple[float, ...] | None) -> bool:
-    return last is None or any(abs(a - b) > NEWS for a, b in zip(found, last, strict=True))
+def _differs(values: tuple[float, ...], last: tuple[float, ...] | None) -> bool:
+    return last is None or any(abs(a - b) > NEWS for a, b in zip(values, last, strict=True))

@@ -1,4 +1,4 @@
-"""A robot that learns its surroundings and finds its way through them."""
+"""Explores unknown surroundings and drives to targets in them."""
 
 from __future__ import annotations
 
@@ -9,28 +9,39 @@ from robotcore.autonomy.navigation.planner import (
     NO_PATH,
     NO_PATH_PLAN,
     Target,
-    begins_known,
+    find_straight_starts,
+    is_start_known,
     is_unobstructed,
     plan_path,
-    straight_starts,
 )
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.robot import Robot
 
 HERE_M = 0.15
-"""A place nearer than this is no way out: from here it did not go on."""
+"""A goal nearer than this is no goal, because the robot found no straight path from here."""
 
 BACK_M = 0.1
+"""The distance behind the axle at which the clearance is checked before the robot drives backward."""
+
 BEHIND_M = 0.12
-"""So far behind the axle there must be so much room, for the robot to back off a little."""
+"""The clearance there that the robot needs to drive backward."""
 
 
 class Navigator:
-    """Keeps a map in the odometry's frame, looks, plans in what is known to be free, and follows the plan.
+    """Maps the surroundings, plans paths over free cells, and follows them.
 
-    ``speed`` in m/s, ``turn`` in rad/s, both at most. `look`, `follow`, `survey` and `drive_at` return how to move, or
-    None where there is nothing more to do that way. The first three are begun: by `begin_look`, by a plan, and by
-    `survey_ahead` or `survey_more`.
+    Call `observe` once a tick. `look`, `follow`, `survey` and `drive_at` return the velocity for the tick, or None if
+    there is nothing more to do. Three of them must be started: `look` by `begin_look`, `follow` by `plan_to` or
+    `plan_to_view`, and `survey` by `survey_ahead` or `survey_more`.
+
+    speed: the greatest velocity forward, in m/s.
+    turn: the greatest velocity of a turn, in rad/s.
+
+    >>> navigator = Navigator(speed=0.2, turn=1.0)
+    >>> navigator.drive_at(Pose(0.0, 0.0, 0.0), Target(x=2.0, y=0.0, distance=0.3))
+    Twist(linear=0.2, angular=0.0)
+    >>> navigator.turn_to(-0.2)
+    Twist(linear=0.0, angular=-0.5)
     """
 
     def __init__(self, speed: float, turn: float) -> None:
@@ -39,9 +50,12 @@ class Navigator:
         self._begin_map(Pose(0.0, 0.0, 0.0), reach=0.0)
 
     def observe(self, robot: Robot, pose: Pose) -> None:
-        """Take in what the robot hears and where it looks at ``pose``; begin a new map where it leaves the old one.
+        """Update the map with the newest samples. If the robot leaves the map, start a new map.
 
-        What was planned is void where the map has proved wrong.
+        If the samples contradict the map, the plan is deleted.
+
+        robot: the robot, with drive, range sensor and camera.
+        pose: the robot's pose now, by odometry.
         """
         self.map.ground.reach = robot.drive.reach
         if self.map.is_left_at(pose):
@@ -50,44 +64,44 @@ class Navigator:
             self._follower.start(NO_PATH)
 
     def forget(self, pose: Pose) -> None:
-        """Begin a new map, round the robot: what was learnt leads nowhere."""
+        """Start a new map around the robot."""
         self._begin_map(pose, self.map.ground.reach)
 
     def begin_look(self, pose: Pose) -> None:
-        """Begin to look at what can be seen from here and was not looked at."""
+        """Start a turn over all bearings at which unseen area is visible from here."""
         self._look = ScanTurn(pose.heading)
 
     def look(self, pose: Pose) -> Twist | None:
-        """Return how to turn to what was not looked at: in one sense, at most once round. Call it once a tick."""
-        return self._turn(self._look.sense(pose.heading, self.map.coverage.unseen_bearings(pose)))
+        """Return the velocity of the turn over unseen area; None at its end. Call it once a tick."""
+        return self._turn(self._look.turn_direction(pose.heading, self.map.coverage.unseen_bearings(pose)))
 
     def plan_to_view(self, pose: Pose) -> bool:
-        """Plan to where most can be seen that was not looked at, for the way; return False where there is nothing.
+        """Plan a path to the next best view, and return whether there is one.
 
-        Call it when the robot has looked all round at ``pose``.
+        Call it after the robot has looked in all directions at the pose.
         """
-        self.map.coverage.add_look_round(pose.x, pose.y)
+        self.map.coverage.add_full_turn(pose.x, pose.y)
         self._detour = NO_PATH_PLAN
         self._view = best_viewpoint(self.map.ground, self.map.coverage, self.map.grid.cell_of(pose.x, pose.y))
-        self._follower.start(self._view.way if self._view else NO_PATH)
+        self._follower.start(self._view.path if self._view else NO_PATH)
         return self._view is not None
 
     def plan_to(self, pose: Pose, target: Target) -> bool:
-        """Plan to where the way on to a target is straight, or as far there as is known.
+        """Plan a path to a cell from which a straight path leads to a target, or as far there as the map is known.
 
-        Return False where that is not far enough to be worth it: a survey, or a view, may show more.
+        Return False if there is no such path, or if its known part is too short. A survey or another view may help.
         """
-        goals = straight_starts(self.map.grid, target) & ~self.map.grid.disc(pose.x, pose.y, HERE_M)
+        goals = find_straight_starts(self.map.grid, target) & ~self.map.grid.disc(pose.x, pose.y, HERE_M)
         here = self.map.grid.cell_of(pose.x, pose.y)
         self._view = None
         self._detour = plan_path(self.map.ground, here, goals, is_surveyed=self._is_surveyed(pose))
-        self._follower.start(self._detour.way)
-        return bool(self._detour.way.path)
+        self._follower.start(self._detour.path)
+        return bool(self._detour.path.cells)
 
     def follow(self, pose: Pose) -> Twist | None:
-        """Return how to move along the plan, made anew where something has come up; None where it is at its end.
+        """Return the velocity along the planned path; None at its end. A path that is blocked is planned again.
 
-        It also ends where what a view was to show has been seen on the way.
+        The path to a view also ends if the camera has seen the view's area on the way.
         """
         if self._view and not self._view.is_worth_going(self.map.coverage):
             return None
@@ -95,15 +109,15 @@ class Navigator:
 
     @property
     def is_at_frontier(self) -> bool:
-        """Whether the plan, at its end, goes on into what is not known."""
-        return bool(self._detour.beyond)
+        """Whether the planned path continues over unknown cells."""
+        return bool(self._detour.unknown_part)
 
     def survey_ahead(self, pose: Pose) -> None:
-        """Begin to turn to and fro over where the plan goes on."""
+        """Start a survey of the direction in which the planned path continues."""
         self._survey = Sweep.ahead(pose, self._detour.bearing_on(pose, self.map.ground))
 
     def survey_more(self, pose: Pose) -> bool:
-        """Begin to survey what is ahead or, after that, all round; return False where both were done here."""
+        """Start a survey ahead, or a full turn if that is done. Return False if both are done here."""
         if not self._is_surveyed(pose):
             self.survey_ahead(pose)
             return True
@@ -113,27 +127,27 @@ class Navigator:
         return True
 
     def survey(self, pose: Pose) -> Twist | None:
-        """Return how to turn on, in the survey that was begun."""
-        return self._turn(self._survey.sense(pose.heading))
+        """Return the velocity of the survey's turn; None at its end."""
+        return self._turn(self._survey.turn_direction(pose.heading))
 
     def is_straight(self, pose: Pose, target: Target) -> bool:
-        """Return whether the straight way to a target is free: where it begins it must be known, or surveyed."""
-        is_learnt = self._is_surveyed(pose) or begins_known(self.map.grid, pose, target)
-        return is_learnt and is_unobstructed(self.map.grid, pose, target)
+        """Return whether the straight path to a target is free, and its start is known to be free or was surveyed."""
+        is_known = self._is_surveyed(pose) or is_start_known(self.map.grid, pose, target)
+        return is_known and is_unobstructed(self.map.grid, pose, target)
 
     def is_known_straight(self, pose: Pose, target: Target) -> bool:
-        """Return whether the straight way to a target is free, and known to be where it begins."""
-        return begins_known(self.map.grid, pose, target) and is_unobstructed(self.map.grid, pose, target)
+        """Return whether the straight path to a target is free, and its start is known to be free."""
+        return is_start_known(self.map.grid, pose, target) and is_unobstructed(self.map.grid, pose, target)
 
     def drive_at(self, pose: Pose, target: Target) -> Twist | None:
-        """Return how to drive straight at a target, or back from it; None where something is behind."""
+        """Return the velocity straight to a target, or back from it; None if the way back is blocked."""
         gap = target.gap(pose)
         if gap < 0 and not self._is_free_behind(pose):
             return None
         return self._steering.approach(target.bearing(pose), gap)
 
     def turn_to(self, bearing: float) -> Twist:
-        """Return how to turn towards a bearing."""
+        """Return the velocity of a turn towards a bearing in radians."""
         return Twist(0.0, self._steering.turn_to(bearing))
 
     def _begin_map(self, pose: Pose, reach: float) -> None:
@@ -145,8 +159,8 @@ class Navigator:
         self._detour = NO_PATH_PLAN
 
     def _is_surveyed(self, pose: Pose) -> bool:
-        """Return whether the robot is still about where it last surveyed."""
-        return self._survey.is_about(pose, self.map.ground.reach)
+        """Return whether the robot is near the position of its last survey."""
+        return self._survey.is_near(pose, self.map.ground.reach)
 
     def _is_free_behind(self, pose: Pose) -> bool:
         behind = self.map.grid.cell_of(*pose.to_world(-BACK_M, 0.0))

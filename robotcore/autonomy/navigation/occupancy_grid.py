@@ -1,4 +1,4 @@
-"""What is free, what is taken, what is unknown: evidence from a range sensor, cell by cell."""
+"""An occupancy grid from the readings of a range sensor."""
 
 from __future__ import annotations
 
@@ -12,19 +12,22 @@ from robotcore.autonomy.navigation.grid_search import Cell, Mask
 from robotcore.geometry import Pose
 
 FREE_EVIDENCE = -1.5
+"""The evidence that a reading adds to a cell nearer than its echo."""
+
 TAKEN_EVIDENCE = 0.5
+"""The evidence that a reading adds to a cell at the distance of its echo."""
 
 CERTAIN = 4.0
-"""Evidence stays within ± this, so that a world that changes can be learnt again."""
+"""The greatest evidence, and the negative of the least. The bound lets the map follow a world that changes."""
 
 SURELY_FREE = -3.0
-"""Evidence of two readings that a cell is free, and of next to none that it is not."""
+"""The evidence of a cell that two readings have shown free and no later echo has contradicted."""
 
 ABOUT = 2.5
-"""How many cells before and behind an echo are about it: what is known a little wrong is no farther off."""
+"""The tolerance, in cells, for the position of an echo relative to the map."""
 
 CLOSE_M = 0.6
-"""An echo from nearer than this is believed. A cone of 30° is as wide as a gap for a small robot from 0.75 m on."""
+"""An echo nearer than this marks a cell for certain. A cone of 30° spans a gap for a small robot from 0.75 m on."""
 
 _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
@@ -33,47 +36,68 @@ Window = tuple[slice, slice]
 
 
 class OccupancyGrid:
-    """A square map round ``centre``, in the odometry's frame; ``size`` of its sides and of a ``cell``, in metres.
+    """A square map of free, occupied and unknown cells in the odometry's frame.
 
-    The sensor hears the nearest thing in its cone: everything nearer is free, for certain; what is at the distance may
-    be taken. So free weighs more than taken: Moravec and Elfes, High resolution maps from wide angle sonar, 1985.
-    Arrays are indexed [row, column], y grows with the row, x with the column. ``evidence`` is below 0 where a cell is
-    free, above 0 where it is taken; ``heard_from`` is from how near a cell was heard, in metres, inf where never.
-    ``learnt_at`` is what ``moved`` was when something was last learnt of a cell; whoever moves the robot counts it up.
+    A range sensor measures the nearest body in its cone. Everything nearer is surely free, but only some of the cells
+    at that distance are occupied. So evidence for free cells weighs more: Moravec and Elfes, High resolution maps from
+    wide angle sonar, 1985.
+
+    Arrays are indexed [row, column]. y grows with the row, x with the column.
+
+    size: the length of the map's sides, in metres.
+    cell: the length of a cell's sides, in metres.
+    centre: the middle of the map, in metres.
+
+    >>> grid = OccupancyGrid(size=4.0)
+    >>> for _ in range(3):
+    ...     grid.add_range(Pose(0.0, 0.0, 0.0), distance=1.0, max_range=2.0, cone=0.5)
+    >>> grid
+    OccupancyGrid(size=4, cell=0.04, free=144, taken=22)
+    >>> bool(grid.free[grid.cell_of(0.5, 0.0)]), bool(grid.taken[grid.cell_of(1.0, 0.0)])
+    (True, True)
     """
 
     def __init__(self, size: float = 12.0, cell: float = 0.04, centre: tuple[float, float] = (0.0, 0.0)) -> None:
         self.cell = cell
         self.count = round(size / cell)
+        """The number of rows, and of columns."""
         self.evidence = np.zeros((self.count, self.count), dtype=np.float32)
-        self.heard_from = np.full((self.count, self.count), np.inf, dtype=np.float32)
-        self.learnt_at = np.zeros((self.count, self.count), dtype=np.float32)
-        self.moved = 0.0
+        """Below 0 for a free cell, above 0 for an occupied cell, 0 for an unknown cell."""
+        self.nearest_echo = np.full((self.count, self.count), np.inf, dtype=np.float32)
+        """The shortest distance of an echo from the cell, in metres; ``inf`` without an echo."""
+        self.updated_at = np.zeros((self.count, self.count), dtype=np.float32)
+        """The value of ``travelled`` at the last reading of the cell."""
+        self.travelled = 0.0
+        """The distance that the robot has driven and turned, in metres plus radians. The grid's user adds to it."""
         middles = (np.arange(self.count) + 0.5) * cell - size / 2
         self._xs, self._ys = (middles + round(along / cell) * cell for along in centre)
 
+    def __repr__(self) -> str:
+        counts = f"free={int(self.free.sum())}, taken={int(self.taken.sum())}"
+        return f"OccupancyGrid(size={self.count * self.cell:g}, cell={self.cell:g}, {counts})"
+
     @property
     def taken(self) -> Mask:
-        """Cells where something probably is."""
+        """The cells that are probably occupied."""
         return np.asarray(self.evidence > 0)
 
     @property
     def free(self) -> Mask:
-        """Cells where nothing is."""
+        """The cells that are free."""
         return np.asarray(self.evidence < 0)
 
     @property
-    def doubtful(self) -> Mask:
-        """Cells that are taken as far as is known, but were only ever heard from afar: they may be a gap."""
-        return self.taken & (self.heard_from > CLOSE_M)
+    def uncertain(self) -> Mask:
+        """The occupied cells with echoes from far away only. They may be a gap."""
+        return self.taken & (self.nearest_echo > CLOSE_M)
 
     def cell_of(self, x: float, y: float) -> Cell:
-        """Return row and column of a point; below 0, or from ``count`` on, where it lies outside."""
+        """Return the row and the column of a point. Outside the map they are below 0, or ``count`` or more."""
         row, column = (y - self._ys[0]) / self.cell, (x - self._xs[0]) / self.cell
         return math.floor(row + 0.5), math.floor(column + 0.5)
 
     def point_of(self, row: int, column: int) -> tuple[float, float]:
-        """Return the middle of a cell."""
+        """Return the middle of a cell, in metres."""
         return float(self._xs[column]), float(self._ys[row])
 
     def is_within(self, x: float, y: float, margin: float) -> bool:
@@ -82,54 +106,66 @@ class OccupancyGrid:
         return bool(min(x - west, east - x, y - south, north - y) > margin)
 
     def add_range(self, sensor: Pose, distance: float, max_range: float, cone: float) -> None:
-        """Take in one reading; ``inf`` says that all the cone is free, ``cone`` is its full angle in radians."""
+        """Update the map with a reading of the range sensor.
+
+        sensor: the sensor's pose.
+        distance: the measured distance in metres. ``inf`` means that the whole cone is free.
+        max_range: the sensor's range in metres.
+        cone: the full opening angle of the cone in radians.
+        """
         reach = min(distance, max_range)
         window = self._window(sensor.x, sensor.y, reach + self.cell)
         in_cone, radius = self._cone(window, sensor, cone)
-        patch, heard_from = self.evidence[window], self.heard_from[window]
-        self.learnt_at[window][in_cone & (radius < reach + self.cell)] = self.moved
+        patch, nearest_echo = self.evidence[window], self.nearest_echo[window]
+        self.updated_at[window][in_cone & (radius < reach + self.cell)] = self.travelled
         patch[in_cone & (radius < reach - 0.5 * self.cell)] += FREE_EVIDENCE
         if distance <= max_range:
             echo = self._echo(patch > 0, in_cone, radius - distance)
             patch[echo] += TAKEN_EVIDENCE
-            heard_from[echo] = np.minimum(heard_from[echo], distance)
+            nearest_echo[echo] = np.minimum(nearest_echo[echo], distance)
         np.clip(patch, -CERTAIN, CERTAIN, out=patch)
 
     def add_free_disc(self, x: float, y: float, radius: float, certain: float) -> None:
-        """Take in that nothing is within ``certain`` of a point, nor within ``radius`` where nothing was heard."""
+        """Mark the floor around a point as free, such as the floor under the robot.
+
+        x, y: the point, in metres.
+        radius: within this distance, cells that are not occupied become free.
+        certain: within this distance, all cells become free.
+        """
         window = self._window(x, y, radius)
         patch, away = self.evidence[window], self._away(window, x, y)
         is_free = ((away <= radius) & (patch <= 0)) | (away <= certain)
         patch[is_free] = -CERTAIN
-        self.learnt_at[window][is_free] = self.moved
+        self.updated_at[window][is_free] = self.travelled
 
-    def is_refuted_by(self, sensor: Pose, distance: float, cone: float) -> bool:
-        """Return whether an echo comes from the midst of what is surely free."""
+    def contradicts_echo(self, sensor: Pose, distance: float, cone: float) -> bool:
+        """Return whether an echo comes from cells that are surely free, with surely free cells around them."""
         x, y = sensor.to_world(distance, 0.0)
         if not self.is_within(x, y, 0.0) or self.evidence[self.cell_of(x, y)] > SURELY_FREE:
-            return False  # as nearly always: the rest takes as long as taking the reading in
-        window, about = self._about(sensor, distance, cone)
+            return False  # nearly always; the rest takes as long as `add_range`
+        window, about = self._find_echo_area(sensor, distance, cone)
         evidence = self.evidence[window][about]
         return bool((evidence <= SURELY_FREE).all())
 
-    def forget_about(self, sensor: Pose, distance: float, cone: float) -> None:
-        """Know nothing any more of where an echo comes from."""
-        window, about = self._about(sensor, distance, cone)
+    def clear_echo(self, sensor: Pose, distance: float, cone: float) -> None:
+        """Make the cells from which an echo comes unknown."""
+        window, about = self._find_echo_area(sensor, distance, cone)
         self.evidence[window][about] = 0.0
 
     def forget(self, cells: Mask) -> None:
-        """Know nothing of some cells any more."""
+        """Make some cells unknown."""
         self.evidence[cells] = 0.0
-        self.heard_from[cells] = np.inf
+        self.nearest_echo[cells] = np.inf
 
     def disc(self, x: float, y: float, radius: float) -> Mask:
-        """Return which cells lie within a circle."""
+        """Return the cells within a circle, in metres."""
         return np.asarray(self._away((slice(None), slice(None)), x, y) <= radius)
 
     def clearance(self, *, with_unknown: bool = True, overlook: Mask | None = None) -> Metres:
-        """Return each cell's distance to the nearest that is taken (or unknown), in metres.
+        """Return the distance of each cell to the nearest occupied cell, in metres.
 
-        Cells of ``overlook`` count as free.
+        with_unknown: whether unknown cells count as occupied.
+        overlook: cells that count as free.
         """
         open_cells = self._closed(self.free) & ~self.taken if with_unknown else ~self.taken
         if overlook is not None:
@@ -138,7 +174,7 @@ class OccupancyGrid:
         return np.asarray(distance * self.cell, dtype=np.float32)
 
     def _cone(self, window: Window, sensor: Pose, cone: float) -> tuple[Mask, NDArray[np.float64]]:
-        """Return which cells of a window are in a cone, at its narrowest a cell wide, and how far away each one is."""
+        """Return the cells of a window in a cone, which is at least a cell wide, and the distance of each cell."""
         dx, dy = self._xs[window[1]] - sensor.x, (self._ys[window[0]] - sensor.y)[:, None]
         cos, sin = math.cos(sensor.heading), math.sin(sensor.heading)
         ahead, aside = dx * cos + dy * sin, np.abs(dy * cos - dx * sin)
@@ -146,16 +182,16 @@ class OccupancyGrid:
         return in_cone, np.hypot(ahead, aside)
 
     def _echo(self, taken: Mask, in_cone: Mask, beyond: NDArray[np.float64]) -> Mask:
-        """Return which cells an echo speaks for: of its arc those known to be taken, which explain it; else all.
+        """Return the cells that explain an echo: the occupied cells at its distance, or else all cells there.
 
-        Thrun, Learning occupancy grids with forward sensor models, 2003: cells of an arc are not independent.
+        The cells of an arc are not independent: Thrun, Learning occupancy grids with forward sensor models, 2003.
         """
         known = in_cone & (np.abs(beyond) <= 1.5 * self.cell) & taken
         arc = in_cone & (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
         return known if known.any() else arc
 
-    def _about(self, sensor: Pose, distance: float, cone: float) -> tuple[Window, Mask]:
-        """Return a window, and which of its cells are where an echo comes from, or next to it."""
+    def _find_echo_area(self, sensor: Pose, distance: float, cone: float) -> tuple[Window, Mask]:
+        """Return a window, and its cells at and next to the position of an echo."""
         window = self._window(sensor.x, sensor.y, distance + ABOUT * self.cell)
         in_cone, radius = self._cone(window, sensor, cone)
         return window, in_cone & (np.abs(radius - distance) <= ABOUT * self.cell)
@@ -165,11 +201,11 @@ class OccupancyGrid:
         return np.asarray(np.hypot(self._xs[window[1]] - x, (self._ys[window[0]] - y)[:, None]))
 
     def _window(self, x: float, y: float, reach: float) -> Window:
-        """Return the part of the map that lies within ``reach`` of a point, along x and along y."""
+        """Return the part of the map within a distance of a point along x and along y."""
         (top, left), (bottom, right) = self.cell_of(x - reach, y - reach), self.cell_of(x + reach, y + reach)
         return slice(max(top, 0), max(bottom + 1, 0)), slice(max(left, 0), max(right + 1, 0))
 
     @staticmethod
     def _closed(free: Mask) -> Mask:
-        """Fill chinks of two cells: rays that a turn set apart leave them, and nothing stands in them."""
+        """Return the mask with gaps of two cells filled. Such gaps lie between the rays of a turn and are free."""
         return np.asarray(cv2.morphologyEx(free.astype(np.uint8), cv2.MORPH_CLOSE, _SQUARE), np.bool_)

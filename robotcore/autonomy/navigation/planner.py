@@ -1,4 +1,4 @@
-"""Paths over the map: what is traversable, how far a target is free, and the cheapest way to it."""
+"""Plans paths over the map: free cells for the robot, straight lines to a target, and the cheapest path to it."""
 
 from __future__ import annotations
 
@@ -21,35 +21,41 @@ from robotcore.autonomy.navigation.occupancy_grid import Metres, OccupancyGrid
 from robotcore.geometry import Pose
 
 MARGINS_M = (0.08, 0.05, 0.02)
-"""How much more than its own reach the robot keeps from things; the next where the one before leaves no way."""
+"""The distances beyond the robot's reach that a path keeps from bodies. The widest with a path is used."""
 
 BARRED_M = 0.2
-"""The radius of what is not tried again, round a place where no way opened."""
+"""The radius around a dead end that later paths avoid."""
 
 BESIDE = 2
-"""Cells round its own that the robot may step on, however narrow it is there, to get out."""
+"""The number of cells around the robot's own that it may use in a narrow place, to leave it."""
 
 
 class Certainty(Enum):
-    """What a way may lead over."""
+    """The cells that a path may use."""
 
-    KNOWN = "what is known to be free"
-    UNKNOWN = "the unknown too"
-    DOUBTFUL = "the unknown, and what was only heard from afar"
+    KNOWN = "free cells"
+    UNKNOWN = "free and unknown cells"
+    DOUBTFUL = "free, unknown and uncertain cells"
 
 
 class Path(NamedTuple):
-    """Cells one after the other, and the cells over which the robot may cut it short."""
+    """A path over the map."""
 
-    path: list[Cell]
+    cells: list[Cell]
+    """The cells in order."""
     open_cells: Mask
+    """The cells over which the robot may cut corners."""
 
 
 NO_PATH = Path([], np.zeros((0, 0), np.bool_))
 
 
 class Traversability:
-    """Where a robot fits that needs ``reach`` metres round its axle to turn on the spot."""
+    """Finds the cells and the paths on which the robot has room.
+
+    grid: the map.
+    reach: the radius of the circle around the axle that the robot needs to turn on the spot, in metres.
+    """
 
     def __init__(self, grid: OccupancyGrid, reach: float) -> None:
         self.grid = grid
@@ -57,11 +63,11 @@ class Traversability:
         self._barred = np.zeros_like(grid.taken)
 
     def bar(self, cell: Cell) -> None:
-        """Lead no way that is not known through what lies about a cell."""
+        """Exclude the surroundings of a cell from paths over unknown cells."""
         self._barred |= self.grid.disc(*self.grid.point_of(*cell), BARRED_M)
 
     def open_cells(self, here: Cell, trust: Certainty = Certainty.KNOWN) -> list[Mask]:
-        """Return for each of MARGINS_M on which cells a robot that stands ``here`` may go."""
+        """Return for each of `MARGINS_M` the cells that a robot at the cell ``here`` may use."""
         clearance = self._clearance(trust)
         masks = [np.asarray(clearance > self.reach + margin) for margin in MARGINS_M]
         beside = tuple(slice(max(at - BESIDE, 0), at + BESIDE + 1) for at in here)
@@ -69,8 +75,8 @@ class Traversability:
             mask[beside] |= ~self.grid.taken[beside]
         return masks
 
-    def way_to(self, here: Cell, goal: Cell) -> Path:
-        """Return a way over what is known, with the widest margin that there is; NO_PATH where there is none."""
+    def find_path(self, here: Cell, goal: Cell) -> Path:
+        """Return a path over free cells with the widest possible margin; `NO_PATH` without a path."""
         goals = np.zeros_like(self._barred)
         goals[goal] = True
         for mask in self.open_cells(here):
@@ -82,60 +88,68 @@ class Traversability:
     def _clearance(self, trust: Certainty) -> Metres:
         if trust is Certainty.KNOWN:
             return self.grid.clearance()
-        overlook = self.grid.doubtful if trust is Certainty.DOUBTFUL else None
+        overlook = self.grid.uncertain if trust is Certainty.DOUBTFUL else None
         clearance = self.grid.clearance(with_unknown=False, overlook=overlook)
         clearance[self._barred] = 0.0
         return clearance
 
 
 CORRIDOR_M = 0.24
-"""How wide a straight way must be: less than a way round, for the robot need not turn on it."""
+"""The width of a straight path. It is less than that of other paths, because the robot need not turn on it."""
 
 SPARE_M = 0.03
-"""How much wider it must be on either side where it is planned, so that it is still there on arrival."""
+"""The additional free width on either side when a straight path is planned, so that it is still free on arrival."""
 
 KNOWN_M = 0.45
-"""How much of its beginning must be known to be free: there the range sensor's cone is narrower than the robot."""
+"""The length at the start of a straight path that must be free. There the sensor's cone is narrower than the robot."""
 
 ITSELF_M = 0.1
-"""What is nearer to the target, by this, than the robot comes is the target itself."""
+"""Cells that are nearer to the target, by this, than the robot stops belong to the target itself."""
 
 RING_M = (0.05, 0.40)
-"""How far before its place the robot goes over to the straight way: room enough to turn, and to slow down."""
+"""The distances before the stop at which the robot changes to the straight path, with room to turn and brake."""
 
 
 class Target(NamedTuple):
-    """A point to drive at, and at what ``distance`` from it the robot's axle is to come to rest; metres."""
+    """A point at which the robot drives, and the distance from it at which the robot stops.
+
+    >>> target = Target(x=1.0, y=0.0, distance=0.3)
+    >>> target.gap(Pose(0.0, 0.0, 0.0)), target.bearing(Pose(0.0, 0.0, 0.5))
+    (0.7, -0.5)
+    """
 
     x: float
+    """In metres."""
     y: float
+    """In metres."""
     distance: float
+    """The distance from the point to the robot's axle at the stop, in metres."""
 
     def gap(self, pose: Pose) -> float:
-        """Return how far there is still to go, in metres; below 0 where the robot is too near."""
+        """Return the remaining distance to the stop, in metres; below 0 if the robot is too near."""
         return pose.distance_to(self.x, self.y) - self.distance
 
     def bearing(self, pose: Pose) -> float:
-        """Return the direction of the target as seen from a pose."""
+        """Return the direction of the target from a pose, in radians, positive to the left."""
         return pose.bearing_to(self.x, self.y)
 
 
 def is_unobstructed(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
-    """Return whether nothing is known to be in the straight way to a target."""
+    """Return whether no occupied cell is on the straight path to a target."""
     here, there = grid.cell_of(pose.x, pose.y), grid.cell_of(target.x, target.y)
     return is_straight_way(_corridor(grid, target), here, there)
 
 
-def begins_known(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
-    """Return whether the straight way to a target is known to be free where it begins."""
+def is_start_known(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
+    """Return whether the first cells of the straight path to a target are free, not unknown."""
     part = max(0.0, min(KNOWN_M, target.gap(pose))) / max(target.gap(pose) + target.distance, 1e-6)
     middle = grid.cell_of(pose.x + part * (target.x - pose.x), pose.y + part * (target.y - pose.y))
     clearance = grid.clearance(overlook=_itself(grid, target))
     return is_straight_way(clearance > CORRIDOR_M / 2, grid.cell_of(pose.x, pose.y), middle)
 
 
-def straight_starts(grid: OccupancyGrid, target: Target) -> Mask:
-    """Return from which cells of a ring round a target the way on to it is straight."""
+def find_straight_starts(grid: OccupancyGrid, target: Target) -> Mask:
+    """Return the cells of a ring around a target from which a straight path leads to it."""
     nearest, farthest = (target.distance + before for before in RING_M)
     ring = grid.disc(target.x, target.y, farthest) & ~grid.disc(target.x, target.y, nearest)
     corridor = _corridor(grid, target._replace(distance=nearest), SPARE_M)
@@ -144,7 +158,7 @@ def straight_starts(grid: OccupancyGrid, target: Target) -> Mask:
 
 
 def _corridor(grid: OccupancyGrid, target: Target, spare: float = 0.0) -> Mask:
-    """Return where nothing is known to be that narrows a straight way to a target."""
+    """Return the cells with room for a straight path to a target."""
     itself = _itself(grid, target)
     clearance = grid.clearance(with_unknown=False, overlook=itself)
     return np.asarray((clearance > CORRIDOR_M / 2 + spare) | itself)
@@ -155,33 +169,33 @@ def _itself(grid: OccupancyGrid, target: Target) -> Mask:
 
 
 SURCHARGE_M = {Certainty.KNOWN: 0.0, Certainty.UNKNOWN: 0.4, Certainty.DOUBTFUL: 1.2}
-"""How much longer a way counts for what it leads over: so much may be lost where it does not open."""
+"""The cost of a path's certainty, in metres: the length that is lost if the path proves blocked."""
 
 NARROW_M = 0.3
-"""How much longer a way counts for each margin that is too wide for it."""
+"""The cost for each margin of `MARGINS_M` that is too wide for a path, in metres."""
 
 WORTH_M = 0.3
-"""The known part of a way must be longer than this, for the robot to learn more at its end than it knows here."""
+"""The least length of the known part of a path. The sensors would see no more from the end of a shorter part."""
 
 TRIES = 8
-"""How many ways are tried, of which all before the last have been barred."""
+"""The most paths that are planned in one call."""
 
 AHEAD_M = 0.32
-"""How far on a way points to where it leads."""
+"""The distance along the unknown part of a path at which its direction is measured."""
 
 
 class PathPlan(NamedTuple):
-    """A way as far as it is known, and how it goes on ``beyond`` that."""
+    """A path over free cells, and its continuation over cells that are not surely free."""
 
-    way: Path
-    beyond: list[Cell]
+    path: Path
+    unknown_part: list[Cell]
 
     def bearing_on(self, pose: Pose, ground: Traversability) -> float:
-        """Return in which direction the way goes on beyond what is known; straight ahead where it does not."""
-        if not self.beyond:
+        """Return the bearing of the unknown part in radians; 0 without an unknown part."""
+        if not self.unknown_part:
             return 0.0
-        step = min(len(self.beyond) - 1, round(AHEAD_M / ground.grid.cell))
-        return pose.bearing_to(*ground.grid.point_of(*self.beyond[step]))
+        step = min(len(self.unknown_part) - 1, round(AHEAD_M / ground.grid.cell))
+        return pose.bearing_to(*ground.grid.point_of(*self.unknown_part[step]))
 
 
 NO_PATH_PLAN = PathPlan(NO_PATH, [])
@@ -194,32 +208,37 @@ class _Candidate(NamedTuple):
 
 
 def plan_path(ground: Traversability, here: Cell, goals: Mask, *, is_surveyed: bool) -> PathPlan:
-    """Return the cheapest way to one of ``goals``, as far as it is known; NO_PATH_PLAN where there is none.
+    """Return the cheapest path to one of several goals, as far as it is known; `NO_PATH_PLAN` without a path.
 
-    A way of which too little is known is empty: what is ``beyond`` is to be surveyed from here. Where that
-    ``is_surveyed`` and did not come to be known, it is barred, and the next cheapest way is tried.
+    If the known part is too short, the returned path is empty, and the robot should survey the unknown part from here.
+    If it has done so, the unknown part is barred and the next cheapest path is planned.
+
+    ground: the traversable cells.
+    here: the robot's cell.
+    goals: the goals' cells.
+    is_surveyed: whether the robot has surveyed its surroundings from here.
     """
     for _ in range(TRIES):
-        candidate = _cheapest(ground, here, goals)
+        candidate = _find_cheapest(ground, here, goals)
         if candidate is None:
             return NO_PATH_PLAN
-        detour = _known_part(ground, candidate)
-        if not detour.beyond or len(detour.way.path) * ground.grid.cell > WORTH_M:
+        detour = _split_path(ground, candidate)
+        if not detour.unknown_part or len(detour.path.cells) * ground.grid.cell > WORTH_M:
             return detour
         if not is_surveyed:
-            return PathPlan(NO_PATH, detour.beyond)
-        ground.bar(detour.beyond[0])
+            return PathPlan(NO_PATH, detour.unknown_part)
+        ground.bar(detour.unknown_part[0])
     return NO_PATH_PLAN
 
 
-def _cheapest(ground: Traversability, here: Cell, goals: Mask) -> _Candidate | None:
-    """Return the cheapest way to a goal: for its length, for what it leads over, and for how narrow it is."""
-    candidates = [_shortest(ground, here, goals, trust) for trust in Certainty]
+def _find_cheapest(ground: Traversability, here: Cell, goals: Mask) -> _Candidate | None:
+    """Return the path with the least cost for length, certainty and margin."""
+    candidates = [_find_shortest(ground, here, goals, trust) for trust in Certainty]
     return min(filter(None, candidates), key=lambda candidate: candidate.cost, default=None)
 
 
-def _shortest(ground: Traversability, here: Cell, goals: Mask, trust: Certainty) -> _Candidate | None:
-    """Return the shortest way to a goal, with the widest margin that leaves one."""
+def _find_shortest(ground: Traversability, here: Cell, goals: Mask, trust: Certainty) -> _Candidate | None:
+    """Return the shortest path to a goal with the widest possible margin."""
     for margin, mask in enumerate(ground.open_cells(here, trust)):
         steps = wavefront(here, mask, goals)
         at_goals = np.where(goals, steps, UNREACHED)
@@ -230,8 +249,8 @@ def _shortest(ground: Traversability, here: Cell, goals: Mask, trust: Certainty)
     return None
 
 
-def _known_part(ground: Traversability, candidate: _Candidate) -> PathPlan:
-    """Return a way, parted where it leaves what is known to be free."""
+def _split_path(ground: Traversability, candidate: _Candidate) -> PathPlan:
+    """Split a path at its first cell that is not surely free."""
     path = candidate.path
     known_cells = ground.open_cells(path[0])[candidate.margin]
     known = list(takewhile(lambda cell: known_cells[cell], path))

@@ -1,4 +1,4 @@
-"""What a picture shows: blobs of a colour, and marks on what was found."""
+"""Vision: finds blobs of a colour in pictures, and draws boxes around them."""
 
 from robotcore.autonomy.vision.annotate import draw_boxes
 from robotcore.autonomy.vision.colour import HUES, Blob, ColourDetector, hue_of

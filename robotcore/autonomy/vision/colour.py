@@ -1,4 +1,4 @@
-"""A patch of one colour in a picture."""
+"""Finds blobs of one hue in pictures."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from robotcore.autonomy.vision.regions import (
     HueClassifier,
     Region,
     box_of,
+    find_contours,
     find_hue,
     measure_region,
-    outlines,
     pixels_in,
 )
 from robotcore.errors import UnknownNameError, UsageError
@@ -26,21 +26,22 @@ from robotcore.optics import Intrinsics
 
 @dataclass(frozen=True, slots=True)
 class Blob:
-    """A connected patch: pixels for ``centroid``, ``box`` (left, top, width, height) and ``area``.
-
-    ``bearing`` is the direction of the centroid in radians, positive to the left. ``is_clipped`` says that the patch
-    touches the picture's edge: what it belongs to is larger than what is seen.
-    """
+    """A connected region of one colour in a picture, with its holes filled."""
 
     centroid: tuple[float, float]
+    """Column and row, in pixels."""
     box: tuple[int, int, int, int]
+    """Left, top, width and height, in pixels."""
     area: int
+    """In pixels."""
     bearing: float
+    """The direction of the centroid from the camera's axis, in radians, positive to the left."""
     is_clipped: bool
+    """Whether the region touches the picture's edge, so that a part of the body may be outside the picture."""
 
     @property
     def radius(self) -> float:
-        """Half of the box's longer side, in pixels: a ball's, where it is neither clipped nor covered."""
+        """Half the box's longer side, in pixels. It is a ball's radius if the ball is neither clipped nor covered."""
         return max(self.box[2], self.box[3]) / 2
 
 
@@ -58,7 +59,13 @@ HUES = {
 
 
 def hue_of(hue: str | float) -> float:
-    """Return a hue, given by name or in degrees, in [0, 360)."""
+    """Return a hue in degrees, in [0, 360), from a name in `HUES` or from degrees.
+
+    Raises UnknownNameError for an unknown name, and UsageError for a number that is not finite.
+
+    >>> hue_of("green"), hue_of(-10)
+    (128.0, 350.0)
+    """
     try:
         degrees = float(hue)
     except ValueError:
@@ -66,35 +73,42 @@ def hue_of(hue: str | float) -> float:
             raise UnknownNameError("hue", str(hue), list(HUES)) from None
         return HUES[str(hue)]
     if not math.isfinite(degrees):
-        raise UsageError(f"the hue is {hue}; it must be a name or degrees from 0 to 360")
+        raise UsageError(f"the hue is {hue}; take a name or degrees from 0 to 360", kind="no-hue", hue=hue)
     return degrees % 360
 
 
 CAST, ALWAYS_ENOUGH = 0.6, 0.38
-"""A picture that as a whole has a saturation s in the hue asks for CAST · s more; the other is always enough."""
+"""A picture with the mean saturation s in the hue needs CAST · s more saturation; ALWAYS_ENOUGH always suffices."""
 
 SHARE = 0.5
-"""A patch ends where its chroma has fallen to this share of its mean: half way down a blurred edge."""
+"""A region ends at this share of its mean chroma: half way down a blurred edge."""
 
 MARGIN_PX = 3
+"""The margin around a candidate, at full size, in which its region is measured."""
 
 FEW, MOST = 4, 8
-"""A ball is one patch; where more than a few show up there is noise or texture. At most so many are measured."""
+"""More than FEW candidates are noise or texture, and the picture is blurred. At most MOST candidates are measured."""
 
 
 class ColourDetector:
-    """Finds patches of a hue in BGR pictures, largest first.
+    """Finds blobs of a hue in BGR pictures.
 
-    Something is seen where, at half size, the saturation in the hue is at least ``min_saturation`` (0 to 1; more in a
-    picture that is tinged with the hue) and the chroma ``min_chroma`` grey levels above that. It is measured at full
-    size, where the hue is within ``tolerance`` degrees; holes are filled. What lies in a larger patch's box is left
-    out, and so are the smallest of more than eight.
+    Candidates are found at half size, by saturation and chroma. They are measured at full size, by hue, with their
+    holes filled. A blob whose centroid is in a larger blob's box is left out. At most eight blobs are found.
+
+    hue: a name in `HUES`, or degrees.
+    tolerance: the greatest difference of the hue, in degrees, more than 0 and less than 90.
+    min_saturation: the least saturation in the hue, 0 to 1. It is raised for a picture that is tinged with the hue.
+    min_chroma: the least chroma above the chroma of that saturation, in grey levels.
+    min_area: the least area of a blob, in pixels.
 
     >>> from robotcore.optics import Intrinsics
     >>> picture = np.full((240, 320, 3), 128, np.uint8)
     >>> picture[100:120, 50:80] = (60, 170, 40)
     >>> [(blob.box, blob.area) for blob in ColourDetector("green").find(picture, Intrinsics(320, 240, 1.0))]
     [((50, 100, 30, 20), 600)]
+    >>> ColourDetector("green")
+    ColourDetector(hue=128, tolerance=30, min_area=12)
     """
 
     def __init__(
@@ -107,68 +121,81 @@ class ColourDetector:
         min_area: int = 12,
     ) -> None:
         if not 0 < tolerance < 90:
-            raise UsageError(f"the tolerance is {tolerance:g} degrees; take more than 0 and less than 90")
+            text = f"the tolerance is {tolerance:g} degrees; take more than 0 and less than 90"
+            raise UsageError(text, kind="tolerance-out-of-bounds", tolerance=tolerance)
         if not min_area >= 1:
-            raise UsageError(f"the smallest area is {min_area} pixels; take 1 or more")
+            text = f"the smallest area is {min_area} pixels; take 1 or more"
+            raise UsageError(text, kind="area-too-small", min_area=min_area)
         self.hue = hue_of(hue)
+        self._tolerance = tolerance
         self._hue_classifier = HueClassifier(self.hue, tolerance)
         self._min_saturation = min_saturation
         self._min_chroma = min_chroma
         self._min_area = min_area
 
     def find(self, image: Image, intrinsics: Intrinsics) -> list[Blob]:
-        """Return the patches of at least ``min_area`` pixels, the largest first; UsageError where a picture is grey."""
-        if image.ndim != 3:
-            raise UsageError(f"a grey picture, {image.shape}, has no hues; hand over a BGR one, (height, width, 3)")
-        apart: list[Region] = []
-        for patch in sorted(self._patches(image), key=_area, reverse=True):
-            if not any(patch.lies_in(larger.box) for larger in apart):
-                apart.append(patch)
-        return [_blob(patch, intrinsics) for patch in apart]
+        """Return the blobs in a picture, the largest first.
 
-    def _patches(self, image: Image) -> Iterator[Region]:
-        """Yield what there is at full size wherever something is seen at half size; a patch may come twice."""
+        image: a BGR picture, (height, width, 3). It does not change.
+        intrinsics: the camera of the picture.
+
+        Raises UsageError for a grey picture.
+        """
+        if image.ndim != 3:
+            text = f"a grey picture, {image.shape}, has no hues; hand over a BGR one, (height, width, 3)"
+            raise UsageError(text, kind="grey-picture", shape=image.shape)
+        separate: list[Region] = []
+        for region in sorted(self._find_regions(image), key=_area, reverse=True):
+            if not any(region.lies_in(larger.box) for larger in separate):
+                separate.append(region)
+        return [_make_blob(region, intrinsics) for region in separate]
+
+    def __repr__(self) -> str:
+        return f"ColourDetector(hue={self.hue:g}, tolerance={self._tolerance:g}, min_area={self._min_area})"
+
+    def _find_regions(self, image: Image) -> Iterator[Region]:
+        """Yield the regions at full size of all candidates at half size. A region may be yielded twice."""
         height, width = image.shape[:2]
         size = (width + 1) // 2, (height + 1) // 2
         half = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
-        for box, chroma in self._seen(half):
-            yield from self._patches_near(image, box, SHARE * chroma)
+        for box, chroma in self._find_candidates(half):
+            yield from self._measure_regions(image, box, SHARE * chroma)
 
-    def _seen(self, image: Image) -> Iterator[tuple[Box, float]]:
-        """Yield the box and the mean chroma of each candidate; where many show up, look again with softer eyes."""
-        tests = self._hue_classifier.of_saturation(self._saturation_asked(image), self._min_chroma)
+    def _find_candidates(self, image: Image) -> Iterator[tuple[Box, float]]:
+        """Yield the box and the mean chroma of each candidate. If there are many, search again in a blurred picture."""
+        tests = self._hue_classifier.of_saturation(self._least_saturation(image), self._min_chroma)
         mask = find_hue(image, tests)
-        candidates = outlines(mask)
+        candidates = find_contours(mask)
         if len(candidates) > FEW:
             image = np.asarray(cv2.blur(image, (3, 3)), np.uint8)
             mask = find_hue(image, tests)
-            candidates = sorted(outlines(mask), key=pixels_in)[-MOST:]
+            candidates = sorted(find_contours(mask), key=pixels_in)[-MOST:]
         for candidate in candidates:
             left, top, width, height = box = box_of(candidate)
             inside = slice(top, top + height), slice(left, left + width)
             yield box, self._hue_classifier.chroma(cv2.mean(image[inside], mask[inside]))
 
-    def _patches_near(self, image: Image, box: Box, chroma: float) -> Iterator[Region]:
-        """Yield the patches of at least this chroma in what a box at half size covers, and a little around it."""
+    def _measure_regions(self, image: Image, box: Box, chroma: float) -> Iterator[Region]:
+        """Yield the regions of at least this chroma in and near a box, which is given at half size."""
         left, top, width, height = box
         right, bottom = 2 * (left + width) + MARGIN_PX, 2 * (top + height) + MARGIN_PX
         left, top = max(0, 2 * left - MARGIN_PX), max(0, 2 * top - MARGIN_PX)
         window = image[top:bottom, left:right].copy()  # OpenCV takes rows that lie together as one
-        for outline in outlines(find_hue(window, self._hue_classifier.of_chroma(chroma)), (left, top)):
-            if pixels_in(outline) >= self._min_area:
-                yield measure_region(outline)
+        for contour in find_contours(find_hue(window, self._hue_classifier.of_chroma(chroma)), (left, top)):
+            if pixels_in(contour) >= self._min_area:
+                yield measure_region(contour)
 
-    def _saturation_asked(self, image: Image) -> float:
-        """Return the saturation to ask for: more, where the light or a lawn lends everything something of the hue."""
+    def _least_saturation(self, image: Image) -> float:
+        """Return the saturation that a candidate needs. It is more if the light or a lawn tinges the whole picture."""
         cast = CAST * max(0.0, self._hue_classifier.saturation(cv2.mean(image)))
         return max(self._min_saturation, min(self._min_saturation + cast, ALWAYS_ENOUGH))
 
 
-def _area(patch: Region) -> int:
-    return patch.area
+def _area(region: Region) -> int:
+    return region.area
 
 
-def _blob(patch: Region, intrinsics: Intrinsics) -> Blob:
-    left, top, width, height = patch.box
+def _make_blob(region: Region, intrinsics: Intrinsics) -> Blob:
+    left, top, width, height = region.box
     is_clipped = left == 0 or top == 0 or left + width == intrinsics.width or top + height == intrinsics.height
-    return Blob(patch.centroid, patch.box, patch.area, intrinsics.bearing(patch.centroid[0]), is_clipped)
+    return Blob(region.centroid, region.box, region.area, intrinsics.bearing(region.centroid[0]), is_clipped)

@@ -1,4 +1,4 @@
-"""Pixels of a hue by linear tests, and the regions that they form."""
+"""Classifies pixels by hue with linear tests, and measures the regions that they form."""
 
 from __future__ import annotations
 
@@ -12,29 +12,32 @@ from numpy.typing import NDArray
 from robotcore.hal.devices import Image
 
 Tests = NDArray[np.float32]
-"""Three tests, (3, 4): a colour (b, g, r, 1) passes one where the product is white, 255, or more."""
+"""Three tests, (3, 4). A colour (b, g, r, 1) passes a test if the product is at least 255."""
 
 Mask = NDArray[np.uint8]
 Row = tuple[float, float, float]
 Rows = NDArray[np.float64]
 
 STEEPNESS = 16.0
-"""By how much a colour falls short of white for each grey level that it fails a test by; OpenCV is slow from 32."""
+"""The slope of a test, in output levels per grey level. From 32 on, OpenCV is slow."""
 
 OPENING = 2.0
-"""How much wider, as a tangent, the wedge is that starts away from grey."""
+"""The factor on the tangent of the half angle for the wide wedge, which starts away from grey."""
 
 WHITE = np.array((0, 0, 0, 255), np.float32)
 PACKED_WHITE = 0xFFFF
 
 
 class HueClassifier:
-    """The colours of a hue in degrees, give or take ``tolerance`` degrees.
+    """Makes linear tests for the colours of a hue.
 
-    Brightness apart, a colour is a point of a plane in which grey is the middle and hue a direction. Its chroma is how
-    far it lies along the asked-for hue, in grey levels; its saturation is chroma over value, which light and shadow
-    leave as it is. For a colour of the very hue they are those of HSV; the plane's directions and HSV's hues differ by
-    1.2 degrees at most.
+    Without its brightness, a colour is a point of a plane. Grey is the origin, and each hue is a direction. Chroma is
+    the coordinate along the classifier's hue, in grey levels. Saturation is chroma over value, so light and shadow do
+    not change it. For colours of exactly this hue, both equal those of HSV. The plane's directions differ from HSV's
+    hues by at most 1.2 degrees.
+
+    hue: in degrees.
+    tolerance: the greatest difference of the hue, in degrees.
 
     >>> green = HueClassifier(120.0, tolerance=30.0)
     >>> round(green.chroma((20, 200, 20))), round(green.saturation((20, 200, 20)), 2)
@@ -45,39 +48,42 @@ class HueClassifier:
         self._chroma, self._value = _direction(hue), _value(hue)
         along, across, value = (np.array(row) for row in (self._chroma, _direction(hue + 90), self._value))
         narrow = math.radians(tolerance)
-        self._narrow = _steep(_sides(along, across, narrow), along) + WHITE
-        self._per_chroma = _steep(np.zeros((2, 3)), np.zeros(3), (0.0, 0.0, 1.0))
+        self._narrow = _make_tests(_sides(along, across, narrow), along) + WHITE
+        self._per_chroma = _make_tests(np.zeros((2, 3)), np.zeros(3), (0.0, 0.0, 1.0))
         wide = math.atan(OPENING * math.tan(narrow))
         sine = math.sin(wide)
-        self._wide = _steep(_sides(along, across, wide), along) + WHITE
-        self._per_saturation = _steep(np.array((sine * value, sine * value)), value)
-        self._per_distance = _steep(np.zeros((2, 3)), np.zeros(3), (sine, sine, 1.0))
+        self._wide = _make_tests(_sides(along, across, wide), along) + WHITE
+        self._per_saturation = _make_tests(np.array((sine * value, sine * value)), value)
+        self._per_distance = _make_tests(np.zeros((2, 3)), np.zeros(3), (sine, sine, 1.0))
 
     def chroma(self, bgr: tuple[float, ...]) -> float:
-        """Return how far a colour lies along the hue, in grey levels; below 0 on the other side of grey."""
+        """Return the chroma of a colour in grey levels; below 0 for colours of the opposite hues."""
         return _product(self._chroma, bgr)
 
     def saturation(self, bgr: tuple[float, ...]) -> float:
-        """Return a colour's chroma as a part of its value."""
+        """Return the saturation of a colour: its chroma over its value."""
         return self.chroma(bgr) / max(_product(self._value, bgr), 1.0)
 
     def of_chroma(self, least: float) -> Tests:
-        """Return the tests for the colours within the tolerance that have at least this chroma."""
+        """Return the tests for colours within the tolerance and with at least this chroma, in grey levels."""
         return self._narrow - least * self._per_chroma
 
     def of_saturation(self, least: float, distance: float) -> Tests:
-        """Return the tests for a wider wedge that starts ``distance`` grey levels beyond a saturation of ``least``.
+        """Return the tests for colours in a wider wedge that starts away from grey.
 
-        So the duller a colour, the nearer to the hue it must be; the darker, the more saturated.
+        A dull colour must be nearer to the hue, and a dark colour must be more saturated.
+
+        least: the saturation at which the wedge starts.
+        distance: the additional chroma at which the wedge starts, in grey levels.
         """
         tests: Tests = self._wide - distance * self._per_distance - least * self._per_saturation
         return tests
 
 
 def find_hue(image: Image, tests: Tests) -> Mask:
-    """Return which pixels of a BGR picture pass all three tests: (height, width), 1 or 0.
+    """Return 1 for each pixel of a BGR picture that passes all three tests, else 0, (height, width).
 
-    One matrix product makes a picture that is white where the tests are passed; packed into 16 bits, white is all ones.
+    A matrix product makes a picture in which such pixels are white. Packed into 16 bits, white has all bits set.
     """
     packed = cv2.cvtColor(cv2.transform(image, tests), cv2.COLOR_BGR2BGR565)
     mask: Mask = (packed.view(np.uint16)[..., 0] == PACKED_WHITE).view(np.uint8)
@@ -85,26 +91,26 @@ def find_hue(image: Image, tests: Tests) -> Mask:
 
 
 def _sides(along: Rows, across: Rows, half_angle: float) -> Rows:
-    """Return the tests for being within an angle of the hue, on one side and on the other."""
+    """Return the tests for an angle of at most ``half_angle`` from the hue, one for either side."""
     sine, cosine = math.sin(half_angle), math.cos(half_angle)
     return np.array((sine * along - cosine * across, sine * along + cosine * across))
 
 
-def _steep(sides: Rows, outwards: Rows, offsets: Row = (0.0, 0.0, 0.0)) -> Tests:
+def _make_tests(sides: Rows, outwards: Rows, offsets: Row = (0.0, 0.0, 0.0)) -> Tests:
     return np.asarray(STEEPNESS * np.column_stack((np.vstack((sides, outwards)), offsets)), np.float32)
 
 
 def _direction(degrees: float) -> Row:
-    """Return what blue, green and red count along a direction of the plane; they themselves lie at 240, 120 and 0."""
+    """Return the weights of blue, green and red along a direction. Their own directions are 240°, 120° and 0°."""
     blue, green, red = (math.cos(math.radians(primary - degrees)) for primary in (240, 120, 0))
     return blue, green, red
 
 
 def _value(hue: float) -> Row:
-    """Return what blue, green and red count in the value, the largest of them, of a colour of the hue.
+    """Return the weights of blue, green and red for the value of a colour of a hue: the largest of the three.
 
-    It is their mean and two thirds of the chroma along the nearest primary, which is the chroma along the hue times the
-    cosine between the two.
+    The value is the mean plus two thirds of the chroma along the nearest primary colour, which is the chroma along
+    the hue times the cosine of the angle between both.
     """
     from_primary = math.radians(abs((hue + 60) % 120 - 60))
     blue, green, red = (1 / 3 + 2 / 3 * math.cos(from_primary) * part for part in _direction(hue))
@@ -116,53 +122,56 @@ def _product(row: Row, bgr: tuple[float, ...]) -> float:
 
 
 Contour = Any
-"""An outline as OpenCV has it: the pixels along the edge, (n, 1, 2), each a neighbour of the next."""
+"""A contour of OpenCV: the pixels along the edge in order, (n, 1, 2)."""
 
 Box = tuple[int, int, int, int]
 
 
 class Region(NamedTuple):
-    """A patch with its holes filled: pixels for ``centroid``, ``box`` (left, top, width, height) and ``area``."""
+    """A connected region of a mask, with its holes filled."""
 
     centroid: tuple[float, float]
+    """Column and row, in pixels."""
     box: Box
+    """Left, top, width and height, in pixels."""
     area: int
+    """In pixels."""
 
     def lies_in(self, box: Box) -> bool:
-        """Whether its centroid is within a box."""
+        """Return whether the centroid is in a box."""
         (u, v), (left, top, width, height) = self.centroid, box
         return left <= u < left + width and top <= v < top + height
 
 
-def outlines(mask: Mask, offset: tuple[int, int] = (0, 0)) -> list[Contour]:
-    """Return the outer outlines of the patches in a mask, moved by an offset in pixels."""
+def find_contours(mask: Mask, offset: tuple[int, int] = (0, 0)) -> list[Contour]:
+    """Return the outer contours of the regions in a mask, moved by an offset in pixels."""
     found, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=offset)
     return list(found)
 
 
-def pixels_in(outline: Contour) -> float:
-    """Return how many pixels the patch within an outline has.
+def pixels_in(contour: Contour) -> float:
+    """Return the number of pixels of a region.
 
-    An outline goes through the middles of the edge's pixels, so it encloses half of them. Pick's theorem counts the
-    rest: pixels = enclosed area + edge / 2 + 1.
+    A contour goes through the middles of the edge's pixels, so it encloses half of them. Pick's theorem gives the sum:
+    pixels = enclosed area + edge / 2 + 1.
     """
-    return cv2.contourArea(outline) + _not_enclosed(outline)
+    return cv2.contourArea(contour) + _not_enclosed(contour)
 
 
-def measure_region(outline: Contour) -> Region:
-    """Return the patch within an outline; the pixels that it does not enclose lie where the edge does."""
-    moments, edge = cv2.moments(outline), _not_enclosed(outline)
-    edge_u, edge_v = cv2.mean(outline)[:2]
+def measure_region(contour: Contour) -> Region:
+    """Return the region in a contour. The pixels that the contour does not enclose count at the edge's centroid."""
+    moments, edge = cv2.moments(contour), _not_enclosed(contour)
+    edge_u, edge_v = cv2.mean(contour)[:2]
     area = moments["m00"] + edge
     centroid = (moments["m10"] + edge * edge_u) / area, (moments["m01"] + edge * edge_v) / area
-    return Region(centroid, box_of(outline), round(area))
+    return Region(centroid, box_of(contour), round(area))
 
 
-def box_of(outline: Contour) -> Box:
-    """Return the box around an outline: left, top, width, height."""
-    left, top, width, height = cv2.boundingRect(outline)
+def box_of(contour: Contour) -> Box:
+    """Return the box around a contour: left, top, width and height."""
+    left, top, width, height = cv2.boundingRect(contour)
     return left, top, width, height
 
 
-def _not_enclosed(outline: Contour) -> float:
-    return len(outline) / 2 + 1 if len(outline) > 1 else 1.0
+def _not_enclosed(contour: Contour) -> float:
+    return len(contour) / 2 + 1 if len(contour) > 1 else 1.0

@@ -8,8 +8,8 @@ from tests.robotcore.autonomy.navigation.places import HERE, REACH
 
 @pytest.fixture
 def field() -> Map:
-    """An open circle of two metres round the robot, all of it known to be free and looked at."""
+    """Return a map with a circle of 2 m around the robot that is free and seen."""
     known = Map(HERE, REACH)
     known.grid.evidence[known.grid.disc(0.0, 0.0, 2.0)] = -1.0
-    known.coverage.looked_at[:] = True
+    known.coverage.seen[:] = True
     return known

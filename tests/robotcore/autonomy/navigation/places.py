@@ -1,4 +1,4 @@
-"""Maps as they might have been learnt."""
+"""Maps for tests."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ HERE = Pose(0.0, 0.0, 0.0)
 
 
 def take(
-    grid: OccupancyGrid, left: float, right: float, bottom: float, top: float, heard_from: float = CLOSE_M / 2
+    grid: OccupancyGrid, left: float, right: float, bottom: float, top: float, nearest_echo: float = CLOSE_M / 2
 ) -> None:
-    """Put something that is taken into a map, from x ``left`` to ``right``, from y ``bottom`` to ``top``."""
+    """Mark a rectangle as occupied, from x ``left`` to ``right`` and from y ``bottom`` to ``top``."""
     (low, first), (high, last) = grid.cell_of(left, bottom), grid.cell_of(right, top)
     grid.evidence[low : high + 1, first : last + 1] = 1.0
-    grid.heard_from[low : high + 1, first : last + 1] = heard_from
+    grid.nearest_echo[low : high + 1, first : last + 1] = nearest_echo
 
 
 def veil(grid: OccupancyGrid, left: float, right: float, bottom: float, top: float) -> None:
-    """Make part of a map unknown."""
+    """Make a part of a map unknown."""
     (low, first), (high, last) = grid.cell_of(left, bottom), grid.cell_of(right, top)
     grid.evidence[low : high + 1, first : last + 1] = 0.0

@@ -13,7 +13,7 @@ from tests.robotcore.fakes import EYE, Rig, picture
 RADIUS = 0.1
 GREEN = (60, 170, 40)
 POSE = Pose(1.0, -2.0, math.pi / 2)
-"""Of the robot; its camera and its range sensor sit 0.14 m ahead of the axle."""
+"""The robot's pose. Its camera and its range sensor are 0.14 m ahead of the axle."""
 
 
 @pytest.fixture
@@ -34,13 +34,13 @@ def ball(left: int, top: int, size: int) -> Image:
 
 
 def place_of(tracker: BallTracker) -> tuple[float, float]:
-    """Return the place as distance from the camera and bearing."""
+    """Return the distance and the bearing of a place from the camera."""
     assert tracker.place
     eye = POSE.moved(Pose(0.14, 0.0, 0.0))
     return eye.distance_to(*tracker.place), eye.bearing_to(*tracker.place)
 
 
-def test_what_is_not_seen_is_lost_for_longer_and_longer(rig: Rig, tracker: BallTracker) -> None:
+def test_time_without_the_ball_is_counted(rig: Rig, tracker: BallTracker) -> None:
     for passed in (0.0, 0.05, 0.1):
         assert tracker.look(rig.robot, POSE) is None
         assert tracker.lost_for == pytest.approx(passed)
@@ -49,7 +49,7 @@ def test_what_is_not_seen_is_lost_for_longer_and_longer(rig: Rig, tracker: BallT
     assert not tracker.is_in_sight
 
 
-def test_size_and_column_tell_where_it_lies(rig: Rig, tracker: BallTracker) -> None:
+def test_place_follows_from_size_and_column(rig: Rig, tracker: BallTracker) -> None:
     rig.eye.image = ball(4, 8, 6)
     blob = tracker.look(rig.robot, POSE)
     assert blob
@@ -57,16 +57,18 @@ def test_size_and_column_tell_where_it_lies(rig: Rig, tracker: BallTracker) -> N
     assert tracker.lost_for == 0
 
 
-@pytest.mark.parametrize("error, is_believed", [(0.1, True), (-0.1, True), (0.2, False), (-0.2, False)])
-def test_an_echo_that_agrees_is_believed(rig: Rig, tracker: BallTracker, error: float, is_believed: bool) -> None:
+@pytest.mark.parametrize("error, is_used", [(0.1, True), (-0.1, True), (0.2, False), (-0.2, False)])
+def test_echo_that_agrees_with_the_size_gives_the_distance(
+    rig: Rig, tracker: BallTracker, error: float, is_used: bool
+) -> None:
     rig.eye.image = ball(13, 8, 6)
     by_size = RADIUS * EYE.focal_length / 3
     rig.nose.distance = by_size - RADIUS + error
     tracker.look(rig.robot, POSE)
-    assert place_of(tracker)[0] == pytest.approx(by_size + error if is_believed else by_size)
+    assert place_of(tracker)[0] == pytest.approx(by_size + error if is_used else by_size)
 
 
-def test_an_echo_from_beside_the_ball_is_not(rig: Rig, tracker: BallTracker) -> None:
+def test_echo_is_ignored_if_the_ball_is_outside_the_cone(rig: Rig, tracker: BallTracker) -> None:
     rig.eye.image = ball(1, 8, 6)
     by_size = RADIUS * EYE.focal_length / 3
     rig.nose.distance = by_size - RADIUS + 0.1
@@ -74,14 +76,14 @@ def test_an_echo_from_beside_the_ball_is_not(rig: Rig, tracker: BallTracker) -> 
     assert place_of(tracker)[0] == pytest.approx(by_size)
 
 
-def test_where_the_ball_fills_the_picture_only_the_echo_tells(rig: Rig, tracker: BallTracker) -> None:
+def test_echo_gives_the_distance_if_the_ball_fills_the_picture(rig: Rig, tracker: BallTracker) -> None:
     rig.eye.image = picture(GREEN)
     rig.nose.distance = 0.5
     tracker.look(rig.robot, POSE)
     assert place_of(tracker)[0] == pytest.approx(0.6)
 
 
-def test_a_speck_moves_no_place_that_was_seen_well(rig: Rig, tracker: BallTracker) -> None:
+def test_small_blob_does_not_change_a_measured_place(rig: Rig, tracker: BallTracker) -> None:
     rig.eye.image = ball(13, 8, 6)
     tracker.look(rig.robot, POSE)
     seen_well = tracker.place
@@ -95,7 +97,7 @@ def test_a_speck_moves_no_place_that_was_seen_well(rig: Rig, tracker: BallTracke
     assert tracker.place not in {seen_well, None}
 
 
-def test_what_was_found_is_shown_with_its_mark(rig: Rig, tracker: BallTracker) -> None:
+def test_picture_with_a_box_is_shown(rig: Rig, tracker: BallTracker) -> None:
     rig.eye.image = ball(13, 8, 6)
     tracker.look(rig.robot, POSE)
     assert rig.screen.picture is not None
@@ -107,7 +109,7 @@ def test_a_robot_without_a_display_can_track_too(tracker: BallTracker) -> None:
     assert tracker.look(rig.robot, POSE) is None
 
 
-def test_a_picture_that_comes_late_shows_it_from_where_it_was_taken(rig: Rig, tracker: BallTracker) -> None:
+def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, tracker: BallTracker) -> None:
     tracker.look(rig.robot, POSE)
     rig.sleep(0.1)
     rig.eye._newest = lambda: Frame(ball(4, 8, 6), 0.0, 1)  # type: ignore[method-assign]

@@ -15,8 +15,8 @@ from robotcore.autonomy.navigation.grid_search import (
     Mask,
     are_straight_ways,
     backtrack,
-    hidden,
     is_straight_way,
+    mask_hidden,
     rays_from,
     wavefront,
 )
@@ -26,7 +26,7 @@ CORNERS = [(-1, -1), (-1, 1), (1, -1), (1, 1)]
 
 
 def drawn(picture: str) -> tuple[Mask, dict[str, Cell]]:
-    """Return which cells are open in a picture, ``#`` being closed, and where its letters are."""
+    """Return the open cells of a drawing, in which ``#`` is closed, and the cells of its letters."""
     rows = picture.split()
     places = {mark: (r, c) for r, row in enumerate(rows) for c, mark in enumerate(row) if mark.isalpha()}
     return np.array([[mark != "#" for mark in row] for row in rows]), places
@@ -40,7 +40,7 @@ def neighbours(cell: Cell, offsets: list[Cell], open_cells: Mask) -> Iterator[Ce
 
 
 def steps_by_hand(start: Cell, open_cells: Mask) -> dict[Cell, int]:
-    """Return what `wavefront` should: cell by cell, odd steps over edges and corners, even ones over edges."""
+    """Return the steps of a wave, computed cell by cell: odd steps over edges and corners, even ones over edges."""
     reached = {start: 0}
     for step in range(1, 2 * open_cells.size):
         offsets = EDGES + CORNERS if step % 2 else EDGES
@@ -55,7 +55,7 @@ def masks() -> st.SearchStrategy[Mask]:
 
 
 @given(masks(), st.integers(0, 4), st.integers(0, 5))
-def test_steps_are_those_of_a_wave_that_is_followed_cell_by_cell(open_cells: Mask, row: int, column: int) -> None:
+def test_steps_equal_those_of_a_simple_wave(open_cells: Mask, row: int, column: int) -> None:
     steps = wavefront((row, column), open_cells)
     by_hand = steps_by_hand((row, column), open_cells)
     for cell in np.ndindex(*open_cells.shape):
@@ -63,7 +63,7 @@ def test_steps_are_those_of_a_wave_that_is_followed_cell_by_cell(open_cells: Mas
 
 
 @given(masks(), st.integers(0, 4), st.integers(0, 5))
-def test_a_way_back_leads_from_the_start_over_open_neighbours(open_cells: Mask, row: int, column: int) -> None:
+def test_backtracked_path_leads_over_open_neighbours(open_cells: Mask, row: int, column: int) -> None:
     start = (row, column)
     steps = wavefront(start, open_cells)
     for goal in map(tuple, np.argwhere(steps != UNREACHED)):
@@ -75,7 +75,7 @@ def test_a_way_back_leads_from_the_start_over_open_neighbours(open_cells: Mask, 
             assert max(abs(following_r - r), abs(following_c - c)) == 1
 
 
-def test_what_is_walled_off_is_not_reached() -> None:
+def test_cells_behind_walls_are_not_reached() -> None:
     open_cells, at = drawn("..#.. S.#G. ..#..")
     assert wavefront(at["S"], open_cells)[at["G"]] == UNREACHED
 
@@ -87,19 +87,19 @@ def test_a_wave_goes_round_a_wall() -> None:
 
 
 @pytest.mark.parametrize("length", [1, 2, 50])
-def test_a_wave_ends_though_its_way_is_long_and_narrow(length: int) -> None:
+def test_wave_ends_in_a_long_narrow_passage(length: int) -> None:
     steps = wavefront((0, 0), np.ones((1, length), np.bool_))
     assert steps[0].tolist() == list(range(length))
 
 
-def test_a_straight_way_is_free_where_all_its_cells_are() -> None:
+def test_line_is_straight_if_all_its_cells_are_open() -> None:
     open_cells, at = drawn("A...B .##.. C...D")
     assert is_straight_way(open_cells, at["A"], at["B"])
     assert is_straight_way(open_cells, at["B"], at["D"])
     assert not is_straight_way(open_cells, at["A"], at["D"])
 
 
-def test_where_a_straight_way_begins_does_not_matter_but_where_it_ends_does() -> None:
+def test_start_of_a_line_may_be_closed_but_not_its_end() -> None:
     open_cells = np.array([[False, True, True, False]])
     assert is_straight_way(open_cells, (0, 0), (0, 2))
     assert not is_straight_way(open_cells, (0, 1), (0, 3))
@@ -107,7 +107,7 @@ def test_where_a_straight_way_begins_does_not_matter_but_where_it_ends_does() ->
 
 
 @given(masks(), st.integers(0, 4), st.integers(0, 5), st.integers(0, 4), st.integers(0, 5))
-def test_a_wave_that_ends_at_a_goal_reaches_it_by_as_many_steps(
+def test_wave_that_ends_at_a_goal_reaches_it_by_as_many_steps(
     open_cells: Mask, row: int, column: int, goal_row: int, goal_column: int
 ) -> None:
     goals = np.zeros_like(open_cells)
@@ -125,20 +125,20 @@ def test_a_wave_ends_at_the_nearest_goal() -> None:
 
 
 def by_hand(open_cells: Mask, start: Cell, goal: Cell) -> bool:
-    """Return whether a line is straight, point by point: two points a step."""
+    """Return whether a line is free, computed point by point, two points a step."""
     count = 2 * max(abs(goal[0] - start[0]), abs(goal[1] - start[1])) + 1
     points = np.linspace(start, goal, count).round().astype(int)
     return all(open_cells[row, column] or (row, column) == start for row, column in points)
 
 
 @given(masks(), st.lists(st.tuples(st.integers(0, 4), st.integers(0, 5)), min_size=1), st.integers(0, 4))
-def test_many_lines_at_once_are_each_what_it_is_alone(open_cells: Mask, starts: list[Cell], row: int) -> None:
+def test_many_lines_at_once_give_the_results_of_single_lines(open_cells: Mask, starts: list[Cell], row: int) -> None:
     goal = (row, 3)
     straight = are_straight_ways(open_cells, starts, [goal])
     assert straight.tolist() == [by_hand(open_cells, start, goal) for start in starts]
 
 
-def test_where_a_straight_way_leaves_the_grid_nothing_is_in_the_way() -> None:
+def test_cells_outside_the_grid_are_open() -> None:
     open_cells = np.array([[False, True, True, False]])
     assert is_straight_way(open_cells, (0, 2), (-7, 9))
     assert not is_straight_way(open_cells, (0, 2), (0, 9))
@@ -161,12 +161,12 @@ def test_each_start_has_its_rays() -> None:
     assert (rays.rows[1, 0, 0], rays.columns[1, 0, 0]) == (2, 4)
 
 
-def test_outside_the_grid_there_is_nothing() -> None:
+def test_mask_is_false_outside_the_grid() -> None:
     rays = rays_from(MIDDLE, np.array([0.0]), np.array([4, 5, 6]), 11)
     assert rays.inside[0, 0].tolist() == [True, True, False]
     assert rays.of(np.ones((11, 11), np.bool_))[0, 0].tolist() == [True, True, False]
 
 
-def test_what_hides_hides_itself_and_all_behind() -> None:
+def test_cell_hides_itself_and_all_cells_behind() -> None:
     hides = np.array([[[False, True, False], [False, False, False]]])
-    assert hidden(hides).tolist() == [[[False, True, True], [False, False, False]]]
+    assert mask_hidden(hides).tolist() == [[[False, True, True], [False, False, False]]]

@@ -25,11 +25,11 @@ def follower(field: Map, steering: Steering) -> Follower:
 
 
 def begin(follower: Follower, field: Map, x: float, y: float) -> None:
-    follower.start(field.ground.way_to(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(x, y)))
+    follower.start(field.ground.find_path(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(x, y)))
 
 
 def walk(follower: Follower, pose: Pose, ticks: int = 2000) -> list[Pose]:
-    """Follow the way to its end, as an ideal robot would."""
+    """Follow the path to its end with exact motion."""
     poses = [pose]
     while (twist := follower.follow(poses[-1])) and len(poses) < ticks:
         poses.append(poses[-1].advanced(twist.linear / 20, twist.angular / 20))
@@ -37,7 +37,7 @@ def walk(follower: Follower, pose: Pose, ticks: int = 2000) -> list[Pose]:
 
 
 class TestSteering:
-    def test_turns_first_to_what_is_far_aside(self, steering: Steering) -> None:
+    def test_turns_on_the_spot_to_a_large_bearing(self, steering: Steering) -> None:
         assert steering.along(1.0, 1.0) == (0.0, TURN)
         assert steering.along(-1.0, 1.0) == (0.0, -TURN)
         assert steering.along(0.0, 1.0) == (SPEED, 0.0)
@@ -46,28 +46,28 @@ class TestSteering:
         speeds = [steering.along(0.0, away).linear for away in (0.3, 0.1, 0.0)]
         assert SPEED == speeds[0] > speeds[1] > speeds[2] > 0
 
-    def test_approaches_slower_the_less_there_is_to_go(self, steering: Steering) -> None:
+    def test_approaches_slower_the_smaller_the_gap(self, steering: Steering) -> None:
         assert steering.approach(0.0, 1.0) == (SPEED, 0.0)
         assert 0 < steering.approach(0.0, 0.05).linear < SPEED / 2
 
-    def test_backs_off_slowly_where_it_is_too_near(self, steering: Steering) -> None:
+    def test_drives_slowly_backward_if_it_is_too_near(self, steering: Steering) -> None:
         assert steering.approach(0.0, -0.5).linear == -BACK_M_S
 
-    def test_approaches_only_what_it_is_turned_to(self, steering: Steering) -> None:
+    def test_approaches_only_with_a_small_bearing(self, steering: Steering) -> None:
         linear, angular = steering.approach(0.5, 1.0)
         assert linear == 0.0
         assert angular > 0
 
 
 class TestFollower:
-    def test_without_a_way_there_is_nothing_to_follow(self, follower: Follower) -> None:
+    def test_returns_none_without_a_path(self, follower: Follower) -> None:
         assert follower.follow(HERE) is None
 
-    def test_ends_where_the_way_ends(self, follower: Follower, field: Map) -> None:
+    def test_ends_at_the_end_of_the_path(self, follower: Follower, field: Map) -> None:
         begin(follower, field, 1.2, -0.8)
         assert walk(follower, HERE)[-1].distance_to(1.2, -0.8) < 0.08
 
-    def test_cuts_short_but_keeps_its_distance(self, follower: Follower, field: Map) -> None:
+    def test_cuts_corners_but_keeps_its_distance(self, follower: Follower, field: Map) -> None:
         take(field.grid, 0.5, 0.6, -0.4, 0.4)
         begin(follower, field, 1.2, 0.0)
         poses = walk(follower, HERE)
@@ -75,7 +75,7 @@ class TestFollower:
         assert poses[-1].distance_to(1.2, 0.0) < 0.08
         assert min(clearance[field.grid.cell_of(pose.x, pose.y)] for pose in poses) > REACH
 
-    def test_finds_another_way_where_something_has_come_up(self, follower: Follower, field: Map) -> None:
+    def test_plans_again_if_the_path_is_blocked(self, follower: Follower, field: Map) -> None:
         begin(follower, field, 1.2, 0.0)
         poses = walk(follower, HERE, ticks=20)
         take(field.grid, 0.6, 0.7, -0.4, 0.4)
@@ -83,19 +83,19 @@ class TestFollower:
         assert poses[-1].distance_to(1.2, 0.0) < 0.08
         assert max(abs(pose.y) for pose in poses) > 0.4
 
-    def test_gives_up_where_nothing_leads_there_any_more(self, follower: Follower, field: Map) -> None:
+    def test_returns_none_if_no_path_is_left(self, follower: Follower, field: Map) -> None:
         begin(follower, field, 1.2, 0.0)
         take(field.grid, 0.5, 0.6, -2.0, 2.0)
         assert follower.follow(HERE) is None
 
-    def test_the_way_it_was_given_stays_as_it_was(self, follower: Follower, field: Map) -> None:
-        way = field.ground.way_to(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(0.6, 0.0))
-        length = len(way.path)
+    def test_does_not_change_the_given_path(self, follower: Follower, field: Map) -> None:
+        way = field.ground.find_path(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(0.6, 0.0))
+        length = len(way.cells)
         follower.start(way)
         walk(follower, HERE)
-        assert len(way.path) == length
+        assert len(way.cells) == length
 
-    def test_drives_at_what_is_ahead_on_its_way_not_at_its_end(self, follower: Follower, field: Map) -> None:
+    def test_drives_at_the_lookahead_point(self, follower: Follower, field: Map) -> None:
         start, corner, end = (field.grid.cell_of(*point) for point in ((0.0, 0.0), (0.8, 0.0), (0.8, 0.8)))
         along = [(start[0], column) for column in range(start[1], corner[1])]
         up = [(row, corner[1]) for row in range(corner[0], end[0])]
@@ -106,11 +106,11 @@ class TestFollower:
 
 
 def turn(look: ScanTurn, headings: list[float]) -> float:
-    """Turn from 0 in steps of 0.1 rad until nothing is left; return how far."""
+    """Turn from 0 in steps of 0.1 rad until no bearing is left, and return the turn."""
     heading = 0.0
     for _ in range(200):
         bearings = np.array([(at - heading + math.pi) % math.tau - math.pi for at in headings])
-        if not (sense := look.sense(heading, bearings)):
+        if not (sense := look.turn_direction(heading, bearings)):
             break
         heading += 0.1 * sense
         headings = [at for at in headings if abs((at - heading + math.pi) % math.tau - math.pi) > 0.15]
@@ -118,9 +118,9 @@ def turn(look: ScanTurn, headings: list[float]) -> float:
 
 
 def survey(sweep: Sweep, heading: float) -> list[float]:
-    """Return through which headings a survey turns, at its turning points."""
+    """Return the headings at which a sweep changes its direction."""
     turning_points, last = [], 0.0
-    while sense := sweep.sense(heading):
+    while sense := sweep.turn_direction(heading):
         if sense == -last:
             turning_points.append(heading)
         last = sense
@@ -129,29 +129,29 @@ def survey(sweep: Sweep, heading: float) -> list[float]:
 
 
 class TestLook:
-    def test_turns_to_the_nearest_first_and_on_in_the_same_sense(self) -> None:
+    def test_turns_to_the_nearest_bearing_and_on_in_the_same_direction(self) -> None:
         assert turn(ScanTurn(0.0), [-0.5, 0.8]) == pytest.approx(0.8 - math.tau, abs=0.2)
         assert turn(ScanTurn(0.0), [0.5, -0.8]) == pytest.approx(math.tau - 0.8, abs=0.2)
 
-    def test_ends_where_nothing_is_left_to_look_at(self) -> None:
+    def test_ends_without_bearings(self) -> None:
         assert turn(ScanTurn(0.0), [1.0, 2.0]) == pytest.approx(2.0, abs=0.2)
-        assert ScanTurn(0.0).sense(0.0, np.array([])) == 0.0
+        assert ScanTurn(0.0).turn_direction(0.0, np.array([])) == 0.0
 
-    def test_goes_round_only_once_though_there_be_more(self) -> None:
+    def test_ends_after_one_full_turn(self) -> None:
         look = ScanTurn(0.0)
         heading, bearing = 0.0, np.array([0.3])
-        while look.sense(heading, bearing) and heading < 20:
+        while look.turn_direction(heading, bearing) and heading < 20:
             heading += 0.1
         assert heading == pytest.approx(math.tau - 0.3, abs=0.1)
 
     def test_turning_back_counts_as_turning_too(self) -> None:
         look = ScanTurn(0.0)
-        senses = [look.sense(heading, np.array([0.5])) for heading in [0.0, 1.0] * 4]
+        senses = [look.turn_direction(heading, np.array([0.5])) for heading in [0.0, 1.0] * 4]
         assert senses == [1.0] * 6 + [0.0] * 2
 
 
 class TestSurvey:
-    def test_sweeps_both_sides_of_what_is_ahead_the_nearer_first(self) -> None:
+    def test_sweeps_both_sides_of_a_bearing_the_nearer_first(self) -> None:
         assert survey(Sweep.ahead(HERE, 0.3), 0.0) == pytest.approx([-0.5, 1.1], abs=0.12)
         assert survey(Sweep.ahead(HERE, -0.3), 0.0) == pytest.approx([0.5, -1.1], abs=0.12)
 
@@ -160,9 +160,9 @@ class TestSurvey:
 
     def test_holds_until_the_robot_has_moved_on(self) -> None:
         sweep = Sweep.ahead(HERE, 0.0)
-        assert sweep.is_about(Pose(0.1, 0.0, 2.0), REACH)
-        assert not sweep.is_about(Pose(0.2, 0.0, 0.0), REACH)
+        assert sweep.is_near(Pose(0.1, 0.0, 2.0), REACH)
+        assert not sweep.is_near(Pose(0.2, 0.0, 0.0), REACH)
 
-    def test_none_was_made_about_anywhere(self) -> None:
-        assert not NO_SWEEP.is_about(HERE, REACH)
-        assert NO_SWEEP.sense(0.0) == 0.0
+    def test_no_sweep_is_near_no_pose(self) -> None:
+        assert not NO_SWEEP.is_near(HERE, REACH)
+        assert NO_SWEEP.turn_direction(0.0) == 0.0

@@ -17,17 +17,17 @@ BALL = Target(1.4, 0.0, 0.5)
 
 @pytest.fixture
 def way(field: Map) -> Navigator:
-    """A navigator in an open field."""
+    """Return a navigator in an open field."""
     navigator = Navigator(SPEED, TURN)
     navigator.forget(HERE)
     navigator.map.ground.reach = field.ground.reach
     navigator.map.grid.evidence[:] = field.grid.evidence
-    navigator.map.coverage.looked_at[:] = True
+    navigator.map.coverage.seen[:] = True
     return navigator
 
 
 def go(move: Callable[[Pose], Twist | None], pose: Pose) -> list[Pose]:
-    """Move until there is nothing more to do, as an ideal robot would."""
+    """Move with exact motion until the navigator returns None."""
     poses = [pose]
     while (twist := move(poses[-1])) and len(poses) < 2000:
         poses.append(poses[-1].advanced(twist.linear / 20, twist.angular / 20))
@@ -39,13 +39,13 @@ def test_without_a_plan_a_look_or_a_survey_there_is_nothing_to_do(way: Navigator
 
 
 class TestLook:
-    def test_turns_to_all_that_was_not_looked_at(self, way: Navigator) -> None:
-        way.map.coverage.looked_at[way.map.grid.disc(-1.0, 0.2, 0.4)] = False
+    def test_turns_over_all_unseen_area(self, way: Navigator) -> None:
+        way.map.coverage.seen[way.map.grid.disc(-1.0, 0.2, 0.4)] = False
         way.begin_look(HERE)
         assert way.look(HERE) == (0.0, TURN)
 
     def test_ends_when_the_camera_has_seen_it(self, way: Navigator) -> None:
-        way.map.coverage.looked_at[way.map.grid.disc(-1.0, 0.2, 0.4)] = False
+        way.map.coverage.seen[way.map.grid.disc(-1.0, 0.2, 0.4)] = False
         way.begin_look(HERE)
 
         def look(pose: Pose) -> Twist | None:
@@ -56,42 +56,42 @@ class TestLook:
 
 
 class TestView:
-    def test_where_all_was_looked_at_there_is_none(self, way: Navigator) -> None:
+    def test_there_is_no_view_if_everything_is_seen(self, way: Navigator) -> None:
         assert not way.plan_to_view(HERE)
 
-    def test_goes_where_it_sees_what_was_not_looked_at(self, way: Navigator) -> None:
+    def test_drives_to_a_view_of_unseen_area(self, way: Navigator) -> None:
         take(way.map.grid, 0.5, 0.6, -1.0, 1.0)
         hidden = way.map.grid.disc(1.2, 0.0, 0.4)
-        way.map.coverage.looked_at[hidden] = False
+        way.map.coverage.seen[hidden] = False
         assert way.plan_to_view(HERE)
         end = go(way.follow, HERE)[-1]
         way.map.coverage.add_view(end, 6.3)
-        assert way.map.coverage.looked_at[hidden].mean() > 0.5
+        assert way.map.coverage.seen[hidden].mean() > 0.5
         assert not way.is_at_frontier
 
-    def test_turns_round_when_it_has_been_seen_on_the_way(self, way: Navigator) -> None:
+    def test_gives_up_a_view_that_was_seen_on_the_way(self, way: Navigator) -> None:
         take(way.map.grid, 0.5, 0.6, -1.0, 1.0)
-        way.map.coverage.looked_at[way.map.grid.disc(1.2, 0.0, 0.4)] = False
+        way.map.coverage.seen[way.map.grid.disc(1.2, 0.0, 0.4)] = False
         assert way.plan_to_view(HERE)
         assert way.follow(HERE)
-        way.map.coverage.looked_at[:] = True
+        way.map.coverage.seen[:] = True
         assert way.follow(HERE) is None
 
-    def test_what_was_looked_at_does_not_end_the_way_to_a_target(self, way: Navigator) -> None:
+    def test_seen_area_does_not_end_the_path_to_a_target(self, way: Navigator) -> None:
         take(way.map.grid, -0.6, -0.5, -1.0, 1.0)
-        way.map.coverage.looked_at[way.map.grid.disc(-1.2, 0.0, 0.4)] = False
+        way.map.coverage.seen[way.map.grid.disc(-1.2, 0.0, 0.4)] = False
         assert way.plan_to_view(HERE)
-        way.map.coverage.looked_at[:] = True
+        way.map.coverage.seen[:] = True
         assert way.plan_to(HERE, BALL)
         assert way.follow(HERE)
 
-    def test_what_was_not_seen_from_here_is_not_to_be_seen_from_here(self, way: Navigator) -> None:
-        way.map.coverage.looked_at[way.map.grid.disc(0.0, 0.9, 0.3)] = False
+    def test_area_that_stays_unseen_from_here_is_marked_as_seen(self, way: Navigator) -> None:
+        way.map.coverage.seen[way.map.grid.disc(0.0, 0.9, 0.3)] = False
         assert not way.plan_to_view(HERE)
 
 
 class TestWayToTarget:
-    def test_leads_round_what_stands_in_the_way(self, way: Navigator) -> None:
+    def test_leads_round_an_obstacle(self, way: Navigator) -> None:
         take(way.map.grid, 0.5, 0.6, -0.4, 0.4)
         assert not way.is_straight(HERE, BALL)
         assert way.plan_to(HERE, BALL)
@@ -110,13 +110,13 @@ class TestWayToTarget:
         way.plan_to_view(HERE)
         assert not way.is_at_frontier
 
-    def test_is_none_where_nothing_leads_there(self, way: Navigator) -> None:
+    def test_is_none_without_a_path(self, way: Navigator) -> None:
         take(way.map.grid, 0.5, 0.6, -5.99, 5.99)
         assert not way.plan_to(HERE, BALL)
 
 
 class TestSurvey:
-    def test_turns_to_and_fro_over_where_the_plan_goes_on(self, way: Navigator) -> None:
+    def test_turns_over_the_direction_of_the_unknown_part(self, way: Navigator) -> None:
         veil(way.map.grid, -0.5, 0.5, 0.7, 2.0)
         way.plan_to(HERE, Target(0.0, 1.6, 0.5))
         end = go(way.follow, HERE)[-1]
@@ -125,19 +125,19 @@ class TestSurvey:
         assert max(headings) - min(headings) > 1.2
         assert (max(headings) + min(headings)) / 2 == pytest.approx(math.pi / 2, abs=0.5)
 
-    def test_goes_on_all_round_and_then_no_more(self, way: Navigator) -> None:
+    def test_continues_with_a_full_turn_and_then_ends(self, way: Navigator) -> None:
         assert way.survey_more(HERE)
         assert abs(go(way.survey, HERE)[-1].heading) < 1.0
         assert way.survey_more(HERE)
         assert go(way.survey, HERE)[-1].heading > 6.0
         assert not way.survey_more(HERE)
 
-    def test_begins_anew_elsewhere(self, way: Navigator) -> None:
+    def test_starts_again_at_another_position(self, way: Navigator) -> None:
         assert way.survey_more(HERE)
         assert way.survey_more(HERE)
         assert way.survey_more(Pose(1.0, 0.0, 0.0))
 
-    def test_what_is_unknown_beside_the_robot_asks_for_one(self, way: Navigator) -> None:
+    def test_unknown_cells_beside_the_robot_need_a_survey(self, way: Navigator) -> None:
         veil(way.map.grid, 0.25, 0.35, 0.05, 0.2)
         assert not way.is_straight(HERE, BALL)
         way.survey_ahead(HERE)
@@ -146,10 +146,10 @@ class TestSurvey:
 
 
 class TestDriveAt:
-    def test_drives_on_where_there_is_room(self, way: Navigator) -> None:
+    def test_drives_to_a_target(self, way: Navigator) -> None:
         assert way.drive_at(HERE, BALL) == (SPEED, 0.0)
 
-    def test_backs_off_from_what_is_too_near_unless_something_is_behind(self, way: Navigator) -> None:
+    def test_drives_backward_from_a_near_target_unless_the_way_is_blocked(self, way: Navigator) -> None:
         near = Pose(1.0, 0.0, 0.0)
         twist = way.drive_at(near, BALL)
         assert twist
@@ -159,7 +159,7 @@ class TestDriveAt:
 
 
 class TestMap:
-    def test_begins_anew_where_the_robot_is_when_it_forgets(self, way: Navigator) -> None:
+    def test_forget_starts_a_new_map_at_the_robot(self, way: Navigator) -> None:
         assert way.plan_to(HERE, BALL)
         way.survey_ahead(HERE)
         way.forget(Pose(4.0, 0.0, 0.0))
@@ -167,7 +167,7 @@ class TestMap:
         assert not way.map.grid.free.any()
         assert way.map.grid.is_within(9.0, 0.0, 0.5)
 
-    def test_goes_with_a_robot_that_leaves_it(self, way: Navigator) -> None:
+    def test_robot_that_leaves_the_map_gets_a_new_one(self, way: Navigator) -> None:
         far = Pose(20.0, -20.0, 1.0)
         way.observe(Rig().robot, far)
         assert way.map.grid.free[way.map.grid.cell_of(far.x, far.y)]

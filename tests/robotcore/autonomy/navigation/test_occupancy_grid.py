@@ -45,7 +45,7 @@ class TestCells:
         assert grid.cell_of(2.01, -2.01) == (-1, grid.count)
         assert grid.cell_of(-2.01, 2.01) == (grid.count, -1)
 
-    def test_a_map_may_lie_round_another_place_and_keeps_the_lattice(self) -> None:
+    def test_map_with_another_centre_keeps_the_lattice(self) -> None:
         here, there = OccupancyGrid(4.0, 0.05), OccupancyGrid(4.0, 0.05, centre=(3.01, -1.0))
         row, column = here.cell_of(1.5, -0.5)
         assert there.cell_of(1.5, -0.5) == (row + 20, column - 60)
@@ -60,26 +60,26 @@ class TestCells:
             (2.1, 0.0, 0.0, False),
         ],
     )
-    def test_knows_what_lies_within_its_borders(
+    def test_is_within_checks_the_margin(
         self, grid: OccupancyGrid, x: float, y: float, margin: float, is_within: bool
     ) -> None:
         assert grid.is_within(x, y, margin) is is_within
 
 
 class TestRange:
-    def test_everything_nearer_is_free_and_what_is_there_is_taken(self, grid: OccupancyGrid) -> None:
+    def test_cells_before_an_echo_are_free_and_at_it_taken(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, 1.0, 2.0, CONE)
         assert is_free(grid, 0.5, 0.0)
         assert is_free(grid, 0.5, 0.1)
         assert is_taken(grid, 1.0, 0.0)
         assert is_taken(grid, math.cos(0.2), math.sin(0.2))
 
-    def test_nothing_is_learnt_of_what_is_behind_or_beside(self, grid: OccupancyGrid) -> None:
+    def test_cells_outside_the_cone_stay_unknown(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, 1.0, 2.0, CONE)
         for x, y in ((1.3, 0.0), (-0.5, 0.0), (0.5, 0.3), (0.5, -0.3)):
             assert grid.evidence[grid.cell_of(x, y)] == 0
 
-    def test_no_echo_frees_the_cone_and_takes_nothing(self, grid: OccupancyGrid) -> None:
+    def test_reading_without_an_echo_frees_the_whole_cone(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, math.inf, 1.5, CONE)
         assert is_free(grid, 1.4, 0.0)
         assert not grid.taken.any()
@@ -95,7 +95,7 @@ class TestRange:
         grid.add_range(ORIGIN, math.inf, 1.5, CONE)
         assert is_free(grid, 1.0, 0.0)
 
-    def test_a_world_that_changes_can_be_learnt_again(self, grid: OccupancyGrid) -> None:
+    def test_map_follows_a_world_that_changes(self, grid: OccupancyGrid) -> None:
         for _ in range(1000):
             grid.add_range(ORIGIN, math.inf, 1.5, CONE)
         assert np.abs(grid.evidence).max() == CERTAIN
@@ -110,42 +110,40 @@ class TestRange:
         assert not grid.taken.any()
 
     @pytest.mark.parametrize("heading", [0.0, 1.0, 2.0, 4.0])
-    def test_what_is_heard_from_outside_the_map_leaves_no_trace_at_its_border(
-        self, grid: OccupancyGrid, heading: float
-    ) -> None:
+    def test_reading_from_outside_the_map_changes_no_border_cells(self, grid: OccupancyGrid, heading: float) -> None:
         grid.add_range(Pose(-9.0, 9.0, heading), 1.0, 2.0, CONE)
         grid.add_free_disc(9.0, 0.0, 0.3, certain=0.3)
         assert not grid.evidence.any()
 
-    def test_an_echo_that_is_explained_by_what_is_known_adds_nothing_beside_it(self, grid: OccupancyGrid) -> None:
+    def test_echo_of_a_mapped_body_adds_nothing_beside_it(self, grid: OccupancyGrid) -> None:
         post = grid.cell_of(1.0, 0.0)
         grid.evidence[post] = 1.0
         grid.add_range(ORIGIN, 1.0, 2.0, CONE)
         assert grid.evidence[post] == 1.5
         assert grid.taken.sum() == 1
 
-    def test_an_echo_from_another_distance_is_not_explained_by_it(self, grid: OccupancyGrid) -> None:
+    def test_echo_from_another_distance_adds_cells(self, grid: OccupancyGrid) -> None:
         grid.evidence[grid.cell_of(1.0, 0.0)] = 1.0
         grid.add_range(ORIGIN, 0.7, 2.0, CONE)
         assert is_taken(grid, 0.7 * math.cos(0.2), 0.7 * math.sin(0.2))
 
 
 class TestDoubt:
-    def test_what_was_heard_from_afar_is_doubtful_until_it_is_heard_from_near(self, grid: OccupancyGrid) -> None:
+    def test_far_echo_is_uncertain_until_a_near_one(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, 1.0, 2.0, CONE)
-        assert (grid.doubtful == grid.taken).all()
+        assert (grid.uncertain == grid.taken).all()
         grid.add_range(Pose(0.6, 0.0, 0.0), 0.4, 2.0, CONE)
-        assert not grid.doubtful[grid.cell_of(1.0, 0.0)]
+        assert not grid.uncertain[grid.cell_of(1.0, 0.0)]
 
-    def test_an_echo_from_near_is_believed_and_stays_so(self, grid: OccupancyGrid) -> None:
+    def test_near_echo_is_certain_and_stays_so(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, CLOSE_M - 0.1, 2.0, CONE)
         grid.add_range(Pose(-0.5, 0.0, 0.0), CLOSE_M + 0.4, 2.0, CONE)
         assert grid.taken.any()
-        assert not grid.doubtful.any()
+        assert not grid.uncertain.any()
 
 
 class TestFreeDisc:
-    def test_where_the_robot_stands_is_free_for_certain(self, grid: OccupancyGrid) -> None:
+    def test_cells_under_the_robot_are_free(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, 0.2, 2.0, CONE)
         grid.add_free_disc(0.0, 0.0, 0.3, certain=0.3)
         assert grid.evidence[grid.cell_of(0.2, 0.0)] == -CERTAIN
@@ -153,7 +151,7 @@ class TestFreeDisc:
         assert grid.free.sum() == pytest.approx(math.pi * 0.3**2 / 0.05**2, rel=0.1)
         assert (grid.free == grid.disc(0.0, 0.0, 0.3)).all()
 
-    def test_what_was_heard_within_reach_but_not_under_the_body_stays(self, grid: OccupancyGrid) -> None:
+    def test_occupied_cells_beside_the_body_stay(self, grid: OccupancyGrid) -> None:
         for x in (0.1, 0.25):
             grid.evidence[grid.cell_of(x, 0.0)] = 1.0
         grid.add_free_disc(0.0, 0.0, 0.3, certain=0.15)
@@ -163,25 +161,25 @@ class TestFreeDisc:
 
 
 class TestClearance:
-    def test_is_the_distance_to_what_is_taken_or_unknown(self, grid: OccupancyGrid) -> None:
+    def test_clearance_is_the_distance_to_occupied_or_unknown_cells(self, grid: OccupancyGrid) -> None:
         grid.add_free_disc(0.0, 0.0, 0.5, certain=0.5)
         clearance = grid.clearance()
         assert clearance[grid.cell_of(0.0, 0.0)] == pytest.approx(0.5, abs=0.06)
         assert clearance[grid.cell_of(0.3, 0.0)] == pytest.approx(0.2, abs=0.06)
         assert clearance[grid.cell_of(1.0, 0.0)] == 0
 
-    def test_the_unknown_can_be_left_out(self, grid: OccupancyGrid) -> None:
+    def test_clearance_can_ignore_unknown_cells(self, grid: OccupancyGrid) -> None:
         grid.evidence[grid.cell_of(1.0, 0.0)] = 1.0
         assert grid.clearance(with_unknown=False)[grid.cell_of(0.0, 0.0)] == pytest.approx(1.0, abs=0.06)
 
-    def test_a_chink_between_two_rays_is_filled_but_what_is_taken_stays(self, grid: OccupancyGrid) -> None:
+    def test_gap_between_two_rays_is_filled_but_occupied_cells_stay(self, grid: OccupancyGrid) -> None:
         grid.evidence[:] = -1.0
         grid.evidence[40, 10:30] = 0.0
         assert grid.clearance()[40, 20] > 0.2
         grid.evidence[40, 20] = 1.0
         assert grid.clearance()[40, 20] == 0.0
 
-    def test_what_is_overlooked_counts_as_free(self, grid: OccupancyGrid) -> None:
+    def test_overlooked_cells_count_as_free(self, grid: OccupancyGrid) -> None:
         grid.evidence[grid.cell_of(0.5, 0.0)] = 1.0
         overlook = grid.disc(0.5, 0.0, 0.1)
         clearance = grid.clearance(with_unknown=False, overlook=overlook)

@@ -20,7 +20,7 @@ def bgr(hue: float, saturation: float = 1.0, value: float = 0.8) -> tuple[int, i
 
 
 def painted(*patches: tuple[tuple[int, int, int], tuple[int, int, int, int]]) -> Image:
-    """Return a grey picture with patches: colour, and (left, top, width, height). It is read-only, as a camera's is."""
+    """Return a read-only grey picture with coloured rectangles, each (left, top, width, height)."""
     image = np.full((INTRINSICS.height, INTRINSICS.width, 3), 128, np.uint8)
     for colour, (left, top, width, height) in patches:
         image[top : top + height, left : left + width] = colour
@@ -29,7 +29,7 @@ def painted(*patches: tuple[tuple[int, int, int], tuple[int, int, int, int]]) ->
 
 
 def round_patch(colour: tuple[int, int, int], centre: tuple[int, int], radius: float, norm: int) -> Image:
-    """Return a grey picture with what lies within a radius: by the norm 2 a disc, by 1 a square on its corner."""
+    """Return a grey picture with a disc (norm 2) or a diamond (norm 1) of a radius."""
     rows, columns = np.indices((INTRINSICS.height, INTRINSICS.width))
     away = np.linalg.norm((columns - centre[0], rows - centre[1]), ord=norm, axis=0)
     return np.where((away <= radius)[..., None], np.array(colour, np.uint8), np.uint8(128))

@@ -12,7 +12,7 @@ IMAGE = painted((bgr(128), BOX))
 BLOBS = ColourDetector("green").find(IMAGE, INTRINSICS)
 
 
-def test_a_rectangle_goes_round_the_blob() -> None:
+def test_rectangle_surrounds_the_blob() -> None:
     rows, columns = np.nonzero((draw_boxes(IMAGE, BLOBS) == YELLOW).all(axis=2))
     left, top, width, height = BOX
     assert columns.min() < left - 1
@@ -21,24 +21,24 @@ def test_a_rectangle_goes_round_the_blob() -> None:
     assert rows.max() > top + height
 
 
-def test_the_blob_and_a_pixel_round_it_stay_clear() -> None:
+def test_blob_and_a_pixel_around_it_stay_unchanged() -> None:
     left, top, width, height = BOX
     inside = slice(top - 1, top + height + 1), slice(left - 1, left + width + 1)
     assert (draw_boxes(IMAGE, BLOBS)[inside] == IMAGE[inside]).all()
 
 
-def test_the_picture_itself_stays_as_it_was() -> None:
+def test_original_picture_does_not_change() -> None:
     before = IMAGE.copy()
     assert draw_boxes(IMAGE, BLOBS) is not IMAGE
     assert (before == IMAGE).all()
 
 
-def test_nothing_found_leaves_no_mark() -> None:
+def test_without_blobs_nothing_is_drawn() -> None:
     assert (draw_boxes(IMAGE, []) == IMAGE).all()
 
 
 @pytest.mark.parametrize("box", [(0, 0, 6, 6), (58, 42, 6, 6)])
-def test_a_blob_at_the_edge_is_marked_as_far_as_the_picture_goes(box: tuple[int, int, int, int]) -> None:
+def test_box_of_a_blob_at_the_edge_is_clipped(box: tuple[int, int, int, int]) -> None:
     image = painted((bgr(128), box))
     picture = draw_boxes(image, ColourDetector("green").find(image, INTRINSICS))
     assert picture.shape == image.shape

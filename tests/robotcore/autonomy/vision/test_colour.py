@@ -13,23 +13,24 @@ from robotcore.errors import UnknownNameError, UsageError
 from robotcore.hal.devices import Image
 from robotcore.optics import Intrinsics
 from tests.robotcore.autonomy.vision.pictures import INTRINSICS, bgr, painted, round_patch
+from tests.texts import Raises
 
 
 @pytest.mark.parametrize(
     "hue, degrees", [("green", 128.0), ("red", 0.0), (90, 90.0), ("90", 90.0), (-30, 330.0), (720.5, 0.5)]
 )
-def test_is_given_by_name_or_degrees(hue: str | float, degrees: float) -> None:
+def test_hue_is_a_name_or_degrees(hue: str | float, degrees: float) -> None:
     assert hue_of(hue) == degrees
 
 
-def test_an_unknown_name_offers_the_nearest() -> None:
-    with pytest.raises(UnknownNameError, match=r"unknown hue 'gren'. Did you mean 'green'\?"):
+def test_unknown_name_suggests_the_nearest_name(raises: Raises) -> None:
+    with raises(UnknownNameError, "unknown-hue"):
         ColourDetector("gren")
 
 
 @pytest.mark.parametrize("hue", ["nan", math.inf])
-def test_what_is_no_number_is_refused(hue: str | float) -> None:
-    with pytest.raises(UsageError, match="the hue is"):
+def test_hue_that_is_not_finite_is_refused(raises: Raises, hue: str | float) -> None:
+    with raises(UsageError, "no-hue", hue=hue):
         hue_of(hue)
 
 
@@ -48,7 +49,7 @@ def find(image: Image, detector: ColourDetector | None = None) -> list[Blob]:
 
 
 class TestFind:
-    def test_tells_where_a_patch_is_and_how_large(self) -> None:
+    def test_blob_has_position_and_area(self) -> None:
         (blob,) = find(painted((GREEN, (10, 20, 8, 6))))
         assert blob.box == (10, 20, 8, 6)
         assert blob.area == 48
@@ -56,20 +57,20 @@ class TestFind:
         assert blob.radius == 4.0
         assert not blob.is_clipped
 
-    def test_finds_nothing_where_there_is_nothing(self) -> None:
+    def test_finds_nothing_in_a_grey_picture(self) -> None:
         assert find(painted()) == []
 
-    def test_puts_the_largest_first(self) -> None:
+    def test_largest_blob_is_first(self) -> None:
         image = painted((GREEN, (2, 2, 5, 5)), (GREEN, (20, 2, 9, 9)), (GREEN, (40, 2, 7, 7)))
         assert [blob.area for blob in find(image)] == [81, 49, 25]
 
-    def test_leaves_out_what_is_smaller_than_asked_for(self) -> None:
+    def test_blobs_below_the_least_area_are_left_out(self) -> None:
         image = painted((GREEN, (2, 2, 4, 3)), (GREEN, (20, 2, 11, 1)))
         assert [blob.area for blob in find(image)] == [12]
         assert [blob.area for blob in find(image, ColourDetector("green", min_area=11))] == [12, 11]
 
     @given(st.tuples(st.integers(12, 50), st.integers(12, 35)), st.floats(2, 11), st.sampled_from((1, 2)))
-    def test_what_is_round_or_stands_on_its_corner_is_measured_by_its_pixels(
+    def test_area_of_discs_and_diamonds_is_their_number_of_pixels(
         self, centre: tuple[int, int], radius: float, norm: int
     ) -> None:
         image = round_patch(GREEN, centre, radius, norm)
@@ -79,12 +80,12 @@ class TestFind:
         assert blob.centroid == pytest.approx(centre)
         assert find(image, ColourDetector("green", min_area=pixels + 1)) == []
 
-    def test_leaves_out_what_lies_in_the_box_of_a_larger_one(self) -> None:
+    def test_blob_in_the_box_of_a_larger_one_is_left_out(self) -> None:
         corner = (GREEN, (5, 5, 30, 4)), (GREEN, (5, 5, 4, 30))
         (blob,) = find(painted(*corner, (GREEN, (20, 20, 8, 8))))
         assert blob.area == 2 * 120 - 16
 
-    def test_a_patch_is_found_among_more_specks_than_are_looked_at(self) -> None:
+    def test_blob_is_found_among_many_specks(self) -> None:
         specks = [(GREEN, (x, y, 2, 2)) for x in range(2, 60, 6) for y in range(26, 44, 6)]
         (blob,) = find(painted((GREEN, (30, 4, 10, 10)), *specks))
         assert blob.box == (30, 4, 10, 10)
@@ -100,12 +101,12 @@ class TestFind:
         assert [blob.area for blob in blobs] == [100] + 7 * [72]
 
     @pytest.mark.parametrize("min_area", [0, -3, math.nan])
-    def test_an_area_of_no_pixel_is_refused(self, min_area: int) -> None:
-        with pytest.raises(UsageError, match=r"the smallest area is .* pixels; take 1 or more"):
+    def test_area_below_one_pixel_is_refused(self, raises: Raises, min_area: int) -> None:
+        with raises(UsageError, "area-too-small"):
             ColourDetector("green", min_area=min_area)
 
-    def test_a_grey_picture_is_refused(self) -> None:
-        with pytest.raises(UsageError, match=r"a grey picture, \(48, 64\), has no hues; hand over a BGR one"):
+    def test_picture_without_channels_is_refused(self, raises: Raises) -> None:
+        with raises(UsageError, "grey-picture", shape=(48, 64)):
             find(np.zeros((48, 64), np.uint8))
 
     @pytest.mark.parametrize("left, sign", [(5, 1), (50, -1)])
@@ -177,8 +178,8 @@ class TestHue:
         assert blob.box == (10, 10, 16, 8)
 
     @given(st.integers(0, 2**32 - 1), st.integers(0, 359))
-    def test_no_hue_is_special(self, seed: int, hue: int) -> None:
-        """Channels moved on by one are hues moved on by 120 degrees."""
+    def test_all_hues_are_treated_alike(self, seed: int, hue: int) -> None:
+        """A rotation of the channels is a shift of the hue by 120 degrees."""
         dice = np.random.default_rng(seed)
         noisy = painted((bgr(hue), (20, 15, 14, 12))) + dice.normal(0, 6, (48, 64, 3))
         image = np.clip(noisy, 0, 255).astype(np.uint8)
@@ -188,12 +189,12 @@ class TestHue:
         assert moved[0].box == found[0].box
 
     @pytest.mark.parametrize("saturation, value", [(0.2, 0.8), (1.0, 0.02)])
-    def test_what_is_pale_or_black_is_of_no_hue(self, saturation: float, value: float) -> None:
+    def test_pale_and_black_colours_have_no_hue(self, saturation: float, value: float) -> None:
         assert find(painted((bgr(128, saturation, value), (10, 10, 8, 8)))) == []
 
     @pytest.mark.parametrize("tolerance", [0, -5, 90, math.nan])
-    def test_a_tolerance_that_is_no_wedge_is_refused(self, tolerance: float) -> None:
-        with pytest.raises(UsageError, match=r"the tolerance is .* degrees; take more than 0 and less than 90"):
+    def test_tolerance_out_of_bounds_is_refused(self, raises: Raises, tolerance: float) -> None:
+        with raises(UsageError, "tolerance-out-of-bounds"):
             ColourDetector("green", tolerance=tolerance)
 
 
@@ -215,12 +216,12 @@ class TestInBadLight:
         noise = np.random.default_rng(seed).normal(grey, sigma, (48, 64, 3))
         assert find(np.clip(noise, 0, 255).astype(np.uint8)) == []
 
-    def test_a_highlight_within_belongs_to_the_ball(self) -> None:
+    def test_highlight_belongs_to_the_ball(self) -> None:
         image = painted((GREEN, (20, 10, 16, 16)), ((250, 250, 250), (24, 13, 5, 5)))
         (blob,) = find(image)
         assert (blob.box, blob.area) == ((20, 10, 16, 16), 256)
 
-    def test_the_dark_side_belongs_to_the_ball(self) -> None:
+    def test_dark_side_belongs_to_the_ball(self) -> None:
         shades = [(bgr(128, 0.8, 0.45 + 0.03 * n), (20 + n, 10, 1, 14)) for n in range(16)]
         (blob,) = find(painted(*shades))
         assert blob.box == (20, 10, 16, 14)

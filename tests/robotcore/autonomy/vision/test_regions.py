@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from robotcore.autonomy.vision import regions
-from robotcore.autonomy.vision.regions import HueClassifier, Region, find_hue, measure_region, outlines
+from robotcore.autonomy.vision.regions import HueClassifier, Region, find_contours, find_hue, measure_region
 from tests.robotcore.autonomy.vision.pictures import bgr
 
 HUE = st.floats(0, 360, allow_nan=False)
@@ -37,7 +37,7 @@ def test_saturation_stays_in_the_shadow(hue: float, saturation: float, value: fl
 
 
 @given(HUE, st.floats(5, 80), st.sampled_from((-1, 1)))
-def test_a_hue_passes_within_the_tolerance_and_not_beyond(hue: float, tolerance: float, side: int) -> None:
+def test_hues_pass_within_the_tolerance_only(hue: float, tolerance: float, side: int) -> None:
     tests = HueClassifier(hue, tolerance).of_chroma(0.0)
     assert does_pass(bgr(hue + side * (tolerance - 3)), tests)
     assert not does_pass(bgr(hue + side * (tolerance + 3)), tests)
@@ -45,14 +45,14 @@ def test_a_hue_passes_within_the_tolerance_and_not_beyond(hue: float, tolerance:
 
 
 @given(HUE, st.floats(0.2, 0.8))
-def test_a_saturation_passes_from_the_least_on(hue: float, least: float) -> None:
+def test_colours_pass_from_the_least_saturation_on(hue: float, least: float) -> None:
     tests = HueClassifier(hue, 30).of_saturation(least, 0.0)
     assert does_pass(bgr(hue, min(1.0, least + 0.15)), tests)
     assert not does_pass(bgr(hue, least - 0.1), tests)
 
 
 @given(HUE, st.sampled_from((-1, 1)))
-def test_the_duller_a_colour_the_nearer_to_the_hue_it_must_be(hue: float, side: int) -> None:
+def test_dull_colours_must_be_nearer_to_the_hue(hue: float, side: int) -> None:
     tests, aside = HueClassifier(hue, 30).of_saturation(0.25, 0.0), hue + 25 * side
     assert does_pass(bgr(aside, 0.9), tests)
     assert not does_pass(bgr(aside, 0.35), tests)
@@ -60,11 +60,11 @@ def test_the_duller_a_colour_the_nearer_to_the_hue_it_must_be(hue: float, side: 
 
 
 @given(HUE, st.integers(0, 255))
-def test_grey_never_passes_once_there_is_a_distance(hue: float, grey: int) -> None:
+def test_grey_never_passes_with_a_distance(hue: float, grey: int) -> None:
     assert not does_pass((grey, grey, grey), HueClassifier(hue, 30).of_saturation(0.0, 2.0))
 
 
-def test_a_distance_asks_more_of_the_dark() -> None:
+def test_dark_colours_need_more_saturation() -> None:
     tests = HueClassifier(120, 30).of_saturation(0.3, 10.0)
     assert does_pass(bgr(120, 0.5, 0.9), tests)
     assert not does_pass(bgr(120, 0.5, 0.1), tests)
@@ -83,7 +83,7 @@ def mask_of(*rectangles: Rectangle) -> NDArray[np.uint8]:
 
 
 def only(mask: NDArray[np.uint8]) -> Region:
-    (outline,) = outlines(mask)
+    (outline,) = find_contours(mask)
     return measure_region(outline)
 
 
@@ -98,7 +98,7 @@ def test_a_rectangle_is_measured_exactly(rectangle: Rectangle) -> None:
 @given(st.lists(RECTANGLE, min_size=2, max_size=6))
 def test_the_area_is_the_number_of_pixels_whatever_the_shape(rectangles: list[Rectangle]) -> None:
     mask = mask_of(*rectangles)
-    for outline in outlines(mask):
+    for outline in find_contours(mask):
         filled = np.zeros_like(mask)
         cv2.drawContours(filled, [outline], -1, 1, cv2.FILLED)
         assert measure_region(outline).area == filled.sum()
@@ -113,7 +113,7 @@ def test_the_centroid_is_that_of_the_pixels(ellipse: tuple[int, int, int]) -> No
     assert only(mask).centroid == pytest.approx((columns.mean(), rows.mean()), abs=0.2)
 
 
-def test_a_hole_counts_as_filled() -> None:
+def test_holes_are_filled() -> None:
     mask = mask_of((10, 10, 12, 9))
     mask[13:15, 12:20] = 0
     assert only(mask) == only(mask_of((10, 10, 12, 9)))
@@ -124,7 +124,7 @@ def test_patches_that_touch_at_a_corner_are_one() -> None:
 
 
 def test_outlines_are_moved_by_the_offset() -> None:
-    (outline,) = outlines(mask_of((5, 6, 3, 3)), (100, 200))
+    (outline,) = find_contours(mask_of((5, 6, 3, 3)), (100, 200))
     assert measure_region(outline).box == (105, 206, 3, 3)
 
 
