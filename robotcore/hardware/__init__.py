@@ -1,4 +1,4 @@
-"""Real robots: devices opened one by one, each by the driver that its robot's description names."""
+"""Real robots: the devices of a robot's file, each opened by the driver that the file names."""
 
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from robotcore.hardware.binding import batteries_in, bind_devices

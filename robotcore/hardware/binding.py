@@ -18,7 +18,7 @@ _OPTIONAL = (BatteryDescription, DisplayDescription)
 
 
 def batteries_in(robot: RobotDescription, section: str) -> frozenset[str]:
-    """Return the names of the batteries that the ``section`` tells of: a backend's answer to `Backend.batteries`."""
+    """Return the names of the batteries in a section of the robot's file, for `Backend.batteries`."""
     tables = robot.backends.get(section, {})
     return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in tables)
 
@@ -29,12 +29,14 @@ def bind_devices(
     names: Iterable[str] | None = None,
     place: Callable[[Connection], Iterable[Connection]] = lambda _wire: (),
 ) -> tuple[DeviceBinding, ...]:
-    """Return how the devices of those names, by default all, are connected, by a backend's ``section`` of the file.
+    """Return devices of a robot with their drivers and settings.
 
-    A display or a battery that the section does not tell of is left out: a display needs no wires, and not every board
-    tells of the battery. ``place`` returns which other places of the board a wire takes, such as a port's pins, and
-    raises ValueError, the fault, a semicolon and the remedy, for one that goes to no place of it. Raises
-    DescriptionError, with all that is wrong.
+    section: the backend's section of the robot's file. A display or a battery without a table in it is left out, for a
+        display needs no wires, and not every board measures its battery.
+    names: the devices to bind; all if it is None. The tables of the others are checked too.
+    place: returns the other places of the board that a connection takes, such as the pins of a port. It raises
+        ValueError with the fault, a semicolon and the remedy if the board has no such place.
+    Raises DescriptionError with all mistakes.
     """
     chosen = {device.name for device in robot.devices} if names is None else set(names)
     wired = [
@@ -43,7 +45,7 @@ def bind_devices(
         if description.name in chosen and not isinstance(description, _OPTIONAL)
     ]
     if section not in robot.backends and wired:
-        remedy = f"Say how each device is connected, from [{section}.{wired[0]}] on"
+        remedy = f"Add a table for each device, the first one [{section}.{wired[0]}]"
         raise DescriptionError(robot.source, section, "is missing", remedy)
     bindings, faults = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
     faults += [
@@ -86,18 +88,18 @@ def _driver(description: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, A
 
 def _missing_hint(description: AnyDevice) -> str:
     return (
-        f"Say how it is connected, first of all its driver: {list_drivers(description)}; or, where the robot has none, "
-        f"take {description.name!r} out of its [[devices]]"
+        f"Add the table of the device with its driver: {list_drivers(description)}. If the robot has no such device, "
+        f"remove {description.name!r} from its [[devices]]"
     )
 
 
 def list_drivers(description: AnyDevice) -> str:
-    """Return the names of the drivers that take such a device."""
+    """Return the names of the drivers of such a device, as a text."""
     return ", ".join(find_drivers(description)) or "there is none for it"
 
 
 def suggest_driver(name: str, description: AnyDevice) -> str:
-    """Return which driver of such a device was probably meant, by its name or by what it drives; or name them all."""
+    """Return a question with the driver of nearly that name or alias, or a text with all drivers of such a device."""
     drivers = find_drivers(description)
     word = _plain(name)
     for driver in drivers:
@@ -126,7 +128,7 @@ def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any
 
 
 def issues_from(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
-    """Yield what a check raises: ValueError, the fault, a semicolon and the remedy."""
+    """Yield the mistake that a check raises as a ValueError with the fault, a semicolon and the remedy."""
     try:
         check()
     except ValueError as error:
@@ -137,7 +139,7 @@ def issues_from(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]
 def incompatible_drivers(
     section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription
 ) -> Iterator[MistakeParts]:
-    """Yield what drivers refuse of what the robot's other devices have as drivers."""
+    """Yield the mistakes of devices that do not work together, by `DeviceDriver.check_beside`."""
     drivers = {binding.name: binding.driver for binding in bindings}
     for binding in bindings:
         check = partial(binding.driver.check_beside, binding.description, binding.settings, robot, drivers)
@@ -147,7 +149,7 @@ def incompatible_drivers(
 def invalid_pins(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], object]
 ) -> Iterator[MistakeParts]:
-    """Yield what ``place`` refuses: a wire that goes to no place of the board."""
+    """Yield the connections to places that the board does not have; see `bind_devices` for ``place``."""
     for binding in bindings:
         for wire in binding.connections:
             yield from issues_from(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
@@ -156,7 +158,7 @@ def invalid_pins(
 def pin_conflicts(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
 ) -> Iterator[MistakeParts]:
-    """Yield every place to which two wires go, of which one would have it alone; `bind_devices` tells of ``place``."""
+    """Yield each place with two connections that may not share it; see `bind_devices` for ``place``."""
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
     for binding in bindings:
         for wire in _wires(binding, place):
@@ -173,12 +175,12 @@ def pin_conflicts(
 def _wires(binding: DeviceBinding, place: Callable[[Connection], Iterable[Connection]]) -> Iterator[Connection]:
     for wire in binding.connections:
         yield wire
-        with suppress(ValueError):  # what it refuses is told by `invalid_pins`
+        with suppress(ValueError):  # `invalid_pins` reports it
             yield from place(wire)
 
 
 def _name_protocol(before: Connection) -> str:
-    return f", where {before.protocol} is spoken" if before.protocol else ""
+    return f", which uses {before.protocol}" if before.protocol else ""
 
 
 def _or(wire: Connection, before: Connection) -> str:

@@ -13,20 +13,20 @@ from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
 
-CHARGE = "Charge it, or take another one"
-UNREAD_REMEDY = "Look whether it is switched on and connected, and whether another program has its port"
+CHARGE = "Charge or replace the battery"
+UNREAD_REMEDY = "Check that it is switched on and connected, and that no other program uses its port"
 
 
 def diagnose_batteries(backend: Backend, robot: RobotDescription) -> Iterator[Finding]:
-    """Open the batteries of a robot, and nothing else of it; yield what they have. Raises what opening raises."""
+    """Open only the batteries of a robot; yield a finding for each. Raises the errors of opening."""
     if not robot.all_of(BatteryDescription) or not (names := backend.batteries(robot, {})):
         return
-    with suppress(DescriptionError), backend.open(Setup(robot, None, names)) as opened:  # of a file, `examine` has told
+    with suppress(DescriptionError), backend.open(Setup(robot, None, names)) as opened:  # `examine` reports the file
         yield from check_batteries(robot, opened)
 
 
 def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
-    """Yield the voltage of each battery that is open, whether it is to be charged, and why another one is not open."""
+    """Yield the voltage of each open battery, whether it must be charged, and why a battery is not open."""
     for note in opened.notes:
         yield _unchecked_finding("battery", note)
     for description in robot.all_of(BatteryDescription):
@@ -38,7 +38,7 @@ def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]
 
 
 def _unchecked_finding(what: str, fault: str) -> Finding:
-    """Return that a battery's voltage is not known; a fault that says what to do needs no other advice."""
+    """Return a finding about an unknown voltage; a fault that has a remedy needs no other one."""
     remedy = "" if ". " in fault or "; " in fault else UNREAD_REMEDY
     return Finding.unchecked(what, fault, remedy, kind="battery-unread")
 
@@ -48,9 +48,9 @@ def _judge_voltage(description: BatteryDescription, voltage: float) -> Finding:
     if limit is None:
         return Finding.ok(description.name, f"{voltage:.2f} V", kind="battery-ok")
     if voltage < limit:
-        said = f"{voltage:.2f} V, and it is to be charged below {limit:g} V"
+        said = f"{voltage:.2f} V, below the limit of {limit:g} V"
         return Finding.warning(description.name, said, CHARGE, kind="battery-low")
-    return Finding.ok(description.name, f"{voltage:.2f} V, to be charged below {limit:g} V", kind="battery-ok")
+    return Finding.ok(description.name, f"{voltage:.2f} V; charge it below {limit:g} V", kind="battery-ok")
 
 
 def check_description(
@@ -58,9 +58,11 @@ def check_description(
     bind: Callable[[], Sequence[DeviceBinding]],
     count_parts: Callable[[Sequence[DeviceBinding]], str],
 ) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
-    """Yield what is wrong with the file, or that it is right, how much it has, and what of it may do harm.
+    """Yield the mistakes in a robot's file; or that it has none, and the risks in its connections.
 
-    Returns the devices as they are fitted, None where the file is wrong.
+    bind: returns the devices with their drivers, or raises DescriptionError.
+    count_parts: returns a text with the number of devices.
+    Returns the devices; None if the file has mistakes.
     """
     try:
         bindings = bind()

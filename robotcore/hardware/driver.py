@@ -79,6 +79,9 @@ class Shared:
         self._things: dict[tuple[type[Any], Hashable], Any] = {}
         self._opened = ExitStack()
 
+    def __repr__(self) -> str:
+        return f"Shared({', '.join(f'{kind.__name__} {where}' for kind, where in self._things)})"
+
     def take(self, kind: type[SharedT], where: Hashable, open_it: Callable[[], SharedT]) -> SharedT:
         """Return the resource of that ``kind`` at that place; open it if there is none."""
         thing: SharedT | None = self._things.get((kind, where))
@@ -181,11 +184,12 @@ class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
 
 @dataclass(frozen=True)
 class DeviceBinding:
-    """One device: what it is, which driver opens it, and how it is connected."""
+    """A device with its driver and its settings."""
 
     description: AnyDevice
     driver: DeviceDriver[Any, Any]
     settings: StrictModel
+    """The keys beside ``driver`` in the device's table."""
 
     @property
     def name(self) -> str:
@@ -201,11 +205,11 @@ class DeviceBinding:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What whoever connects it must know, at last what may do harm."""
+        """Notes for connecting the device, then its warnings."""
         return (*self.driver.notes(self.description, self.settings), *self.warnings)
 
     def open(self, host: Host) -> Device:
-        """Open the device; raises DeviceError, for what its driver has not translated too."""
+        """Open the device; raises DeviceError, also for other exceptions of its driver."""
         try:
             return self.driver.open(self.description, self.settings, host)
         except RobotcoreError:

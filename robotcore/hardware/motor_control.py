@@ -1,4 +1,4 @@
-"""A wheel's velocity, controlled by its encoder: the motor's model does most of it, a PI controller the rest."""
+"""Velocity control of a wheel by its encoder: feed-forward by the motor's model, and a PI controller."""
 
 from __future__ import annotations
 
@@ -20,39 +20,43 @@ from robotcore.hardware.motor_model import DutyMotor, MotorModel, Output
 from robotcore.hardware.opening import encoder_of
 
 ENOUGH_COUNTS = 8
-"""So many make a velocity worth the name: one more or less is an eighth of it."""
+"""The least counts for measuring a velocity: a count more or less changes it by an eighth."""
 
 LONGEST_S = 0.2
-"""A velocity that is measured for longer is too old to be controlled by."""
+"""The longest time for measuring a velocity; an older one is useless for control."""
 
 
 class Control(StrictModel):
-    """The gains of a PI controller, and how often it looks at the encoder.
-
-    ``kp`` is in rad/s for each rad/s that the wheel is too slow: below 1 it alone makes no wheel oscillate that is as
-    its model says, however late the encoder tells. ``ki`` is in rad/s for each radian that the wheel is behind: what
-    the model is wrong by is made up for within some 2 / ``ki`` seconds.
-    """
+    """The gains and the period of a PI controller."""
 
     kp: Annotated[float, Field(ge=0, lt=1)] = 0.5
+    """The proportional gain, in rad/s for each rad/s of error. Below 1 it makes no wheel oscillate that is like its
+    model, however late the encoder is."""
     ki: NonNegativeFloat = 4.0
+    """The integral gain, in rad/s for each radian of error. An error of the model is corrected in about 2 / ``ki``
+    seconds."""
     period_s: Annotated[float, Field(ge=0.005, le=0.1)] = 0.02
+    """The period of reading the encoder."""
 
 
 class VelocityControl:
-    """Tells which velocity to send, by the motor's model, so that the wheel turns at the one asked for.
+    """Computes the velocity to send, by the motor's model, so that the wheel turns at the commanded one.
 
-    What the wheel should have turned follows the command with the lag that the robot's description gives the motor: a
-    wheel that only lags as it should is not corrected. The integral counts the angle by which it fell behind, in whole
-    counts of the encoder, so that no velocity has to be made of few of them; the proportional part takes the mean
-    over as many periods as `ENOUGH_COUNTS` take at the velocity asked for, though over no more than `LONGEST_S`.
+    The expected angle follows the command with the motor's lag, so a wheel that only lags is not corrected. The
+    integral part uses the error of the angle in whole encoder counts. The proportional part uses the mean error of the
+    velocity, over the time that `ENOUGH_COUNTS` take, `LONGEST_S` at most.
 
     The output never reverses the command. It is limited to twice the command, or the command plus a quarter of full
-    speed, whichever is larger: that frees a wheel that sticks, and one that comes free does not shoot off. The
-    integral stays within these limits (anti-windup).
+    speed, whichever is larger: that frees a wheel that sticks, and limits its speed when it comes free. The integral
+    stays within these limits (anti-windup).
     """
 
     def __init__(self, gains: Control, model: MotorModel, lag: float, counts_per_turn: int) -> None:
+        """Start with a wheel that stands.
+
+        lag: the time constant of the motor in seconds.
+        counts_per_turn: the encoder's counts on a turn of the wheel.
+        """
         self._gains, self._model, self._lag = gains, model, lag
         self._enough_rad = ENOUGH_COUNTS * math.tau / counts_per_turn
         self._expected = 0.0
@@ -61,55 +65,60 @@ class VelocityControl:
         self._at: tuple[float, float] | None = None
 
     def restart(self) -> None:
-        """Forget what was corrected: the wheel was stopped, or told to turn the other way."""
+        """Clear the integral and the errors: the wheel was stopped or reversed."""
         self._integral = 0.0
         self._slips.clear()
 
-    def sent(self, asked: float) -> float:
-        """Return the velocity to send for a new command, before the encoder has told of it."""
-        return self._bounded(asked, asked + self._integral)
+    def start(self, target: float) -> float:
+        """Return the velocity to send for a new command, before the next sample of the encoder."""
+        return self._limit(target, target + self._integral)
 
-    def corrected(self, asked: float, angle: float, time: float) -> float:
-        """Return the velocity to send now that the wheel was at ``angle`` (rad) at ``time`` (s)."""
+    def update(self, target: float, angle: float, time: float) -> float:
+        """Return the velocity to send after a sample of the encoder.
+
+        target: the commanded velocity in rad/s.
+        angle: of the wheel in rad.
+        time: of the sample in seconds.
+        """
         last, self._at = self._at, (angle, time)
         if last is None or (passed := time - last[1]) <= 0:
-            return self.sent(asked)
-        slip = self._turn_expected(asked, passed) - (angle - last[0])
-        if not asked:
+            return self.start(target)
+        slip = self._turn_expected(target, passed) - (angle - last[0])
+        if not target:
             return 0.0
         self._slips.append((slip, passed))
-        self._integral = self._bounded(asked, asked + self._integral + self._gains.ki * slip) - asked
-        return self._bounded(asked, asked + self._integral + self._gains.kp * self._mean_slip(asked))
+        self._integral = self._limit(target, target + self._integral + self._gains.ki * slip) - target
+        return self._limit(target, target + self._integral + self._gains.kp * self._mean_slip(target))
 
-    def _turn_expected(self, asked: float, passed: float) -> float:
-        """Return by how much a wheel with a first-order lag turns on, in rad."""
+    def _turn_expected(self, target: float, passed: float) -> float:
+        """Return the angle in rad by which a wheel with a first-order lag turns in ``passed`` seconds."""
         before = self._expected
-        self._expected = asked + (before - asked) * (math.exp(-passed / self._lag) if self._lag else 0.0)
-        return asked * passed + (before - self._expected) * self._lag
+        self._expected = target + (before - target) * (math.exp(-passed / self._lag) if self._lag else 0.0)
+        return target * passed + (before - self._expected) * self._lag
 
-    def _mean_slip(self, asked: float) -> float:
-        """Return by how many rad/s the wheel is too slow."""
+    def _mean_slip(self, target: float) -> float:
+        """Return the mean error of the velocity in rad/s, positive if the wheel is too slow."""
         behind = taken = 0.0
         for slip, passed in reversed(self._slips):
             behind, taken = behind + slip, taken + passed
-            if taken * abs(asked) >= self._enough_rad:
+            if taken * abs(target) >= self._enough_rad:
                 break
         return behind / taken
 
-    def _bounded(self, asked: float, velocity: float) -> float:
-        direction = math.copysign(1, asked)
+    def _limit(self, target: float, velocity: float) -> float:
+        direction = math.copysign(1, target)
         reach = self._model.reach(direction)
-        most = min(abs(asked) + max(abs(asked), reach / 4), reach)
+        most = min(abs(target) + max(abs(target), reach / 4), reach)
         return direction * min(max(direction * velocity, 0.0), most)
 
 
 class ControlledMotor(DutyMotor):
-    """Sends what a controller makes of each command and, between commands, of what the encoder tells.
+    """A motor whose velocity a `VelocityControl` corrects with each sample of the encoder.
 
-    Commands may come from several threads, and corrections come from one more: what is asked for and what is sent for
-    it belong together by a lock that is only held while a command is handed on: nothing turns the wheel after a stop.
-    Where the encoder fails the motor stops, and the next command that would turn it raises why. One that was lost is
-    looked at again then: where it is back, nothing is raised.
+    Commands may come from several threads, and corrections come from another one. A lock keeps the commanded and the
+    sent velocity consistent, so no correction turns the wheel after a stop. If the encoder fails, the motor stops, and
+    the next command that would turn it raises the failure. A lost encoder is read again then; if it is back, nothing is
+    raised.
     """
 
     def __init__(
@@ -122,13 +131,13 @@ class ControlledMotor(DutyMotor):
     ) -> None:
         super().__init__(description, model, output)
         self._control, self._encoder = control, encoder
-        self._asked = 0.0
+        self._target = 0.0
         self._failure: DeviceError | None = None
         self._lock = RLock()
         self._polling: PeriodicTask | None = None
 
     def begin(self, clock: Clock, period: float) -> None:
-        """Look at the encoder now, and every ``period`` seconds from now on."""
+        """Read the encoder now, and then every ``period`` seconds."""
         self._correct()
         self._polling = clock.every(period, self._correct, f"{self.name} control")
 
@@ -136,19 +145,19 @@ class ControlledMotor(DutyMotor):
         with self._lock:
             if rad_s:
                 self._require_encoder()
-            if rad_s * self._asked <= 0:
+            if rad_s * self._target <= 0:
                 self._control.restart()
-            self._asked = rad_s
-            self._send(self._control.sent(rad_s) if rad_s else 0.0)
+            self._target = rad_s
+            self._send(self._control.start(rad_s) if rad_s else 0.0)
 
     def _require_encoder(self) -> None:
-        """Raise why the encoder has failed, once; of one that was lost, for as long as it is.
+        """Raise a failure of the encoder once, but the loss of the encoder as long as it lasts.
 
-        One that is back is gone on from: what the wheel did not turn meanwhile is not made up for.
+        If the encoder is back, control goes on from its angle without making up for the lost turns.
         """
         if isinstance(self._failure, DeviceLostError):
             sample = self._encoder.read()
-            self._control.corrected(self._asked, sample.angle, sample.time)
+            self._control.update(self._target, sample.angle, sample.time)
             self._failure = None
         elif failure := self._failure:
             self._failure = None
@@ -158,14 +167,14 @@ class ControlledMotor(DutyMotor):
         try:
             sample = self._encoder.read()
             with self._lock:
-                velocity = self._control.corrected(self._asked, sample.angle, sample.time)
-                if self._asked:
+                velocity = self._control.update(self._target, sample.angle, sample.time)
+                if self._target:
                     self._send(velocity)
         except DeviceError as failure:
             self._fail(failure)
 
     def _fail(self, failure: DeviceError) -> None:
-        with self._lock, suppress(DeviceError):  # the first failure says why
+        with self._lock, suppress(DeviceError):  # the first failure is kept
             self._failure = self._failure or failure
             self._apply(0.0)
 
@@ -178,9 +187,11 @@ class ControlledMotor(DutyMotor):
 def open_motor(
     description: MotorDescription, model: MotorModel, control: Control | None, output: Callable[[], Output], host: Host
 ) -> Motor:
-    """Return a motor on the ``output`` that is opened for it, held by its wheel's encoder where there is ``control``.
+    """Return a motor that takes duties.
 
-    Raises DeviceError where that encoder is not open.
+    control: the settings for controlling its velocity by the wheel's encoder; None for the model alone.
+    output: opens the motor's output.
+    Raises DeviceError if the encoder is needed but not open.
     """
     if control is None:
         return DutyMotor(description, model, output())
@@ -194,9 +205,9 @@ def open_motor(
 def require_drivable(
     description: MotorDescription, model: MotorModel, control: Control | None, robot: RobotDescription
 ) -> None:
-    """Raise ValueError, the fault, a semicolon and the remedy, where a motor cannot be driven so by duties.
+    """Raise ValueError with the fault, a semicolon and the remedy if these settings cannot drive a motor.
 
-    By its model the wheel cannot turn so fast, or it has no encoder by which it could be controlled.
+    Either the model does not reach the motor's maximum velocity, or ``control`` needs an encoder that is missing.
     """
     _require_reach(description, model)
     if control:
@@ -207,8 +218,8 @@ def _require_reach(description: MotorDescription, model: MotorModel) -> None:
     for direction, word in ((1, "forward"), (-1, "backward")):
         if (reach := model.reach(direction)) < description.max_velocity_rad_s:
             raise ValueError(
-                f"by its model the wheel turns {word} at {reach:.3g} rad/s at most, and max_velocity_rad_s of "
-                f"{description.name} is {description.max_velocity_rad_s:g}; lower that, or correct "
+                f"by its model the wheel turns {word} at {reach:.3g} rad/s at most, but max_velocity_rad_s of "
+                f"{description.name} is {description.max_velocity_rad_s:g}; lower it, or correct "
                 f"model.{word}_rad_s or model.max_duty"
             )
 
@@ -216,8 +227,8 @@ def _require_reach(description: MotorDescription, model: MotorModel) -> None:
 def _require_encoder(motor: str, robot: RobotDescription) -> None:
     if encoder_of(motor, robot) is None:
         raise ValueError(
-            f"the wheel of {motor} has no encoder to be controlled by; name the encoders in [drive], or leave control "
-            "out"
+            f"control needs an encoder on the wheel of {motor}, which has none; name the encoders in [drive], or leave "
+            "control out"
         )
 
 
@@ -228,7 +239,7 @@ def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
     if not isinstance(encoder, Encoder):
         raise DeviceError(
             motor,
-            f"cannot be controlled without the encoder {name!r}, which is not open. Open it too",
+            f"control needs the encoder {name!r}, which is not open. Open it too",
             kind="encoder-not-open",
             encoder=name,
         )

@@ -1,4 +1,4 @@
-"""Motors of boards that take a duty instead of a velocity: the model of one, and the motor that uses it."""
+"""Motors of boards that take a duty instead of a velocity: the model of a motor, and the motor that uses it."""
 
 from __future__ import annotations
 
@@ -15,11 +15,9 @@ FullSpeed = Annotated[PositiveFloat, Field(description="the wheel's velocity at 
 
 
 class MotorModel(StrictModel):
-    """A wheel that stands up to the dead band, and from there turns the faster the greater the duty, in a line.
+    """The velocity of a wheel by duty: zero up to the dead band, and linear above it.
 
-    ``forward_rad_s`` and ``backward_rad_s`` are the wheel's velocities at full duty: measure them with the wheel in
-    the air and the battery as it will be. ``dead_band`` is the duty at which it only just stands. ``max_duty`` is never
-    exceeded, for a motor that is made for less than the battery has.
+    Measure the velocities with the wheel in the air, with the battery of the robot.
 
     >>> model = MotorModel(dead_band=0.5, forward_rad_s=16.0, backward_rad_s=8.0)
     >>> model.duty(8.0), model.duty(-4.0), model.duty(0.0)
@@ -29,24 +27,31 @@ class MotorModel(StrictModel):
     """
 
     dead_band: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    """The greatest duty at which the wheel stands."""
     forward_rad_s: FullSpeed
+    """The velocity at full duty forward."""
     backward_rad_s: FullSpeed
+    """The velocity at full duty backward, without its sign."""
     max_duty: Annotated[float, Field(gt=0, le=1)] = 1.0
+    """The greatest duty that is sent, for a motor with a lower voltage than the battery."""
 
     def duty(self, rad_s: float) -> float:
-        """Return the duty, from -1 to 1, that makes a velocity, or as much of it as ``max_duty`` allows."""
+        """Return the duty from -1 to 1 for a velocity, limited to ``max_duty``."""
         if rad_s == 0:
             return 0.0
         above = abs(rad_s) * (1 - self.dead_band) / self._full_rad_s(rad_s)
         return math.copysign(min(self.dead_band + above, self.max_duty), rad_s)
 
     def velocity(self, duty: float) -> float:
-        """Return the velocity, in rad/s, that a duty makes; a greater one than ``max_duty`` too."""
+        """Return the velocity in rad/s at a duty, which may be greater than ``max_duty``."""
         above = max(0.0, abs(duty) - self.dead_band)
         return math.copysign(above / (1 - self.dead_band) * self._full_rad_s(duty), duty) if above else 0.0
 
     def reach(self, direction: float) -> float:
-        """Return the greatest velocity, in rad/s and without its sign, in the direction of that sign."""
+        """Return the greatest velocity in rad/s, without its sign.
+
+        direction: positive for forward, negative for backward.
+        """
         return abs(self.velocity(math.copysign(self.max_duty, direction)))
 
     def _full_rad_s(self, direction: float) -> float:
@@ -64,19 +69,19 @@ Model = Annotated[
 
 
 class Output(ABC):
-    """What turns one motor: the lines to an H-bridge, or its place on a board with a protocol of its own."""
+    """The output to one motor: the pins of an H-bridge, or one side of a board with a protocol."""
 
     @abstractmethod
     def turn(self, duty: float) -> None:
-        """Send a duty from -1 to 1, positive forward; raises DeviceError by the motor's name."""
+        """Send a duty from -1 to 1, positive forward; raises DeviceError with the motor's name."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let go of it; the motor was stopped. Raises DeviceError by the motor's name."""
+        """Release the output of a stopped motor; raises DeviceError with the motor's name."""
 
 
 class DutyMotor(Motor):
-    """Sends the duty that, by the motor's model, makes the velocity asked for; each command, also one like the last."""
+    """Sends each command as a duty, by the motor's model; equal commands are sent again."""
 
     def __init__(self, description: MotorDescription, model: MotorModel, output: Output) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -85,7 +90,7 @@ class DutyMotor(Motor):
 
     @property
     def direction(self) -> int:
-        """1 or -1: the way it was last told to turn, for a stopped wheel coasts on; 1 where it never was told to."""
+        """The direction of the last command that was not 0, 1 or -1, for a stopped wheel coasts on; 1 before it."""
         return self._direction
 
     def _apply(self, rad_s: float) -> None:

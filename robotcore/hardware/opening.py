@@ -1,4 +1,4 @@
-"""Devices opened one by one, all of them or none, and the robot that has them."""
+"""Open all devices of a robot, or none, and build the robot of them."""
 
 from __future__ import annotations
 
@@ -39,12 +39,17 @@ def open_robot(
     truth: TruthSource | None = None,
     opened: Mapping[str, Device] = MappingProxyType({}),
 ) -> Robot:
-    """Open a robot's devices as that ``section`` of its file says, on these ``pins``, where there are any.
+    """Open the devices of a robot, and return the robot.
 
-    Those that are ``opened`` already are taken as they are; a display that the section does not tell of is kept in
-    memory, and a battery that cannot be opened is left out, with a note: nobody drives by it. When all are closed, also
-    where opening fails, what they share is, and then ``release`` lets go of what they are on. Raises what
-    `bind_devices` and `open_devices` raise.
+    A display without a table in the section is a `MemoryDisplay`. A battery that cannot be opened is left out, with a
+    note. After the devices, also if opening fails, their shared resources are closed, and then ``release`` is called.
+
+    section: the backend's section of the robot's file.
+    pins: gpiozero's pin factory, if the backend has pins.
+    release: closes the backend's own resources.
+    truth: the ground truth of a simulated robot.
+    opened: devices that are open already.
+    Raises the errors of `bind_devices` and `open_devices`.
     """
     opened = dict(opened)
     host = Host(setup.robot, clock, pins, opened)
@@ -66,16 +71,16 @@ def open_robot(
 
 
 def static_cutoffs(robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> tuple[CutoffSpec, ...]:
-    """Return how to stop devices that this process has not opened: a backend's answer to `Backend.cutoffs`."""
+    """Return the cutoffs of devices that this process has not opened, for `Backend.cutoffs`."""
     host = Host(robot, MonotonicClock(), owner=None)
     return tuple(cutoff for binding in bindings for cutoff in binding.cutoffs(host))
 
 
 def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:
-    """Open every device into ``opened``, which the host shows to those that come later: motors last.
+    """Open all devices, motors last, and add them to ``opened``, which is also the host's; return notes.
 
-    Every device is tried; where one fails, all are closed again. Raises the DeviceError, or DeviceGroupError with all
-    that failed, in closing too. A battery that fails keeps nothing from being opened: what is returned are notes of it.
+    If a device fails, the others are opened too, for their errors, and then all are closed. A failure is raised as a
+    DeviceError; several failures, also of closing, as a DeviceGroupError. A battery that fails is only noted.
     """
     failures: list[Exception] = []
     notes = []
@@ -101,7 +106,7 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
 
 
 def _in_order(setup: Setup, opened: Mapping[str, Device]) -> Iterator[Device]:
-    """Yield the devices in the order of the file; a display that nothing opened is kept in memory."""
+    """Yield the devices in the order of the file, and a `MemoryDisplay` for a display that is not open."""
     for description in setup.chosen:
         if description.name in opened:
             yield opened[description.name]
@@ -112,7 +117,7 @@ def _in_order(setup: Setup, opened: Mapping[str, Device]) -> Iterator[Device]:
 def _close(device: Device, failures: list[Exception]) -> None:
     try:
         device.close()
-    except Exception as failure:  # noqa: BLE001  it hides neither why it is closed, nor what else fails
+    except Exception as failure:  # noqa: BLE001  all failures are raised together
         failures.append(failure)
 
 
@@ -121,12 +126,12 @@ def _rank(binding: DeviceBinding) -> int:
 
 
 def encoder_of(motor: str, robot: RobotDescription) -> str | None:
-    """Return the name of the encoder on a motor's wheel, where it has one."""
+    """Return the name of the encoder on a motor's wheel; None if there is none."""
     return _encoders(robot).get(motor)
 
 
 def motor_of(encoder: str, robot: RobotDescription) -> str | None:
-    """Return the name of the motor whose wheel an encoder counts, where it is one of the drive's."""
+    """Return the name of the motor on an encoder's wheel; None if it is no wheel of the drive."""
     return next((motor for motor, its in _encoders(robot).items() if its == encoder), None)
 
 

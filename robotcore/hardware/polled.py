@@ -1,4 +1,4 @@
-"""Samples of devices that are polled in another thread than the app's."""
+"""Samples of devices that another thread than the app's polls."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from robotcore.hal.devices import Range, SampleT
 
 
 class LatestSample(Generic[SampleT]):
-    """Hands out the sample that was put in last, or raises why there is none; whichever came last.
-
-    One thread puts, others get.
+    """The newest sample of a device, or its failure if that is newer. One thread puts, others get.
 
     >>> from robotcore.hal.devices import Range
     >>> newest = LatestSample("nose", Range(0.5, time=0.0, sequence=0))
@@ -32,7 +30,7 @@ class LatestSample(Generic[SampleT]):
         self._last = sample
 
     def fail(self, error: Exception) -> None:
-        """Let `get` raise, until there is a sample again."""
+        """Let `get` raise until the next sample. Another error than a DeviceError becomes the cause of one."""
         if not isinstance(error, DeviceError):
             cause = error
             error = DeviceError(
@@ -42,7 +40,7 @@ class LatestSample(Generic[SampleT]):
         self._last = error
 
     def get(self) -> SampleT:
-        """Return the newest sample; raises DeviceError where the device has failed since."""
+        """Return the newest sample; raises DeviceError if the device has failed since."""
         last = self._last
         if isinstance(last, DeviceError):
             raise last
@@ -50,31 +48,50 @@ class LatestSample(Generic[SampleT]):
 
 
 NOTHING_YET = (
-    "has found nothing that could be judged; hold something flat in front of it. "
-    "Where nothing is in range when it is opened, echo_free_cycles must not be 0"
+    "has no measurement with an echo yet. Hold something flat in front of it. "
+    "If nothing is in range when it is opened, echo_free_cycles must not be 0"
 )
-"""What is wrong with a sensor that is open and has no sample yet."""
+"""The fault of an open sensor without a sample."""
 
 
 class RangeSampler:
-    """Makes samples of a range sensor's measurements; ``newest`` has the newest sample, or the failure.
+    """Makes samples of the measurements of a range sensor.
 
-    A measurement that found nothing may have missed something: it gives no sample. A row of ``echo_free_cycles`` such
-    ones vouches for nothing in range; where it is 0, none does. Times are of the robot's clock.
+    A measurement without an echo may have missed the target, so it makes no sample. Several of them in a row mean that
+    nothing is in range.
+
+    >>> from robotcore.description import load_robot
+    >>> (nose,) = load_robot("rover").all_of(RangeSensorDescription)
+    >>> sampler = RangeSampler(nose, echo_free_cycles=2)
+    >>> sampler.add_distance(0.5, time=0.0)
+    >>> sampler.add_no_echo(time=0.1)
+    >>> sampler.newest.get().distance
+    0.5
+    >>> sampler.add_no_echo(time=0.2)
+    >>> sampler.newest.get().distance
+    inf
     """
 
     def __init__(self, description: RangeSensorDescription, echo_free_cycles: int) -> None:
+        """Start without a sample.
+
+        echo_free_cycles: so many measurements in a row without an echo mean that nothing is in range; if it is 0, they
+            never do.
+        """
         self.newest: LatestSample[Range] = LatestSample(
             description.name, DeviceError(description.name, NOTHING_YET, kind="no-sample-yet")
         )
         self.has_result = False
-        """Whether there has been a sample, or a failure."""
+        """Whether there has been a sample or a failure."""
         self._description, self._echo_free_cycles = description, echo_free_cycles
         self._last: Range | None = None
         self._empty = 0
 
     def add_distance(self, distance: float, time: float) -> None:
-        """Add a distance in metres; `inf` is a target out of range."""
+        """Add a distance in metres, `inf` for a target out of range.
+
+        time: of the measurement, on the robot's clock in seconds.
+        """
         self._empty = 0
         is_near = distance <= self._description.max_range_m
         self._put(max(distance, self._description.min_range_m) if is_near else math.inf, time)
@@ -86,11 +103,11 @@ class RangeSampler:
             self._put(math.inf, time)
 
     def add_unclear(self) -> None:
-        """Add a measurement that is no evidence of an echo or of none."""
+        """Add a measurement that shows neither an echo nor the absence of one."""
         self._empty = 0
 
     def fail(self, error: Exception) -> None:
-        """Set a failure, until the next sample."""
+        """Set a failure that lasts until the next sample."""
         self._empty = 0
         self.has_result = True
         self.newest.fail(error)
@@ -107,13 +124,15 @@ class RangeSampler:
 
 
 def require_timely(echo_free_cycles: int, cycle_s: float, robot: RobotDescription, modules: int = 1) -> None:
-    """Raise ValueError where a sample is too old before a row of cycles has vouched for nothing in range.
+    """Raise ValueError if a sample becomes too old before a row of cycles shows that nothing is in range.
 
-    So many ``modules`` take turns.
+    cycle_s: the period of measuring in seconds.
+    modules: the number of modules that take turns.
     """
     if (takes := echo_free_cycles * cycle_s * modules) >= robot.safety.max_age_s:
-        turns = f", by turns with {modules - 1} more," if modules > 1 else ""
+        turns = f", in turns with {modules - 1} more," if modules > 1 else ""
         raise ValueError(
-            f"echo_free_cycles of cycle_s{turns} take {takes:g} s, a sample may be {robot.safety.max_age_s:g} s old: "
-            "with nothing in range the robot would be stopped; lower one of them, or raise safety.max_age_s"
+            f"echo_free_cycles times cycle_s{turns} is {takes:g} s, but a sample may be only "
+            f"{robot.safety.max_age_s:g} s old, so the robot would stop with nothing in range; lower one of them, or "
+            "raise safety.max_age_s"
         )

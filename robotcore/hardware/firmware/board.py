@@ -1,4 +1,4 @@
-"""The boards that the firmware is for, its source, the port of a board, and what runs on it."""
+"""The boards that the firmware supports, its source, the port of a board, and its version."""
 
 from __future__ import annotations
 
@@ -22,18 +22,19 @@ from robotcore.processes import describe_holders
 
 @dataclass(frozen=True)
 class Board:
-    """A board as the Arduino tools know it.
-
-    ``fqbn`` names it to arduino-cli, ``variant`` its pins in the Arduino core; its bootloader takes ``flash_bytes``
-    at ``upload_baud``. The figures are those of the Arduino core's boards.txt.
-    """
+    """A board with the values of the Arduino core's boards.txt."""
 
     name: str
     fqbn: str
+    """The board's name for arduino-cli."""
     variant: str
+    """The pin layout of the board in the Arduino core."""
     macro: str
+    """The preprocessor macro of the board."""
     upload_baud: int
+    """The baud rate of its bootloader."""
     flash_bytes: int
+    """The largest program."""
 
 
 BOARDS = {
@@ -48,18 +49,19 @@ BOARDS = {
 
 SKETCH = "robotcore_bridge"
 SKETCH_FOLDERS = (Path(__file__).parent / SKETCH, Path(__file__).parents[3] / "firmware" / SKETCH)
-"""In an installed robotcore, and in a clone of the project."""
+"""The folder of the sketch in an installed robotcore, and in a clone of the project."""
 
 
 def shipped_sketch() -> Path:
-    """Return the folder of the sketch that came with this robotcore."""
+    """Return the folder of the sketch of this robotcore."""
     return next(place for place in SKETCH_FOLDERS if (place / f"{SKETCH}.ino").is_file())
 
 
 def find_sketch(folder: Path | None) -> Path:
-    """Return the folder of a sketch: somebody's own, or what `copy_sketch` made of it, or the shipped one.
+    """Return the folder of a sketch.
 
-    Raises UsageError where it holds none: Arduino wants FOLDER/FOLDER.ino.
+    folder: a sketch, a folder with a copy by `copy_sketch`, or None for the sketch of this robotcore.
+    Raises UsageError if there is no sketch in it: Arduino expects FOLDER/FOLDER.ino.
     """
     if folder is None:
         return shipped_sketch()
@@ -67,30 +69,30 @@ def find_sketch(folder: Path | None) -> Path:
         if (place / f"{place.name}.ino").is_file():
             return place
     raise UsageError(
-        f"{folder}: holds no sketch {folder.name}.ino. `robotcore firmware copy DIR` makes one to change",
+        f"{folder}: there is no sketch {folder.name}.ino. `robotcore firmware copy DIR` makes one to edit",
         kind="sketch-missing",
         folder=str(folder),
     )
 
 
 def read_baud(folder: Path) -> int:
-    """Return at how many baud a sketch talks, as its config.h says; 57600 where it says nothing."""
+    """Return the baud rate in a sketch's config.h; 57600 if there is none."""
     header = folder / "config.h"
-    said = re.search(r"(?m)^#define BAUD (\d+)", header.read_text()) if header.is_file() else None
-    return int(said[1]) if said else 57600
+    found = re.search(r"(?m)^#define BAUD (\d+)", header.read_text()) if header.is_file() else None
+    return int(found[1]) if found else 57600
 
 
 def copy_sketch(into: Path) -> Path:
-    """Copy the shipped sketch into a folder, to be wired in its config.h; return the sketch's folder.
+    """Copy the sketch of this robotcore into a folder, to edit the pins in its config.h; return the sketch's folder.
 
-    Raises UsageError where there is one already, or the folder cannot be written.
+    Raises UsageError if there is a copy already, or the folder cannot be written.
     """
     target = into / SKETCH
     try:
         shutil.copytree(shipped_sketch(), target)
     except FileExistsError as error:
         raise UsageError(
-            f"{target}: is there already. Edit its config.h, or name another folder",
+            f"{target}: exists already. Edit its config.h, or name another folder",
             kind="sketch-exists",
             folder=str(target),
         ) from error
@@ -105,17 +107,17 @@ def copy_sketch(into: Path) -> Path:
 
 DEVICE_FOLDER = Path("/dev")
 PORT_PATTERNS = ("ttyACM*", "ttyUSB*")
-"""What Linux calls an Uno's port, and that of a Nano's converter."""
+"""The names of an Uno's port, and of the port of a Nano's converter."""
 
 
 def find_only_port(devices: Path = DEVICE_FOLDER) -> str:
-    """Return the one serial port of USB that there is; raises UsageError where there is none, or a choice."""
+    """Return the only USB serial port; raises UsageError if there is none, or several."""
     ports = sorted(str(port) for pattern in PORT_PATTERNS for port in devices.glob(pattern))
     if len(ports) == 1:
         return ports[0]
     if ports:
         raise UsageError(
-            f"which board is it? There are {', '.join(ports)}. Say --port {ports[0]}",
+            f"several boards are plugged in: {', '.join(ports)}. Name the port, such as --port {ports[0]}",
             kind="port-ambiguous",
             ports=ports,
         )
@@ -126,22 +128,22 @@ def find_only_port(devices: Path = DEVICE_FOLDER) -> str:
 
 
 def require_free(port: str) -> None:
-    """Raise FirmwareError unless a port is there, may be used, and nobody else has it open."""
+    """Raise FirmwareError if a port is missing, may not be used, or is held by another process."""
     if not Path(port).is_char_device():
         raise FirmwareError(
-            f"{port}: is no port. Is the board plugged in? `ls /dev/serial/by-id` names those that are",
+            f"{port}: is no port. Plug the board in; `ls /dev/serial/by-id` lists the ports",
             kind="port-missing",
             port=port,
         )
     if not os.access(port, os.R_OK | os.W_OK):
         raise FirmwareError(
-            f"{port}: may not be used by you. sudo usermod -aG dialout $USER, and log in anew",
+            f"{port}: you have no permission. sudo usermod -aG dialout $USER, then log in again",
             kind="port-permission",
             port=port,
         )
     if holders := describe_holders(port):
         raise FirmwareError(
-            f"{port}: is in use by {holders}. End that first: flashing would cut into what it does",
+            f"{port}: is held by {holders}. End that program first: flashing would disturb it",
             kind="port-in-use",
             port=port,
             holders=holders,
@@ -150,13 +152,14 @@ def require_free(port: str) -> None:
 
 QUESTION, ANSWER = b"v\r", b"robotcore-bridge "
 BOOTING_S, BETWEEN_S, TIMES = 2.0, 0.5, 6
-"""Opening the port resets the board; its bootloader listens first, and what it hears keeps it there for longer."""
+"""The time to wait after opening the port, the time between questions, and their number. Opening resets the board, and
+data that reaches its bootloader keeps it in there for longer."""
 
 
 def read_version(port: str, baud: int) -> str:
-    """Return what the board at a port says of itself: ``robotcore-bridge 1``.
+    """Return the answer of the board at a port to the question for its version: ``robotcore-bridge 1``.
 
-    Raises FirmwareError where nothing of ours answers within `TIMES` questions, or the port cannot be opened.
+    Raises FirmwareError if robotcore_bridge does not answer within `TIMES` questions, or the port cannot be opened.
     """
     clock = MonotonicClock()
     try:
@@ -165,15 +168,15 @@ def read_version(port: str, baud: int) -> str:
             heard = b"".join(_read_answers(port_file, clock))
     except (OSError, termios.error) as error:
         raise FirmwareError(
-            f"{port}: cannot be asked what runs there: {error}", kind="port-unusable", port=port
+            f"{port}: the version of the firmware cannot be read: {error}", kind="port-unusable", port=port
         ) from error
     for line in heard.splitlines():
         if ANSWER in line:
             return line[line.index(ANSWER) :].decode("ascii", "replace")
     said = repr(heard.splitlines()[-1][:60]) if heard else "nothing"
     raise FirmwareError(
-        f"{port}: was flashed, but asked for its version at {baud} baud it said {said}. "
-        "Press the board's reset, and look whether --board and the BAUD of config.h are right",
+        f"{port}: the board was flashed, but answered {said} to the question for its version at {baud} baud. "
+        "Press its reset button, and check --board and the BAUD of config.h",
         kind="wrong-firmware",
         port=port,
         baud=baud,
@@ -183,7 +186,7 @@ def read_version(port: str, baud: int) -> str:
 @contextmanager
 def _open_port(port: str, baud: int) -> Iterator[int]:
     if (speed := getattr(termios, f"B{baud}", None)) is None:
-        raise OSError(EINVAL, f"{baud} baud is no rate that a terminal has")
+        raise OSError(EINVAL, f"a terminal cannot be set to {baud} baud")
     line = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     try:
         tty.setraw(line)
@@ -197,14 +200,14 @@ def _open_port(port: str, baud: int) -> Iterator[int]:
 
 
 def _read_answers(line: int, clock: Clock) -> Iterator[bytes]:
-    """Ask until a whole line of ours has come; yield all that comes."""
+    """Ask until robotcore_bridge's answer is complete; yield all received bytes."""
     heard = b""
     for _ in range(TIMES):
         os.write(line, QUESTION)
         end = clock.now() + BETWEEN_S
         while (left := end - clock.now()) > 0 and select.select([line], [], [], left)[0]:
             if not (some := os.read(line, 256)):
-                raise OSError(EIO, "it is gone")
+                raise OSError(EIO, "the port is lost")
             heard += some
             yield some
             if ANSWER in heard and heard.endswith(b"\n"):

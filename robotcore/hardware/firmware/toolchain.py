@@ -1,4 +1,4 @@
-"""Build the firmware and write it to a board, with the tools that are installed."""
+"""Build the firmware and write it to a board, with the installed tools."""
 
 from __future__ import annotations
 
@@ -32,23 +32,25 @@ DEBIAN_PACKAGES = "gcc-avr arduino-core-avr"
 _COMMON = ("-c", "-g", "-Os", "-mmcu=atmega328p", "-ffunction-sections", "-fdata-sections")
 _CPP = ("-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics")
 _DEFINED = ("F_CPU=16000000L", "ARDUINO=10819", "ARDUINO_ARCH_AVR", "DECIMAL_DIG=10")
-"""The compiler defines no DECIMAL_DIG before version 7, and the core needs it."""
+"""The core needs DECIMAL_DIG, which compilers before version 7 do not define."""
 
 
 @dataclass(frozen=True)
 class FirmwareImage:
-    """A program for a board, in Intel's hexadecimal format, and the tool that made it."""
+    """A built program for a board."""
 
     image: Path
+    """A file in Intel's hexadecimal format."""
     tool: str
+    """The tool that built it."""
     size_bytes: int
+    """Its size in the board's flash."""
 
 
 def build(sketch: Path, board: Board, folder: Path) -> FirmwareImage:
-    """Build a sketch into a folder: with arduino-cli, else with avr-gcc and Debian's Arduino core.
+    """Build a sketch into a folder, with arduino-cli, or else with avr-gcc and Debian's Arduino core.
 
-    Raises FirmwareError where neither is here, with what to install; where the sketch does not compile, with what the
-    compiler said; where it is too big for the board.
+    Raises FirmwareError if neither is installed, the sketch does not compile, or it is too large for the board.
     """
     if has_arduino_cli() and has_arduino_core():
         tool, image = ARDUINO_CLI, build_with_arduino_cli(sketch, board, folder)
@@ -56,9 +58,9 @@ def build(sketch: Path, board: Board, folder: Path) -> FirmwareImage:
         tool, image = AVR_GCC, build_with_avr_gcc(sketch, board, folder)
     else:
         raise FirmwareError(
-            f"nothing here builds for a {board.name}. {_install_hint()}", kind="no-build-tool", board=board.name
+            f"no installed tool builds for a {board.name}. {_install_hint()}", kind="no-build-tool", board=board.name
         )
-    return FirmwareImage(image, tool, _checked_size(image, board))
+    return FirmwareImage(image, tool, _measure_size(image, board))
 
 
 def _install_hint() -> str:
@@ -69,12 +71,12 @@ def _install_hint() -> str:
     return f"Install arduino-cli ({ARDUINO_CLI_URL}) and then: {core}; or, {debian}"
 
 
-def _checked_size(image: Path, board: Board) -> int:
-    """Return how many bytes of flash an image takes; raises FirmwareError where the board has fewer."""
+def _measure_size(image: Path, board: Board) -> int:
+    """Return the size of an image in bytes of flash; raises FirmwareError if the board has fewer."""
     size = sum(int(line[1:3], 16) for line in image.read_text().splitlines() if line[7:9] == "00")
     if size > board.flash_bytes:
         raise FirmwareError(
-            f"{image}: has {size} bytes, and a {board.name} takes {board.flash_bytes}. Make it smaller",
+            f"{image}: has {size} bytes, but a {board.name} takes {board.flash_bytes}. Make the sketch smaller",
             kind="image-too-large",
             size_bytes=size,
             flash_bytes=board.flash_bytes,
@@ -83,9 +85,9 @@ def _checked_size(image: Path, board: Board) -> int:
 
 
 def flash(image: Path, board: Board, port: str) -> str:
-    """Write an image to the board at a port, and read it back; return the tool that did.
+    """Write an image to the board at a port, and verify it; return the tool that was used.
 
-    Raises FirmwareError with what the tool said, or what to install where there is none.
+    Raises FirmwareError if the tool fails, or none is installed.
     """
     if is_installed(AVRDUDE):
         run_tool(_avrdude_command(image, board, port), f"flashing the {board.name} at {port}", FLASH_REMEDY)
@@ -94,38 +96,38 @@ def flash(image: Path, board: Board, port: str) -> str:
         flash_with_arduino_cli(image, board, port)
         return ARDUINO_CLI
     raise FirmwareError(
-        f"nothing here flashes a {board.name}. On Debian or Raspberry Pi OS: sudo apt install {AVRDUDE}",
+        f"no installed tool flashes a {board.name}. On Debian or Raspberry Pi OS: sudo apt install {AVRDUDE}",
         kind="no-flash-tool",
         board=board.name,
     )
 
 
 def _avrdude_command(image: Path, board: Board, port: str) -> list[str]:
-    """Source: avrdude(1), and the upload pattern of the Arduino core's platform.txt."""
+    """Return the command. Source: avrdude(1), and the upload pattern of the Arduino core's platform.txt."""
     chip = ["-p", "m328p", "-c", "arduino", "-P", port, "-b", str(board.upload_baud)]
     return [AVRDUDE, "-q", *chip, "-D", "-U", f"flash:w:{image}:i"]
 
 
 def has_arduino_cli() -> bool:
-    """Return whether it is installed."""
+    """Return whether arduino-cli is installed."""
     return is_installed(ARDUINO_CLI)
 
 
 def has_arduino_core() -> bool:
-    """Return whether it has the core of our boards; raises FirmwareError where it cannot say."""
-    listed = run_tool([ARDUINO_CLI, "core", "list"], "asking for its cores")
+    """Return whether arduino-cli has the core of these boards; raises FirmwareError if it fails."""
+    listed = run_tool([ARDUINO_CLI, "core", "list"], "listing the installed cores")
     return any(line.split()[:1] == [ARDUINO_CORE] for line in listed.splitlines())
 
 
 def build_with_arduino_cli(sketch: Path, board: Board, folder: Path) -> Path:
-    """Compile a sketch into a folder; return the image. Raises FirmwareError with what the compiler said."""
+    """Compile a sketch into a folder, and return the image; raises FirmwareError with the compiler's output."""
     folder.mkdir(parents=True, exist_ok=True)
     run_tool([ARDUINO_CLI, "compile", "--fqbn", board.fqbn, "--output-dir", folder, sketch], f"building {sketch.name}")
     return folder / f"{sketch.name}.ino.hex"
 
 
 def flash_with_arduino_cli(image: Path, board: Board, port: str) -> None:
-    """Put an image on the board at a port; raises FirmwareError with what it said."""
+    """Write an image to the board at a port; raises FirmwareError with the tool's output."""
     where = ["--fqbn", board.fqbn, "--port", port, "--verify"]
     run_tool([ARDUINO_CLI, "upload", *where, "--input-file", image], f"flashing the {board.name} at {port}")
 
@@ -138,24 +140,30 @@ def has_avr_gcc() -> bool:
 
 
 def build_with_avr_gcc(sketch: Path, board: Board, folder: Path, *, flags: Sequence[str] = ()) -> Path:
-    """Compile a sketch into FOLDER/NAME.elf and NAME.hex; return the latter.
+    """Compile a sketch into FOLDER/NAME.elf and FOLDER/NAME.hex; return the latter.
 
-    A sketch's .ino files become one; no prototypes are made up for it, so what it calls must be declared.
-    ``flags`` are the compiler's for the sketch itself. Raises FirmwareError with what it said.
+    The .ino files of the sketch are joined. Unlike Arduino's tools this adds no prototypes, so a function must be
+    declared before its use.
+
+    flags: compiler flags for the sketch, not for the core.
+    Raises FirmwareError with the compiler's output.
     """
     folder.mkdir(parents=True, exist_ok=True)
     joined = _join_sources(sketch, folder)
     core = AVR_CORE / "cores" / "arduino"
-    ours = [joined, *sorted(sketch.glob("*.cpp"))]
-    theirs = [path for path in sorted(core.iterdir()) if path.suffix in {".c", ".cpp", ".S"}]
+    sketch_files = [joined, *sorted(sketch.glob("*.cpp"))]
+    core_files = [path for path in sorted(core.iterdir()) if path.suffix in {".c", ".cpp", ".S"}]
     with ThreadPoolExecutor() as pool:
-        compiled = partial(_compile, board, sketch, folder)
-        objects = [*pool.map(partial(compiled, flags), ours), *pool.map(partial(compiled, ["-w"]), theirs)]
+        compile_file = partial(_compile, board, sketch, folder)
+        objects = [
+            *pool.map(partial(compile_file, flags), sketch_files),
+            *pool.map(partial(compile_file, ["-w"]), core_files),
+        ]
     return _link(objects, folder / sketch.name)
 
 
 def _join_sources(sketch: Path, folder: Path) -> Path:
-    """Write a sketch's .ino files as one of C++: first the one of the sketch's name, then in order."""
+    """Join a sketch's .ino files into one C++ file: first the one with the sketch's name, then in order."""
     first = sketch / f"{sketch.name}.ino"
     others = sorted(path for path in sketch.glob("*.ino") if path != first)
     joined = folder / f"{sketch.name}.ino.cpp"
@@ -164,7 +172,7 @@ def _join_sources(sketch: Path, folder: Path) -> Path:
 
 
 def _with_line_marker(source: Path) -> str:
-    """Return a file's text, of which the compiler speaks by that file's name."""
+    """Return a file's text with a line that gives the compiler the file's name."""
     return f'#line 1 "{source}"\n{source.read_text()}\n'
 
 
@@ -199,14 +207,16 @@ def is_installed(*names: str) -> bool:
 
 
 def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeout: float = 300.0) -> str:
-    """Run a tool to its end; return what it printed, on stdout and stderr.
+    """Run a tool to its end; return its output on stdout and stderr.
 
-    Raises FirmwareError with the words of a tool that fails, and the remedy, or where it has not ended after
-    ``timeout`` seconds.
+    doing: the task, as the begin of an error message.
+    remedy: added to the error message if the tool fails.
+    timeout: in seconds.
+    Raises FirmwareError with the output if the tool fails, or if it does not end in time.
     """
     tool = Path(command[0]).name
     try:
-        ran = subprocess.run(  # noqa: S603  a tool by its name, with arguments of ours, and no shell
+        ran = subprocess.run(  # noqa: S603  a known tool with constructed arguments, without a shell
             command,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -218,7 +228,7 @@ def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeou
         )
     except subprocess.TimeoutExpired as error:
         raise FirmwareError(
-            f"{doing}: {tool} had not ended after {timeout:g} s, and was killed",
+            f"{doing}: {tool} did not end within {timeout:g} s and was killed",
             kind="tool-timeout",
             tool=tool,
             timeout_s=timeout,
@@ -228,10 +238,10 @@ def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeou
             f"{doing}: {tool} cannot be run: {error.strerror}", kind="tool-missing", tool=tool
         ) from error
     if ran.returncode:
-        said = ran.stdout.strip() or "nothing"
-        first = f". {remedy}" if remedy else ""
+        output = ran.stdout.strip() or "nothing"
+        advice = f". {remedy}" if remedy else ""
         raise FirmwareError(
-            f"{doing}: {tool} failed (exit {ran.returncode}){first}. It said:\n{said}",
+            f"{doing}: {tool} failed (exit {ran.returncode}){advice}. Its output:\n{output}",
             kind="tool-failed",
             tool=tool,
             status=ran.returncode,

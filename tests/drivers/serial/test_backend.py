@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol
 
 import pytest
 
@@ -50,15 +50,16 @@ def setup_of(robot: RobotDescription, **options: str) -> Setup:
     return Setup(robot, None, frozenset(device.name for device in robot.devices), options=options)
 
 
-Check = Callable[[RobotDescription], None]
+class Check(Protocol):
+    def __call__(self, robot: RobotDescription, kind: str = "description") -> None: ...
 
 
 @pytest.fixture
 def check_mistake(raises: Raises) -> Check:
     """Expect a DescriptionError for a robot, with the text of the snapshot."""
 
-    def check(robot: RobotDescription) -> None:
-        with raises(DescriptionError, "description"):
+    def check(robot: RobotDescription, kind: str = "description") -> None:
+        with raises(DescriptionError, kind):
             SerialBackend().check(robot)
 
     return check
@@ -109,7 +110,7 @@ def test_two_protocols_on_one_port_are_refused(check_mistake: Check) -> None:
 
 
 def test_a_port_with_a_malformed_usb_id_is_refused(check_mistake: Check) -> None:
-    check_mistake(robot_on("usb:xyz", motor("left"), motor("right")))
+    check_mistake(robot_on("usb:xyz", motor("left"), motor("right")), "invalid-value")
 
 
 def test_wires_have_no_connector(robot: RobotDescription, pty: Pty) -> None:

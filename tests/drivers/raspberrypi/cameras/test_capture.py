@@ -144,7 +144,7 @@ def test_an_unexpected_error_is_raised_with_the_device_s_name(
     camera = opened(source, clock)
     source.failing = KeyError("SensorTimestamp")
     clock.let_pass(0.1)
-    with raises(DeviceError):
+    with raises(DeviceError, "driver-failed"):
         camera.read()
 
 

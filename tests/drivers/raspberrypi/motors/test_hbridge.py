@@ -219,7 +219,7 @@ def test_a_velocity_that_the_model_does_not_reach_is_refused(model: dict[str, fl
 
 
 def test_a_motor_without_a_model_is_refused(raises: Raises) -> None:
-    with raises(DescriptionError):
+    with raises(DescriptionError, "missing-key"):
         Rig({"driver": "h-bridge", "forward": FORWARD, "backward": BACKWARD})
 
 

@@ -129,7 +129,7 @@ def test_with_nothing_in_range_it_opens_with_inf(bench: Bench) -> None:
 
 def test_without_a_first_result_opening_raises_and_closes_the_bus(bench: Bench, raises: Raises) -> None:
     bench.chip.status = bench.kind.unclear
-    with raises(DeviceError):
+    with raises(DeviceError, "no-sample-yet"):
         bench.open(cycle_s=0.02)
     assert not bench.bus.is_open
 

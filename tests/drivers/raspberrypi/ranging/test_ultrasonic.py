@@ -140,7 +140,7 @@ def test_with_nothing_in_range_it_opens_with_inf_without_simulated_time() -> Non
 
 
 def test_without_a_first_result_opening_raises(raises: Raises) -> None:
-    with raises(DeviceError):
+    with raises(DeviceError, "no-sample-yet"):
         Bench([NO_ECHO], {"echo_free_cycles": 0}).open()
 
 
@@ -304,7 +304,7 @@ def test_while_the_pins_fail_read_raises(monkeypatch: pytest.MonkeyPatch, raises
     with monkeypatch.context() as patch:
         patch.setattr(bench.module.trigger, "_set_state", broken)
         bench.cycles()
-        with raises(DeviceError):
+        with raises(DeviceError, "driver-failed"):
             sensor.read()
     bench.cycles()
     assert sensor.read().distance == pytest.approx(0.7)

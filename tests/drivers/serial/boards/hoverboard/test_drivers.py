@@ -197,7 +197,7 @@ REFUSED: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_settings_beyond_the_board_are_refused_in_the_robots_file(case: str, raises: Raises) -> None:
     robot = wired(load_robot("rover"), devices(**REFUSED[case]), Path("/dev/ttyUSB0"), (BATTERY,))
-    with raises(DescriptionError):
+    with raises(DescriptionError, "missing-key" if case == "no-mode" else "description"):
         bind_devices(robot, "serial")
 
 

@@ -135,5 +135,5 @@ REFUSED: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_settings_beyond_the_board_are_refused_in_the_robots_file(case: str, raises: Raises) -> None:
     robot = wired(load_robot("rover"), motors(**REFUSED[case]), Path("/dev/ttyUSB0"))
-    with raises(DescriptionError):
+    with raises(DescriptionError, "out-of-bounds" if case == "address" else "description"):
         bind_devices(robot, "serial")
