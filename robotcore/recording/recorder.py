@@ -14,9 +14,9 @@ from typing import Generic, TypeVar
 from robotcore.errors import Interrupted, RecordingError, RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.recording.events import GroundTruthSample, RecordedError
-from robotcore.recording.layer import RecordingTap
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata, build_metadata
+from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import Entry, RecordingWriter
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run

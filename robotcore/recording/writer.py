@@ -26,11 +26,11 @@ from robotcore.recording.foxglove import (
     to_pose_message,
     to_timestamp,
 )
-from robotcore.recording.layer import TickEvents
 from robotcore.recording.log import Level, LogLine, RunLog, build_last_line
 from robotcore.recording.mcap_file import McapFile
 from robotcore.recording.recording import Metadata
 from robotcore.recording.schemas import END_SCHEMA, RESULT_SCHEMA, RUN_SCHEMA, TICK_SCHEMA, TRUTH_SCHEMA
+from robotcore.recording.tap import TickEvents
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord

@@ -9,8 +9,8 @@ from robotcore.errors import DeviceError
 from robotcore.geometry import Pose
 from robotcore.hal.devices import Camera, SampleT, Sensor
 from robotcore.recording import Recording, read
-from robotcore.recording.layer import RecordingTap, TickEvents
 from robotcore.recording.recorder import Recorder
+from robotcore.recording.tap import RecordingTap, TickEvents
 from robotcore.runtime.layers.base import Reader, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run

@@ -8,8 +8,8 @@ from typing import Any
 
 from robotcore.errors import Interrupted, RobotcoreError
 from robotcore.recording import GroundTruthSample, Metadata, RecordedError, RecordedSample, Recording, SampleKey, Tick
-from robotcore.recording.layer import RecordingTap
 from robotcore.recording.recording import build_metadata
+from robotcore.recording.tap import RecordingTap
 from robotcore.recording.writer import TickBuilder
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
