@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import json
 import shlex
 import subprocess
 import sys
@@ -23,7 +24,7 @@ LISTINGS = listings(PAGE)
 FILES = [each for each in LISTINGS if each.language == "python"]
 EXCHANGES = [each for listing in LISTINGS if listing.language == "console" for each in exchanges(listing.text)]
 PARTS = [code for row in rows(PAGE, "What a robot has") for code in code_in(row[0])]
-MISDEEDS = rows(PAGE, "What an app must not do")
+MISTAKES = rows(PAGE, "What an app must not do")
 ENDLESS = "`while True: pass`"
 
 ODD = """
@@ -34,14 +35,14 @@ class Odd(Behaviour):
     needs = frozenset({{Role.DRIVE, Role.CAMERA}})
 
     def step(self, robot):
-        {deed}
+        {code}
         return Status.RUNNING
 """
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with the files of the page, where the commands are given."""
+    """Make a folder with the files of the page, in which its commands run."""
     for file in FILES:
         (tmp_path / file.file).write_text(file.text)
     monkeypatch.chdir(tmp_path)
@@ -49,10 +50,10 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def odd(folder: Path, deed: str) -> str:
-    """Write an app that does what is set as code in a cell; return its file."""
+def odd(folder: Path, code: str) -> str:
+    """Write an app whose step runs the code of a cell, and return its file."""
     file = folder / "odd.py"
-    file.write_text(ODD.format(deed=code_in(deed)[0]))
+    file.write_text(ODD.format(code=code_in(code)[0]))
     return str(file)
 
 
@@ -101,21 +102,22 @@ def test_page_leaves_nothing_out(kind: type, not_for_apps: set[str]) -> None:
     assert has - not_for_apps - named == set()
 
 
-@pytest.mark.parametrize("row", [row for row in MISDEEDS if row[2] and row[0] != ENDLESS], ids=lambda row: row[0])
-def test_misdeed_ends_as_the_page_says(row: list[str], folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    deed, happens, status = row
-    assert execute(["run", odd(folder, deed), "--world", "open"]) == int(status)
-    assert code_in(happens)[0] in capfd.readouterr().err
+@pytest.mark.parametrize("row", [row for row in MISTAKES if row[2] and row[0] != ENDLESS], ids=lambda row: row[0])
+def test_mistake_ends_as_the_page_shows(row: list[str], folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    code, message, status = row
+    assert execute(["run", odd(folder, code), "--world", "open"]) == int(status)
+    assert code_in(message)[0] in capfd.readouterr().err
 
 
 def test_sleep_takes_none_of_the_simulated_time(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (deed,) = (row[0] for row in MISDEEDS if "Simulated time stands still" in row[1])
-    assert execute(["run", odd(folder, deed), "--world", "open", "--timeout", "0.2"]) == 1
-    assert "not done after 0.2 s" in capfd.readouterr().out
+    (code,) = (row[0] for row in MISTAKES if row[0].startswith("`time.sleep"))
+    assert execute(["run", odd(folder, code), "--world", "open", "--timeout", "0.2", "--json"]) == 1
+    result = json.loads(capfd.readouterr().out)
+    assert (result["outcome"], result["ticks"]) == ("timeout", 5)
 
 
-def test_endless_loop_ends_as_the_page_says(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    happens, status = next(row[1:] for row in MISDEEDS if row[0] == ENDLESS)
+def test_endless_loop_ends_as_the_page_shows(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    message, status = next(row[1:] for row in MISTAKES if row[0] == ENDLESS)
     after_the_first_step = f"`exec({code_in(ENDLESS)[0]!r}) if robot.clock.now() else None`"
     assert execute(["run", odd(folder, after_the_first_step), "--world", "open"]) == int(status)
-    assert code_in(happens)[0] in capfd.readouterr().err
+    assert code_in(message)[0] in capfd.readouterr().err
