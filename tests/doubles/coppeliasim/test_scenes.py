@@ -12,7 +12,7 @@ from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor, Shape, VisionSensor
-from tests.doubles.coppeliasim.scene.rover import drives_of
+from tests.doubles.coppeliasim.scene.rover import find_drives
 from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene, described_scene, relay_scene
 
 ROVER, ARENA = load_robot("rover"), load_world("arena")
@@ -20,7 +20,7 @@ ROVER, ARENA = load_robot("rover"), load_world("arena")
 
 def drive_first_robot(simulator: Simulator, *speeds: float, steps: int = 20) -> None:
     """Drive the first robot of a scene with these velocities of the left and the right wheel."""
-    drive = drives_of(simulator.graph)[0]
+    drive = find_drives(simulator.graph)[0]
     with simulator.lock:
         simulator.start()
         drive.left.target_velocity, drive.right.target_velocity = speeds
@@ -30,7 +30,7 @@ def drive_first_robot(simulator: Simulator, *speeds: float, steps: int = 20) -> 
 
 def test_described_robot_is_at_its_start() -> None:
     world = draw_world(ARENA, ROVER, 7)
-    drive = drives_of(described_scene(ROVER, world).graph)[0]
+    drive = find_drives(described_scene(ROVER, world).graph)[0]
     assert drive.start == pytest.approx((world.start.x_m, world.start.y_m, world.start.yaw_rad), abs=1e-9)
     assert drive.geometry.wheel_radius == pytest.approx(0.0325)
     assert drive.geometry.track == pytest.approx(0.155)
@@ -59,7 +59,7 @@ def test_camera_picture_equals_the_kinematic_one() -> None:
 
 def test_robot_without_a_drive_stands_still() -> None:
     graph = described_scene(load_robot("lookout"), ARENA).graph
-    assert drives_of(graph) == []
+    assert find_drives(graph) == []
     assert isinstance(graph.find("/lookout/eye"), VisionSensor)
 
 

@@ -154,7 +154,7 @@ def test_last_command_is_done_before_the_client_ends(client: int, simulator: Sim
 def test_failing_server_gives_codes_and_no_exceptions(mode: str, server: LegacyServer) -> None:
     client = start(server.port, timeout_ms=-200)
     if mode == "lost":
-        server.service.hang_up()
+        server.service.disconnect()
     else:
         server.service.fail(Hang() if mode == "hangs" else SendGarbage(b"?" * 100))
     assert simx.simxGetJointPosition(client, LEFT, WAIT) == (3, 0.0)
@@ -165,13 +165,13 @@ def test_failing_server_gives_codes_and_no_exceptions(mode: str, server: LegacyS
 def test_client_reconnects(server: LegacyServer) -> None:
     client = start(server.port, reconnects=True)
     assert simx.simxGetConnectionId(client) == 1
-    server.service.hang_up()
+    server.service.disconnect()
     wait_for(lambda: simx.simxGetConnectionId(client) == 2)
     assert simx.simxGetObjectHandle(client, "/rover/leftMotor", WAIT) == (0, LEFT)
 
 
 def test_client_without_reconnection_stays_disconnected(client: int, server: LegacyServer) -> None:
-    server.service.hang_up()
+    server.service.disconnect()
     wait_for(lambda: simx.simxGetConnectionId(client) == -1)
     assert simx.simxGetJointPosition(client, LEFT, WAIT)[0] == 3
 

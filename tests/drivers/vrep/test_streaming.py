@@ -90,7 +90,7 @@ def test_refused_requests_are_errors(reader: StreamReader, raises: Raises) -> No
 
 
 def test_each_call_fails_after_the_connection_is_lost(reader: StreamReader, server: LegacyServer) -> None:
-    server.service.hang_up()
+    server.service.disconnect()
     assert isinstance(await_error(reader), ServerLostError)
     with pytest.raises(ServerLostError):
         reader.post(requests.joint_target_velocity(LEFT, 1.0))

@@ -12,16 +12,16 @@ from tests.doubles.coppeliasim.legacy.functions import Functions
 from tests.doubles.coppeliasim.legacy.object_answers import (
     Answers,
     RefusedError,
-    answers_on_objects,
-    answers_on_particulars,
+    create_group_answers,
+    create_object_answers,
 )
 from tests.doubles.coppeliasim.legacy.other_answers import (
     ERRORS_KEPT,
     Errors,
-    Running,
-    answers_on_pictures,
-    answers_on_the_run,
-    answers_on_values,
+    SimulationCommands,
+    create_picture_answers,
+    create_simulation_answers,
+    create_value_answers,
 )
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
@@ -36,14 +36,14 @@ class Client:
     def __init__(self, simulator: Simulator) -> None:
         self._simulator = simulator
         self._errors: Errors = deque(maxlen=ERRORS_KEPT)
-        self._running = Running(simulator, self, self._errors)
+        self._running = SimulationCommands(simulator, self, self._errors)
         functions = Functions(simulator)
         self._answers: Answers = {
-            **answers_on_objects(functions),
-            **answers_on_particulars(functions),
-            **answers_on_pictures(functions),
-            **answers_on_values(functions),
-            **answers_on_the_run(self._running),
+            **create_object_answers(functions),
+            **create_group_answers(functions),
+            **create_picture_answers(functions),
+            **create_value_answers(functions),
+            **create_simulation_answers(self._running),
         }
         self._conversation = Conversation()
         self.turn()

@@ -17,7 +17,7 @@ from tests.doubles.coppeliasim.scene.objects import (
     Thing,
     VisionSensor,
 )
-from tests.doubles.coppeliasim.scene.poses import Transform, Vector, euler_of, of_euler
+from tests.doubles.coppeliasim.scene.poses import Transform, Vector, from_euler, to_euler
 from tests.doubles.coppeliasim.scene.rays import Detection
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 
@@ -96,10 +96,10 @@ class Functions:
 
     def orientation(self, handle: int, relative_to: int) -> list[float]:
         """Return the Euler angles alpha, beta, gamma."""
-        return euler_of(self._pose(handle, relative_to).quaternion)
+        return to_euler(self._pose(handle, relative_to).quaternion)
 
     def set_orientation(self, handle: int, relative_to: int, angles: Vector) -> None:
-        self._put(handle, relative_to, Transform(self._pose(handle, relative_to).position, of_euler(angles)))
+        self._put(handle, relative_to, Transform(self._pose(handle, relative_to).position, from_euler(angles)))
 
     def velocity(self, handle: int) -> tuple[Vector, Vector]:
         """Return the linear and the angular velocity in the world."""
@@ -134,8 +134,8 @@ class Functions:
     def _pose(self, handle: int, relative_to: int) -> Transform:
         graph = self.simulator.graph
         pose = graph.pose(graph[handle])
-        return pose if relative_to == WORLD else self._frame(relative_to).inverse.then(pose)
+        return pose if relative_to == WORLD else self._frame(relative_to).inverse.compose(pose)
 
     def _put(self, handle: int, relative_to: int, pose: Transform) -> None:
         graph = self.simulator.graph
-        graph.put(graph[handle], self._frame(relative_to).then(pose))
+        graph.put(graph[handle], self._frame(relative_to).compose(pose))

@@ -47,9 +47,9 @@ RUBBISH = DETECTION.pack(0, 0.0, 3.640625, -1.6e-23, 0, -5481547.5, 1.62, -6.1e-
 """Data of the real server without a detection: arbitrary memory, of which only the first byte is valid."""
 
 
-def answers_on_objects(functions: Functions) -> Answers:
+def create_object_answers(functions: Functions) -> Answers:
     """Return the answers to commands about objects."""
-    objects = Objects(functions)
+    objects = ObjectCommands(functions)
     return {
         Code.GET_OBJECT_HANDLE: objects.handle,
         Code.GET_OBJECT_PARENT: objects.parent,
@@ -67,7 +67,7 @@ def answers_on_objects(functions: Functions) -> Answers:
     }
 
 
-class Objects:
+class ObjectCommands:
     """The commands about one object; each method returns the data of the reply."""
 
     def __init__(self, functions: Functions) -> None:
@@ -176,9 +176,9 @@ NAMES, TYPES = 0, 1
 RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
 
 
-def answers_on_particulars(functions: Functions) -> Answers:
+def create_group_answers(functions: Functions) -> Answers:
     """Return the answers to commands about groups of objects and about parameters of one object."""
-    particulars = Particulars(functions)
+    particulars = GroupCommands(functions)
     return {
         Code.GET_OBJECT_GROUP_DATA: particulars.group,
         Code.GET_OBJECT_INT_PARAMETER: particulars.integer,
@@ -186,7 +186,7 @@ def answers_on_particulars(functions: Functions) -> Answers:
     }
 
 
-class Particulars:
+class GroupCommands:
     """The commands about groups of objects and about parameters of one object."""
 
     def __init__(self, functions: Functions) -> None:

@@ -26,9 +26,9 @@ from tests.doubles.coppeliasim.scene.simulator import Simulator
 RESOLUTION = struct.Struct("<2i")
 
 
-def answers_on_pictures(functions: Functions) -> Answers:
+def create_picture_answers(functions: Functions) -> Answers:
     """Return the answers to commands about vision sensors."""
-    pictures = Pictures(functions)
+    pictures = PictureCommands(functions)
     return {
         Code.GET_VISION_SENSOR_IMAGE_BW: pictures.grey,
         Code.GET_VISION_SENSOR_IMAGE_RGB: pictures.colour,
@@ -38,7 +38,7 @@ def answers_on_pictures(functions: Functions) -> Answers:
     }
 
 
-class Pictures:
+class PictureCommands:
     """The commands about a vision sensor. Data: width and height, then the pixels, the lowest row first."""
 
     def __init__(self, functions: Functions) -> None:
@@ -82,9 +82,9 @@ def _encode_image(image: NDArray[np.uint8]) -> bytes:
     return RESOLUTION.pack(image.shape[1], image.shape[0]) + image.tobytes()
 
 
-def answers_on_values(functions: Functions) -> Answers:
+def create_value_answers(functions: Functions) -> Answers:
     """Return the answers to commands about parameters, signals and the status bar."""
-    parameters, floats, integers = Parameters(functions), Signals(FLOAT), Signals(INT)
+    parameters, floats, integers = ParameterCommands(functions), SignalCommands(FLOAT), SignalCommands(INT)
     return {
         Code.GET_INTEGER_PARAMETER: parameters.integer,
         Code.GET_FLOATING_PARAMETER: parameters.floating,
@@ -104,8 +104,8 @@ def _show(command: Command) -> bytes:
     return b""
 
 
-class Parameters:
-    """Parameters of the simulator; a ping reads the program's version."""
+class ParameterCommands:
+    """ParameterCommands of the simulator; a ping reads the program's version."""
 
     def __init__(self, functions: Functions) -> None:
         self._functions = functions
@@ -124,8 +124,8 @@ class Parameters:
         return b""
 
 
-class Signals:
-    """Signals of one type by name. A missing signal is an error without a text."""
+class SignalCommands:
+    """SignalCommands of one type by name. A missing signal is an error without a text."""
 
     def __init__(self, layout: struct.Struct) -> None:
         self._layout = layout
@@ -154,7 +154,7 @@ Errors = deque[str]
 ERRORS_KEPT = 50
 
 
-def answers_on_the_run(running: Running) -> Answers:
+def create_simulation_answers(running: SimulationCommands) -> Answers:
     """Return the answers to commands about the simulation."""
     return {
         Code.START_PAUSE_STOP_SIMULATION: running.start_pause_stop,
@@ -165,7 +165,7 @@ def answers_on_the_run(running: Running) -> Answers:
     }
 
 
-class Running:
+class SimulationCommands:
     """The commands about the simulation.
 
     client: the client that steps.

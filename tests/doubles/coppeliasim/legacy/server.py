@@ -41,7 +41,7 @@ class Service:
         self._release()
         self._fault, self._answers_before_fault = fault, after
 
-    def hang_up(self) -> None:
+    def disconnect(self) -> None:
         """Close the client's connection, as a killed server does."""
         if line := self._line:
             with suppress(OSError):
@@ -52,7 +52,7 @@ class Service:
         self._is_over = True
         self._stop_listening()
         self._release()
-        self.hang_up()
+        self.disconnect()
         if self._thread is not threading.current_thread():
             self._thread.join()
 

@@ -31,7 +31,7 @@ def find(roots: Sequence[Thing], path: str, index: int = 0, start: Thing | None 
     return next(fitting, None)
 
 
-def shortest(roots: Sequence[Thing], thing: Thing) -> str:
+def find_shortest_path(roots: Sequence[Thing], thing: Thing) -> str:
     """Return the shortest unambiguous path of an object, with the models that contain it."""
     path, above = "/" + _format_indexed_alias(roots, thing), thing.parent
     while above:
@@ -42,9 +42,9 @@ def shortest(roots: Sequence[Thing], thing: Thing) -> str:
     return path
 
 
-def full(roots: Sequence[Thing], thing: Thing) -> str:
+def find_full_path(roots: Sequence[Thing], thing: Thing) -> str:
     """Return the path of an object with all its parents."""
-    above = full(roots, thing.parent) if thing.parent else ""
+    above = find_full_path(roots, thing.parent) if thing.parent else ""
     return f"{above}/{_format_indexed_alias(roots, thing)}"
 
 
@@ -171,17 +171,17 @@ class Graph:
 
     def pose(self, thing: Thing) -> Transform:
         """Return the place of an object in the world."""
-        return self.frame(thing.parent).then(thing.local) if thing.parent else thing.local
+        return self.frame(thing.parent).compose(thing.local) if thing.parent else thing.local
 
     def frame(self, thing: Thing | None) -> Transform:
         """Return the frame of an object's children in the world; None stands for the world."""
         if thing is None:
             return Transform()
-        return self.frame(thing.parent).then(thing.carried) if thing.parent else thing.carried
+        return self.frame(thing.parent).compose(thing.carried) if thing.parent else thing.carried
 
     def put(self, thing: Thing, pose: Transform) -> None:
         """Place an object in the world, with all its children."""
-        thing.local = self.frame(thing.parent).inverse.then(pose) if thing.parent else pose
+        thing.local = self.frame(thing.parent).inverse.compose(pose) if thing.parent else pose
         self.revision += 1
 
     def tree(self, roots: Iterable[Thing] | None = None) -> list[Thing]:
@@ -204,7 +204,7 @@ class Graph:
 
     def path(self, thing: Thing) -> str:
         """Return the shortest unambiguous path of an object."""
-        return shortest(self.roots, thing)
+        return find_shortest_path(self.roots, thing)
 
     def _attach(self, thing: Thing, parent: Thing | None) -> None:
         thing.parent = parent

@@ -30,7 +30,7 @@ Depths = NDArray[np.float32]
 """Shape (height, width): metres along the optical axis; row 0 at the bottom."""
 
 
-class Sight(Protocol):
+class SensorPicture(Protocol):
     """A picture of a vision sensor, with depths."""
 
     @property
@@ -178,7 +178,7 @@ class Joint(Thing):
 
     @property
     def carried(self) -> Transform:
-        return self.local.then(Transform.turned(self.position))
+        return self.local.compose(Transform.rotated(self.position))
 
     def turn_to(self, angle: float) -> None:
         """Set the position; a cyclic joint wraps it."""
@@ -207,7 +207,7 @@ class VisionSensor(Thing):
     is_perspective: bool = True
     background: Vector | None = None
     entity: int = -1
-    sight: Sight | None = None
+    sight: SensorPicture | None = None
     has_result: bool = False
 
 

@@ -21,7 +21,7 @@ UPRIGHT = 0.9999
 """An axis with a larger z component is vertical."""
 
 
-class Standing(NamedTuple):
+class UprightShape(NamedTuple):
     """An upright shape: its description in a world, and the heights of its lower and upper end."""
 
     shape: Shape
@@ -34,7 +34,7 @@ class Standing(NamedTuple):
         return self.thing.outline
 
 
-def standing(shape: Shape, pose: Transform) -> Standing | None:
+def find_upright_shape(shape: Shape, pose: Transform) -> UprightShape | None:
     """Return the upright shape at ``pose``; None if it is tilted or of another primitive."""
     if shape.primitive is Primitive.CUBOID:
         return _box(shape, pose)
@@ -43,7 +43,7 @@ def standing(shape: Shape, pose: Transform) -> Standing | None:
     return _ball(shape, pose)
 
 
-def lowest(shape: Shape, pose: Transform) -> float:
+def find_lowest_z(shape: Shape, pose: Transform) -> float:
     """Return the height of a shape's lowest point, in metres."""
     x, y, z = (axis[2] * size / 2 for axis, size in zip(pose.axes, shape.size, strict=True))
     if shape.primitive is Primitive.CUBOID:
@@ -55,7 +55,7 @@ def lowest(shape: Shape, pose: Transform) -> float:
     return pose.position[2] - reach
 
 
-def _box(shape: Shape, pose: Transform) -> Standing | None:
+def _box(shape: Shape, pose: Transform) -> UprightShape | None:
     up = next((i for i, axis in enumerate(pose.axes) if abs(axis[2]) > UPRIGHT), None)
     if up is None:
         return None
@@ -71,7 +71,7 @@ def _box(shape: Shape, pose: Transform) -> Standing | None:
     return _spanning(shape, box, pose, shape.size[up] / 2)
 
 
-def _cylinder(shape: Shape, pose: Transform) -> Standing | None:
+def _cylinder(shape: Shape, pose: Transform) -> UprightShape | None:
     if abs(pose.axes[2][2]) <= UPRIGHT or shape.size[0] != shape.size[1]:
         return None
     half = shape.size[2] / 2
@@ -81,7 +81,7 @@ def _cylinder(shape: Shape, pose: Transform) -> Standing | None:
     return _spanning(shape, cylinder, pose, half)
 
 
-def _ball(shape: Shape, pose: Transform) -> Standing | None:
+def _ball(shape: Shape, pose: Transform) -> UprightShape | None:
     if len(set(shape.size)) > 1:
         return None
     radius = shape.size[0] / 2
@@ -90,8 +90,8 @@ def _ball(shape: Shape, pose: Transform) -> Standing | None:
     return _spanning(shape, Ball.model_construct(radius_m=radius, **common), pose, radius)
 
 
-def _spanning(shape: Shape, thing: Box | Cylinder | Ball, pose: Transform, half: float) -> Standing:
-    return Standing(shape, thing, pose.position[2] - half, pose.position[2] + half)
+def _spanning(shape: Shape, thing: Box | Cylinder | Ball, pose: Transform, half: float) -> UprightShape:
+    return UprightShape(shape, thing, pose.position[2] - half, pose.position[2] + half)
 
 
 def _common(shape: Shape, pose: Transform, half: float) -> dict[str, Any]:

@@ -24,10 +24,10 @@ class Transform(NamedTuple):
     def of_pose(cls, pose: Sequence[float]) -> Transform:
         """Return the transform of seven numbers: x, y, z, then the quaternion."""
         x, y, z, qx, qy, qz, qw = pose
-        return cls((x, y, z), unit((qx, qy, qz, qw)))
+        return cls((x, y, z), normalise((qx, qy, qz, qw)))
 
     @classmethod
-    def turned(cls, yaw: float, position: Vector = (0.0, 0.0, 0.0)) -> Transform:
+    def rotated(cls, yaw: float, position: Vector = (0.0, 0.0, 0.0)) -> Transform:
         """Return a position with a rotation about z, in radians."""
         return cls(position, (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
 
@@ -68,7 +68,7 @@ class Transform(NamedTuple):
             pz + az * x + bz * y + cz * z,
         )
 
-    def then(self, inner: Transform) -> Transform:
+    def compose(self, inner: Transform) -> Transform:
         """Transform a place of this frame to the outer frame."""
         return Transform(self.apply(inner.position), multiply(self.quaternion, inner.quaternion))
 
@@ -88,14 +88,14 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     )
 
 
-def unit(quaternion: Quaternion) -> Quaternion:
+def normalise(quaternion: Quaternion) -> Quaternion:
     """Normalise a quaternion; one of length zero becomes the identity."""
     x, y, z, w = quaternion
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     return (x / norm, y / norm, z / norm, w / norm) if norm else (0.0, 0.0, 0.0, 1.0)
 
 
-def of_euler(angles: Sequence[float]) -> Quaternion:
+def from_euler(angles: Sequence[float]) -> Quaternion:
     """Return the rotation Rx(alpha)·Ry(beta)·Rz(gamma) of CoppeliaSim's Euler angles."""
     a, b, c = (angle / 2 for angle in angles)
     about_x = (math.sin(a), 0.0, 0.0, math.cos(a))
@@ -104,7 +104,7 @@ def of_euler(angles: Sequence[float]) -> Quaternion:
     return multiply(multiply(about_x, about_y), about_z)
 
 
-def euler_of(quaternion: Quaternion) -> list[float]:
+def to_euler(quaternion: Quaternion) -> list[float]:
     """Return the Euler angles alpha, beta and gamma of a rotation, in radians."""
     (xx, _, _), (yx, _, _), (zx, zy, zz) = Transform((0.0, 0.0, 0.0), quaternion).axes
     beta = math.asin(max(-1.0, min(1.0, zx)))

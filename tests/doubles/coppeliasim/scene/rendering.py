@@ -15,7 +15,7 @@ from robotcore.optics import CameraView, Intrinsics
 from robotcore.simulation.painter import Painter
 from tests.doubles.coppeliasim.scene.graph import Graph
 from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, Shape, Thing, VisionSensor
-from tests.doubles.coppeliasim.scene.outlines import Standing, standing
+from tests.doubles.coppeliasim.scene.outlines import UprightShape, find_upright_shape
 from tests.doubles.coppeliasim.scene.poses import Transform
 from tests.doubles.coppeliasim.scene.rays import Hits, Solids
 
@@ -35,7 +35,7 @@ class Scenery:
     def __init__(self, graph: Graph, hidden: Collection[Thing], light: Light, entity: int = ALL_THERE_IS) -> None:
         shown = _shown(graph, entity)
         placed = [(shape, graph.pose(shape)) for shape in shown if shape not in hidden]
-        stands = {shape: standing(shape, pose) for shape, pose in placed}
+        stands = {shape: find_upright_shape(shape, pose) for shape, pose in placed}
         upright = [each for each in stands.values() if each]
         self._light = light
         self._painters: dict[Rgb, Painter] = {}
@@ -52,12 +52,12 @@ class Scenery:
             self._painters[sky] = Painter(self.describe(self.obstacles, sky))
         return self._painters[sky]
 
-    def between(self, low: float, high: float) -> list[Standing]:
+    def find_obstacles(self, low: float, high: float) -> list[UprightShape]:
         """Return the obstacles between two heights: boxes and cylinders, then balls."""
         reached = [each for each in self.obstacles if each.low < high and each.high > low]
         return sorted(reached, key=lambda each: isinstance(each.thing, Ball))
 
-    def describe(self, obstacles: Iterable[Standing], sky: Rgb = (0, 0, 0)) -> WorldDescription:
+    def describe(self, obstacles: Iterable[UprightShape], sky: Rgb = (0, 0, 0)) -> WorldDescription:
         """Return the description of a world with these obstacles; without a floor the sky is visible instead."""
         things = [each.thing for each in obstacles]
         return WorldDescription.model_construct(
@@ -82,7 +82,7 @@ def _shown(graph: Graph, entity: int) -> list[Shape]:
     return [shape for shape in graph.all_of(Shape) if shape in members]
 
 
-def _is_on_floor(each: Standing) -> bool:
+def _is_on_floor(each: UprightShape) -> bool:
     return each.low <= FLOOR_M and (not isinstance(each.thing, Ball) or each.low >= -FLOOR_M)
 
 
@@ -107,7 +107,7 @@ def intrinsics_of(sensor: VisionSensor) -> Intrinsics:
     return Intrinsics(sensor.width, sensor.height, 2 * math.atan(wide))
 
 
-class Exposure:
+class RenderedPicture:
     """A picture of a sensor, which is computed at the first read; row 0 at the bottom."""
 
     def __init__(self, sensor: VisionSensor, pose: Transform, scenery: Scenery, light: Light) -> None:
@@ -139,14 +139,14 @@ class Exposure:
 
 
 @dataclass(frozen=True)
-class Blank:
+class BlankPicture:
     """The picture of a sensor that was never rendered, or that shows a received picture."""
 
     picture: Pixels
     depths: Depths
 
     @classmethod
-    def of(cls, sensor: VisionSensor, picture: Pixels | None = None) -> Blank:
+    def of(cls, sensor: VisionSensor, picture: Pixels | None = None) -> BlankPicture:
         """Return a picture, by default black, with depths of exactly ``far``."""
         size = sensor.height, sensor.width
         black = np.zeros((*size, 3), np.uint8)

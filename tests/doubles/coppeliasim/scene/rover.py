@@ -15,10 +15,10 @@ from tests.doubles.coppeliasim.scene.outlines import (
     GRAVITY_M_S2,
     Contact,
     ContactSensor,
-    Standing,
-    lowest,
+    UprightShape,
+    find_lowest_z,
+    find_upright_shape,
     nearest_points,
-    standing,
 )
 from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 from tests.doubles.coppeliasim.scene.rendering import Scenery
@@ -53,7 +53,7 @@ class Drive:
     geometry: DifferentialGeometry
 
 
-def drives_of(graph: Graph) -> list[Drive]:
+def find_drives(graph: Graph) -> list[Drive]:
     """Return the robots of a scene."""
     hubs: dict[Shape, list[Hub]] = {}
     for joint in graph.all_of(Joint):
@@ -95,20 +95,20 @@ def _is_axle(hubs: list[Hub]) -> bool:
 def _drive(body: Shape, one: Hub, other: Hub) -> Drive:
     """Return the drive of two hubs. Forward is the direction of positive rotation of the first joint."""
     to_left = one.axis
-    left, right = sorted((one, other), key=lambda hub: -_along(hub.centre, to_left))
+    left, right = sorted((one, other), key=lambda hub: -_project(hub.centre, to_left))
     middle = [(a + b) / 2 for a, b in zip(left.centre, right.centre, strict=True)]
     return Drive(
         body,
         left.joint,
         right.joint,
-        math.copysign(1.0, _along(left.axis, to_left)),
-        math.copysign(1.0, _along(right.axis, to_left)),
+        math.copysign(1.0, _project(left.axis, to_left)),
+        math.copysign(1.0, _project(right.axis, to_left)),
         Pose(middle[0], middle[1], math.atan2(-to_left[0], to_left[1])),
-        DifferentialGeometry(left.radius, _along(left.centre, to_left) - _along(right.centre, to_left)),
+        DifferentialGeometry(left.radius, _project(left.centre, to_left) - _project(right.centre, to_left)),
     )
 
 
-def _along(vector: Vector, axis: Vector) -> float:
+def _project(vector: Vector, axis: Vector) -> float:
     """Return the component of a vector along an axis, in plan."""
     return vector[0] * axis[0] + vector[1] * axis[1]
 
@@ -117,7 +117,7 @@ ON_FLOOR_M = 0.002
 """Parts of the robot that end below this height roll or slide on the floor."""
 
 
-class Side:
+class DrivenWheel:
     """A joint and its wheel. If the target velocity is NaN, the wheel stands still."""
 
     def __init__(self, joint: Joint, sign: float, step: float) -> None:
@@ -141,11 +141,11 @@ class Rover:
 
     def __init__(self, drive: Drive, graph: Graph, scenery: Scenery, step: float) -> None:
         self._drive, self._graph = drive, graph
-        self._left = Side(drive.left, drive.left_sign, step)
-        self._right = Side(drive.right, drive.right_sign, step)
+        self._left = DrivenWheel(drive.left, drive.left_sign, step)
+        self._right = DrivenWheel(drive.right, drive.right_sign, step)
         pose = graph.pose(drive.body)
-        base = Transform.turned(drive.start.heading, (drive.start.x, drive.start.y, 0.0))
-        self._body_on_base = base.inverse.then(pose)
+        base = Transform.rotated(drive.start.heading, (drive.start.x, drive.start.y, 0.0))
+        self._body_on_base = base.inverse.compose(pose)
         self._stand = _body_of(drive.body, self._body_on_base)
         self._feeler = ContactSensor(self._surroundings(scenery), drive.start)
         self._chassis = Chassis(drive.start, drive.geometry, self._left.wheel, self._right.wheel, self._feeler)
@@ -163,7 +163,7 @@ class Rover:
             side.write_angle()
         self._write()
 
-    def face(self, scenery: Scenery) -> None:
+    def set_scenery(self, scenery: Scenery) -> None:
         """Continue with another scenery."""
         self._feeler.move_to(self._surroundings(scenery), self._chassis.pose)
 
@@ -172,9 +172,9 @@ class Rover:
         against = [self._touch(self._around[i]) for i in sorted(self._feeler.touching)]
         return [*self._standing_on(scenery), *against]
 
-    def carries(self, thing: Thing) -> bool:
+    def contains(self, thing: Thing) -> bool:
         """Return whether a thing is the robot's body or below it in the tree."""
-        return thing is self._drive.body or (thing.parent is not None and self.carries(thing.parent))
+        return thing is self._drive.body or (thing.parent is not None and self.contains(thing.parent))
 
     def velocity(self, point: Vector) -> tuple[Vector, Vector]:
         """Return the velocity of a point of the body in the world, in m/s, and the body's angular velocity, in rad/s.
@@ -187,21 +187,21 @@ class Rover:
         return (ahead[0] - twist.angular * y, ahead[1] + twist.angular * x, 0.0), (0.0, 0.0, twist.angular)
 
     def _surroundings(self, scenery: Scenery) -> Clearance:
-        self._around = scenery.between(self._stand.low, self._stand.high)
+        self._around = scenery.find_obstacles(self._stand.low, self._stand.high)
         return Clearance(self._stand.outline, scenery.describe(self._around))
 
     def _follow_push(self) -> None:
         """Continue from the body's place if a client has moved it."""
         if self._drive.body.local is self._written:
             return
-        base = self._graph.pose(self._drive.body).then(self._body_on_base.inverse)
+        base = self._graph.pose(self._drive.body).compose(self._body_on_base.inverse)
         self._chassis.pose = Pose(base.position[0], base.position[1], base.yaw)
         self._feeler.move_to(None, self._chassis.pose)
 
     def _write(self) -> None:
         pose, body = self._chassis.pose, self._drive.body
-        base = Transform.turned(pose.heading, (pose.x, pose.y, 0.0))
-        body.local = self._graph.frame(body.parent).inverse.then(base.then(self._body_on_base))
+        base = Transform.rotated(pose.heading, (pose.x, pose.y, 0.0))
+        body.local = self._graph.frame(body.parent).inverse.compose(base.compose(self._body_on_base))
         self._written = body.local
 
     def _standing_on(self, scenery: Scenery) -> list[Contact]:
@@ -209,12 +209,12 @@ class Rover:
             return []
         shapes = [thing for thing in self._graph.tree([self._drive.body]) if isinstance(thing, Shape)]
         placed = [(shape, self._graph.pose(shape)) for shape in shapes]
-        rolling = [(shape, pose.position) for shape, pose in placed if lowest(shape, pose) <= ON_FLOOR_M]
+        rolling = [(shape, pose.position) for shape, pose in placed if find_lowest_z(shape, pose) <= ON_FLOOR_M]
         weight = GRAVITY_M_S2 * sum(shape.mass for shape in shapes) / max(len(rolling), 1)
         floor = scenery.floors[0].shape.handle
         return [Contact.of(shape.handle, floor, (x, y, 0.0), (0.0, 0.0, 1.0), weight) for shape, (x, y, _) in rolling]
 
-    def _touch(self, other: Standing) -> Contact:
+    def _touch(self, other: UprightShape) -> Contact:
         pose, body = self._chassis.pose, self._drive.body
         outline = [pose.to_world(x, y) for x, y in self._stand.outline]
         (x, y), (from_x, from_y) = nearest_points(outline, other.outline)
@@ -226,9 +226,9 @@ class Rover:
         )
 
 
-def _body_of(body: Shape, pose: Transform) -> Standing:
+def _body_of(body: Shape, pose: Transform) -> UprightShape:
     """Return the outline of a robot's body in its frame; a tilted shape counts as an upright box."""
     boxed = replace(body, primitive=Primitive.CUBOID)
-    stand = standing(body, pose) or standing(boxed, Transform.turned(pose.yaw, pose.position))
+    stand = find_upright_shape(body, pose) or find_upright_shape(boxed, Transform.rotated(pose.yaw, pose.position))
     assert stand, "an upright box stands"
     return stand

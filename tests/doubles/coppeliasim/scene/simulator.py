@@ -11,9 +11,9 @@ from tests.doubles.coppeliasim.scene.objects import Depths, Pixels, ProximitySen
 from tests.doubles.coppeliasim.scene.outlines import Contact
 from tests.doubles.coppeliasim.scene.poses import Vector
 from tests.doubles.coppeliasim.scene.rays import Detection
-from tests.doubles.coppeliasim.scene.rendering import Blank
+from tests.doubles.coppeliasim.scene.rendering import BlankPicture
 from tests.doubles.coppeliasim.scene.states import State, States, Stepping
-from tests.doubles.coppeliasim.scene.world import Initial, Look, World, physics_steps
+from tests.doubles.coppeliasim.scene.world import InitialState, SceneLight, World, physics_steps
 
 TIME_STEP_S = 0.05
 PHYSICS_STEP_S = 0.005
@@ -36,7 +36,7 @@ class Simulator:
     """
 
     graph: Graph = field(default_factory=Graph)
-    look: Look = field(default_factory=Look)
+    look: SceneLight = field(default_factory=SceneLight)
     can_detect: bool = True
     time_step: float = TIME_STEP_S
     physics_step: float = PHYSICS_STEP_S
@@ -48,7 +48,7 @@ class Simulator:
         self.time = 0.0
         self.steps = 0
         self._states = States()
-        self._initial: Initial | None = None
+        self._initial: InitialState | None = None
         self._world = World(self.graph, self.look)
 
     @property
@@ -59,7 +59,7 @@ class Simulator:
         """Start or resume the simulation."""
         if self.state is State.STOPPED:
             self.time = 0.0
-            self._initial = Initial(self.graph)
+            self._initial = InitialState(self.graph)
             for sensor in self.graph.all_of(VisionSensor):
                 sensor.has_result = False
             self._world.begin(self.time_step / self._substeps)
@@ -76,7 +76,7 @@ class Simulator:
         self._states.stop()
         self.changed.notify_all()
 
-    def empty(self) -> None:
+    def clear_scene(self) -> None:
         """Remove all objects of the scene, and restart the handles."""
         self.graph.clear()
 
@@ -113,7 +113,7 @@ class Simulator:
         self._world.advance(self._substeps)
         self._expose()
         self.steps += 1
-        self.stepping.made()
+        self.stepping.finish_step()
         if self._states.next() is State.STOPPED:
             self._put_back()
         self.changed.notify_all()
@@ -134,21 +134,21 @@ class Simulator:
 
     def picture(self, sensor: VisionSensor) -> Pixels:
         """Return the last rendered picture of a sensor; black if there is none."""
-        return (sensor.sight or Blank.of(sensor)).picture
+        return (sensor.sight or BlankPicture.of(sensor)).picture
 
     def depth(self, sensor: VisionSensor) -> Depths:
         """Return the last rendered depths of a sensor in metres; exactly ``far`` if there are none."""
-        return (sensor.sight or Blank.of(sensor)).depths
+        return (sensor.sight or BlankPicture.of(sensor)).depths
 
     def summary(self, sensor: VisionSensor) -> tuple[Pixels, Depths]:
         """Return the pixels for a sensor's result; a subset of a large picture."""
         nth = max(1, max(sensor.width, sensor.height) // SUMMARY_PX)
-        sight = sensor.sight or Blank.of(sensor)
+        sight = sensor.sight or BlankPicture.of(sensor)
         return sight.picture[::nth, ::nth], sight.depths_of_every(nth)
 
     def show(self, sensor: VisionSensor, picture: Pixels) -> None:
         """Let a sensor show a picture, (height, width, 3), in the layout of `picture`."""
-        sensor.sight = Blank.of(sensor, picture)
+        sensor.sight = BlankPicture.of(sensor, picture)
         sensor.has_result = True
 
     def handle(self, sensor: VisionSensor) -> None:

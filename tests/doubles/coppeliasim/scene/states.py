@@ -115,7 +115,7 @@ class Stepping:
         """Record a client's request for the next step."""
         self._asked.add(client)
 
-    def made(self) -> None:
+    def finish_step(self) -> None:
         """Record that a step is done; all clients hold time again."""
         self._asked.clear()
 

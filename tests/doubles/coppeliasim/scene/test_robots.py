@@ -10,7 +10,7 @@ from robotcore.geometry import Pose
 from tests.doubles.coppeliasim.scene import Graph, Simulator, State
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, Shape
 from tests.doubles.coppeliasim.scene.poses import Transform, multiply
-from tests.doubles.coppeliasim.scene.rover import drives_of
+from tests.doubles.coppeliasim.scene.rover import find_drives
 from tests.doubles.coppeliasim.scenes.parts import TO_THE_LEFT, floor, moving, still, wheel_joint
 
 RADIUS, TRACK = 0.04, 0.16
@@ -45,7 +45,7 @@ def drive(simulator: Simulator, left: float, right: float, steps: int) -> None:
 
 
 def axle(simulator: Simulator) -> Pose:
-    return drives_of(simulator.graph)[0].start
+    return find_drives(simulator.graph)[0].start
 
 
 def test_arc_equals_the_closed_form(simulator: Simulator) -> None:
@@ -126,7 +126,7 @@ def test_moved_robot_continues_from_its_new_place(simulator: Simulator) -> None:
     drive(simulator, 2.0, 2.0, steps=10)
     body = simulator.graph.find("/rover")
     assert body
-    simulator.graph.put(body, Transform.turned(math.pi / 2, (1.0, 1.0, 0.06)))
+    simulator.graph.put(body, Transform.rotated(math.pi / 2, (1.0, 1.0, 0.06)))
     with simulator.lock:
         simulator.advance()
     assert axle(simulator) == pytest.approx((1.0, 1.0 - 0.03 + 2.0 * RADIUS * 0.05, math.pi / 2))

@@ -33,7 +33,7 @@ def eye(simulator: Simulator, width: int = 64, height: int = 48) -> VisionSensor
 
 
 def nose(simulator: Simulator, yaw: float = 0.0) -> ProximitySensor:
-    at = Transform.turned(yaw, (0.0, 0.0, 0.1)).then(Transform((0.0, 0.0, 0.0), AHEAD))
+    at = Transform.rotated(yaw, (0.0, 0.0, 0.1)).compose(Transform((0.0, 0.0, 0.0), AHEAD))
     return simulator.graph.add(ProximitySensor("nose", reach=3.0, cone=0.5, local=at))
 
 

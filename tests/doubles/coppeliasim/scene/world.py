@@ -11,20 +11,20 @@ from tests.doubles.coppeliasim.scene.objects import Joint, Lamp, ProximitySensor
 from tests.doubles.coppeliasim.scene.outlines import Contact
 from tests.doubles.coppeliasim.scene.poses import Vector
 from tests.doubles.coppeliasim.scene.rays import Detection, detect
-from tests.doubles.coppeliasim.scene.rendering import ALL_THERE_IS, Exposure, Scenery
-from tests.doubles.coppeliasim.scene.rover import Rover, drives_of
+from tests.doubles.coppeliasim.scene.rendering import ALL_THERE_IS, RenderedPicture, Scenery
+from tests.doubles.coppeliasim.scene.rover import Rover, find_drives
 
 DEFAULT_LIGHT = Light(elevation_rad=math.pi / 2, ambient=0.57, diffuse=0.38, sky_colour=(0, 0, 0))
 """The light of the recorded pictures: from above, with a black background."""
 
 
 @dataclass
-class Look:
+class SceneLight:
     """The light of a scene until a client sets a lamp."""
 
     light: Light = DEFAULT_LIGHT
 
-    def under(self, graph: Graph) -> Light:
+    def select_light(self, graph: Graph) -> Light:
         """Return the light of the scene: that of the first lamp that is on, if a client has set a lamp."""
         lamps = [lamp for lamp in graph.all_of(Lamp) if lamp.is_set]
         if not lamps:
@@ -38,7 +38,7 @@ class Look:
         return self.light.model_copy(update={**towards, "diffuse": sum(lamp.diffuse) / 3, "brightness": 1.0})
 
 
-class Initial:
+class InitialState:
     """The initial places, joints and parents of a scene. `restore` removes later objects."""
 
     def __init__(self, graph: Graph) -> None:
@@ -70,7 +70,7 @@ STANDING: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 class World:
     """Moves the robots that the scene had at the start, and renders the static shapes."""
 
-    def __init__(self, graph: Graph, look: Look) -> None:
+    def __init__(self, graph: Graph, look: SceneLight) -> None:
         self.contacts: list[Contact] = []
         self._graph, self._look = graph, look
         self._rovers: list[Rover] = []
@@ -80,7 +80,7 @@ class World:
 
     def begin(self, step: float) -> None:
         """Find the robots; ``step`` is their time step in seconds."""
-        drives = drives_of(self._graph)
+        drives = find_drives(self._graph)
         self._rovers = [Rover(drive, self._graph, self.scenery, step) for drive in drives]
 
     def end(self) -> None:
@@ -94,10 +94,10 @@ class World:
             rover.advance(count)
         self.contacts = [contact for rover in self._rovers for contact in rover.contacts(scenery)]
 
-    def expose(self, sensor: VisionSensor) -> Exposure:
+    def expose(self, sensor: VisionSensor) -> RenderedPicture:
         """Return the present picture of a sensor."""
-        return Exposure(
-            sensor, self._graph.pose(sensor), self._select_scenery(sensor.entity), self._look.under(self._graph)
+        return RenderedPicture(
+            sensor, self._graph.pose(sensor), self._select_scenery(sensor.entity), self._look.select_light(self._graph)
         )
 
     def detection(self, sensor: ProximitySensor) -> Detection | None:
@@ -105,7 +105,7 @@ class World:
 
     def velocity(self, thing: Thing) -> tuple[Vector, Vector]:
         """Return an object's linear and angular velocity in the world, in m/s and rad/s."""
-        rover = next((rover for rover in self._rovers if rover.carries(thing)), None)
+        rover = next((rover for rover in self._rovers if rover.contains(thing)), None)
         return rover.velocity(self._graph.pose(thing).position) if rover else STANDING
 
     @property
@@ -118,15 +118,15 @@ class World:
         if self._revision != self._graph.revision:
             self._update_scenery()
         if entity not in self._known:
-            self._known[entity] = Scenery(self._graph, self._hidden, self._look.under(self._graph), entity)
+            self._known[entity] = Scenery(self._graph, self._hidden, self._look.select_light(self._graph), entity)
         return self._known[entity]
 
     def _update_scenery(self) -> None:
         self._revision = self._graph.revision
-        self._hidden = set(self._graph.tree([drive.body for drive in drives_of(self._graph)]))
+        self._hidden = set(self._graph.tree([drive.body for drive in find_drives(self._graph)]))
         self._known = {}
         for rover in self._rovers:
-            rover.face(self.scenery)
+            rover.set_scenery(self.scenery)
 
 
 def physics_steps(time_step: float, physics_step: float) -> int:

@@ -20,7 +20,7 @@ from robotcore.raycast import FAN_SETBACK_M
 from tests.doubles.coppeliasim.scene import Graph, Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint, Primitive, ProximitySensor, Shape, Thing, VisionSensor
 from tests.doubles.coppeliasim.scene.poses import Quaternion, Transform, Vector, multiply
-from tests.doubles.coppeliasim.scene.world import Look
+from tests.doubles.coppeliasim.scene.world import SceneLight
 from tests.doubles.coppeliasim.scenes.parts import AHEAD, ball, floor, moving, still, wheel_joint
 
 SCREEN_PX = (320, 240)
@@ -34,7 +34,7 @@ def described_scene(robot: RobotDescription, world: WorldDescription) -> Simulat
     graph = Graph()
     _add_world(graph, world)
     _add_robot(graph, robot, world)
-    return Simulator(graph, Look(world.light))
+    return Simulator(graph, SceneLight(world.light))
 
 
 def _add_world(graph: Graph, world: WorldDescription) -> None:
@@ -47,7 +47,7 @@ def _add_world(graph: Graph, world: WorldDescription) -> None:
 
 
 def _prism(prism: Box | Cylinder) -> Shape:
-    at = Transform.turned(prism.yaw_rad, (prism.x_m, prism.y_m, prism.height_m / 2))
+    at = Transform.rotated(prism.yaw_rad, (prism.x_m, prism.y_m, prism.height_m / 2))
     if isinstance(prism, Box):
         return still(prism.name, (prism.length_m, prism.width_m, prism.height_m), at, _rgb(prism.colour))
     across = 2 * prism.radius_m
@@ -60,10 +60,12 @@ def _ball(target: Ball) -> Shape:
 
 def _add_robot(graph: Graph, robot: RobotDescription, world: WorldDescription) -> None:
     description, start = robot.body, world.start.pose
-    frame = Transform.turned(start.heading, (start.x, start.y, 0.0))
+    frame = Transform.rotated(start.heading, (start.x, start.y, 0.0))
     middle = Transform((description.centre_x_m, 0.0, description.clearance_m + description.height_m / 2))
     size = (description.length_m, description.width_m, description.height_m)
-    body = moving(robot.name, size, frame.then(middle), Primitive.CUBOID, description.mass_kg, _rgb(description.colour))
+    body = moving(
+        robot.name, size, frame.compose(middle), Primitive.CUBOID, description.mass_kg, _rgb(description.colour)
+    )
     body.is_model_base, body.is_static = True, robot.drive is None
     graph.add(body)
     inward = middle.inverse
@@ -95,14 +97,14 @@ def _sensor(description: object, inward: Transform) -> Thing | None:
         nose = ProximitySensor(
             description.name, reach=description.max_range_m, cone=description.cone_rad, setback=FAN_SETBACK_M
         )
-        nose.local = inward.then(_looking(description.mount))
+        nose.local = inward.compose(_looking(description.mount))
         return nose
     if isinstance(description, CameraDescription):
         eye = VisionSensor(
             description.name, width=description.width_px, height=description.height_px, near=NEAR_M, far=FAR_M
         )
         eye.angle = _longer(description)
-        eye.local = inward.then(_looking(description.mount))
+        eye.local = inward.compose(_looking(description.mount))
         return eye
     return None
 

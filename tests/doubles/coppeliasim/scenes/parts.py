@@ -100,7 +100,7 @@ def default_scene() -> Simulator:
 
 def fill_default_scene(simulator: Simulator) -> None:
     """Empty the scene and fill it as recorded: handles 0 to 14, the next is 15."""
-    simulator.empty()
+    simulator.clear_scene()
     graph = simulator.graph
     graph.add(Camera("DefaultCamera"))
     _add_floor(graph)

@@ -39,7 +39,7 @@ class RawClient:
             reply = self.exchange(EXECUTED)
         return reply
 
-    def done(self, function: str, *args: Any) -> Any:
+    def call_and_wait(self, function: str, *args: Any) -> Any:
         """Send a call, and return its final reply."""
         return self.finish(self.call(function, *args))
 

@@ -9,7 +9,7 @@ from typing import Any
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.scene import SceneError, Simulator
 from tests.doubles.coppeliasim.zmq.functions import FUNCTIONS
-from tests.doubles.coppeliasim.zmq.session import Session, Shared, Waiting, table
+from tests.doubles.coppeliasim.zmq.session import PendingReply, Session, SharedState, table
 from tests.doubles.coppeliasim.zmq.wire import dumps, loads
 
 WHERE = "354: in {}"
@@ -23,7 +23,7 @@ class NoFunctionError(Exception):
 
 
 def answer(session: Session, request: dict[str, Any]) -> Reply:
-    """Return the reply to a request; raises `Waiting` if it comes later."""
+    """Return the reply to a request; raises `PendingReply` if it comes later."""
     if text := request.get("eval"):
         return _evaluate(session, text)
     name, args = request.get("func", ""), list(request.get("args") or [])
@@ -87,7 +87,7 @@ class Client:
     session: Session
     timeout: float
     seen: float
-    waiting: Waiting | None = None
+    waiting: PendingReply | None = None
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class ZmqServer:
     services: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self._shared = Shared(self.simulator, self.services)
+        self._shared = SharedState(self.simulator, self.services)
         self._clients: dict[str, Client] = {}
         self._held: list[WaitingClient] = []
         self._clock = MonotonicClock()
@@ -169,7 +169,7 @@ class ZmqServer:
             return
         try:
             self._send(route, answer(client.session, request))
-        except Waiting as waiting:
+        except PendingReply as waiting:
             client.waiting = waiting
             self._send(route, WAIT)
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tests.doubles.coppeliasim.zmq.lua import Scripts
 
 
-class Waiting(Exception):  # noqa: N818  no error: the reply is to come later
+class PendingReply(Exception):  # noqa: N818  not an error
     """The reply to a call comes after a step; without a ticket, after the stop of the simulation."""
 
     def __init__(self, ticket: Ticket | None) -> None:
@@ -28,7 +28,7 @@ class Waiting(Exception):  # noqa: N818  no error: the reply is to come later
 
 
 @dataclass
-class Shared:
+class SharedState:
     """The shared state of clients besides the scene: stored values, scripts, and further functions by full name."""
 
     simulator: Simulator
@@ -50,7 +50,7 @@ class Session:
     """The caller: a client with a uuid, or a script without one."""
 
     simulator: Simulator
-    shared: Shared
+    shared: SharedState
     client: str = ""
 
 

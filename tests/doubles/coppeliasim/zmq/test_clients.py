@@ -37,7 +37,7 @@ def test_step_waits_for_all_stepping_clients(pair: tuple[RawClient, ...]) -> Non
     assert one.call("sim.step")["func"] == WAIT
     assert one.exchange(EXECUTED)["func"] == WAIT
     assert time_of(other) == 0.0
-    assert other.done("sim.step") == {"ret": {}}
+    assert other.call_and_wait("sim.step") == {"ret": {}}
     assert one.exchange(EXECUTED) == {"ret": {}}
     assert time_of(one) == 0.05
 
@@ -49,7 +49,7 @@ def test_message_during_a_waiting_call_continues_it(pair: tuple[RawClient, ...])
     one.call("sim.startSimulation")
     assert one.call("sim.step")["func"] == WAIT
     assert one.call("sim.getSimulationTime")["func"] == WAIT
-    assert other.done("sim.step") == {"ret": {}}
+    assert other.call_and_wait("sim.step") == {"ret": {}}
     assert one.call("sim.getSimulationTime") == {"ret": {}}
     assert time_of(one) == 0.05
 
@@ -93,7 +93,7 @@ def test_stop_by_another_client_ends_steps(pair: tuple[RawClient, ...]) -> None:
         each.call("sim.setStepping", True)
     one.call("sim.startSimulation")
     one.call("sim.step")
-    assert other.done("sim.stopSimulation", True) == {"ret": {}}
+    assert other.call_and_wait("sim.stopSimulation", True) == {"ret": {}}
     assert one.finish(one.exchange(EXECUTED)) == {"ret": {}}
     assert one.call("sim.getSimulationState") == STOPPED
     assert [each.call("sim.setStepping", True) for each in pair] == [{"ret": [0]}, {"ret": [0]}]
@@ -101,7 +101,7 @@ def test_stop_by_another_client_ends_steps(pair: tuple[RawClient, ...]) -> None:
 
 def test_step_while_stopped_returns(pair: tuple[RawClient, ...]) -> None:
     pair[0].call("sim.setStepping", True)
-    assert pair[0].done("sim.step") == {"ret": {}}
+    assert pair[0].call_and_wait("sim.step") == {"ret": {}}
     assert time_of(pair[0]) == 0.0
 
 
@@ -127,4 +127,4 @@ def test_legacy_service_is_started(pair: tuple[RawClient, ...]) -> None:
     one, _ = pair
     one.call("sim.startSimulation")
     assert one.call("simRemoteApi.start", 0) == {"ret": [1]}
-    one.done("sim.stopSimulation", True)
+    one.call_and_wait("sim.stopSimulation", True)

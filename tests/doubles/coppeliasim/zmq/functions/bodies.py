@@ -6,7 +6,7 @@ from typing import Any
 
 from tests.doubles.coppeliasim.scene import SceneError
 from tests.doubles.coppeliasim.scene.objects import Joint, Shape, Thing
-from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform, euler_of, of_euler, unit
+from tests.doubles.coppeliasim.scene.poses import ORIGIN, Transform, from_euler, normalise, to_euler
 from tests.doubles.coppeliasim.zmq.functions.registry import floats, function
 from tests.doubles.coppeliasim.zmq.session import Session
 
@@ -179,12 +179,12 @@ def set_object_position(session: Session, thing: Thing, position: list, relative
 
 @function("getObjectOrientation")
 def get_object_orientation(session: Session, thing: Thing, relative_to: int = WORLD) -> list[float]:
-    return euler_of(_place(session, thing, relative_to).quaternion)
+    return to_euler(_place(session, thing, relative_to).quaternion)
 
 
 @function("setObjectOrientation")
 def set_object_orientation(session: Session, thing: Thing, angles: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
-    quaternion = of_euler(floats(angles, 3))
+    quaternion = from_euler(floats(angles, 3))
     _put(session, thing, _place(session, thing, relative_to)._replace(quaternion=quaternion), relative_to)
 
 
@@ -196,7 +196,7 @@ def get_object_quaternion(session: Session, thing: Thing, relative_to: int = WOR
 @function("setObjectQuaternion")
 def set_object_quaternion(session: Session, thing: Thing, quaternion: list, relative_to: int = WORLD) -> None:  # type: ignore[type-arg]
     x, y, z, w = floats(quaternion, 4)
-    _put(session, thing, _place(session, thing, relative_to)._replace(quaternion=unit((x, y, z, w))), relative_to)
+    _put(session, thing, _place(session, thing, relative_to)._replace(quaternion=normalise((x, y, z, w))), relative_to)
 
 
 @function("getObjectMatrix")
@@ -216,7 +216,7 @@ def _place(session: Session, thing: Thing, relative_to: int) -> Transform:
         return thing.local
     graph = session.simulator.graph
     pose = graph.pose(thing)
-    return pose if relative_to == WORLD else graph.pose(graph[relative_to]).inverse.then(pose)
+    return pose if relative_to == WORLD else graph.pose(graph[relative_to]).inverse.compose(pose)
 
 
 def _put(session: Session, thing: Thing, place: Transform, relative_to: int) -> None:
@@ -224,6 +224,6 @@ def _put(session: Session, thing: Thing, place: Transform, relative_to: int) -> 
     if relative_to == WORLD:
         graph.put(thing, place)
     elif relative_to == PARENT:
-        graph.put(thing, graph.frame(thing.parent).then(place))
+        graph.put(thing, graph.frame(thing.parent).compose(place))
     else:
-        graph.put(thing, graph.pose(graph[relative_to]).then(place))
+        graph.put(thing, graph.pose(graph[relative_to]).compose(place))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from tests.doubles.coppeliasim.scene import SceneError
-from tests.doubles.coppeliasim.scene.graph import ALL, Collection, full
+from tests.doubles.coppeliasim.scene.graph import ALL, Collection, find_full_path
 from tests.doubles.coppeliasim.scene.objects import Lamp, NoObjectError, Thing
 from tests.doubles.coppeliasim.zmq.functions.registry import function
 from tests.doubles.coppeliasim.zmq.session import Session
@@ -61,7 +61,7 @@ def get_object_alias(session: Session, thing: Thing, option: int = -1) -> str:
     if option in {1, 5}:
         return graph.path(thing)
     if option == 2:
-        return full(graph.roots, thing)
+        return find_full_path(graph.roots, thing)
     if option == 4:
         return f"{thing.alias}__{thing.handle}__"
     if option in {-1, 0}:

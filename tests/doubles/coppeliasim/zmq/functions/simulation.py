@@ -9,7 +9,7 @@ from tests.doubles.coppeliasim.scene.objects import NoObjectError, Script, Thing
 from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.scenes import fill_default_scene
 from tests.doubles.coppeliasim.zmq.functions.registry import function
-from tests.doubles.coppeliasim.zmq.session import Session, Waiting
+from tests.doubles.coppeliasim.zmq.session import PendingReply, Session
 
 
 @function("startSimulation")
@@ -26,7 +26,7 @@ def pause_simulation(session: Session) -> None:
 def stop_simulation(session: Session, wait: bool = False) -> None:  # noqa: FBT002
     session.simulator.stop()
     if wait:
-        raise Waiting(None)
+        raise PendingReply(None)
 
 
 @function("getSimulationState")
@@ -55,7 +55,7 @@ def set_stepping(session: Session, is_on: bool = True) -> int:  # noqa: FBT002
 def step(session: Session, wait: bool = True) -> None:  # noqa: FBT002
     if not session.client:
         raise SceneError("a script of the double cannot wait for a step.")
-    raise Waiting(session.simulator.step(session.client))
+    raise PendingReply(session.simulator.step(session.client))
 
 
 DEFAULT_SCENES = ("scene.ttt", "dfltscn.ttt", "")
