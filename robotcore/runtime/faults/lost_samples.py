@@ -1,17 +1,16 @@
-"""Faults of samples: lost, late, or frozen samples, and encoders that slip."""
+"""Faults of samples: lost, late or frozen samples."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import replace
 from math import inf
-from typing import Annotated, Any, Generic
+from typing import Annotated, Generic
 
 from pydantic import Field
 
 from robotcore.hal.clock import Clock
-from robotcore.hal.devices import Angle, SampleT, Sensor
+from robotcore.hal.devices import SampleT, Sensor
 from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, Fault, FaultContext, Kind, PollingLayer, Probability
 from robotcore.runtime.layers.base import Reader
 
@@ -120,45 +119,3 @@ class _Late(Generic[SampleT]):
         while len(coming) > 1 and coming[1].time <= last_due:
             coming.popleft()
         return coming[0]
-
-
-Share = Annotated[float, Field(ge=0, le=1, description="share")]
-
-
-class Slip(Fault):
-    """Misses this share of the wheel's rotation."""
-
-    on = frozenset({Kind.ENCODER})
-    example = "encoders slip=0.1"
-
-    value: Share
-
-    def layer(self, context: FaultContext) -> SlipLayer:
-        return SlipLayer(self, self.value)
-
-
-class SlipLayer(PollingLayer):
-    """Removes a ``share`` of the rotation while ``fault`` is active."""
-
-    def __init__(self, fault: Fault, share: float) -> None:
-        super().__init__()
-        self._fault, self._share = fault, share
-
-    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
-        return self.polled(_Missing(read, self._fault, self._share))
-
-
-class _Missing:
-    """Reads an angle without the missed share of each rotation that began while the fault was active."""
-
-    def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
-        self._read, self._fault, self._share = read, fault, share
-        self._last = Angle(0.0, 0.0, 0)
-        self._missed = 0.0
-
-    def __call__(self) -> Angle:
-        sample, last = self._read(), self._last
-        if self._fault.is_on(last.time):
-            self._missed += self._share * (sample.angle - last.angle)
-        self._last = sample
-        return replace(sample, angle=sample.angle - self._missed)

@@ -1,4 +1,4 @@
-"""Faults of readings: noise, spikes and stuck distances, noisy pictures. Time and number of a sample stay."""
+"""Faults of values: noise, spikes and stuck distances, noisy pictures, slipping encoders. Times stay."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from robotcore.hal.devices import Image, Range, RangeSensor, Sensor
-from robotcore.runtime.faults.base import Fault, FaultContext, Kind, Probability
+from robotcore.hal.devices import Angle, Image, Range, RangeSensor, Sensor
+from robotcore.runtime.faults.base import Fault, FaultContext, Kind, PollingLayer, Probability
 from robotcore.runtime.layers.base import Layer, Reader, limit_reading
 from robotcore.runtime.layers.imperfections import ProcessedFrames, grain
 
@@ -109,3 +109,45 @@ class Grainy(Layer):
             return grainy(image, time) if self._fault.is_on(time) else image
 
         return ProcessedFrames(read, [effect])
+
+
+Share = Annotated[float, Field(ge=0, le=1, description="share")]
+
+
+class Slip(Fault):
+    """Misses this share of the wheel's rotation."""
+
+    on = frozenset({Kind.ENCODER})
+    example = "encoders slip=0.1"
+
+    value: Share
+
+    def layer(self, context: FaultContext) -> SlipLayer:
+        return SlipLayer(self, self.value)
+
+
+class SlipLayer(PollingLayer):
+    """Removes a ``share`` of the rotation while ``fault`` is active."""
+
+    def __init__(self, fault: Fault, share: float) -> None:
+        super().__init__()
+        self._fault, self._share = fault, share
+
+    def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
+        return self.polled(_Missing(read, self._fault, self._share))
+
+
+class _Missing:
+    """Reads an angle without the missed share of each rotation that began while the fault was active."""
+
+    def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
+        self._read, self._fault, self._share = read, fault, share
+        self._last = Angle(0.0, 0.0, 0)
+        self._missed = 0.0
+
+    def __call__(self) -> Angle:
+        sample, last = self._read(), self._last
+        if self._fault.is_on(last.time):
+            self._missed += self._share * (sample.angle - last.angle)
+        self._last = sample
+        return replace(sample, angle=sample.angle - self._missed)
