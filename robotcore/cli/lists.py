@@ -89,7 +89,7 @@ def worlds(*, as_json: bool) -> None:
 def _app_row(name: str) -> dict[str, Any]:
     from robotcore.errors import BackendMissingError
     from robotcore.runtime.apps import load_app
-    from robotcore.runtime.settings import settings_of
+    from robotcore.runtime.settings import list_settings
 
     try:
         app = load_app(name)
@@ -100,7 +100,7 @@ def _app_row(name: str) -> dict[str, Any]:
         "summary": (app.__doc__ or "").strip().partition("\n")[0],
         "needs": sorted(role.value for role in app.needs),
         "milestones": list(app.milestones),
-        "settings": [_setting_row(setting) for setting in settings_of(app).values()],
+        "settings": [_setting_row(setting) for setting in list_settings(app).values()],
     }
 
 

@@ -176,12 +176,12 @@ class Loop:
         self._last_tick = tick
         warnings, self._warnings = self._warnings, ()
         battery_data = self._batteries.voltages, warnings
-        record = TickRecord(tick, self._clock.now(), self._state(), *commit, lost, *battery_data)
+        record = TickRecord(tick, self._clock.now(), self._read_state(), *commit, lost, *battery_data)
         self.trace.add(record)
         for observe in self._observers:
             observe(record)
 
-    def _state(self) -> str:
+    def _read_state(self) -> str:
         try:
             return self.behaviour.state
         except Exception as error:  # an app may define state as a property

@@ -138,7 +138,7 @@ class Plan:
         return cls(request, behaviour, judge, backend, description, world, setup, drawn, faults, notes)
 
 
-def drawn_for(request: RunRequest) -> DrawnValues:
+def draw_conditions(request: RunRequest) -> DrawnValues:
     """Return the `Plan.drawn` of a request, without loading the app."""
     description = load_robot(request.robot)
     builds_world = load_backend(request.backend).builds_world(description)

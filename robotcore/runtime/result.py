@@ -105,7 +105,7 @@ class RunResult:
         return json.dumps(values)
 
 
-def outcome_of(error: RobotcoreError | Interrupted) -> Outcome:
+def get_outcome(error: RobotcoreError | Interrupted) -> Outcome:
     """Return the outcome of a run that ended with an error."""
     if isinstance(error, Interrupted):
         return Outcome.INTERRUPTED

@@ -20,7 +20,7 @@ from robotcore.runtime.layers.guardian import guard_motors
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.observer import Observer, Run, notify_end
 from robotcore.runtime.plan import Plan, RunRequest
-from robotcore.runtime.result import Outcome, RunResult, outcome_of
+from robotcore.runtime.result import Outcome, RunResult, get_outcome
 from robotcore.runtime.run_end import RunEnd, build_result
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
 from robotcore.runtime.time_limits import (
@@ -79,26 +79,26 @@ class RunSession:
         self._is_hung = False
         """Whether the backend or a device does not return from a call."""
 
-    def result(self) -> RunResult:
+    def run(self) -> RunResult:
         """Run to the end, notify the observers, and return the result."""
         try:
-            return self._run_to_result()
+            return self._run_to_end()
         finally:
             with suppress(MemoryError):
                 self._reserve.close()
 
-    def _run_to_result(self) -> RunResult:
+    def _run_to_end(self) -> RunResult:
         error: RobotcoreError | Interrupted | None = None
         try:
             outcome = self._run_under_watchdog()
         except (RobotcoreError, Interrupted) as caught:
-            error, outcome = caught, outcome_of(caught)
+            error, outcome = caught, get_outcome(caught)
         except MemoryError as short:
             error = _find_cause(short) or ResourceError("the program is out of memory")
-            outcome = outcome_of(error)
+            outcome = get_outcome(error)
         except WatchdogInterrupt:  # the loop had ended, so it could not raise the latch's error
             error = self._latched_error
-            outcome = outcome_of(error)
+            outcome = get_outcome(error)
         except BaseException as bug:
             result = self._build_result(RobotcoreError(f"{type(bug).__name__}: {bug}"), Outcome.ERROR)
             notify_end(self._observers, result)
@@ -124,7 +124,7 @@ class RunSession:
         try:
             self._assembled = assembled = self._assemble(raw)
             robot = assembled.robot
-            outcome = self._run(assembled, self._truth_of(raw))
+            outcome = self._run_loop(assembled, self._build_truth(raw))
         finally:
             self._reserve.release_memory()
             try:
@@ -144,7 +144,7 @@ class RunSession:
         self._plan = replace(plan, notes=(*plan.notes, *raw.notes))
         return raw
 
-    def _run(self, assembled: Assembled, truth: Truth | None) -> Outcome:
+    def _run_loop(self, assembled: Assembled, truth: Truth | None) -> Outcome:
         plan, safety = self._plan, self._plan.description.safety
         stop = EmergencyStop(assembled.latch)
         self._loop = Loop(
@@ -172,7 +172,7 @@ class RunSession:
         self._wall.sleep_until(self._wall.now() + WAKE_UP_S)
 
     def _assemble(self, raw: Robot) -> Assembled:
-        plan, clock = self._plan, self._clock_for(raw)
+        plan, clock = self._plan, self._choose_clock(raw)
         seed, rate_hz = plan.setup.seed, plan.request.rate_hz
         faults = [fault.layer(clock, seed) for fault in plan.faults]
         guard = guard_motors(raw, plan.description.safety.lease_ticks / rate_hz, self._guardian)
@@ -193,11 +193,11 @@ class RunSession:
         clock.prepare_calls()
         return assembled
 
-    def _clock_for(self, raw: Robot) -> Clock:
+    def _choose_clock(self, raw: Robot) -> Clock:
         is_paced = self._plan.request.realtime or self._plan.request.gui
         return PacedClock(raw.clock) if is_paced and raw.clock.is_lockstep else raw.clock
 
-    def _truth_of(self, raw: Robot) -> Truth | None:
+    def _build_truth(self, raw: Robot) -> Truth | None:
         if raw.truth is None or self._plan.world is None:
             return None
         return Truth(raw.truth, self._plan.description, self._plan.world)
@@ -221,7 +221,7 @@ class RunSession:
         if not self._is_hung:
             plan = self._plan
             self._activity.begin(judge_limit(plan.judge, plan.backend.name))
-            self._verification = verify_run(plan.judge, self._truth_of(raw), outcome, plan.request.judge)
+            self._verification = verify_run(plan.judge, self._build_truth(raw), outcome, plan.request.judge)
             self._late_failure = self._late_failure or self._verification.failure
 
     def _close(self, robot: Robot) -> None:
@@ -271,14 +271,14 @@ class RunSession:
 
     def _build_hang_result(self, error: RobotcoreError) -> RunResult:
         """Return the result after a hang, with the interventions that no tick recorded."""
-        result = self._build_result(error, outcome_of(error))
+        result = self._build_result(error, get_outcome(error))
         unreported = len(self._loop.unreported_interventions) if self._loop else 0
         return replace(result, interventions=result.interventions + unreported)
 
     def _stop_after_signals(self) -> None:
         assert self._assembled
         self._forced_exit.stop_after_signals(
-            self._assembled, lambda error: self._build_result(error, outcome_of(error))
+            self._assembled, lambda error: self._build_result(error, get_outcome(error))
         )
 
     def _build_result(self, error: RobotcoreError | Interrupted | None, outcome: Outcome) -> RunResult:
@@ -331,4 +331,4 @@ def run(
     """
     plan = Plan.of(request)
     with SignalGuard() as signals:
-        return RunSession(plan, observers, taps, signals, on_forced_exit, timeout_scale).result()
+        return RunSession(plan, observers, taps, signals, on_forced_exit, timeout_scale).run()

@@ -28,7 +28,7 @@ class Setting:
     """The default; `dataclasses.MISSING` if there is none."""
 
 
-def settings_of(app: type[Behaviour]) -> dict[str, Setting]:
+def list_settings(app: type[Behaviour]) -> dict[str, Setting]:
     """Return the settings of an app, by name.
 
     Raises BehaviourError if the app's code raises, for example in a type or in a default factory.
@@ -38,7 +38,7 @@ def settings_of(app: type[Behaviour]) -> dict[str, Setting]:
     try:
         hints = get_type_hints(app, include_extras=True)
         fields = [field for field in dataclasses.fields(app) if field.init]
-        return {field.name: Setting(field.name, hints[field.name], _default_of(field)) for field in fields}
+        return {field.name: Setting(field.name, hints[field.name], _get_default(field)) for field in fields}
     except RobotcoreError:
         raise
     except (Exception, SystemExit) as error:
@@ -52,7 +52,7 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
 
     values: the settings by name. Texts are converted to the declared types.
     """
-    known = settings_of(app)
+    known = list_settings(app)
     checked = {}
     for name, value in values.items():
         if name not in known:
@@ -73,7 +73,7 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
         raise BehaviourError.from_exception(app, error) from error
 
 
-def _default_of(field: dataclasses.Field[Any]) -> Any:
+def _get_default(field: dataclasses.Field[Any]) -> Any:
     if field.default_factory is not dataclasses.MISSING:
         return field.default_factory()
     return field.default

@@ -9,7 +9,7 @@ from robotcore.hal.truth import Truth
 from robotcore.runtime.apps import app_path, is_app_file, load_app, use_script_folder
 from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.result import Outcome
-from robotcore.runtime.settings import configure, settings_of
+from robotcore.runtime.settings import configure, list_settings
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def load_judge(name: str) -> Behaviour:
             f"--judge {name}: it has no verify, so it judges nothing. Name an app that has one, such as green-search",
             kind="judge-without-verify",
         )
-    for setting in settings_of(judge).values():
+    for setting in list_settings(judge).values():
         if setting.default is MISSING:
             raise UsageError(
                 f"--judge {name}: its setting {setting.name} has no default. Add one, because --set sets the app only",

@@ -35,7 +35,7 @@ class MotorStop:
     def apply(self) -> None:
         """Stop the motor in this thread. Wait before for a stop that is under way; raise DeviceError if that hangs."""
         if self._under_way and not self._under_way.is_done_within(STOP_S):
-            raise self._hung()
+            raise self._build_hang_error()
         self._stop()
 
     def begin(self, within_s: float = STOP_S) -> Callable[[], Exception | None]:
@@ -46,7 +46,7 @@ class MotorStop:
         call = self._under_way
         if call is None or not call.is_under_way:
             self._under_way = call = self._reserve.retry_on_memory_error(self._call)
-        return lambda: self._failure_of(call) if call.is_done_within(within_s) else self._hung(within_s)
+        return lambda: self._get_failure(call) if call.is_done_within(within_s) else self._build_hang_error(within_s)
 
     def _call(self) -> BackgroundCall:
         return self._reserve.call(self._stop)
@@ -54,7 +54,7 @@ class MotorStop:
     def _stop(self) -> None:
         self._reserve.retry_on_memory_error(self.motor.stop)
 
-    def _failure_of(self, call: BackgroundCall) -> Exception | None:
+    def _get_failure(self, call: BackgroundCall) -> Exception | None:
         """Return the failure of a stop. A stop that ran out of memory is repeated in this thread."""
         failure = call.failure
         if failure and is_out_of_memory(failure):
@@ -67,7 +67,7 @@ class MotorStop:
             return failure
         return DeviceError(self.motor.name, f"its stop raised {type(failure).__name__}", kind="stop-raised")
 
-    def _hung(self, within_s: float = STOP_S) -> DeviceError:
+    def _build_hang_error(self, within_s: float = STOP_S) -> DeviceError:
         return DeviceError(
             self.motor.name,
             f"has not stopped within {within_s:g} s. If it still turns, cut its power",
@@ -110,7 +110,7 @@ class StopGroup:
 
     def apply(self) -> None:
         """Stop every motor, then raise the first failure. The failure of a lost motor comes last."""
-        failures = self._in_turn() if get_ident() == self._owner else self.apply_apart()
+        failures = self._stop_in_turn() if get_ident() == self._owner else self.apply_apart()
         if failures:
             raise min(failures, key=lambda failure: isinstance(failure, DeviceLostError))
 
@@ -120,7 +120,7 @@ class StopGroup:
         waits = _try_all([partial(stop.begin, within_s) for stop in self._stops], failures)
         return failures + [failure for wait in waits if (failure := wait())]
 
-    def _in_turn(self) -> list[Exception]:
+    def _stop_in_turn(self) -> list[Exception]:
         failures: list[Exception] = []
         _try_all([stop.apply for stop in self._stops], failures)
         return failures

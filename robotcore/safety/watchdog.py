@@ -90,7 +90,7 @@ class RunnableTime:
     was late, for example because the process was suspended or another thread held the interpreter's lock.
 
     native_thread: the thread's identifier in the operating system.
-    period_s: the period in which `passed` is called, in seconds.
+    period_s: the period in which `measure` is called, in seconds.
     """
 
     def __init__(self, native_thread: int, period_s: float) -> None:
@@ -100,7 +100,7 @@ class RunnableTime:
         self._last = 0.0
         self._waited = self._waiting_time()
 
-    def passed(self) -> float:
+    def measure(self) -> float:
         """Return the seconds since the last call that count."""
         now = self._wall.now()
         elapsed, self._last = min(now - self._last, self._longest), now
@@ -183,7 +183,7 @@ class Watchdog:
         while not self._is_closed.is_set():
             try:
                 if not self._is_closed.wait(PERIOD_S):
-                    self._check(time.passed())
+                    self._check(time.measure())
             except Exception:  # noqa: BLE001, PERF203  without a watchdog a run that hangs never ends
                 self._reserve.release_memory()
 

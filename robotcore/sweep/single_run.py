@@ -170,8 +170,8 @@ def _make_error_result(request: RunRequest, error: RobotcoreError) -> RunResult:
 def _draw_conditions(request: RunRequest) -> dict[str, float | str]:
     """Return the conditions of the run; an empty dict if its world cannot be drawn."""
     from robotcore.errors import RobotcoreError
-    from robotcore.runtime.plan import drawn_for
+    from robotcore.runtime.plan import draw_conditions
 
     with suppress(RobotcoreError):
-        return dict(drawn_for(request))
+        return dict(draw_conditions(request))
     return {}

@@ -19,7 +19,7 @@ from robotcore.recording import Recording
 from robotcore.recording.codec import to_plain
 from robotcore.recording.recording import read_app_source
 from robotcore.runtime.apps import app_path, is_app_file, load_app_file
-from robotcore.runtime.settings import Setting, settings_of
+from robotcore.runtime.settings import Setting, list_settings
 from robotcore.text import escape
 
 _PACKAGES = {"site-packages", "dist-packages"}
@@ -86,7 +86,7 @@ def _find_open_setting(recording: Recording, given: Container[str]) -> str | Non
     recorded = {name: value for name, value in request.settings.items() if name not in given}
     if all(isinstance(value, (int, float, NoneType)) for value in recorded.values()):
         return None
-    known = settings_of(load_app_file(request.app))
+    known = list_settings(load_app_file(request.app))
     pairs = ((known[name], value) for name, value in recorded.items() if name in known)
     return next((setting.name for setting, value in pairs if _is_open(setting, value)), None)
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Behaviour, Status
-from robotcore.runtime.settings import configure, settings_of
+from robotcore.runtime.settings import configure, list_settings
 from tests.texts import Raises
 
 
@@ -63,7 +63,7 @@ class Plain(Behaviour):
 
 
 def test_settings_are_the_fields_of_the_constructor() -> None:
-    defaults = {name: setting.default for name, setting in settings_of(App).items()}
+    defaults = {name: setting.default for name, setting in list_settings(App).items()}
     assert defaults == {"speed_m_s": 0.25, "hue": "green", "laps": 3, "is_loud": False, "hues": ["green"]}
 
 
@@ -132,5 +132,5 @@ def test_exception_in_a_type_or_default_is_a_behaviour_error(
     app: type[Behaviour], cause: type[Exception], raises: Raises
 ) -> None:
     with raises(BehaviourError) as raised:
-        settings_of(app)
+        list_settings(app)
     assert isinstance(raised.value.__cause__, cause)

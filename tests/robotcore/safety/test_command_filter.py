@@ -17,7 +17,7 @@ from tests.texts import CheckText
 
 
 class Bench:
-    """A stage over two null motors, with a lease of 0.125 s."""
+    """A safety filter over two null motors, with a lease of 0.125 s."""
 
     def __init__(self, *rules: Rule) -> None:
         self.clock = TickClock(SteppedClock(20, lambda _: None))
@@ -50,7 +50,7 @@ class Failing:
 
 
 class Blocking:
-    """A rule that stops the robot where something has come near."""
+    """A rule that stops the robot if an obstacle is near."""
 
     cause = "blocking"
 
@@ -62,21 +62,21 @@ class Blocking:
 
 
 class TestCommit:
-    def test_nothing_is_sent_before_the_tick_ends(self) -> None:
+    def test_commit_sends_the_command(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(1.0, 2.0))
         assert bench.sent == []
         bench.stage.commit()
         assert bench.sent == [(1.0, 2.0)]
 
-    def test_the_last_command_of_a_tick_counts(self) -> None:
+    def test_last_command_of_a_tick_is_sent(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(1.0, 2.0))
         bench.stage.ask(Wheels(3.0, 4.0))
         assert bench.stage.commit() == ((3.0, 4.0), (3.0, 4.0), ())
         assert bench.sent == [(3.0, 4.0)]
 
-    def test_a_stop_is_sent_once(self) -> None:
+    def test_stop_is_sent_once(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(1.0, 2.0))
         bench.stage.commit()
@@ -84,7 +84,7 @@ class TestCommit:
         assert bench.stage.commit() == ((0.0, 0.0), (0.0, 0.0), ())
         assert bench.sent == [(1.0, 2.0), (0.0, 0.0)]
 
-    def test_a_stop_that_failed_is_sent_again(self) -> None:
+    def test_failed_stop_is_sent_again(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(1.0, 2.0))
         bench.stage.commit()
@@ -94,21 +94,21 @@ class TestCommit:
         with pytest.raises(DeviceError):
             bench.stage.commit()
 
-    def test_a_command_after_a_stop_counts(self) -> None:
+    def test_command_after_a_stop_is_sent(self) -> None:
         bench = Bench()
         bench.stage.stop()
         bench.stage.ask(Wheels(1.0, 2.0))
         bench.stage.commit()
         assert bench.sent[-1] == (1.0, 2.0)
 
-    def test_a_tick_without_a_command_sends_nothing(self) -> None:
+    def test_tick_without_a_command_sends_nothing(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(1.0, 1.0))
         bench.stage.commit()
         assert bench.stage.commit() == (None, None, ())
         assert len(bench.sent) == 1
 
-    def test_rules_work_on_what_the_rules_before_them_left(self) -> None:
+    def test_each_rule_gets_the_command_of_the_rule_before(self) -> None:
         bench = Bench(VelocityLimit(10.0), AccelerationLimit(2.0))
         sent = bench.stage.ask(Wheels(40.0, 20.0))
         commit = bench.stage.commit()
@@ -120,14 +120,14 @@ class TestCommit:
             ("acceleration limit", (10.0, 5.0), (2.0, 1.0)),
         ]
 
-    def test_only_the_command_that_counts_leaves_interventions(self) -> None:
+    def test_replaced_command_leaves_no_interventions(self) -> None:
         bench = Bench(VelocityLimit(10.0))
         bench.stage.ask(Wheels(40.0, 20.0))
         bench.stage.ask(Wheels(1.0, 1.0))
         assert bench.stage.commit().interventions == ()
         assert bench.stage.commit().interventions == ()
 
-    def test_acceleration_is_counted_from_what_was_sent_last_not_from_what_was_asked(self) -> None:
+    def test_acceleration_counts_from_the_last_sent_command(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(3):
             bench.stage.ask(Wheels(9.0, 9.0))
@@ -135,7 +135,7 @@ class TestCommit:
             bench.stage.commit()
         assert bench.sent == [(2.0, 2.0), (4.0, 4.0), (6.0, 6.0)]
 
-    def test_a_command_that_no_rule_could_judge_is_never_sent(self) -> None:
+    def test_command_is_not_sent_if_a_rule_raises(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(5.0, 5.0))
         bench.stage.commit()
@@ -146,14 +146,14 @@ class TestCommit:
             bench.stage.commit()
         assert bench.sent == [(5.0, 5.0)]
 
-    def test_what_the_motors_say_they_do_is_what_was_sent(self) -> None:
+    def test_sent_velocities_are_those_that_the_motors_accepted(self) -> None:
         bench = Bench()
         bench.right.max_velocity = 2.0
         bench.stage.ask(Wheels(3.0, 3.0))
         assert bench.stage.commit().sent == (3.0, 2.0)
         assert bench.heard == [(Wheels(3.0, 2.0), 0.0)]
 
-    def test_a_motor_that_fails_stops_the_other_and_nothing_counts_as_sent(self) -> None:
+    def test_failure_of_one_motor_stops_the_other(self) -> None:
         bench = Bench()
         bench.right.is_broken = True
         bench.stage.ask(Wheels(5.0, 5.0))
@@ -162,7 +162,7 @@ class TestCommit:
         assert bench.left.sent == [5.0, 0.0]
         assert bench.stage.asked == (0.0, 0.0)
 
-    def test_a_command_that_lives_on_is_guarded_every_tick(self) -> None:
+    def test_lasting_command_passes_the_rules_in_every_tick(self) -> None:
         nearing = iter([False, False, True])
         bench = Bench(Blocking(lambda: next(nearing)))
         bench.stage.ask(Wheels(4.0, 4.0))
@@ -173,9 +173,9 @@ class TestCommit:
 
 
 class TestThreads:
-    """A clock of a thread's own cuts while the loop is at work."""
+    """The clock cuts in another thread while the loop runs."""
 
-    def test_a_motor_that_hangs_keeps_no_cut_from_stopping_both(self) -> None:
+    def test_deadman_stops_both_motors_while_a_command_hangs(self) -> None:
         bench = Bench()
         going_on = threading.Event()
         bench.left.on_command = lambda velocity: going_on.wait(10) if velocity else None
@@ -191,7 +191,7 @@ class TestThreads:
         assert (bench.left.sent[-1], bench.right.sent[-1]) == (0.0, 0.0)
         assert bench.stage.asked == (0.0, 0.0)
 
-    def test_a_command_judged_before_a_cut_is_judged_again(self) -> None:
+    def test_command_before_a_cut_passes_the_rules_again(self) -> None:
         bench = Bench(AccelerationLimit(3.0))
         for _ in range(3):
             bench.stage.ask(Wheels(9.0, 9.0))
@@ -202,7 +202,7 @@ class TestThreads:
 
 
 class TestLatch:
-    def test_latches_though_a_motor_fails_to_stop(self) -> None:
+    def test_latch_trips_even_if_a_motor_fails_to_stop(self) -> None:
         bench = Bench()
         bench.left.is_broken = True
         with pytest.raises(InvalidCommandError):
@@ -211,7 +211,7 @@ class TestLatch:
         with pytest.raises(InvalidCommandError):
             bench.stage.ask(Wheels(1.0, 1.0))
 
-    def test_a_velocity_that_is_no_number_ends_all_motion_though_the_app_swallows_it(self) -> None:
+    def test_velocity_that_is_nan_trips_the_latch(self) -> None:
         bench = Bench()
         with pytest.raises(InvalidCommandError):
             bench.stage.ask(Wheels(math.nan, 0.0))
@@ -223,7 +223,7 @@ class TestLatch:
 
 
 class TestStop:
-    def test_passes_the_acceleration_limit_by_and_does_not_wait_for_the_ticks_end(self) -> None:
+    def test_stop_is_immediate_and_not_limited(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(3):
             bench.stage.ask(Wheels(9.0, 9.0))
@@ -231,14 +231,14 @@ class TestStop:
         bench.stage.stop()
         assert bench.sent[-1] == (0.0, 0.0)
 
-    def test_overrules_an_earlier_command_of_the_tick(self) -> None:
+    def test_stop_replaces_an_earlier_command_of_the_tick(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(9.0, 9.0))
         bench.stage.stop()
         assert bench.stage.commit() == ((0.0, 0.0), (0.0, 0.0), ())
         assert set(bench.sent) == {(0.0, 0.0)}
 
-    def test_a_later_command_of_the_tick_begins_at_rest(self) -> None:
+    def test_command_after_a_stop_begins_at_rest(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(2):
             bench.stage.ask(Wheels(9.0, 9.0))
@@ -247,7 +247,7 @@ class TestStop:
         assert bench.stage.ask(Wheels(9.0, 9.0)) == (2.0, 2.0)
 
     @pytest.mark.parametrize("broken", ["left", "right"])
-    def test_stops_the_other_wheel_where_one_fails(self, broken: str) -> None:
+    def test_other_wheel_stops_if_one_fails(self, broken: str) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(5.0, 5.0))
         bench.stage.commit()
@@ -261,7 +261,7 @@ class TestStop:
 
 class TestNumbers:
     @pytest.mark.parametrize("wheels", [Wheels(math.nan, 1.0), Wheels(1.0, math.nan), Wheels(math.inf, 0.0)])
-    def test_a_velocity_that_is_none_stops_both_motors_at_once(self, wheels: Wheels) -> None:
+    def test_invalid_velocity_stops_both_motors_at_once(self, wheels: Wheels) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(5.0, 5.0))
         bench.stage.commit()
@@ -276,7 +276,7 @@ class TestNumbers:
 
 
 class TestDeadman:
-    def test_cuts_between_ticks_and_tells_it_in_the_next(self) -> None:
+    def test_cut_between_ticks_is_an_intervention_of_the_next_tick(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(5.0, 4.0))
         bench.stage.commit()
@@ -286,14 +286,14 @@ class TestDeadman:
         assert (cut.time, cut.cause, cut.asked, cut.sent) == (0.125, "deadman", (5.0, 4.0), (0.0, 0.0))
         assert bench.stage.commit().interventions == ()
 
-    def test_what_the_wheels_are_reported_is_heard_with_its_own_time(self) -> None:
+    def test_on_sent_gets_the_time_of_a_cut(self) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(5.0, 4.0))
         bench.stage.commit()
         bench.sleep(0.5)
         assert bench.heard == [((5.0, 4.0), 0.0), ((0.0, 0.0), 0.125)]
 
-    def test_lets_go_by_itself_and_acceleration_begins_at_rest(self) -> None:
+    def test_command_after_a_cut_begins_at_rest(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(3):
             bench.stage.ask(Wheels(9.0, 9.0))
@@ -304,7 +304,7 @@ class TestDeadman:
         assert bench.sent[-1] == (2.0, 2.0)
 
     @pytest.mark.parametrize("is_stop", [True, False])
-    def test_wheels_that_were_reported_to_stand_need_no_cut(self, is_stop: bool) -> None:
+    def test_stopped_wheels_are_not_cut(self, is_stop: bool) -> None:
         bench = Bench()
         bench.stage.ask(Wheels(5.0, 5.0))
         bench.stage.commit()
@@ -316,7 +316,7 @@ class TestDeadman:
         bench.sleep(1.0)
         assert bench.stage.commit().interventions == ()
 
-    def test_commands_in_time_are_never_cut(self) -> None:
+    def test_commands_within_the_lease_are_not_cut(self) -> None:
         bench = Bench()
         for _ in range(50):
             bench.stage.ask(Wheels(5.0, 5.0))

@@ -1,4 +1,4 @@
-"""A stop wins, whoever is in the middle of what."""
+"""A stop during a commit prevents the command."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tests.robotcore.fakes import NullMotor
 
 
 class Meanwhile:
-    """A rule in whose middle something happens, in a thread of its own; it halves a command."""
+    """A rule that calls a function in another thread, and halves the command."""
 
     cause = "meanwhile"
 
@@ -35,7 +35,7 @@ class Meanwhile:
 
 
 class Bench:
-    """A stage that drives both motors at 2 rad/s, and a rule in whose middle something may happen."""
+    """A safety filter that drives both motors at 2 rad/s, with a rule that may call a function."""
 
     def __init__(self) -> None:
         self.latch, self.left, self.right, self.rule = Latch(), NullMotor("left"), NullMotor("right"), Meanwhile()
@@ -45,7 +45,7 @@ class Bench:
         self.stage.commit()
 
 
-def test_an_e_stop_in_the_middle_of_a_commit_lets_no_command_pass() -> None:
+def test_e_stop_during_a_commit_prevents_the_command() -> None:
     bench = Bench()
     bench.rule.deed = lambda: bench.latch.set(EmergencyStopError("now"))
     assert bench.stage.commit().sent == (0.0, 0.0)
@@ -54,7 +54,7 @@ def test_an_e_stop_in_the_middle_of_a_commit_lets_no_command_pass() -> None:
         assert set(motor.sent[1:]) == {0.0}
 
 
-def test_a_stop_that_does_not_wait_for_a_commit_any_longer_wins() -> None:
+def test_stop_during_a_commit_prevents_the_command() -> None:
     bench = Bench()
     bench.rule.deed = bench.stage.stop
     assert bench.stage.commit().sent == (0.0, 0.0)
@@ -67,19 +67,19 @@ def test_a_stop_that_does_not_wait_for_a_commit_any_longer_wins() -> None:
 def clock() -> Iterator[MonotonicClock]:
     real = MonotonicClock()
     yield real
-    with suppress(DeviceError):  # what the deadman could not do in its thread
+    with suppress(DeviceError):  # a failed stop of the deadman in its thread
         real.close()
 
 
-def test_where_the_stop_of_one_motor_hangs_the_deadman_stops_the_other(clock: MonotonicClock) -> None:
+def test_deadman_stops_the_other_motor_if_one_hangs(clock: MonotonicClock) -> None:
     left, right = NullMotor("left"), NullMotor("right")
-    let_go, stopped = threading.Event(), threading.Event()
+    release, stopped = threading.Event(), threading.Event()
     reserve = Reserve(clock)
     reserve.hold(threads=2)
 
     def hang(rad_s: float) -> None:
         if rad_s == 0:
-            let_go.wait()
+            release.wait()
 
     left.on_command = hang
     right.on_command = lambda rad_s: stopped.set() if rad_s == 0 else None
@@ -94,7 +94,7 @@ def test_where_the_stop_of_one_motor_hangs_the_deadman_stops_the_other(clock: Mo
     driving.start()
     is_stopped = stopped.wait(30)
     is_hung = driving.is_alive()
-    let_go.set()
+    release.set()
     driving.join()
     reserve.close()
     assert is_stopped

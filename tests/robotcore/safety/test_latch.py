@@ -88,7 +88,7 @@ class TestEmergencyStop:
         assert rig.wheels == (0.0, 0.0)
 
 
-def test_a_call_that_runs_out_of_memory_twice_is_made_by_the_next_set() -> None:
+def test_call_that_runs_out_of_memory_twice_is_made_by_the_next_set() -> None:
     latch, tries, first = Latch(), [], EmergencyStopError("first")
 
     def stop() -> None:

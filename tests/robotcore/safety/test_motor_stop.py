@@ -15,12 +15,12 @@ from tests.texts import CheckText, Raises
 
 
 class HungMotor(NullMotor):
-    """A motor whose commands do not return until the test sets ``let_go``."""
+    """A motor whose commands do not return until the test sets ``release``."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self.let_go = threading.Event()
-        self.on_command = lambda _: self.let_go.wait()
+        self.release = threading.Event()
+        self.on_command = lambda _: self.release.wait()
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def reserve() -> Iterator[Reserve]:
 def hung() -> Iterator[HungMotor]:
     motor = HungMotor("left_motor")
     yield motor
-    motor.let_go.set()
+    motor.release.set()
 
 
 def test_stops_every_motor() -> None:
@@ -68,7 +68,7 @@ def test_motor_that_hangs_does_not_delay_the_others(hung: HungMotor, reserve: Re
 def test_stop_waits_for_one_that_is_under_way(hung: HungMotor, reserve: Reserve) -> None:
     stop = MotorStop(hung, reserve)
     wait = stop.begin()
-    threading.Timer(0.02, hung.let_go.set).start()
+    threading.Timer(0.02, hung.release.set).start()
     stop.apply()
     assert wait() is None
     assert hung.sent == [0.0, 0.0]
@@ -105,7 +105,7 @@ def test_stop_that_hangs_is_not_repeated_and_is_reported_at_once(
 def test_motor_that_returned_can_be_stopped_again(hung: HungMotor, reserve: Reserve) -> None:
     stops = StopGroup.on(hung, reserve=reserve)
     stops.apply_apart()
-    hung.let_go.set()
+    hung.release.set()
     while stops.are_hung:
         pass
     assert not stops.apply_apart()

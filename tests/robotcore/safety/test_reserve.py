@@ -59,13 +59,13 @@ def test_call_runs_in_an_idle_thread(reserve: Reserve) -> None:
 
 def test_call_runs_in_the_callers_thread_if_none_is_idle(reserve: Reserve) -> None:
     reserve.hold(threads=1)
-    let_go = threading.Event()
-    busy = reserve.call(let_go.wait)
+    release = threading.Event()
+    busy = reserve.call(release.wait)
     made_in: list[int] = []
     reserve.call(lambda: made_in.append(threading.get_ident()))
     assert made_in == [threading.get_ident()]
     assert busy.is_under_way
-    let_go.set()
+    release.set()
     assert busy.is_done_within(10)
 
 
@@ -103,11 +103,11 @@ def test_call_that_runs_out_of_memory_is_repeated_with_the_reserved_memory(reser
 def test_close_ends_every_thread_even_a_busy_one(reserve: Reserve) -> None:
     before = set(threading.enumerate())
     reserve.hold(threads=2)
-    let_go = threading.Event()
-    reserve.call(let_go.wait)
+    release = threading.Event()
+    reserve.call(release.wait)
     started = set(threading.enumerate()) - before
     reserve.close()
-    let_go.set()
+    release.set()
     for thread in started:
         thread.join(10)
     assert not any(thread.is_alive() for thread in started)

@@ -28,35 +28,35 @@ def time(tmp_path: Path) -> RunnableTime:
     return time
 
 
-def passed_at(time: RunnableTime, seconds: float, waited: float = 0.0) -> float:
+def measure_at(time: RunnableTime, seconds: float, waited: float = 0.0) -> float:
     time._wall.now.return_value = seconds  # type: ignore[attr-defined]
     time._file.write_text(f"5 {round(waited * SECOND_NS)} 9")
-    return time.passed()
+    return time.measure()
 
 
-def test_passed_counts_the_seconds_since_the_last_call(time: RunnableTime) -> None:
-    assert passed_at(time, 1.0) == 1.0
-    assert passed_at(time, 1.5) == 0.5
+def test_measure_counts_the_seconds_since_the_last_call(time: RunnableTime) -> None:
+    assert measure_at(time, 1.0) == 1.0
+    assert measure_at(time, 1.5) == 0.5
 
 
-def test_passed_leaves_out_the_wait_for_a_processor(time: RunnableTime) -> None:
-    assert passed_at(time, 1.0, waited=0.75) == pytest.approx(0.25)
-    assert passed_at(time, 2.0, waited=0.75) == 1.0
+def test_measure_leaves_out_the_wait_for_a_processor(time: RunnableTime) -> None:
+    assert measure_at(time, 1.0, waited=0.75) == pytest.approx(0.25)
+    assert measure_at(time, 2.0, waited=0.75) == 1.0
 
 
 def test_wait_that_is_reported_late_is_subtracted_in_full(time: RunnableTime) -> None:
-    assert passed_at(time, 1.0, waited=1.5) == 0.0
-    assert passed_at(time, 2.0, waited=1.5) == pytest.approx(0.5)
+    assert measure_at(time, 1.0, waited=1.5) == 0.0
+    assert measure_at(time, 2.0, waited=1.5) == pytest.approx(0.5)
 
 
-def test_passed_leaves_out_the_lateness_of_the_caller(time: RunnableTime) -> None:
-    assert passed_at(time, 100.0) == 2.0
+def test_measure_leaves_out_the_lateness_of_the_caller(time: RunnableTime) -> None:
+    assert measure_at(time, 100.0) == 2.0
 
 
-def test_passed_counts_everything_without_schedstat(time: RunnableTime, tmp_path: Path) -> None:
+def test_measure_counts_everything_without_schedstat(time: RunnableTime, tmp_path: Path) -> None:
     time._file = tmp_path / "missing" / "schedstat"
     time._wall.now.return_value = 1.0  # type: ignore[attr-defined]
-    assert time.passed() == 1.0
+    assert time.measure() == 1.0
 
 
 STEP = TimeLimit(3.0, lambda seconds, _: WatchdogError(f"the app, {seconds:.1f} s"), 1.0)
