@@ -1,4 +1,4 @@
-"""Programs at work on lines of these tests' own."""
+"""Fixtures for programs on the tests' simulated lines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def lines(tmp_path: Path) -> Lines:
 
 @pytest.fixture
 def launch(lines: Lines) -> Iterator[Launch]:
-    """Start a module of Python's on the lines; whatever is left of it is ended after the test."""
+    """Start a Python module on the lines; its processes are killed after the test."""
     programs: list[Program] = []
 
     def launch(*module: str, stdin: int = subprocess.DEVNULL) -> Program:

@@ -1,4 +1,4 @@
-"""A robot whose wheels are on a serial board and whose nose is on pins, in one section of its file."""
+"""A robot with its wheels on a serial board and its range sensor on pins."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.drivers.raspberrypi.test_conformance import ModulePins
 from tests.texts import Raises
 
 RADIUS_M = 0.0325
-"""Of the shipped rover's wheels."""
+"""The radius of the rover's wheels."""
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def pty(tmp_path: Path) -> Iterator[Pty]:
 
 
 def rover(port: object, **nose: Any) -> RobotDescription:
-    """Return the rover without a camera, on a board at that port."""
+    """Return the rover without a camera, with its wheels on a board at this port."""
     robot = load_robot("rover")
     wheels: dict[str, dict[str, Any]] = {
         f"{side}_{kind}": {"driver": f"waveshare-{kind}", "port": str(port), "side": side}
@@ -91,9 +91,9 @@ def _notes(setup: Setup) -> list[str]:
     return VirtualPiBackend().notes(setup)
 
 
-def _wait(clock: MonotonicClock, is_so: Callable[[], bool]) -> None:
+def _wait(clock: MonotonicClock, is_met: Callable[[], bool]) -> None:
     for _ in range(500):
-        if is_so():
+        if is_met():
             return
         clock.sleep_until(clock.now() + 0.005)
-    pytest.fail("it has not come to be")
+    pytest.fail("the condition was not met")

@@ -1,4 +1,4 @@
-"""The Pi's backend keeps the kit's rules in real time: pins that are mocked, with an ultrasonic module on them."""
+"""The Pi's backend keeps the kit's rules in real time, on mock pins with an ultrasonic module."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class TestRaspberryPi(ConformanceSuite):
 
     @property
     def description(self) -> RobotDescription:
-        """The rover without its camera, which is on no pin."""
+        """Return the rover without its camera, which is on no pin."""
         rover = load_robot("rover")
         wiring = {name: wires for name, wires in rover.backends["raspberrypi"].items() if name != "eye"}
         devices = tuple(device for device in rover.devices if device.name != "eye")
@@ -45,7 +45,7 @@ class TestRaspberryPi(ConformanceSuite):
 
 
 class ModulePins(VirtualPins):
-    """Pins in real time, whose levels are read through a gate, with an ultrasonic module and a wall before it."""
+    """Mock pins in real time, with an ultrasonic module before a wall. A gate can block reads of their levels."""
 
     def __init__(self, gate: Gate) -> None:
         super().__init__(MonotonicClock())
@@ -59,7 +59,7 @@ class ModulePins(VirtualPins):
 
 
 class GatedPin(VirtualPin):
-    """A pin whose level comes through a gate."""
+    """A pin whose reads wait at a gate."""
 
     def _get_state(self) -> Any:
         self._factory.gate.pass_through()

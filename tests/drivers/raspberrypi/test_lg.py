@@ -1,4 +1,4 @@
-"""What importing lgpio leaves behind, and how true the tests' own one is to it."""
+"""The import of lgpio, the header's chip, and the double of lgpio."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_importing_leaves_no_side_effects(library: str, tmp_path: Path) -> None:
 
 
 def test_threads_can_import_at_the_same_time(tmp_path: Path) -> None:
-    """As the cutoffs of two motors do, in the guardian."""
+    """The cutoffs of two motors do so in the guardian."""
     run(AT_ONCE, tmp_path, {**Lines(tmp_path / "dev").environment, "TMPDIR": str(tmp_path)})
 
 
@@ -121,7 +121,7 @@ def test_the_header_s_chip_is_found_by_its_driver(chips: dict[int, str], number:
 
 @needs_lgpio
 def test_the_double_has_lgpio_s_functions(tmp_path: Path) -> None:
-    """In a process of its own, for lgpio's thread never ends."""
+    """Runs in another process, because lgpio's thread never ends."""
     run("from tests.drivers.raspberrypi.test_lg import compare; compare()", tmp_path, environment())
 
 

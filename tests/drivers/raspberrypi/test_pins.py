@@ -31,7 +31,7 @@ PI_3 = 0xA02082
 
 @pytest.fixture(autouse=True)
 def _fresh(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let gpiozero take lgpio as it is in each test, and be on a Pi."""
+    """Let gpiozero import the double of lgpio in each test, as on a Pi."""
     monkeypatch.setitem(sys.modules, "lgpio", ours)
     monkeypatch.delitem(sys.modules, "gpiozero.pins.lgpio", raising=False)
     monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
@@ -108,7 +108,7 @@ def test_the_option_overrides_gpiozero_s_setting(lines: Lines, monkeypatch: pyte
 
 
 def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another gpiozero may take another chip by itself."""
+    """gpiozero might choose another chip by itself."""
     for module in ("pins", "chip"):
         monkeypatch.setattr(f"drivers.raspberrypi.{module}.chip_number", lambda *_: 15)
     Path(os.environ["FAKE_DEV"], "gpiochip15").mkdir()

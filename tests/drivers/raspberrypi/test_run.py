@@ -1,4 +1,4 @@
-"""Whole runs on the lines of these tests: command line, drivers, gpiozero, guardian, and what befalls them."""
+"""Whole runs on simulated lines: command line, drivers, gpiozero and guardian; killed, hanging, suspended."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def start(launch: Launch) -> Start:
     return start
 
 
-def over(program: Program) -> tuple[str, str]:
-    """Return what it has said, once neither it nor its guardian is there any more."""
+def wait_for_end(program: Program) -> tuple[str, str]:
+    """Wait until the program and its guardian have ended; return stdout and stderr."""
     return program.communicate(timeout=END_S)
 
 
-def until(lines: Lines, gpio: int, program: Program) -> None:
-    """Wait for a line to be high; a test that waits in vain is ended by its time limit."""
+def wait_until_high(lines: Lines, gpio: int, program: Program) -> None:
+    """Wait until a line is high; the test's time limit ends a wait in vain."""
     while not lines.level(gpio):
         assert program.poll() is None, program.communicate()
         with pytest.raises(subprocess.TimeoutExpired):
@@ -49,25 +49,25 @@ def levels(lines: Lines) -> set[int]:
 
 def test_a_run_that_is_terminated_leaves_every_line_low(start: Start, lines: Lines) -> None:
     program = start("plain", "onwards")
-    until(lines, FORWARD[0], program)
+    wait_until_high(lines, FORWARD[0], program)
     program.terminate()
-    out, err = over(program)
+    out, err = wait_for_end(program)
     assert (program.returncode, json.loads(out)["outcome"]) == (-signal.SIGTERM, "interrupted"), err
     assert levels(lines) == {0}
 
 
 def test_the_guardian_pulls_the_lines_of_a_killed_run_low(start: Start, lines: Lines, check_text: CheckText) -> None:
     program = start("plain", "onwards")
-    until(lines, FORWARD[1], program)
+    wait_until_high(lines, FORWARD[1], program)
     program.kill()
-    _, err = over(program)
+    _, err = wait_for_end(program)
     check_text(err, hide=[program.pid])
     assert levels(lines) == {0}
 
 
 def test_the_guardian_kills_a_run_that_hangs_while_it_drives(start: Start, lines: Lines) -> None:
     program = start("plain", "untoward")
-    _, err = over(program)
+    _, err = wait_for_end(program)
     assert program.returncode == -signal.SIGKILL
     assert f"\nguardian: ended process {program.pid}: it was silent" in err
     assert levels(lines) == {0}
@@ -75,7 +75,7 @@ def test_the_guardian_kills_a_run_that_hangs_while_it_drives(start: Start, lines
 
 def test_a_run_that_hangs_at_rest_is_not_killed(start: Start) -> None:
     program = start("plain", "untoward", "--set", "deed=rests")
-    out, err = over(program)
+    out, err = wait_for_end(program)
     assert (program.returncode, err) == (0, "")
     assert json.loads(out)["outcome"] == "success"
 
@@ -84,11 +84,11 @@ def test_one_guardian_holds_the_standby_line_of_two_motors_and_does_not_kill_a_h
     start: Start, lines: Lines
 ) -> None:
     program = start("standby", "untoward")
-    until(lines, STANDBY, program)
+    wait_until_high(lines, STANDBY, program)
     while lines.level(STANDBY):
         with pytest.raises(subprocess.TimeoutExpired):
             program.wait(0.01)
-    out, err = over(program)
+    out, err = wait_for_end(program)
     assert (program.returncode, err) == (0, "")
     assert json.loads(out)["outcome"] == "success"
     assert lines.level(STANDBY) == 0
@@ -110,7 +110,7 @@ def robot(name: str) -> str:
 
 
 @contextmanager
-def driving(lines: Lines, *gpios: int) -> Iterator[None]:
+def drive_lines(lines: Lines, *gpios: int) -> Iterator[None]:
     """Run a program that holds these lines high."""
     command = [sys.executable, "-c", DRIVING, *map(str, gpios)]
     pipe = subprocess.PIPE
@@ -135,7 +135,7 @@ def stop_robot(launch: Launch, name: str) -> tuple[int, str, str]:
 def test_lines_that_a_dead_program_has_left_high_are_pulled_low(
     lines: Lines, launch: Launch, name: str, left_high: list[int], stopped: str
 ) -> None:
-    with driving(lines, *left_high):
+    with drive_lines(lines, *left_high):
         pass
     assert [lines.level(gpio) for gpio in left_high] == [1] * len(left_high)
     assert stop_robot(launch, name) == (0, f"{name}: stopped {stopped}\n", "")
@@ -146,9 +146,9 @@ def test_lines_that_a_dead_program_has_left_high_are_pulled_low(
 def test_a_live_program_keeps_its_lines_and_all_other_lines_are_pulled_low(
     lines: Lines, launch: Launch, check_text: CheckText
 ) -> None:
-    with driving(lines, *MOTORS):
+    with drive_lines(lines, *MOTORS):
         pass
-    with driving(lines, 17):
+    with drive_lines(lines, 17):
         status, out, err = stop_robot(launch, "plain")
     assert (status, out) == (3, "plain: stopped right_motor\n")
     check_text(re.sub(r"held by .*\. End", "held by …. End", err))
@@ -156,7 +156,7 @@ def test_a_live_program_keeps_its_lines_and_all_other_lines_are_pulled_low(
 
 
 def test_the_standby_line_of_a_live_guardian_is_not_taken(lines: Lines, launch: Launch, check_text: CheckText) -> None:
-    with driving(lines, STANDBY):
+    with drive_lines(lines, STANDBY):
         status, _, err = stop_robot(launch, "standby")
     assert status == 3
     check_text(re.sub(r"held by .*\. End", "held by …. End", err))

@@ -1,4 +1,4 @@
-"""A program that turns a motor under a guardian: ``python -m tests.drivers.raspberrypi.turning CUTOFF DEED``."""
+"""A program that turns a motor under a guardian: ``python -m tests.drivers.raspberrypi.turning CUTOFF ACTION``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LEASE_S = 0.3
 
 
 class Motor:
-    """Software PWM on one of two lines."""
+    """A motor with software PWM on one of two lines."""
 
     def __init__(self, guardian: Guardian) -> None:
         self._lgpio, self._guardian = lg.load(), guardian
@@ -45,8 +45,8 @@ class _LeftError(Exception):
     pass
 
 
-class Deeds:
-    """What becomes of a program whose motor turns."""
+class Actions:
+    """The actions of a program whose motor turns, each named by its method."""
 
     def drives(self, motor: Motor) -> None:
         while not _is_asked_to_end(0.02):
@@ -54,11 +54,11 @@ class Deeds:
         motor.stop()
 
     def hangs(self, motor: Motor) -> None:
-        """Hold the interpreter lock, as a vendor's call may, for some leases."""
+        """Hold the interpreter lock for some leases, as a vendor's call may."""
         ctypes.PyDLL(None).usleep(int(4 * LEASE_S * 1e6))
 
     def halts(self, motor: Motor) -> None:
-        """Be suspended, without having been asked."""
+        """Suspend this process."""
         os.kill(os.getpid(), signal.SIGSTOP)
 
     def rests(self, motor: Motor) -> None:
@@ -66,7 +66,7 @@ class Deeds:
         self.hangs(motor)
 
     def leaves(self, motor: Motor) -> None:
-        """Break off with the motor turning and its lines held."""
+        """Raise while the motor turns."""
         raise _LeftError
 
     def leaves_at_rest(self, motor: Motor) -> None:
@@ -74,7 +74,7 @@ class Deeds:
         raise _LeftError
 
     def copies(self, motor: Motor) -> None:
-        """Leave a copy of the process behind, which lives until it is told to end."""
+        """Fork a process that lives until stdin is closed, and kill this one."""
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks of a process that has threads
         if os.fork() == 0:
             _is_asked_to_end(None)
@@ -86,15 +86,15 @@ def _is_asked_to_end(seconds: float | None) -> bool:
     return bool(select([sys.stdin], [], [], seconds)[0])
 
 
-def _say(word: str) -> None:
+def _print_line(word: str) -> None:
     sys.stdout.write(f"{word}\n")
     sys.stdout.flush()
 
 
 def main() -> None:
-    """Turn the motor, and do the deed."""
-    cutoff, deed = sys.argv[1:]
-    lg.LINE = os.environ["FAKE_DEV"]  # what the kernel would call a handle of a line
+    """Turn the motor, and run the action."""
+    cutoff, action = sys.argv[1:]
+    lg.LINE = os.environ["FAKE_DEV"]  # the kernel's name of a line's handle
     parameters: dict[str, dict[str, object]] = {
         "StandbyLine": {"line": STANDBY},
         "MotorLines": {"lines": [FORWARD, BACKWARD], "owner": os.getpid()},
@@ -103,10 +103,10 @@ def main() -> None:
     with suppress(_LeftError), Guardian([spec], LEASE_S) as guardian:
         motor = Motor(guardian)
         motor.turn()
-        _say("turning")
-        getattr(Deeds(), deed)(motor)
+        _print_line("turning")
+        getattr(Actions(), action)(motor)
         motor.close()
-    _say("lives")
+    _print_line("lives")
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ def test_an_app_that_hangs_while_it_drives_is_killed_and_its_lines_are_low(chip:
     app = run(UNTOWARD, "plain", "--set", "deed=holds")
     assert (app.returncode, app.stdout) == (-signal.SIGKILL, "")
     assert "left_motor, right_motor" in app.stderr
-    assert app.stderr.count("guardian: ") == 2
+    assert app.stderr.count("guardian: ") >= 2
     assert chip.high() == []
     assert {chip.file(gpio, "pull").read_text().strip() for gpio in LINES} == {"pull-down"}
 

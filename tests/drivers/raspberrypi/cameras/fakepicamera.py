@@ -1,4 +1,4 @@
-"""A picamera2 without a Pi, strict where the real one is.
+"""A double of picamera2, as strict as the real one.
 
 Names, formats, defaults and refusals follow https://github.com/raspberrypi/picamera2 (0.3.20 to 0.3.36):
 picamera2/picamera2.py, request.py (`make_array`), controls.py, formats.py.
@@ -18,7 +18,7 @@ from tests.drivers.raspberrypi.cameras.fakes import RED_RGB, LabClock
 
 STREAM_KEYS = {"format", "size", "stride", "preserve_ar"}
 CHANNELS = {"BGR888": (0, 1, 2), "RGB888": (2, 1, 0)}
-"""Which of red, green, blue comes first, second and third in an array: the reverse of the name."""
+"""The order of red, green and blue in an array: the reverse of the format's name."""
 
 FOUND_US, FOUND_GAIN, FOUND_GAINS = 12_000, 2.0, (1.8, 1.4)
 CONTROLS = ("AeEnable", "AwbEnable", "ExposureTime", "AnalogueGain", "ColourGains", "FrameDurationLimits")
@@ -32,7 +32,7 @@ IMX219 = [
 
 
 class FakeRequest:
-    """One buffer of the camera's, to be given back."""
+    """A buffer of the camera, which must be released."""
 
     def __init__(self, camera: FakePicamera2, metadata: dict[str, Any]) -> None:
         self._camera, self._metadata = camera, metadata
@@ -56,7 +56,7 @@ class FakeRequest:
 
 
 class FakePicamera2:
-    """Finds its exposure in twenty pictures. ``bench`` is what the tests know of the camera behind it."""
+    """Settles its exposure in twenty pictures. ``bench`` is the simulated hardware."""
 
     bench: ClassVar[FakeCamera]
 
@@ -169,7 +169,7 @@ class FakePicamera2:
 
 
 class FakeCamera:
-    """The hardware: which cameras there are, how bright the light is, whether the ribbon hangs."""
+    """The simulated hardware: the cameras, the brightness, and whether captures hang."""
 
     def __init__(self, clock: LabClock) -> None:
         self.clock = clock
@@ -187,7 +187,7 @@ class FakeCamera:
         return self.opened[-1]
 
     def module(self) -> ModuleType:
-        """Return what ``import picamera2`` is to give."""
+        """Return the module for ``import picamera2``."""
         module = ModuleType("picamera2")
         FakePicamera2.bench = self
         module.Picamera2 = FakePicamera2  # type: ignore[attr-defined]

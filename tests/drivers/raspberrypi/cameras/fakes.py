@@ -1,4 +1,4 @@
-"""A clock whose kernel stamps can be told, and a camera without hardware for what all cameras share."""
+"""Doubles for the tests of cameras: a clock with kernel stamps, a source, and OpenCV's capture of a webcam."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Image
 
 BOOTED_S = 5000.0
-"""What CLOCK_MONOTONIC says when the clock begins."""
+"""The value of CLOCK_MONOTONIC when the clock begins."""
 
 FOUND = load_robot("rover").first_of(CameraDescription)
 assert FOUND
@@ -28,7 +28,7 @@ RED_BGR = RED_RGB[::-1]
 
 
 class LabClock(SteppedClock):
-    """Stepped, and yet with moments of the kernel, which runs with it."""
+    """A stepped clock that also converts stamps of the kernel."""
 
     def __init__(self) -> None:
         super().__init__(20, lambda _steps: None)
@@ -49,7 +49,7 @@ def plain(level: int = 100, width: int = 32, height: int = 24) -> Image:
 
 
 class FakeSource(Source):
-    """Takes pictures of ``levels``, the last one for ever, and keeps a diary of what is asked of it."""
+    """A source whose pictures have these ``levels`` of brightness, the last one repeated. It records its calls."""
 
     def __init__(self, clock: Clock, levels: list[int] | None = None) -> None:
         super().__init__("eye")
@@ -91,11 +91,11 @@ class FakeSource(Source):
             raise self.failing
 
 
-def gone() -> DeviceError:
+def build_lost_error() -> DeviceError:
     return DeviceError("eye", "/dev/video0 is gone; plug it in again")
 
 
-def opened(source: Source, clock: Clock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
+def open_camera(source: Source, clock: Clock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
     camera = CapturingCamera(description, CameraSettings(**settings), source, clock)
     camera.open()
     return camera
@@ -103,11 +103,11 @@ def opened(source: Source, clock: Clock, description: CameraDescription = EYE, *
 
 MANUAL, APERTURE_PRIORITY = 1, 3
 FOUND_UNITS, FOUND_KELVIN = 156.0, 4600.0
-"""What the automatic comes to: 15.6 ms, in V4L2's unit of 100 us, and the colour of an office."""
+"""The results of the automatic controls: 15.6 ms, in V4L2's unit of 100 us, and an office's colour temperature."""
 
 
 class FakeWebcam:
-    """The hardware: controls outlive a capture, as a webcam's do. ``sizes`` are those that it has, the nearest wins."""
+    """The simulated hardware. Controls outlive a capture, as a webcam's do. The nearest of ``sizes`` is used."""
 
     def __init__(self, clock: LabClock, path: Path) -> None:
         self.clock, self.path = clock, path
@@ -134,7 +134,7 @@ class FakeWebcam:
         self.path.unlink()
 
     def meter(self) -> None:
-        """Do what the automatics do, where they are on."""
+        """Set the automatic controls, if they are on."""
         is_automatic = self.controls.get(cv2.CAP_PROP_AUTO_EXPOSURE) == self.only_auto
         if is_automatic and cv2.CAP_PROP_EXPOSURE in self.controls:
             self.controls[cv2.CAP_PROP_EXPOSURE] += 0.5 * (FOUND_UNITS / self.lamp - self.exposure)
@@ -146,7 +146,7 @@ class FakeWebcam:
         return self.controls.get(cv2.CAP_PROP_EXPOSURE, FOUND_UNITS)
 
     def capture(self, name: str, backend: int) -> FakeCapture:
-        """Stand in for ``cv2.VideoCapture``."""
+        """Replace ``cv2.VideoCapture``."""
         assert backend == cv2.CAP_V4L2
         assert name == str(self.path)
         self.captures.append(FakeCapture(self))
@@ -154,7 +154,7 @@ class FakeWebcam:
 
 
 class FakeCapture:
-    """A capture; the size is set by its two halves, and both are told before a picture comes."""
+    """A double of ``cv2.VideoCapture``. Width and height are set separately, before the first picture."""
 
     def __init__(self, camera: FakeWebcam) -> None:
         self._camera = camera

@@ -1,4 +1,4 @@
-"""Pictures taken beside the app: the newest, failures by name, and cameras that come back."""
+"""Capture in the background: the newest picture, failures, and cameras that come back."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from drivers.raspberrypi.cameras.source import CameraSettings, Shot
 from robotcore.errors import DeviceClosedError, DeviceError
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.drivers.raspberrypi.cameras.fakes import EYE, FakeSource, LabClock, gone, opened, plain
+from tests.drivers.raspberrypi.cameras.fakes import EYE, FakeSource, LabClock, build_lost_error, open_camera, plain
 from tests.texts import CheckText, Raises
 
 AT_LEAST_S = 30.0
-"""No wait in here takes as long unless something hangs."""
+"""The time limit of each wait."""
 
 
 @pytest.fixture
@@ -40,24 +40,24 @@ def real_clock() -> Iterator[MonotonicClock]:
 
 
 def test_open_waits_for_the_first_picture(clock: LabClock, source: FakeSource) -> None:
-    frame = opened(source, clock).read()
+    frame = open_camera(source, clock).read()
     assert (frame.sequence, frame.time) == (0, 0.0)
     assert clock.now() == 0.0
 
 
 def test_reading_does_not_call_the_camera(clock: LabClock, source: FakeSource) -> None:
-    camera = opened(source, clock)
+    camera = open_camera(source, clock)
     before = source.shots
     assert camera.read() is camera.read()
     assert source.shots == before
 
 
 def test_read_returns_the_newest_picture(clock: LabClock, source: FakeSource) -> None:
-    camera = opened(source, clock)
+    camera = open_camera(source, clock)
     clock.let_pass(0.5)
     frame = camera.read()
     assert frame.time == pytest.approx(clock.now(), abs=1 / 60)
-    assert frame.sequence == pytest.approx(0.5 * 30 * 2, abs=1)  # asked for twice as often as the camera gives
+    assert frame.sequence == pytest.approx(0.5 * 30 * 2, abs=1)  # polled twice as often as the camera gives pictures
 
 
 def test_no_picture_but_the_newest_is_kept(clock: LabClock, source: FakeSource) -> None:
@@ -66,13 +66,13 @@ def test_no_picture_but_the_newest_is_kept(clock: LabClock, source: FakeSource) 
 
     kept: list[weakref.ref[object]] = []
 
-    def remembered(level: int) -> object:
+    def remember(level: int) -> object:
         image = plain(level)
         kept.append(weakref.ref(image))
         return image
 
-    source.picture = remembered  # type: ignore[assignment]
-    camera = opened(source, clock)
+    source.picture = remember  # type: ignore[assignment]
+    camera = open_camera(source, clock)
     clock.let_pass(1.0)
     gc.collect()
     assert sum(ref() is not None for ref in kept) == 1
@@ -80,8 +80,8 @@ def test_no_picture_but_the_newest_is_kept(clock: LabClock, source: FakeSource) 
 
 
 def test_read_raises_while_the_camera_is_gone(clock: LabClock, source: FakeSource, raises: Raises) -> None:
-    camera = opened(source, clock)
-    source.failing = gone()
+    camera = open_camera(source, clock)
+    source.failing = build_lost_error()
     for _ in range(3):
         clock.let_pass(3.0)
         with raises(DeviceError):
@@ -91,9 +91,9 @@ def test_read_raises_while_the_camera_is_gone(clock: LabClock, source: FakeSourc
 def test_a_camera_that_comes_back_holds_its_exposure_again_and_continues_to_count(
     clock: LabClock, source: FakeSource
 ) -> None:
-    camera = opened(source, clock)
+    camera = open_camera(source, clock)
     last = camera.read().sequence
-    source.failing = gone()
+    source.failing = build_lost_error()
     clock.let_pass(0.1)
     source.failing, source.levels = None, [40, 60, 80, 120]
     clock.let_pass(1.0)
@@ -104,8 +104,8 @@ def test_a_camera_that_comes_back_holds_its_exposure_again_and_continues_to_coun
 
 
 def test_a_failed_camera_is_opened_again_after_longer_and_longer_times(clock: LabClock, source: FakeSource) -> None:
-    camera = opened(source, clock)
-    source.failing = gone()
+    camera = open_camera(source, clock)
+    source.failing = build_lost_error()
     clock.let_pass(0.1)
     tried: list[float] = []
     for _ in range(240):
@@ -122,9 +122,9 @@ def test_a_failed_camera_is_opened_again_after_longer_and_longer_times(clock: La
 
 
 def test_a_camera_that_worked_meanwhile_is_opened_again_soon(clock: LabClock, source: FakeSource) -> None:
-    camera = opened(source, clock)
+    camera = open_camera(source, clock)
     for seconds in (10.0, 0.1):
-        source.failing = gone()
+        source.failing = build_lost_error()
         clock.let_pass(seconds)
         source.failing = None
         clock.let_pass(4.0 if seconds > 1 else 0.6)
@@ -132,8 +132,8 @@ def test_a_camera_that_worked_meanwhile_is_opened_again_soon(clock: LabClock, so
 
 
 def test_every_failure_closes_the_source(clock: LabClock, source: FakeSource) -> None:
-    opened(source, clock)
-    source.failing = gone()
+    open_camera(source, clock)
+    source.failing = build_lost_error()
     clock.let_pass(20.0)
     assert source.diary.count("close") == source.diary.count("open")
 
@@ -141,14 +141,14 @@ def test_every_failure_closes_the_source(clock: LabClock, source: FakeSource) ->
 def test_an_unexpected_error_is_raised_with_the_device_s_name(
     clock: LabClock, source: FakeSource, raises: Raises
 ) -> None:
-    camera = opened(source, clock)
+    camera = open_camera(source, clock)
     source.failing = KeyError("SensorTimestamp")
     clock.let_pass(0.1)
     with raises(DeviceError, "driver-failed"):
         camera.read()
 
 
-@pytest.mark.parametrize("failure", [gone(), RuntimeError("no memory"), KeyboardInterrupt()])
+@pytest.mark.parametrize("failure", [build_lost_error(), RuntimeError("no memory"), KeyboardInterrupt()])
 def test_a_camera_that_cannot_be_opened_is_closed_again(
     clock: LabClock, source: FakeSource, failure: BaseException
 ) -> None:
@@ -157,14 +157,14 @@ def test_a_camera_that_cannot_be_opened_is_closed_again(
 
     source.on_shot = fail
     with pytest.raises(KeyboardInterrupt if isinstance(failure, KeyboardInterrupt) else DeviceError):
-        opened(source, clock)
+        open_camera(source, clock)
     assert source.diary == ["open", "close"]
     clock.let_pass(1.0)
     assert source.diary == ["open", "close"]
 
 
 def test_a_closed_camera_takes_no_more_pictures(clock: LabClock, source: FakeSource) -> None:
-    camera = opened(source, clock)
+    camera = open_camera(source, clock)
     camera.close()
     camera.close()
     taken = source.shots
@@ -176,8 +176,8 @@ def test_a_closed_camera_takes_no_more_pictures(clock: LabClock, source: FakeSou
 
 
 def test_a_poll_that_was_due_at_closing_does_not_open_the_camera_again(clock: LabClock, source: FakeSource) -> None:
-    camera = opened(source, clock)
-    source.failing = gone()
+    camera = open_camera(source, clock)
+    source.failing = build_lost_error()
     clock.let_pass(0.1)
     camera.close()
     clock.let_pass(5.0)
@@ -195,7 +195,7 @@ def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
 class TestInRealTime:
     def test_a_capture_that_hangs_keeps_neither_read_nor_close(self, real_clock: MonotonicClock) -> None:
         source, hangs, release = FakeSource(real_clock), threading.Event(), threading.Event()
-        camera = opened(source, real_clock, fps=240)
+        camera = open_camera(source, real_clock, fps=240)
 
         def hang() -> None:
             hangs.set()
@@ -212,7 +212,7 @@ class TestInRealTime:
     def test_a_camera_that_hung_is_closed_when_it_answers(self, real_clock: MonotonicClock) -> None:
         source, hangs, release, closed = FakeSource(real_clock), threading.Event(), threading.Event(), threading.Event()
         source.close = closed.set  # type: ignore[method-assign]
-        camera = opened(source, real_clock, fps=240)
+        camera = open_camera(source, real_clock, fps=240)
         source.on_shot = lambda: hangs.set() or release.wait(AT_LEAST_S)  # type: ignore[func-returns-value]
         assert hangs.wait(AT_LEAST_S)
         camera.close()
@@ -225,7 +225,7 @@ class TestInRealTime:
     ) -> None:
         source, release = FakeSource(real_clock), threading.Event()
         source.close = lambda: release.wait(AT_LEAST_S)  # type: ignore[method-assign,assignment]
-        camera = opened(source, real_clock)
+        camera = open_camera(source, real_clock)
         camera.close()
         release.set()
         check_text("\n".join(caplog.messages))
@@ -233,7 +233,7 @@ class TestInRealTime:
     def test_pictures_are_taken_in_the_background(self, real_clock: MonotonicClock) -> None:
         source, many = FakeSource(real_clock), threading.Event()
         source.on_shot = lambda: many.set() if source.shots > 30 else None
-        camera = opened(source, real_clock, fps=240)
+        camera = open_camera(source, real_clock, fps=240)
         assert many.wait(AT_LEAST_S)
         assert camera.read().sequence > 0
         camera.close()

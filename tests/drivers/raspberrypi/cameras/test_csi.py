@@ -1,4 +1,4 @@
-"""A camera on the Pi's ribbon, over a picamera2 of the real one's protocol."""
+"""Cameras on the Pi's connector, with a double of picamera2."""
 
 from __future__ import annotations
 
@@ -34,28 +34,28 @@ def camera(clock: LabClock, monkeypatch: pytest.MonkeyPatch) -> FakeCamera:
     return camera
 
 
-def opened(clock: LabClock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
+def open_camera(clock: LabClock, description: CameraDescription = EYE, **settings: Any) -> CapturingCamera:
     return PiCamera().open(description, PiCameraSettings(**settings), Host(ROVER, clock))
 
 
 def test_red_is_in_the_last_channel(clock: LabClock, camera: FakeCamera) -> None:
-    assert tuple(opened(clock).read().image[12, 16]) == RED_BGR
+    assert tuple(open_camera(clock).read().image[12, 16]) == RED_BGR
 
 
 def test_the_picture_is_as_described(clock: LabClock, camera: FakeCamera) -> None:
-    image = opened(clock).read().image
+    image = open_camera(clock).read().image
     assert image.shape == (24, 32, 3)
     assert image.dtype == np.uint8
 
 
 def test_an_odd_size_is_scaled_from_the_nearest_stream(clock: LabClock, camera: FakeCamera) -> None:
     description = EYE.model_copy(update={"width_px": 33, "height_px": 25})
-    assert opened(clock, description).read().image.shape == (25, 33, 3)
+    assert open_camera(clock, description).read().image.shape == (25, 33, 3)
 
 
 def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> None:
     clock.let_pass(1.0)
-    eye = opened(clock)
+    eye = open_camera(clock)
     clock.let_pass(1.0)
     frame = eye.read()
     assert clock.now() - 1 / 60 - camera.latency_s <= frame.time <= clock.now() - camera.latency_s + 1e-6
@@ -63,13 +63,13 @@ def test_a_frame_s_time_is_the_sensor_s(clock: LabClock, camera: FakeCamera) -> 
 
 def test_a_frame_s_time_is_never_in_the_future(clock: LabClock, camera: FakeCamera) -> None:
     camera.latency_s = -0.5
-    assert opened(clock).read().time == clock.now()
+    assert open_camera(clock).read().time == clock.now()
 
 
 @pytest.mark.parametrize("is_new", [True, False])
 def test_exposure_is_held_if_the_light_changes(is_new: bool, clock: LabClock, camera: FakeCamera) -> None:
     camera.is_new = is_new
-    eye = opened(clock)
+    eye = open_camera(clock)
     assert camera.last.set["AeEnable"] is camera.last.set["AwbEnable"] is False
     assert camera.last.set["ExposureTime"] == FOUND_US
     assert camera.last.set["AnalogueGain"] == FOUND_GAIN
@@ -84,7 +84,7 @@ def test_exposure_is_held_if_the_light_changes(is_new: bool, clock: LabClock, ca
     [
         ({"AeState": 1}, False),
         ({"AeState": 2}, True),
-        ({"AeState": 0}, True),  # set by hand: there is nothing to find
+        ({"AeState": 0}, True),  # fixed exposure: nothing has to settle
         ({"AeLocked": False}, False),
         ({"AeLocked": True}, True),
         ({}, None),
@@ -99,12 +99,12 @@ def test_the_state_of_the_exposure_is_read_from_old_and_new_libraries(
 
 
 def test_without_lock_nothing_is_held(clock: LabClock, camera: FakeCamera) -> None:
-    opened(clock, lock=False)
+    open_camera(clock, lock=False)
     assert set(camera.last.set) == {"FrameDurationLimits"}
 
 
 def test_fixed_settings_hold_from_the_first_picture(clock: LabClock, camera: FakeCamera) -> None:
-    opened(clock, exposure_s=0.05, gain=4.0, colour_gains=(2.1, 1.2), fps=40, lock=False)
+    open_camera(clock, exposure_s=0.05, gain=4.0, colour_gains=(2.1, 1.2), fps=40, lock=False)
     assert camera.last.set == {
         "FrameDurationLimits": (25_000, 50_000),
         "ExposureTime": 50_000,
@@ -117,13 +117,13 @@ def test_a_camera_without_colours_opens_and_its_refused_settings_are_logged(
     clock: LabClock, camera: FakeCamera, caplog: pytest.LogCaptureFixture, check_text: CheckText
 ) -> None:
     camera.controls = tuple(name for name in camera.controls if name not in {"AwbEnable", "ColourGains"})
-    opened(clock, colour_gains=(2.0, 1.0))
+    open_camera(clock, colour_gains=(2.0, 1.0))
     check_text("\n".join(caplog.messages))
     assert "AeEnable" in camera.last.set
 
 
 def test_the_mode_has_the_whole_field_of_view(clock: LabClock, camera: FakeCamera) -> None:
-    opened(clock)
+    open_camera(clock)
     assert camera.last.config["sensor"] == {"output_size": (1640, 1232), "bit_depth": 10}
     assert camera.last.config["raw"] is None
 
@@ -140,12 +140,12 @@ def test_modes_are_chosen_by_field_of_view_then_rate_then_depth(fps: float, size
 
 def test_libcamera_chooses_the_mode_of_a_sensor_without_modes(clock: LabClock, camera: FakeCamera) -> None:
     camera.modes = [{"format": "MJPEG"}]
-    opened(clock)
+    open_camera(clock)
     assert camera.last.config["sensor"] == {}
 
 
 def test_every_buffer_is_released(clock: LabClock, camera: FakeCamera) -> None:
-    eye = opened(clock)
+    eye = open_camera(clock)
     clock.let_pass(1.0)
     assert camera.last.outstanding == 0
     assert eye.read().sequence > camera.last.config["buffer_count"]
@@ -154,7 +154,7 @@ def test_every_buffer_is_released(clock: LabClock, camera: FakeCamera) -> None:
 def test_a_capture_that_hangs_is_reported_flushed_and_repeated(
     clock: LabClock, camera: FakeCamera, raises: Raises
 ) -> None:
-    eye = opened(clock)
+    eye = open_camera(clock)
     hung = camera.last
     camera.is_hanging = True
     clock.let_pass(0.1)
@@ -170,14 +170,14 @@ def test_a_capture_that_hangs_is_reported_flushed_and_repeated(
 
 
 def test_closing_closes_the_camera(clock: LabClock, camera: FakeCamera) -> None:
-    opened(clock).close()
+    open_camera(clock).close()
     assert camera.last.is_closed
 
 
 def test_a_camera_that_closes_with_an_error_is_closed(
     clock: LabClock, camera: FakeCamera, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    eye = opened(clock)
+    eye = open_camera(clock)
 
     def fail() -> None:
         raise RuntimeError("Unable to stop preview.")
@@ -192,13 +192,13 @@ def test_a_missing_camera_is_reported_with_the_present_ones(
 ) -> None:
     camera.models = models
     with raises(DeviceError, "camera-missing"):
-        opened(clock, camera=1)
+        open_camera(clock, camera=1)
 
 
 def test_a_camera_that_another_program_uses_is_reported(clock: LabClock, camera: FakeCamera, raises: Raises) -> None:
     camera.is_busy = True
     with raises(DeviceError, "camera-not-opened"):
-        opened(clock)
+        open_camera(clock)
 
 
 @pytest.mark.parametrize(
@@ -213,15 +213,15 @@ def test_a_library_that_cannot_be_imported_is_reported_with_the_remedy(
 ) -> None:
     real = builtins.__import__
 
-    def failing(name: str, *args: Any) -> Any:
+    def fail_import(name: str, *args: Any) -> Any:
         if name == "picamera2":
             raise failure
         return real(name, *args)
 
     monkeypatch.delitem(sys.modules, "picamera2", raising=False)
-    monkeypatch.setattr(builtins, "__import__", failing)
+    monkeypatch.setattr(builtins, "__import__", fail_import)
     with raises(DeviceError, kind):
-        opened(clock)
+        open_camera(clock)
 
 
 def test_the_wiring_names_the_connector() -> None:

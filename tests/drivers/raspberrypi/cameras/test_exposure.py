@@ -1,10 +1,10 @@
-"""Exposure and white balance: found, then held."""
+"""Exposure and white balance settle, and are then held."""
 
 from __future__ import annotations
 
 import pytest
 
-from tests.drivers.raspberrypi.cameras.fakes import FakeSource, LabClock, opened
+from tests.drivers.raspberrypi.cameras.fakes import FakeSource, LabClock, open_camera
 from tests.texts import CheckText
 
 RISING = [*range(40, 140, 5), 140]
@@ -17,7 +17,7 @@ def clock() -> LabClock:
 
 def test_exposure_is_held_after_it_has_settled(clock: LabClock) -> None:
     source = FakeSource(clock, RISING)
-    assert opened(source, clock).read().image[0, 0, 0] == 140
+    assert open_camera(source, clock).read().image[0, 0, 0] == 140
     assert source.diary == ["open", "hold 140"]
 
 
@@ -33,13 +33,13 @@ def test_the_camera_s_report_is_waited_for(clock: LabClock) -> None:
     held_after: list[int] = []
     hold = source.hold
     source.hold = lambda shot: held_after.append(source.shots) or hold(shot)  # type: ignore[func-returns-value,method-assign]
-    opened(source, clock)
+    open_camera(source, clock)
     assert held_after == [found_at + 1]
 
 
 def test_exposure_that_never_settles_is_held_after_the_time_limit(clock: LabClock) -> None:
     source = FakeSource(clock, [50, 200] * 500)
-    opened(source, clock, settle_s=2.0, fps=30)
+    open_camera(source, clock, settle_s=2.0, fps=30)
     assert source.shots == 1 + 60 + 8
     assert source.diary[-1].startswith("hold")
 
@@ -47,7 +47,7 @@ def test_exposure_that_never_settles_is_held_after_the_time_limit(clock: LabCloc
 def test_a_slow_camera_is_given_no_more_time(clock: LabClock) -> None:
     source = FakeSource(clock, [50, 200] * 500)
     source.on_shot = lambda: clock.let_pass(0.25)
-    opened(source, clock, settle_s=2.0, fps=30)
+    open_camera(source, clock, settle_s=2.0, fps=30)
     assert source.shots == 9 + 8
 
 
@@ -60,12 +60,12 @@ def test_pictures_from_before_the_hold_are_skipped(clock: LabClock) -> None:
         return hold(shot)  # type: ignore[arg-type]
 
     source.hold = with_old_ones  # type: ignore[method-assign]
-    assert opened(source, clock).read().image[0, 0, 0] == 101
+    assert open_camera(source, clock).read().image[0, 0, 0] == 101
 
 
 def test_without_lock_nothing_is_held(clock: LabClock) -> None:
     source = FakeSource(clock, RISING)
-    assert opened(source, clock, lock=False).read().image[0, 0, 0] == 40
+    assert open_camera(source, clock, lock=False).read().image[0, 0, 0] == 40
     assert source.diary == ["open"]
 
 
@@ -74,7 +74,7 @@ def test_a_refused_setting_is_logged_once(
 ) -> None:
     source = FakeSource(clock)
     source.refused, source.untaken = ["exposure", "white balance"], ["gain"]
-    camera = opened(source, clock)
+    camera = open_camera(source, clock)
     source.failing = OSError("gone")
     clock.let_pass(0.1)
     source.failing = None
@@ -87,5 +87,5 @@ def test_a_refused_setting_is_logged_once(
 def test_a_jump_of_brightness_at_the_hold_is_logged(
     after: int, is_logged: bool, clock: LabClock, caplog: pytest.LogCaptureFixture
 ) -> None:
-    opened(FakeSource(clock, [100] * 10 + [after]), clock)
+    open_camera(FakeSource(clock, [100] * 10 + [after]), clock)
     assert (len(caplog.records) == 1) == is_logged

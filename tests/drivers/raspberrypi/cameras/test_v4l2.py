@@ -1,4 +1,4 @@
-"""A camera on USB, over a capture that answers as OpenCV's does."""
+"""Cameras on USB, with a double of OpenCV's capture."""
 
 from __future__ import annotations
 
@@ -42,17 +42,17 @@ def webcam(clock: LabClock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     return webcam
 
 
-def opened(webcam: FakeWebcam, **settings: Any) -> CapturingCamera:
+def open_camera(webcam: FakeWebcam, **settings: Any) -> CapturingCamera:
     camera_settings = UsbCameraSettings.model_construct(**{"device": str(webcam.path), **settings})
     return UsbCamera().open(EYE, camera_settings, Host(ROVER, webcam.clock))
 
 
 def test_red_is_in_the_last_channel(webcam: FakeWebcam) -> None:
-    assert tuple(opened(webcam).read().image[12, 16]) == RED_BGR
+    assert tuple(open_camera(webcam).read().image[12, 16]) == RED_BGR
 
 
 def test_the_described_format_and_a_short_queue_are_requested(webcam: FakeWebcam) -> None:
-    opened(webcam, fps=25.0, pixel_format="MJPG")
+    open_camera(webcam, fps=25.0, pixel_format="MJPG")
     assert webcam.captures[-1].asked == {
         cv2.CAP_PROP_FOURCC: cv2.VideoWriter.fourcc(*"MJPG"),
         cv2.CAP_PROP_FRAME_WIDTH: 32,
@@ -64,36 +64,36 @@ def test_the_described_format_and_a_short_queue_are_requested(webcam: FakeWebcam
 
 def test_the_nearest_size_of_the_same_aspect_ratio_is_scaled(webcam: FakeWebcam) -> None:
     webcam.sizes = [(64, 48)]
-    assert opened(webcam).read().image.shape == (24, 32, 3)
+    assert open_camera(webcam).read().image.shape == (24, 32, 3)
 
 
 def test_a_size_of_another_aspect_ratio_is_refused(webcam: FakeWebcam, raises: Raises) -> None:
     webcam.sizes = [(64, 36)]
     with raises(DeviceError, "camera-shape"):
-        opened(webcam)
+        open_camera(webcam)
     assert webcam.captures[-1].is_released
 
 
 class TestTimes:
     def test_are_the_kernel_s(self, webcam: FakeWebcam) -> None:
-        eye = opened(webcam)
+        eye = open_camera(webcam)
         webcam.clock.let_pass(1.0)
         frame = eye.read()
         assert webcam.clock.now() - 1 / 60 - 0.02 <= frame.time <= webcam.clock.now() - 0.02 + 1e-6
 
     def test_are_the_arrival_s_if_the_camera_uses_another_clock(self, webcam: FakeWebcam) -> None:
         webcam.stamp_offset_s = -4000.0
-        eye = opened(webcam)
+        eye = open_camera(webcam)
         assert eye.read().time == webcam.clock.now()
         webcam.clock.let_pass(1.0)
         assert webcam.clock.now() - 1 / 60 <= eye.read().time <= webcam.clock.now()
 
     def test_are_never_in_the_future(self, webcam: FakeWebcam) -> None:
         webcam.stamp_offset_s = 1.7e9
-        assert opened(webcam).read().time == webcam.clock.now()
+        assert open_camera(webcam).read().time == webcam.clock.now()
 
     def test_of_old_pictures_are_kept_if_the_first_stamp_was_fresh(self, webcam: FakeWebcam) -> None:
-        eye = opened(webcam)
+        eye = open_camera(webcam)
         webcam.stamp_offset_s = -3.0
         webcam.clock.let_pass(5.0)
         assert eye.read().time == pytest.approx(webcam.clock.now() - 3.02, abs=0.02)
@@ -101,7 +101,7 @@ class TestTimes:
 
 class TestExposure:
     def test_exposure_is_held_if_the_light_changes(self, webcam: FakeWebcam) -> None:
-        eye = opened(webcam)
+        eye = open_camera(webcam)
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == MANUAL
         assert webcam.controls[cv2.CAP_PROP_EXPOSURE] == pytest.approx(FOUND_UNITS, rel=0.03)
         assert webcam.controls[cv2.CAP_PROP_AUTO_WB] == 0
@@ -111,7 +111,7 @@ class TestExposure:
         assert eye.read().image[0, 0, 2] == RED_BGR[2] // 2
 
     def test_follows_the_light_without_lock(self, webcam: FakeWebcam) -> None:
-        eye = opened(webcam, lock=False)
+        eye = open_camera(webcam, lock=False)
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == APERTURE_PRIORITY
         webcam.lamp = 0.5
         webcam.clock.let_pass(1.0)
@@ -119,11 +119,11 @@ class TestExposure:
 
     def test_is_automatic_in_the_camera_s_other_mode(self, webcam: FakeWebcam) -> None:
         webcam.only_auto = 0
-        opened(webcam, lock=False)
+        open_camera(webcam, lock=False)
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == 0
 
     def test_is_set_in_the_kernel_s_units(self, webcam: FakeWebcam) -> None:
-        opened(webcam, exposure_s=0.02, gain=7, white_balance_k=3000)
+        open_camera(webcam, exposure_s=0.02, gain=7, white_balance_k=3000)
         assert webcam.controls == {
             cv2.CAP_PROP_AUTO_EXPOSURE: MANUAL,
             cv2.CAP_PROP_EXPOSURE: 200,
@@ -136,18 +136,18 @@ class TestExposure:
         self, webcam: FakeWebcam, caplog: pytest.LogCaptureFixture, check_text: CheckText
     ) -> None:
         webcam.controls.clear()
-        assert opened(webcam, exposure_s=0.02, gain=7).read()
+        assert open_camera(webcam, exposure_s=0.02, gain=7).read()
         check_text("\n".join(caplog.messages))
 
     def test_that_a_camera_does_not_report_stays_automatic(self, webcam: FakeWebcam) -> None:
         del webcam.controls[cv2.CAP_PROP_EXPOSURE]
-        opened(webcam)
+        open_camera(webcam)
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == APERTURE_PRIORITY
 
 
 class TestUnplugged:
     def test_is_reported_and_works_again_when_it_is_plugged_in_again(self, webcam: FakeWebcam, raises: Raises) -> None:
-        eye = opened(webcam)
+        eye = open_camera(webcam)
         last = eye.read().sequence
         webcam.pull_out()
         for _ in range(3):
@@ -165,7 +165,7 @@ class TestUnplugged:
     def test_is_reported_also_while_its_file_exists(
         self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
-        eye = opened(webcam)
+        eye = open_camera(webcam)
         monkeypatch.setattr(webcam.captures[-1], "grab", lambda: False)
         webcam.clock.let_pass(0.1)
         with raises(DeviceLostError):
@@ -174,7 +174,7 @@ class TestUnplugged:
     def test_and_plugged_in_again_it_is_lost_until_this_user_may_open_it(
         self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
-        eye = opened(webcam)
+        eye = open_camera(webcam)
         webcam.pull_out()
         webcam.clock.let_pass(0.1)
         webcam.plug_in()
@@ -193,12 +193,12 @@ class TestUnplugged:
 
     def test_single_broken_pictures_are_skipped(self, webcam: FakeWebcam) -> None:
         webcam.broken = 4
-        assert opened(webcam).read().sequence == 0
+        assert open_camera(webcam).read().sequence == 0
 
     def test_only_broken_pictures_are_a_failure(self, webcam: FakeWebcam, raises: Raises) -> None:
         webcam.broken = 1000
         with raises(DeviceLostError):
-            opened(webcam)
+            open_camera(webcam)
 
 
 class TestOpening:
@@ -208,7 +208,7 @@ class TestOpening:
         monkeypatch.setattr("drivers.raspberrypi.cameras.usb_devices.CLASS", _sysfs(tmp_path / "class"))
         webcam.pull_out()
         with raises(DeviceError):
-            opened(webcam)
+            open_camera(webcam)
 
     def test_a_missing_camera_is_reported_if_there_is_none(
         self, webcam: FakeWebcam, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
@@ -216,21 +216,21 @@ class TestOpening:
         monkeypatch.setattr("drivers.raspberrypi.cameras.usb_devices.CLASS", tmp_path / "nothing")
         webcam.pull_out()
         with raises(DeviceError):
-            opened(webcam)
+            open_camera(webcam)
 
     def test_a_file_that_this_user_may_not_use_is_reported(
         self, webcam: FakeWebcam, monkeypatch: pytest.MonkeyPatch, raises: Raises
     ) -> None:
         monkeypatch.setattr("os.access", lambda *_: False)
         with raises(DeviceError):
-            opened(webcam)
+            open_camera(webcam)
 
     def test_a_camera_that_another_program_uses_is_reported_and_closed(
         self, webcam: FakeWebcam, raises: Raises
     ) -> None:
         webcam.is_busy = True
         with raises(DeviceError):
-            opened(webcam)
+            open_camera(webcam)
         assert webcam.captures[-1].is_released
 
     def test_an_opencv_without_v4l2_is_reported(
@@ -238,7 +238,7 @@ class TestOpening:
     ) -> None:
         monkeypatch.setattr(cv2.videoio_registry, "getCameraBackends", lambda: [cv2.CAP_GSTREAMER])
         with raises(DeviceError, "no-v4l2"):
-            opened(webcam)
+            open_camera(webcam)
 
 
 @pytest.mark.parametrize("device, path", [(0, "/dev/video0"), ("/dev/v4l/by-id/usb-x-video-index0",) * 2])
@@ -247,15 +247,22 @@ def test_the_wiring_names_the_file(device: str | int, path: str) -> None:
     assert UsbCamera().connections(settings) == (Connection("camera", "USB", path),)
 
 
-@pytest.mark.parametrize("key, value", [("device", "video0"), ("pixel_format", "jpeg"), ("exposure_s", 15)])
-def test_a_mistake_in_a_file_is_reported_with_its_key(key: str, value: object, raises: Raises) -> None:
+@pytest.mark.parametrize(
+    "key, value, kind",
+    [
+        ("device", "video0", "invalid-value"),
+        ("pixel_format", "jpeg", "wrong-value"),
+        ("exposure_s", 15, "out-of-bounds"),
+    ],
+)
+def test_a_mistake_in_a_file_is_reported_with_its_key(key: str, value: object, kind: str, raises: Raises) -> None:
     robot = ROVER.model_copy(update={"backends": {"raspberrypi": {"eye": {"driver": "v4l2", key: value}}}})
-    with raises(DescriptionError, key=f"raspberrypi.eye.{key}"):
+    with raises(DescriptionError, kind, key=f"raspberrypi.eye.{key}"):
         bind_devices(robot, "raspberrypi", ["eye"])
 
 
 def _sysfs(folder: Path) -> Path:
-    """Lay out what the kernel tells of a webcam with a second file, of another one, and of a Pi's codec."""
+    """Make the sysfs files of a webcam with a second file, of another webcam, and of a Pi's codec."""
     nodes = {
         "video2": ("usb1/1-1", "HD Webcam", 0),
         "video3": ("usb1/1-1", "HD Webcam", 1),

@@ -7,23 +7,23 @@ from typing import Protocol
 import pytest
 
 from robotcore.hal.finding import Finding
-from tests.drivers.raspberrypi.doctor.trees import BROKEN, PI_4_BOOKWORM, PI_5_TRIXIE, grown
+from tests.drivers.raspberrypi.doctor.trees import BROKEN, PI_4_BOOKWORM, PI_5_TRIXIE, grow
 from tests.texts import CheckText
 
 
 @pytest.fixture
 def pi_4(tmp_path: Path) -> Path:
-    return grown(tmp_path / "pi_4", PI_4_BOOKWORM)
+    return grow(tmp_path / "pi_4", PI_4_BOOKWORM)
 
 
 @pytest.fixture
 def pi_5(tmp_path: Path) -> Path:
-    return grown(tmp_path / "pi_5", PI_5_TRIXIE)
+    return grow(tmp_path / "pi_5", PI_5_TRIXIE)
 
 
 @pytest.fixture
 def broken(tmp_path: Path) -> Path:
-    return grown(tmp_path / "broken", BROKEN)
+    return grow(tmp_path / "broken", BROKEN)
 
 
 class CheckFindings(Protocol):

@@ -1,4 +1,4 @@
-"""The disk, the clock, and outputs that outlive their program."""
+"""Checks of the board, power, disk, clock, and of outputs that outlive their program."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drivers.raspberrypi.doctor.board import (
 from drivers.raspberrypi.doctor.pins import check_persistence
 from robotcore.hal.finding import Finding, Level
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
-from tests.drivers.raspberrypi.doctor.trees import grow_chip, grown
+from tests.drivers.raspberrypi.doctor.trees import grow, grow_chip
 from tests.texts import CheckText
 
 
@@ -36,7 +36,7 @@ def test_a_python_of_32_bits_is_a_warning_whatever_the_kernel_is(broken: Path, c
 def test_a_laptop_is_no_raspberry_pi(tmp_path: Path, pi_4: Path) -> None:
     assert is_raspberry_pi(pi_4)
     assert not is_raspberry_pi(tmp_path)
-    assert not is_raspberry_pi(grown(tmp_path, {"proc/device-tree/model": "Orange Pi 5\0"}))
+    assert not is_raspberry_pi(grow(tmp_path, {"proc/device-tree/model": "Orange Pi 5\0"}))
 
 
 def test_the_release_is_reported(pi_4: Path, pi_5: Path, broken: Path, check_findings: CheckFindings) -> None:
@@ -96,7 +96,7 @@ def test_a_system_without_the_program_is_not_ok(tmp_path: Path) -> None:
         list(check_power(tmp_path))
 
 
-Usage = namedtuple("Usage", "total used free")  # noqa: PYI024  as shutil has it
+Usage = namedtuple("Usage", "total used free")  # noqa: PYI024  as shutil defines it
 
 
 def test_a_kernel_that_releases_outputs_is_ok(pi_4: Path, pi_5: Path) -> None:
@@ -110,16 +110,16 @@ def test_a_kernel_that_keeps_outputs_is_a_warning_with_the_line_that_switches_it
 
 
 def test_the_chip_that_has_the_pins_of_a_pi_5_counts_too(pi_5: Path, check_findings: CheckFindings) -> None:
-    grown(pi_5, {"sys/module/pinctrl_rp1/parameters/persist_gpio_outputs": "Y\n"})
+    grow(pi_5, {"sys/module/pinctrl_rp1/parameters/persist_gpio_outputs": "Y\n"})
     check_findings(check_persistence(pi_5), "outputs-persist")
 
 
 @pytest.mark.parametrize("driver", ["pinctrl-rp1", "pinctrl-bcm2835"])
 def test_the_driver_of_another_board_s_pins_does_not_count(pi_5: Path, driver: str) -> None:
-    """Its setting is never changed by strict_gpiod, which would be asked for again and again."""
+    """strict_gpiod does not change its setting, so the warning would never end."""
     for module in ("pinctrl_rp1", "pinctrl_bcm2835"):
         keeps = module != driver.replace("-", "_")
-        grown(pi_5, {f"sys/module/{module}/parameters/persist_gpio_outputs": "Y\n" if keeps else "N\n"})
+        grow(pi_5, {f"sys/module/{module}/parameters/persist_gpio_outputs": "Y\n" if keeps else "N\n"})
     grow_chip(pi_5, 0, driver)
     assert [each.level for each in check_persistence(pi_5)] == [Level.OK]
 
@@ -137,7 +137,7 @@ def test_the_disk_is_checked_by_its_free_space(
 
 
 def never(_: Path) -> str:
-    pytest.fail("nobody else need be asked")
+    pytest.fail("find_none else need be asked")
 
 
 def test_a_clock_that_a_time_server_has_set_is_ok(pi_4: Path) -> None:

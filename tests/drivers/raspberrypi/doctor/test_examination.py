@@ -16,7 +16,7 @@ from tests.texts import CheckText
 
 @pytest.fixture(autouse=True)
 def _as_on_a_board(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is asked of programs and libraries, which a tree of files cannot answer."""
+    """Replace the answers of programs and libraries, which a tree of files does not have."""
     place = "drivers.raspberrypi.doctor.examination"
     for name in ("library", "power"):
         monkeypatch.setattr(f"{place}.check_{name}", lambda *_, name=name: [Finding.ok(name, "right", kind=name)])
@@ -92,7 +92,9 @@ def test_each_mistake_in_a_robot_s_section_is_an_error_and_devices_are_not_check
     pi_4: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def unfit(*_: object) -> None:
-        raise DescriptionError.of_all("robot rover", [("raspberrypi.nose", "is missing", "Add it"), ("b", "c", "D")])
+        raise DescriptionError.of_all(
+            "robot rover", [("raspberrypi.nose", "is raise_missing", "Add it"), ("b", "c", "D")]
+        )
 
     monkeypatch.setattr("drivers.raspberrypi.doctor.examination.bind_devices", unfit)
     found = list(examine(load_robot("rover"), "raspberrypi", pi_4))

@@ -1,4 +1,4 @@
-"""The library that drives the pins."""
+"""Checks of the library that drives the pins."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Versions = Callable[..., None]
 
 
 class Pins:
-    """A factory that can only be closed."""
+    """A pin factory that counts how often it is closed."""
 
     closed = 0
 
@@ -27,7 +27,7 @@ class Pins:
 
 @pytest.fixture
 def versions(monkeypatch: pytest.MonkeyPatch) -> Versions:
-    """What is installed, and a pin factory that opens."""
+    """Set the installed versions, and a pin factory that opens."""
     monkeypatch.delenv("GPIOZERO_PIN_FACTORY", raising=False)
     monkeypatch.setattr(module, "open_pins", Pins)
 
@@ -62,11 +62,11 @@ def test_a_library_that_no_run_would_take_is_an_error(
 def test_a_library_that_is_missing_is_an_error_with_its_remedy(
     versions: Versions, monkeypatch: pytest.MonkeyPatch, check_findings: CheckFindings
 ) -> None:
-    def missing() -> Pins:
+    def raise_missing() -> Pins:
         raise BackendMissingError("lgpio cannot be used: No module named 'lgpio'. sudo apt install it")
 
     versions(gpiozero="2.0.1")
-    monkeypatch.setattr(module, "open_pins", missing)
+    monkeypatch.setattr(module, "open_pins", raise_missing)
     check_findings(check_library(), "pin-factory-fails")
 
 

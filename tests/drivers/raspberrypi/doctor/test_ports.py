@@ -1,4 +1,4 @@
-"""Pins, the I2C bus and cameras of a robot's devices."""
+"""Checks of pins, buses, ports, cameras and permissions."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ WEBCAM = binding("eye", Connection("camera", "USB", "/dev/video0"))
 def test_free_pins_are_ok(check_findings: CheckFindings) -> None:
     asked: list[Collection[int]] = []
 
-    def nobody(gpios: Collection[int]) -> Mapping[int, str]:
+    def find_none(gpios: Collection[int]) -> Mapping[int, str]:
         asked.append(gpios)
         return {}
 
-    check_findings(check_pins([NOSE, MOTOR, EYE], nobody), "gpios-free")
+    check_findings(check_pins([NOSE, MOTOR, EYE], find_none), "gpios-free")
     assert asked == [[16, 17, 26, 27]]
 
 
@@ -112,12 +112,12 @@ def test_a_robot_without_camera_needs_none(broken: Path) -> None:
 def test_picamera2_for_another_numpy_and_a_missing_one_are_distinguished(
     monkeypatch: pytest.MonkeyPatch, check_findings: CheckFindings
 ) -> None:
-    def clashing(_: str) -> object:
+    def clash(_: str) -> object:
         raise ValueError("numpy.dtype size changed, may indicate binary incompatibility")
 
     monkeypatch.setitem(sys.modules, "picamera2", None)
     assert [each.kind for each in check_picamera2()] == ["picamera2-missing"]
-    check_findings(check_picamera2(clashing), "picamera2-other-numpy")
+    check_findings(check_picamera2(clash), "picamera2-other-numpy")
     check_findings(check_picamera2(lambda _: None), "picamera2-ok")
 
 
@@ -125,7 +125,7 @@ CONSOLE = "coherent_pool=1M console={},115200 console=tty1 root=PARTUUID=1234-02
 
 
 def on(root: Path, port: str, *, may_open: bool = True) -> Finding:
-    """Return what is found of a robot whose two motors are on a port."""
+    """Return the findings of a robot whose two motors are on a port."""
     wires = Connection("port", "serial", port, is_shared=True, protocol="something")
     motors = [binding(name, wires) for name in ("left_motor", "right_motor")]
     (found,) = check_serial(root, motors, lambda _: may_open)
@@ -133,7 +133,7 @@ def on(root: Path, port: str, *, may_open: bool = True) -> Finding:
 
 
 def link(root: Path, name: str, to: str) -> Path:
-    """Let a tree have a port by another name, as udev makes it."""
+    """Add another name of a port to a tree, as udev does."""
     (root / "dev" / to).touch()
     (root / "dev" / name).symlink_to(to)
     return root

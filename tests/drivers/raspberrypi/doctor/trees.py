@@ -1,4 +1,4 @@
-"""Made-up trees of files: what a board's kernel and system tell, by their paths."""
+"""Trees of files in place of a board's kernel and system, by their paths."""
 
 from __future__ import annotations
 
@@ -61,11 +61,11 @@ BROKEN: Tree = {
     "dev/gpiochip0": "",
     "dev/video10": "",
 }
-"""A 32-bit system of the year before, whose user was put into one group only, without camera, I2C and network."""
+"""An older 32-bit system, whose user is in one group only, without camera, I2C and network."""
 
 
-def grown(root: Path, tree: Tree) -> Path:
-    """Write a tree of files below ``root`` and return that."""
+def grow(root: Path, tree: Tree) -> Path:
+    """Write a tree of files below ``root``; return ``root``."""
     for path, content in tree.items():
         file = root / path
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -74,7 +74,7 @@ def grown(root: Path, tree: Tree) -> Path:
 
 
 def grow_chip(root: Path, number: int, driver: str) -> None:
-    """Let a tree have a GPIO chip with its driver, as sysfs tells of it."""
+    """Add a GPIO chip with its driver to a tree's sysfs."""
     device = root / "sys/devices/platform" / f"{number}.gpio"
     made, known = device / f"gpiochip{number}", root / "sys/bus/platform/drivers" / driver
     for folder in (made, known, root / "sys/bus/gpio/devices"):
@@ -84,7 +84,7 @@ def grow_chip(root: Path, number: int, driver: str) -> None:
 
 
 class Plugged(DeviceDriver[AnyDevice, StrictModel]):
-    """Is on the wires that it is made with."""
+    """A driver whose connections are given at its construction."""
 
     name = "plugged"
     summary = "for tests"
@@ -105,12 +105,12 @@ class Plugged(DeviceDriver[AnyDevice, StrictModel]):
 
 
 class Fed(Plugged):
-    """Takes 3.3 V from the board."""
+    """A driver with a supply of 3.3 V from the board."""
 
     supply = ("3.3 V", "ground")
 
 
 def binding(name: str, *wires: Connection, notes: tuple[str, ...] = (), kind: type[Plugged] = Plugged) -> DeviceBinding:
-    """Return a device of the rover's on these wires."""
+    """Return the binding of a rover's device on these wires."""
     description = next(device for device in load_robot("rover").devices if device.name == name)
     return DeviceBinding(description, kind(wires, notes), StrictModel())

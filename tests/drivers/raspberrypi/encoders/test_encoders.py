@@ -1,4 +1,4 @@
-"""What encoders on pins have in common."""
+"""Encoders on pins: reading from threads, and encoders with one channel."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from tests.drivers.raspberrypi.motors.rig import Rig, rover
 from tests.texts import Raises
 
 AGES_S = 10.0
-"""A thread that has not come by then never will."""
+"""The time limit of a wait for a thread."""
 
 OVERTAKES_S = 0.05
-"""A thread that nothing holds up has come by then."""
+"""Enough time for a thread that is not blocked."""
 
 
 class SlowCounter:
-    """Is held up when it is asked for the first time."""
+    """A counter whose first reading blocks."""
 
     def __init__(self) -> None:
         self.asked, self.release = threading.Event(), threading.Event()
@@ -74,7 +74,7 @@ def test_it_counts_in_the_direction_of_the_motor_s_last_command() -> None:
     rig = Rig()
     wires = Wires(PULSES, opened={"left_motor": rig.motor})
     angles = []
-    for command in (3.0, -3.0, 0.0, 3.0):  # a stopped wheel coasts on
+    for command in (3.0, -3.0, 0.0, 3.0):  # a stopped wheel coasts
         rig.motor.set_velocity(command)
         pulse(wires, 1)
         angles.append(wires.angle())
@@ -111,7 +111,7 @@ def test_closing_frees_the_pin() -> None:
 
 
 class Silent(Motor):
-    """A motor of another kind."""
+    """A motor without a direction."""
 
     def _apply(self, rad_s: float) -> None:
         pass

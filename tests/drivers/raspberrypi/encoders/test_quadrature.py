@@ -18,7 +18,7 @@ from tests.texts import Raises
 A, B = 5, 6
 PLAIN = {"driver": "quadrature", "a": A, "b": B}
 PHASES = ((0, 0), (1, 0), (1, 1), (0, 1))
-"""The levels of a and b, one edge after the other, forward."""
+"""The levels of a and b after each forward edge."""
 
 
 def test_a_turn_has_the_described_number_of_cycles() -> None:
@@ -120,7 +120,7 @@ def test_the_pin_debounces() -> None:
 
 
 class Lasting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin that, as lgpio's, tells of edges also after it was closed, unless it is asked not to."""
+    """A pin that reports edges after its closing, as lgpio's does, unless edge detection is stopped."""
 
     def close(self) -> None:
         self.function = "input"
@@ -151,7 +151,7 @@ def test_a_pull_that_a_pin_cannot_have_is_reported_with_a_remedy(raises: Raises)
 
 
 class Deaf(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin that cannot tell of edges."""
+    """A pin without edge detection."""
 
     def _enable_event_detect(self) -> None:
         raise PinEdgeDetectUnsupported("no edges here")
@@ -165,14 +165,17 @@ def test_a_pin_without_edge_detection_is_reported_and_both_are_freed(raises: Rai
         InputDevice(number, pin_factory=pins).close()
 
 
-@pytest.mark.parametrize("wrong", [{"counts": "turns"}, {"bounce_s": 1.0}, {"a": 40}])
-def test_invalid_settings_are_refused(wrong: dict[str, Any], raises: Raises) -> None:
-    with raises(DescriptionError):
+@pytest.mark.parametrize(
+    "wrong, kind",
+    [({"counts": "turns"}, "wrong-value"), ({"bounce_s": 1.0}, "out-of-bounds"), ({"a": 40}, "invalid-value")],
+)
+def test_invalid_settings_are_refused(wrong: dict[str, Any], kind: str, raises: Raises) -> None:
+    with raises(DescriptionError, kind):
         Wires({**PLAIN, **wrong})
 
 
 def turn(wires: Wires, edges: int, start: int = 2) -> None:
-    """Turn by so many edges, by default from where both channels are high."""
+    """Turn by this many edges, by default from the position with both channels high."""
     sign = 1 if edges > 0 else -1
     for edge in range(start + sign, start + edges + sign, sign):
         a, b = PHASES[edge % 4]

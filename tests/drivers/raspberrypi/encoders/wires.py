@@ -1,4 +1,4 @@
-"""Encoders on mock pins, turned edge by edge."""
+"""An encoder on mock pins that a test turns edge by edge."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.hardware import Host, bind_devices, open_devices
 from tests.drivers.raspberrypi.motors.rig import rover
 
 TURN = 24
-"""Counts in a turn, by the description."""
+"""The described counts in a turn."""
 
 
 class Wires:

@@ -1,4 +1,4 @@
-"""Lines that processes claim and leave, without a chip: the folder is put before the real lgpio."""
+"""Simulated lines that processes share. This folder comes before the real lgpio on Python's path."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pathlib import Path
 FOLDER = Path(__file__).parent
 ROOT = Path(__file__).parents[4]
 SET_PULL_DOWN = 64
-"""lgpio's."""
+"""The flag of lgpio."""
 
 END_S = 60.0
-"""A program that was ended is gone by then."""
+"""The time limit for the end of a program."""
 
 Program = subprocess.Popen[str]
 Launch = Callable[..., Program]
 
 
 class Lines:
-    """A chip that has every line, all of them free and low."""
+    """A chip with every line, at first all free and low."""
 
     def __init__(self, folder: Path) -> None:
         self._dev = folder
@@ -28,16 +28,16 @@ class Lines:
         self._chip.mkdir(parents=True)
 
     def level(self, gpio: int) -> int:
-        """Return what was put out last: 0, 1, or a duty in percent."""
+        """Return the last output: 0, 1, or a duty in percent."""
         line = self._chip / str(gpio)
         return int(line.read_text()) if line.exists() else 0
 
     def is_pulled_down(self, gpio: int) -> bool:
-        """Return whether it is low where nobody drives it, as far as the last holder has it."""
+        """Return whether the last holder has set a pull-down."""
         pull = self._chip / f"{gpio}.pull"
         return pull.exists() and int(pull.read_text()) == SET_PULL_DOWN
 
     @property
     def environment(self) -> dict[str, str]:
-        """What a process is to be given that is to work these lines."""
+        """Return the environment of a process that uses these lines."""
         return {**os.environ, "PYTHONPATH": f"{FOLDER}{os.pathsep}{ROOT}", "FAKE_DEV": str(self._dev)}

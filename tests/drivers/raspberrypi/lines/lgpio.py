@@ -1,9 +1,9 @@
-"""lgpio, as far as gpiozero and the drivers use it, on a folder that several processes have in common.
+"""A double of lgpio, with the functions that gpiozero and the drivers use, on a folder that processes share.
 
-A chip is a folder, a line a file: who has claimed it has it locked, so that it is free once its holder's process has
-ended; what was put out stays in it, as on a Raspberry Pi, and beside it what pulls it. PWM is its duty, in percent. As
-in the library, a claim of a line that is an output already changes nothing, and whatever fails tells its kind in words
-only. PWM whose duty becomes 0 falls when its cycle is over: never here, as in a process that is suspended before.
+A chip is a folder, and a line is a file. A claim locks the file, so the line is free when its holder has ended. The
+file holds the last output, as on a Raspberry Pi; another file holds the pull. PWM is its duty in percent. As in lgpio,
+claiming an output again changes nothing, and an error has only a text. A line whose duty becomes 0 would fall at the
+end of its cycle: here never, as in a process that is suspended before.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _PULLS = SET_PULL_UP | SET_PULL_DOWN | SET_PULL_NONE
 _chips: list[_Chip] = []
 
 
-class error(Exception):  # noqa: N801, N818  the library's own name
+class error(Exception):  # noqa: N801, N818  the name in lgpio
     def __init__(self, value: str) -> None:
         self.value = value
 

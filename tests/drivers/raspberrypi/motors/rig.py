@@ -1,4 +1,4 @@
-"""A wheel on simulated pins: what a motor board and an encoder do between them, step by step."""
+"""A wheel on mock pins, between a motor board and an encoder, simulated step by step."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ QUADRATURE: Mapping[str, Any] = {"driver": "quadrature", "a": A, "b": B}
 
 
 class Rig:
-    """The left wheel of a rover: its motor and encoder opened on mock pins, and the wheel that they turn.
+    """The left wheel of a rover, with its motor and encoder on mock pins.
 
-    ``wheel`` says how the motor is other than its model, ``slots`` how many cycles its encoder makes in a turn.
+    wheel: the true model of the motor, if it differs from the described one.
+    slots: the cycles of the encoder in a turn.
     """
 
     def __init__(
@@ -62,7 +63,7 @@ class Rig:
         return encoder
 
     def duty(self) -> float:
-        """Return what the motor's pins ask for, forward positive."""
+        """Return the duty of the motor's pins, forward positive."""
         return float(self.pins.pin(FORWARD).state) - float(self.pins.pin(BACKWARD).state)
 
     def let_pass(self, seconds: float) -> None:
@@ -91,7 +92,7 @@ class Rig:
 
 
 def rover(section: Mapping[str, Any], counts_per_turn: int = 960) -> RobotDescription:
-    """Return the rover with these devices on a Pi, and with encoders that count so."""
+    """Return the rover with these sections, and with this resolution of its encoders."""
     description = load_robot("rover")
     devices = [
         device.model_copy(update={"counts_per_turn": counts_per_turn}) if device.kind == "encoder" else device

@@ -21,17 +21,17 @@ SETTLED_S = 2.0
 @pytest.mark.parametrize("slots", [960, 240, 20])
 def test_control_makes_a_wheel_with_less_gain_turn_as_commanded(speed: float, slots: int) -> None:
     rig = Rig(CONTROLLED, slots=slots, wheel=WEAK)
-    turned, _ = driven(rig, speed)
+    turned, _ = drive(rig, speed)
     assert turned == pytest.approx(speed, rel=0.03)
 
 
 def test_without_control_a_wheel_with_less_gain_turns_more_slowly() -> None:
-    turned, _ = driven(Rig(wheel=WEAK), SPEED)
+    turned, _ = drive(Rig(wheel=WEAK), SPEED)
     assert turned == pytest.approx(SPEED * 0.7, rel=0.03)
 
 
 def test_an_encoder_with_few_counts_lets_the_wheel_turn_evenly() -> None:
-    _, velocities = driven(Rig(CONTROLLED, slots=20, wheel=WEAK), SPEED)
+    _, velocities = drive(Rig(CONTROLLED, slots=20, wheel=WEAK), SPEED)
     assert max(velocities) - min(velocities) < 0.05 * SPEED
 
 
@@ -47,7 +47,7 @@ def test_a_wheel_that_matches_its_model_is_not_corrected() -> None:
 
 def test_a_wheel_that_was_blocked_does_not_overshoot() -> None:
     rig = Rig(CONTROLLED, wheel={"dead_band": 0.99})
-    driven(rig, 2.0)
+    drive(rig, 2.0)
     rig.wheel = rig.wheel.model_copy(update={"dead_band": 0.1})
     peak = 0.0
     for _ in range(50):
@@ -59,7 +59,7 @@ def test_a_wheel_that_was_blocked_does_not_overshoot() -> None:
 
 def test_missed_rotation_at_the_limit_is_not_made_up_for() -> None:
     rig = Rig(CONTROLLED, wheel={"forward_rad_s": 8.0})
-    driven(rig, 12.0)
+    drive(rig, 12.0)
     assert rig.duty() == 1.0
     rig.motor.set_velocity(3.0)
     rig.let_pass(1.0)
@@ -68,7 +68,7 @@ def test_missed_rotation_at_the_limit_is_not_made_up_for() -> None:
 
 def test_a_stop_is_immediate_and_final() -> None:
     rig = Rig(CONTROLLED, wheel=WEAK)
-    driven(rig, SPEED)
+    drive(rig, SPEED)
     rig.motor.stop()
     duties: list[float] = [rig.duty()]
     rig.on_step = lambda: duties.append(rig.duty())
@@ -78,7 +78,7 @@ def test_a_stop_is_immediate_and_final() -> None:
 
 def test_a_stop_between_the_reading_and_the_correction_wins() -> None:
     rig = Rig(CONTROLLED, wheel=WEAK)
-    driven(rig, SPEED)
+    drive(rig, SPEED)
     motor = rig.motor
     assert isinstance(motor, ControlledMotor)
     motor._encoder = Stopping(rig)  # type: ignore[assignment]
@@ -89,7 +89,7 @@ def test_a_stop_between_the_reading_and_the_correction_wins() -> None:
 @pytest.mark.parametrize("again", [SPEED, -SPEED])
 def test_the_correction_is_reset_at_a_stop_and_at_a_change_of_direction(again: float) -> None:
     rig, fresh = Rig(CONTROLLED, wheel=WEAK), Rig(CONTROLLED, wheel=WEAK)
-    driven(rig, SPEED)
+    drive(rig, SPEED)
     corrected = abs(rig.duty())
     if again > 0:
         rig.motor.stop()
@@ -101,7 +101,7 @@ def test_the_correction_is_reset_at_a_stop_and_at_a_change_of_direction(again: f
 
 def test_a_command_that_changes_the_velocity_keeps_the_correction() -> None:
     rig, fresh = Rig(CONTROLLED, wheel=WEAK), Rig(CONTROLLED, wheel=WEAK)
-    driven(rig, SPEED)
+    drive(rig, SPEED)
     rig.motor.set_velocity(SPEED / 2)
     fresh.motor.set_velocity(SPEED / 2)
     assert rig.duty() > fresh.duty() + 0.05
@@ -109,7 +109,7 @@ def test_a_command_that_changes_the_velocity_keeps_the_correction() -> None:
 
 def test_an_encoder_that_fails_stops_the_motor_and_the_next_command_raises(raises: Raises) -> None:
     rig = Rig(CONTROLLED)
-    driven(rig, SPEED)
+    drive(rig, SPEED)
     rig.encoder._newest = broken  # type: ignore[method-assign]
     rig.let_pass(0.06)
     assert rig.duty() == 0.0
@@ -121,20 +121,20 @@ def test_an_encoder_that_fails_stops_the_motor_and_the_next_command_raises(raise
 
 def test_it_works_again_when_the_encoder_does() -> None:
     rig = Rig(CONTROLLED)
-    driven(rig, SPEED)
+    drive(rig, SPEED)
     whole, rig.encoder._newest = rig.encoder._newest, broken  # type: ignore[method-assign]
     rig.let_pass(0.06)
     rig.encoder._newest = whole  # type: ignore[method-assign]
     with pytest.raises(DeviceError):
         rig.motor.set_velocity(SPEED)
-    turned, _ = driven(rig, SPEED)
+    turned, _ = drive(rig, SPEED)
     assert turned == pytest.approx(SPEED, rel=0.03)
 
 
 def test_after_a_lost_encoder_is_back_commands_work_and_missed_rotation_is_not_made_up_for() -> None:
     rig, fresh = Rig(CONTROLLED), Rig(CONTROLLED)
-    driven(rig, SPEED)
-    whole, rig.encoder._newest = rig.encoder._newest, lost  # type: ignore[method-assign]
+    drive(rig, SPEED)
+    whole, rig.encoder._newest = rig.encoder._newest, raise_lost  # type: ignore[method-assign]
     rig.let_pass(1.0)
     for _ in range(2):
         with pytest.raises(DeviceLostError):
@@ -153,7 +153,7 @@ def test_after_a_lost_encoder_is_back_commands_work_and_missed_rotation_is_not_m
 
 def test_closing_ends_the_control() -> None:
     rig = Rig(CONTROLLED)
-    driven(rig, SPEED)
+    drive(rig, SPEED)
     rig.motor.close()
     taken = rig.encoder.read().sequence
     rig.let_pass(0.5)
@@ -181,7 +181,7 @@ def test_a_motor_whose_encoder_is_not_open_cannot_be_controlled(raises: Raises) 
 
 
 class Stopping:
-    """An encoder during whose first reading somebody stops the motor."""
+    """An encoder that stops the motor during its first reading."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
@@ -195,8 +195,8 @@ class Stopping:
         return sample
 
 
-def driven(rig: Rig, speed: float) -> tuple[float, list[float]]:
-    """Return how fast the wheel turns, in the mean and at each step, once it has settled."""
+def drive(rig: Rig, speed: float) -> tuple[float, list[float]]:
+    """Return the mean velocity of the settled wheel, and that of each step."""
     velocities: list[float] = []
     for second in (SETTLED_S, 1.0):
         rig.on_step = lambda: velocities.append(rig.velocity)
@@ -208,7 +208,7 @@ def driven(rig: Rig, speed: float) -> tuple[float, list[float]]:
     return sum(last) / len(last), last
 
 
-def lost() -> Any:
+def raise_lost() -> Any:
     raise DeviceLostError("left_encoder", "unplugged")
 
 

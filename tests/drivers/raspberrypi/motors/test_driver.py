@@ -28,17 +28,17 @@ def bind(sections: Mapping[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    "motor, key",
+    "motor, key, kind",
     [
-        ({"model": None}, "model"),
-        ({"model": {"forward_rad_s": 14.0}}, "model.backward_rad_s"),
-        ({"model": {**MODEL, "dead_bnd": 0.1}}, "model.dead_bnd"),
-        ({"forward": None}, "forward"),
+        ({"model": None}, "model", "missing-key"),
+        ({"model": {"forward_rad_s": 14.0}}, "model.backward_rad_s", "missing-key"),
+        ({"model": {**MODEL, "dead_bnd": 0.1}}, "model.dead_bnd", "unknown-key"),
+        ({"forward": None}, "forward", "missing-key"),
     ],
     ids=["no model", "no velocity", "misspelt key", "no pin"],
 )
-def test_a_mistake_is_reported_with_its_key(motor: dict[str, Any], key: str, raises: Raises) -> None:
-    with raises(DescriptionError, key=f"raspberrypi.left_motor.{key}"):
+def test_a_mistake_is_reported_with_its_key(motor: dict[str, Any], key: str, kind: str, raises: Raises) -> None:
+    with raises(DescriptionError, kind, key=f"raspberrypi.left_motor.{key}"):
         bind_motor(**motor)
 
 

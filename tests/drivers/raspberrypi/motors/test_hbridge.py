@@ -21,7 +21,7 @@ ENABLE, STANDBY = 12, 22
 
 
 class Unwilling(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin that can be made to fail when it is written to."""
+    """A pin whose writes a test can make fail."""
 
     is_broken = False
 
@@ -73,7 +73,7 @@ def test_a_command_like_the_last_is_sent_again(velocity: float) -> None:
     rig.motor.set_velocity(velocity)
     sent = levels(rig)
     for number in (FORWARD, BACKWARD):
-        rig.pins.pin(number).state = 0.33  # somebody stopped it meanwhile, or worse
+        rig.pins.pin(number).state = 0.33  # another process has changed the line meanwhile
     rig.motor.set_velocity(velocity)
     assert levels(rig) == sent
 

@@ -70,7 +70,7 @@ def test_every_wire_has_its_gpio() -> None:
 
 
 class Noting(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    """Tells its factory of everything that is sent."""
+    """A pin that records every write in its factory."""
 
     def _set_state(self, value: float) -> None:
         super()._set_state(value)

@@ -1,4 +1,4 @@
-"""An I2C bus with a time-of-flight chip on it, register by register, for the real libraries to talk to."""
+"""A double of an I2C bus with a time-of-flight chip, register by register, for the real libraries."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ ADDRESS = 0x29
 
 
 class FakeChip(ABC):
-    """Registers, read and written from a pointer on. ``status`` and ``millimetres`` are what it measures."""
+    """The registers of a chip, which measures ``status`` and ``millimetres``."""
 
     width: int
-    """How many bytes a register's number has."""
+    """The bytes of a register's number."""
 
     def __init__(self, status: int, millimetres: int) -> None:
         self.status, self.millimetres = status, millimetres
@@ -22,7 +22,7 @@ class FakeChip(ABC):
         self.lose_power()
 
     def lose_power(self) -> None:
-        """Let it forget how it was set up."""
+        """Reset the registers, as after a loss of power."""
         self.registers: Counter[int] = Counter()
         self.pointer = 0
         self.is_measuring = False
@@ -45,7 +45,7 @@ class FakeChip(ABC):
 
 
 class FakeVL53L0X(FakeChip):
-    """Its registers have pages, chosen by register 0xFF."""
+    """A VL53L0X, whose register 0xFF selects a page of registers."""
 
     width = 1
     _PAGE = 0xFF
@@ -85,7 +85,7 @@ class FakeVL53L1X(FakeChip):
 
 
 class FakeBus:
-    """As Blinka's: what it does at an address where nothing is, the kernel tells as an error of its own."""
+    """A double of Blinka's bus. At an address without a chip it raises the kernel's error."""
 
     def __init__(self, chip: FakeChip) -> None:
         self.chip = chip

@@ -1,4 +1,4 @@
-"""An HC-SR04 on mocked pins: what it hears is told by the test, and when its edges come by simulated time."""
+"""A double of an HC-SR04 on mock pins. The test sets its echoes; its edges come in simulated time."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from robotcore.hardware import Host
 
 TRIGGER, ECHO = 16, 26
 DELAY_S = 0.00045
-"""From the trigger to the echo's rise: the burst."""
+"""The time from the trigger to the echo's rise, for the burst."""
 
 Edges = Sequence[tuple[float, bool]]
-"""What comes after a trigger: so many seconds later, high or low."""
+"""The edges after a trigger: the seconds, and the level."""
 
 
 class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin whose edges have the ticks they are given; closing it does not end its callbacks, as with lgpio."""
+    """A pin whose edges have given ticks. As with lgpio, its callbacks continue after its closing."""
 
     ticks: float = 0.0
     on_fall: Callable[[], object] = staticmethod(lambda: None)
@@ -39,7 +39,7 @@ class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
         self.function = "input"
 
     def tell(self, ticks: float, is_high: bool) -> None:
-        """Let an edge be told, whatever became of the one before it."""
+        """Report an edge, even if it repeats the last level."""
         PiPin._call_when_changed(self, ticks, is_high)
 
     def _call_when_changed(self) -> None:
@@ -53,7 +53,7 @@ class TimedPin(MockPin):  # type: ignore[misc]  # gpiozero has no types
 
 
 class TimedFactory(MockFactory):  # type: ignore[misc]  # gpiozero has no types
-    """Pins whose ticks are a clock's seconds, from somewhere on."""
+    """Pins whose ticks are a clock's seconds plus an offset."""
 
     def __init__(self, clock: Clock) -> None:
         super().__init__(pin_class=TimedPin)
@@ -65,9 +65,9 @@ class TimedFactory(MockFactory):  # type: ignore[misc]  # gpiozero has no types
 
 @dataclass
 class Module:
-    """Answers the n-th trigger with the n-th of its answers, and from then on with the last.
+    """Gives its n-th answer to the n-th trigger, and repeats the last answer.
 
-    While the sensor is opened, edges come at once: no time passes then.
+    While the sensor opens, no time passes, so edges come at once.
     """
 
     clock: Clock
@@ -103,14 +103,14 @@ def echo_at(metres: float, temperature_c: float = 20.0) -> Edges:
 
 NO_ANSWER: Edges = ()
 NO_ECHO: Edges = pulse(0.038)
-"""The module's own time-out."""
+"""The edges of the module's time-out."""
 
 NOSE = next(device for device in load_robot("rover").devices if isinstance(device, RangeSensorDescription))
 
 
 @dataclass
 class Bench:
-    """A module, the sensor that reads it, and the time between them."""
+    """A module, the sensor that reads it, and their clock."""
 
     answers: list[Edges]
     settings: dict[str, Any] = field(default_factory=dict)
@@ -129,6 +129,6 @@ class Bench:
         return sensor
 
     def cycles(self, count: int = 1) -> None:
-        """Let so many cycles pass, and stop in the middle of the next, when its echo is over."""
+        """Let this many cycles pass, and stop in the middle of the next one, after its echo."""
         done = math.floor(self.clock.now() / 0.06 + 1e-6)
         self.clock.sleep_until((done + count) * 0.06 + 0.055)

@@ -1,4 +1,4 @@
-"""Echo pulses as samples, by examples and by random sequences of edges."""
+"""Echo pulses become samples: examples, and random sequences of edges."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Event:
 
 @st.composite
 def event_rows(draw: st.DrawFn) -> list[Event]:
-    """Anything that pins and noise may do: edges missing, twice, late by a cycle or more, and in any order."""
+    """Return random sequences of edges: missing, double, late by a cycle or more, and in any order."""
     now, events = 1000.0, []
     pulse: list[Kind] = ["rise", "fall"]
     for edges in draw(st.lists(st.one_of(st.just(pulse), st.lists(st.sampled_from(EDGES), max_size=4)), max_size=12)):
@@ -46,14 +46,14 @@ def event_rows(draw: st.DrawFn) -> list[Event]:
     return events
 
 
-def listening() -> tuple[RangeSampler, EchoTimer]:
+def build_timer() -> tuple[RangeSampler, EchoTimer]:
     findings = RangeSampler(NOSE, ECHO_FREE_CYCLES)
     return findings, EchoTimer("nose", findings, SPEED, 0.06, lambda later, earlier: later - earlier)
 
 
-def heard(events: list[Event]) -> Iterator[tuple[Range, int]]:
-    """Yield every sample, and after how many events it came."""
-    findings, timer = listening()
+def take_samples(events: list[Event]) -> Iterator[tuple[Range, int]]:
+    """Yield every sample with the number of events before it."""
+    findings, timer = build_timer()
     last = None
     for count, event in enumerate(events, 1):
         match event.kind:
@@ -73,9 +73,9 @@ def heard(events: list[Event]) -> Iterator[tuple[Range, int]]:
 
 
 def pulses(events: list[Event]) -> list[float]:
-    """Return the pulse of each trigger, in order; NaN where that was not one rise and then its fall.
+    """Return the pulse of each trigger, in order; NaN if it is not one rise and its fall.
 
-    Edges from before their trigger are left out, and what comes after the pulse.
+    Edges before the trigger and after the pulse are left out.
     """
     cycles: list[list[Event]] = []
     for event in events:
@@ -90,7 +90,7 @@ def pulses(events: list[Event]) -> list[float]:
 @UNHURRIED
 @given(event_rows())
 def test_every_value_comes_from_a_measured_pulse(events: list[Event]) -> None:
-    for sample, count in heard(events):
+    for sample, count in take_samples(events):
         *_, pulse = row = pulses(events[:count])
         if math.isfinite(sample.distance):
             assert sample.distance == pytest.approx(max(pulse * SPEED / 2, NOSE.min_range_m))
@@ -103,7 +103,7 @@ def test_every_value_comes_from_a_measured_pulse(events: list[Event]) -> None:
 @UNHURRIED
 @given(event_rows())
 def test_a_sample_belongs_to_the_newest_trigger_and_each_trigger_gives_at_most_one(events: list[Event]) -> None:
-    samples = list(heard(events))
+    samples = list(take_samples(events))
     for sample, count in samples:
         assert sample.time == max(event.ticks for event in events[:count] if event.kind == "trigger")
     assert all(before.time < after.time for (before, _), (after, _) in pairwise(samples))
@@ -111,14 +111,14 @@ def test_a_sample_belongs_to_the_newest_trigger_and_each_trigger_gives_at_most_o
 
 
 def test_edges_before_the_first_trigger_are_ignored() -> None:
-    findings, timer = listening()
+    findings, timer = build_timer()
     timer.edge(1.0, is_high=True)
     timer.edge(1.005, is_high=False)
     assert not findings.has_result
 
 
 def test_a_cycle_without_a_trigger_does_not_end_at_once() -> None:
-    _, timer = listening()
+    _, timer = build_timer()
     timer.begin(0.0, 1.0)
     timer.edge(1.001, is_high=False)
     assert timer.ended.is_set()
@@ -128,7 +128,7 @@ def test_a_cycle_without_a_trigger_does_not_end_at_once() -> None:
 
 @pytest.mark.parametrize("pulse, is_vouched", [(0.0285, False), (0.031, True), (0.299, True), (0.301, False)])
 def test_only_pulses_of_a_module_s_time_out_make_a_cycle_echo_free(pulse: float, is_vouched: bool) -> None:
-    findings, timer = listening()
+    findings, timer = build_timer()
     for cycle in range(ECHO_FREE_CYCLES):
         timer.begin(float(cycle), float(cycle))
         timer.edge(cycle + 0.001, is_high=True)

@@ -1,4 +1,4 @@
-"""Several ultrasonic modules: one is triggered at a time."""
+"""Several ultrasonic modules are note_trigger in turn."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NOSE_GPIOS, TAIL_GPIOS = (16, 26), (5, 6)
 
 
 class Pair:
-    """A nose and a tail on one robot."""
+    """Two ultrasonic modules on one robot, at its nose and at its tail."""
 
     def __init__(self, nose: list[Edges], tail: list[Edges]) -> None:
         self.clock = SteppedClock(10000, lambda _steps: None)
@@ -64,11 +64,11 @@ def test_the_longest_cycle_is_used_for_all_modules(pair: Pair) -> None:
 def test_no_module_is_triggered_while_another_is_being_opened(pair: Pair) -> None:
     pair.open("nose", pair.nose)
 
-    def triggered() -> None:
+    def note_trigger() -> None:
         pair.clock.sleep_until(pair.clock.now() + 0.5)  # as on a robot, where opening takes time
         pair.tail._triggered()
 
-    pair.tail.trigger.on_fall = triggered
+    pair.tail.trigger.on_fall = note_trigger
     triggers = len(pair.nose.triggers)
     pair.open("tail", pair.tail)
     assert len(pair.nose.triggers) == triggers

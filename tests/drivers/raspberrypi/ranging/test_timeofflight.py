@@ -23,7 +23,7 @@ DESCRIPTION = NOSE.model_copy(update={"max_range_m": 1.2})
 
 @dataclass
 class Kind:
-    """A driver, its chip, and what the chip's status is where it sees a target, something beyond, or nothing."""
+    """A driver, its chip, and the chip's status for a target, for a target beyond, and for no target."""
 
     driver: type[TimeOfFlight]
     chip: type[FakeChip]
@@ -42,7 +42,7 @@ BROKEN = 2
 
 
 class Bench:
-    """A chip on a bus, and the driver that reads it by the real library."""
+    """A double of a chip on a bus, and the driver that reads it by the real library."""
 
     def __init__(self, kind: Kind, patch: pytest.MonkeyPatch) -> None:
         self.kind = kind

@@ -56,10 +56,10 @@ def test_the_ticks_of_edges_count_also_if_edges_are_reported_late() -> None:
     bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
-    triggered = bench.pins.ticks()
+    note_trigger = bench.pins.ticks()
     bench.clock.sleep_until(0.11)
-    bench.module.echo.drive(triggered + 0.001, True)
-    bench.module.echo.drive(triggered + 0.001 + 1.0 / speed_of_sound(20.0), False)
+    bench.module.echo.drive(note_trigger + 0.001, True)
+    bench.module.echo.drive(note_trigger + 0.001 + 1.0 / speed_of_sound(20.0), False)
     assert sensor.read().distance == pytest.approx(0.5)
 
 
@@ -229,10 +229,10 @@ def test_a_cycle_that_lost_an_edge_gives_no_value(edges: Edges) -> None:
     bench = Bench([echo_at(1.0), NO_ANSWER, echo_at(0.8)])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
-    triggered = bench.pins.ticks()
+    note_trigger = bench.pins.ticks()
     bench.clock.sleep_until(0.08)
     for after, level in edges:
-        bench.module.echo.tell(triggered + after, level)
+        bench.module.echo.tell(note_trigger + after, level)
     assert sensor.read().sequence == 0
     bench.cycles()
     assert sensor.read().distance == pytest.approx(0.8)
@@ -267,11 +267,11 @@ def test_edges_after_closing_do_nothing() -> None:
     bench = Bench([echo_at(1.0), NO_ANSWER])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
-    heard = bench.module.echo.when_changed
+    edge = bench.module.echo.when_changed
     sensor.close()
     assert bench.module.echo.when_changed is None
-    heard(bench.pins.ticks() + 0.001, True)
-    heard(bench.pins.ticks() + 0.002, False)
+    edge(bench.pins.ticks() + 0.001, True)
+    edge(bench.pins.ticks() + 0.002, False)
     bench.module.echo.drive(bench.pins.ticks() + 0.003, True)
     assert sensor._newest().sequence == 0
 

@@ -7,7 +7,7 @@ from robotcore.hal.backend import load_backend
 
 @pytest.fixture
 def pybullet() -> None:
-    """Skip where Bullet is not installed."""
+    """Skip the test if Bullet is not installed."""
     backend = load_backend("pybullet")
     if not backend.is_installed:
         pytest.skip(f"pybullet is not installed: {backend.remedy}")

@@ -1,4 +1,4 @@
-"""What a simulator has behind the pins, as a test moves it."""
+"""Doubles of a simulator's devices, which a test sets."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robotcore.hal.devices import Angle, Encoder, Motor, Range, RangeSensor
 
 
 class FakeMotor(Motor):
-    """Keeps what it was told."""
+    """A motor that keeps its last velocity."""
 
     def __init__(self) -> None:
         super().__init__("motor", 12.0)
@@ -20,7 +20,7 @@ class FakeMotor(Motor):
 
 
 class FakeEncoder(Encoder):
-    """Reads the angle that a test has set."""
+    """An encoder that returns the angle that a test has set."""
 
     def __init__(self) -> None:
         super().__init__("encoder")
@@ -31,7 +31,7 @@ class FakeEncoder(Encoder):
 
 
 class FakeRange(RangeSensor):
-    """Reads the distance that a test has set."""
+    """A range sensor that returns the distance that a test has set."""
 
     def __init__(self, distance: float) -> None:
         super().__init__("nose", min_range=0.02, max_range=4.3, cone=0.5)
@@ -44,8 +44,8 @@ class FakeRange(RangeSensor):
 MODEL = {"dead_band": 0.05, "forward_rad_s": 16.0, "backward_rad_s": 15.0}
 
 
-def rewired(**motor: Any) -> RobotDescription:
-    """Return the rover on boards with a phase and an enable line, with encoders that have one channel."""
+def rewire(**motor: Any) -> RobotDescription:
+    """Return the rover with phase-enable boards and one-channel encoders."""
     rover = load_robot("rover")
     section = rover.backends["raspberrypi"] | {
         "left_motor": {"driver": "phase-enable", "phase": 17, "enable": 27, "model": MODEL, **motor},

@@ -56,7 +56,7 @@ def setup(*devices: str, world: WorldDescription | None = None, **options: Any) 
     return Setup(ROVER, world or worlds.empty(), frozenset(chosen), options=options)
 
 
-def _rewired(device: str, **changed: Any) -> RobotDescription:
+def _rewire(device: str, **changed: Any) -> RobotDescription:
     """Return the rover with other settings of a device's driver."""
     section = ROVER.backends["raspberrypi"]
     wiring = section | {device: section[device] | changed}
@@ -101,12 +101,12 @@ def test_wheel_turns_at_the_duty_that_is_sent_in_whole_percent() -> None:
 
 
 def test_control_by_the_encoder_corrects_the_rounding_to_whole_percent() -> None:
-    asked = replace(setup(), robot=_rewired("left_motor", control={}))
+    asked = replace(setup(), robot=_rewire("left_motor", control={}))
     assert _turned_in_a_second(asked, 5.03) == pytest.approx(5.03, abs=0.02)
 
 
 def _turned_in_a_second(asked: Setup, rad_s: float) -> float:
-    """Return by how much the left wheel turns when it has settled; its encoder tells it to 0.0016 rad."""
+    """Return the rotation of the settled left wheel; its encoder resolves 0.0016 rad."""
     with VirtualPiBackend().open(asked) as robot:
         motor, encoder = robot["left_motor"], robot["left_encoder"]
         assert isinstance(motor, DutyMotor)
@@ -120,7 +120,7 @@ def _turned_in_a_second(asked: Setup, rad_s: float) -> float:
 
 def test_a_wall_beyond_the_maximum_gives_inf() -> None:
     asked = setup("nose", world=worlds.wall(NOSE.mount, NOSE.max_range_m + 0.5))
-    assert set(distances_heard(replace(asked, robot=_rewired("nose", echo_free_cycles=0)))) == {math.inf}
+    assert set(distances_heard(replace(asked, robot=_rewire("nose", echo_free_cycles=0)))) == {math.inf}
 
 
 @pytest.mark.parametrize("share, most", [(0.0, 51), (0.5, 35), (1.0, 0)])
@@ -137,7 +137,7 @@ def test_the_seed_decides_which_echoes_are_lost() -> None:
 
 
 def _times_heard(seed: int) -> list[float]:
-    """Return when the echoes were heard of which some are lost."""
+    """Return the times of the samples of which some echoes are lost."""
     asked = setup("nose", world=worlds.wall(NOSE.mount, 0.7), lost_echoes="0.5")
     times = []
     with VirtualPiBackend().open(replace(asked, seed=seed)) as robot:
@@ -211,15 +211,15 @@ def test_interruption_when_all_are_open_leaves_nothing_open(
 
 
 def _kept(monkeypatch: pytest.MonkeyPatch) -> list[Robot]:
-    """Return where every simulated robot goes that is opened from now on."""
+    """Return a list to which every simulated robot is added when it opens."""
     kept: list[Robot] = []
     plain = KinematicBackend.open
 
-    def keeping(backend: Backend, asked: Setup) -> Robot:
+    def keep_robot(backend: Backend, asked: Setup) -> Robot:
         kept.append(plain(backend, asked))  # type: ignore[arg-type]  # it is a kinematic one
         return kept[-1]
 
-    monkeypatch.setattr(KinematicBackend, "open", keeping)
+    monkeypatch.setattr(KinematicBackend, "open", keep_robot)
     return kept
 
 
@@ -233,15 +233,15 @@ def test_nothing_of_a_closed_robot_stays(monkeypatch: pytest.MonkeyPatch) -> Non
     made: list[weakref.ref[VirtualPins]] = []
     plain = VirtualPins.__init__
 
-    def noting(pins: VirtualPins, clock: Any) -> None:
+    def note_pins(pins: VirtualPins, clock: Any) -> None:
         plain(pins, clock)
         made.append(weakref.ref(pins))
 
-    monkeypatch.setattr(VirtualPins, "__init__", noting)
+    monkeypatch.setattr(VirtualPins, "__init__", note_pins)
     for _ in range(3):
         with VirtualPiBackend().open(setup()) as robot:
             robot.clock.sleep_until(0.2)
-    del robot  # the last one's
+    del robot  # the last reference
     gc.collect()
     assert [ref() for ref in made] == [None, None, None]
 

@@ -1,4 +1,4 @@
-"""The Pi's own device drivers keep the kit's rules, on virtual pins, whichever simulator is behind them."""
+"""The Pi's device drivers keep the kit's rules on virtual pins, with every simulator."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robotcore.description import RobotDescription
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
 from robotcore.testing import ConformanceSuite, TestSupport
-from tests.drivers.raspberrypi.virtual.fakes import rewired
+from tests.drivers.raspberrypi.virtual.fakes import rewire
 
 
 class TestVirtualPi(ConformanceSuite):
@@ -32,8 +32,8 @@ class TestVirtualPiOnBullet(TestVirtualPi):
 
 
 class TestVirtualPiWiredOtherwise(TestVirtualPi):
-    """Boards with a phase and an enable line, encoders with one channel."""
+    """Phase-enable boards, and encoders with one channel."""
 
     @property
     def description(self) -> RobotDescription:
-        return rewired()
+        return rewire()

@@ -1,4 +1,4 @@
-"""The app that finds the ball in a simulator finds it through gpiozero, with the drivers that a real Pi has."""
+"""The app that finds the ball in a simulator also finds it through gpiozero, with a real Pi's drivers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def found(backend: str, seed: int) -> RunResult:
     return run(RunRequest("green-search", backend, seed=seed))
 
 
-def searched(**asked: Any) -> RunResult:
+def run_search(**asked: Any) -> RunResult:
     return run(RunRequest("green-search", "virtualpi", **asked))
 
 
@@ -31,22 +31,22 @@ def test_the_ball_is_found_through_gpiozero_by_the_same_milestones(seed: int) ->
 
 
 def test_the_same_seed_gives_the_same_digest() -> None:
-    assert searched(seed=7).trace_sha256 == found("virtualpi", 7).trace_sha256
+    assert run_search(seed=7).trace_sha256 == found("virtualpi", 7).trace_sha256
 
 
 @pytest.mark.usefixtures("pybullet")
 def test_the_ball_that_is_found_in_bullet_is_found_there_through_gpiozero() -> None:
-    assert searched(seed=7, options={"simulator": "pybullet"}).verified
+    assert run_search(seed=7, options={"simulator": "pybullet"}).verified
 
 
 def test_the_ball_is_found_if_a_third_of_the_echoes_is_lost() -> None:
-    result = searched(seed=7, options={"lost_echoes": "0.33"})
+    result = run_search(seed=7, options={"lost_echoes": "0.33"})
     assert result.verified
     assert result.trace_sha256 != found("virtualpi", 7).trace_sha256
 
 
 def test_the_ball_is_found_in_a_world_with_conditions_of_its_own() -> None:
-    result = searched(seed=7, randomise=True)
+    result = run_search(seed=7, randomise=True)
     assert result.verified
     assert result.trace_sha256 != found("virtualpi", 7).trace_sha256
 

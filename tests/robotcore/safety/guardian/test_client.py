@@ -51,7 +51,7 @@ def started(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return numbers
 
 
-def stopped(guarding: Guardian) -> Iterator[Report]:
+def wait_for_stops(guarding: Guardian) -> Iterator[Report]:
     while True:
         yield from guarding.stops()
 
@@ -59,7 +59,7 @@ def stopped(guarding: Guardian) -> Iterator[Report]:
 def test_it_stops_a_motor_that_is_no_longer_commanded(diary: Path) -> None:
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         guarding.renew_lease()
-        assert next(stopped(guarding)) == Report("stop", ("left_motor",), ())
+        assert next(wait_for_stops(guarding)) == Report("stop", ("left_motor",), ())
     assert actions(diary) == ["open left_motor", "arm left_motor", "stop left_motor", "close left_motor"]
 
 
@@ -68,7 +68,7 @@ def test_a_command_right_after_a_rest_is_guarded(diary: Path) -> None:
         guarding.renew_lease()
         guarding.end_lease()
         guarding.renew_lease()
-        assert next(stopped(guarding)).done == ("left_motor",)
+        assert next(wait_for_stops(guarding)).done == ("left_motor",)
 
 
 def test_a_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Raises) -> None:
@@ -76,21 +76,21 @@ def test_a_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Rais
     with Guardian(cutoffs, LEASE_S) as guarding:
         guarding.renew_lease()
         with raises(GuardianError, "guardian-action-failed", hide=[number(diary)]):
-            next(stopped(guarding))
+            next(wait_for_stops(guarding))
         assert {"stop left_motor", "stop right_motor"} <= set(actions(diary))
 
 
 def test_a_stop_that_fails_at_first_is_tried_again(diary: Path) -> None:
     with Guardian([cutoff(diary, manner="late")], LEASE_S) as guarding:
         guarding.renew_lease()
-        assert next(stopped(guarding)).done == ("left_motor",)
+        assert next(wait_for_stops(guarding)).done == ("left_motor",)
 
 
 def test_a_cutoff_that_cannot_be_armed_is_reported(diary: Path, raises: Raises) -> None:
     with Guardian([cutoff(diary, manner="fails to arm")], LEASE_S) as guarding:
         guarding.renew_lease()
         with raises(GuardianError, "guardian-action-failed", hide=[number(diary)]):
-            next(stopped(guarding))
+            next(wait_for_stops(guarding))
 
 
 def test_a_cutoff_that_is_patient_may_be_slow_to_arm(diary: Path, raises: Raises) -> None:
@@ -98,10 +98,10 @@ def test_a_cutoff_that_is_patient_may_be_slow_to_arm(diary: Path, raises: Raises
     with Guardian([slow], LEASE_S) as guarding:
         guarding.renew_lease()
         with raises(GuardianError, "guardian-action-failed", hide=[number(diary)]):
-            next(stopped(guarding))
+            next(wait_for_stops(guarding))
     with Guardian([replace(slow, patience_s=60.0)], LEASE_S) as guarding:
         guarding.renew_lease()
-        assert next(stopped(guarding)) == Report("stop", ("left_motor",), ())
+        assert next(wait_for_stops(guarding)) == Report("stop", ("left_motor",), ())
 
 
 def test_an_exception_in_the_block_stops_the_motors(
@@ -184,7 +184,7 @@ def test_after_its_death_no_command_is_guarded(diary: Path, raises: Raises) -> N
     with Guardian([cutoff(diary)], LEASE_S) as guarding:
         os.kill(number(diary), signal.SIGKILL)
         with raises(GuardianError, "guardian-died", hide=[number(diary), signal.strsignal(signal.SIGKILL)]):
-            next(stopped(guarding))
+            next(wait_for_stops(guarding))
         with raises(GuardianError, "guardian-died", hide=[number(diary), signal.strsignal(signal.SIGKILL)]):
             guarding.renew_lease()
 
