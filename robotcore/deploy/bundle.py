@@ -50,8 +50,10 @@ class Bundle:
 def build_bundle(project: Project, folder: Path) -> Bundle:
     """Fill an empty folder with all that is sent, except for the manifest, which `Release.write` adds.
 
-    Raises UsageError if a link does not lead to a file that is sent, if a file that the project names would not be
-    sent, or if a package has compiled code. Raises DeployError if a package cannot be built.
+    project: the project.
+    folder: the empty folder.
+    Raises UsageError for a broken link, for a file that the project names but that is not sent, and for compiled code.
+    Raises DeployError if a package cannot be built.
     """
     listing = _copy_project(project, folder / PROJECT)
     pinned, secrets = _fill_site(project, folder / PROJECT, folder / SITE)
@@ -118,10 +120,10 @@ def _copy_robotcore(site: Path) -> None:
 
     The packages are those beside the running robotcore, because the working folder may have packages of the same names.
     """
-    beside = Path(robotcore.__file__).parents[1]
+    packages = Path(robotcore.__file__).parents[1]
     dist = distribution(ROBOTCORE)
     for package in {ROBOTCORE, *(point.value.partition(".")[0] for point in dist.entry_points)}:
-        shutil.copytree(beside / package, site / package, ignore=_NOT_COPIED)
+        shutil.copytree(packages / package, site / package, ignore=_NOT_COPIED)
     metadata = site / f"{ROBOTCORE}-{dist.version}.dist-info"
     metadata.mkdir()
     for name in METADATA:
@@ -163,7 +165,7 @@ def _require_folder(dist: Distribution, place: Path) -> Path:
 COMPILED_SUFFIXES = (".so", ".pyd", ".dylib")
 """The suffixes of files with machine code."""
 
-_OF_THIS_MACHINE = ("RECORD", "direct_url.json", "REQUESTED", "INSTALLER")
+_LOCAL_METADATA = ("RECORD", "direct_url.json", "REQUESTED", "INSTALLER")
 """The files of a package's metadata that name folders of this machine. They are not sent."""
 
 
@@ -230,7 +232,7 @@ def _require_pure(source: Path, built: Path) -> None:
 def _move_into_site(built: Path, site: Path) -> None:
     """Copy a built package into ``site``, without its commands and without metadata that names this machine."""
     shutil.rmtree(built / "bin", ignore_errors=True)
-    for name in _OF_THIS_MACHINE:
+    for name in _LOCAL_METADATA:
         for file in built.glob(f"*.dist-info/{name}"):
             file.unlink()
     shutil.copytree(built, site, dirs_exist_ok=True)

@@ -26,7 +26,7 @@ DAMAGED = "damaged"
 
 
 CALL_FAILED, RSYNC_FAILED = "call-failed", "rsync-failed"
-"""The kinds of a DeployError for an unknown failure, of which a broken connection may be the cause."""
+"""The kinds of a DeployError for an unknown failure. Its cause may be a broken connection."""
 
 _FILES = {"file", "key"}
 """The names of those groups of a pattern that are files on this machine."""

@@ -123,7 +123,7 @@ def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:
     base: the folder that the name is relative to.
     name: the file, for an app also ``FILE:CLASS``.
     kind: ``app``, ``robot`` or ``world``, for a message.
-    Raises UsageError if the file does not exist, or if it is outside of the folder, of which alone files are sent.
+    Raises UsageError if the file does not exist, or if it is outside of the folder and would not be sent.
     """
     path, colon, rest = name.partition(":") if is_app_file(name) else (name, "", "")
     file = Path(os.path.normpath(base / path))

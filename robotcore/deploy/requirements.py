@@ -156,10 +156,10 @@ _EXTRAS = re.compile(r"robotcore\[([\w,-]+)\]")
 
 def find_entry_points(project: Project) -> list[EntryPoint]:
     """Return the entry points of the backend, of the device drivers, and of an installed app."""
-    wanted = [(BACKENDS, project.backend), *((DEVICES, name) for name in _find_driver_names(project))]
+    keys = [(BACKENDS, project.backend), *((DEVICES, name) for name in _find_driver_names(project))]
     if not is_app_file(project.app):
-        wanted.append((APPS, app_name(project.app)))
-    return [point for group, name in wanted for point in entry_points(group=group, name=name)]
+        keys.append((APPS, app_name(project.app)))
+    return [point for group, name in keys for point in entry_points(group=group, name=name)]
 
 
 def find_extras(project: Project) -> set[str]:

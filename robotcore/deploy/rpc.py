@@ -79,8 +79,8 @@ class Link:
         answer: the model of the answer.
         on_notice: is called with the progress.
         arguments: the parameters of the action.
-        Raises DeployError with the robot's ``kind`` if the robot refuses, and with the kind `DAMAGED` if its answer
-        does not fit the model, is too long, or does not come.
+        Raises DeployError with the robot's ``kind`` if the robot refuses. The kind is `DAMAGED` if its answer does not
+        fit the model, is too long, or does not come.
         """
         return self._ask(Call(action, answer, on_notice), arguments)
 
@@ -230,8 +230,8 @@ def build_script(action: str, arguments: Mapping[str, Any]) -> str:
     arguments: its parameters, which JSON can represent.
     """
     first = files(AGENT_PACKAGE).joinpath("bootstrap.py").read_text(encoding="utf-8")
-    given = ", ".join(map(ascii, (json.dumps(read_agent_sources()), action, json.dumps(arguments))))
-    return f"{first}\n\nsys.exit(answer_call({given}))\n"
+    literals = ", ".join(map(ascii, (json.dumps(read_agent_sources()), action, json.dumps(arguments))))
+    return f"{first}\n\nsys.exit(answer_call({literals}))\n"
 
 
 def read_agent_sources() -> dict[str, str]:

@@ -57,7 +57,7 @@ RECORDING = re.compile(r"\w[\w.-]{0,94}\.mcap", re.ASCII)
 """The name of a recording: at most 100 ASCII letters, digits, underscores, dots and dashes, ending in .mcap."""
 
 MAX_OUTPUT_CHARACTERS = 1 << 16
-"""The number of characters that are kept of rsync's output, of which the statistics are the end."""
+"""The number of characters at the end of rsync's output that are kept. The statistics are among them."""
 
 PROGRESS = re.compile(r"\s*(\d{1,18})\s+(\d{1,3})%\s")
 STATS = {

@@ -129,15 +129,15 @@ def fetch_wheels(requirements: Iterable[str], target: Target, say: Say, cache: P
     cache: the folder of the cache; by default ``~/.cache/robotcore/wheels``.
     Raises DeployError if a requirement has no wheel for the robot, or if no package index can be reached.
     """
-    wanted = sorted(requirements)
-    key = json.dumps([wanted, target.python_version, target.platforms])
+    texts = sorted(requirements)
+    key = json.dumps([texts, target.python_version, target.platforms])
     folder = (cache or _find_cache_folder()) / hashlib.sha256(key.encode()).hexdigest()[:16]
     if not folder.is_dir():
         folder.parent.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=folder.parent) as scratch:
             whole = Path(scratch, "wheels")
             whole.mkdir()
-            _download_all([Requirement(each) for each in wanted], target, whole, say)
+            _download_all([Requirement(each) for each in texts], target, whole, say)
             _move_to_cache(whole, folder)
     return folder
 

@@ -77,7 +77,7 @@ def _walk_open_files() -> Iterator[str]:
 
 
 def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[str, Any]:
-    """Delete the recordings of which the client has the same content.
+    """Delete each recording if the client has a copy with the same content.
 
     A recording that is being written is kept, and so is anything but a plain file.
 

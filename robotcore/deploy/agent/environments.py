@@ -59,7 +59,7 @@ class EnvironmentSpec:
 
 @dataclass(frozen=True)
 class PipInputs:
-    """What pip uses besides the requirements."""
+    """The inputs of pip in addition to the requirements."""
 
     wheels: Path | None = None
     """The folder of uploaded wheels; with it, pip does not use the network."""

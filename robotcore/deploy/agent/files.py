@@ -121,7 +121,7 @@ def measure_free_space(path: Path) -> int:
 
 
 def measure_size(folder: Path) -> int:
-    """Return the bytes that all files below a folder take on the disk; a file that vanishes meanwhile counts 0."""
+    """Return the bytes of all files below a folder on the disk. A file that is deleted during the call counts 0."""
     total = 0
     for root, _, files in os.walk(folder):
         for name in files:

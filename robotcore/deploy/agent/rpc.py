@@ -79,7 +79,7 @@ def _build_remedy(error: OSError) -> str:
 
 
 class AgentError(Exception):
-    """The robot cannot do what the client asked for.
+    """The robot cannot do the action.
 
     fault: what happened, as a sentence without its full stop.
     remedy: what to do about it, as a sentence without its full stop.

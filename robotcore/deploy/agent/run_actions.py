@@ -223,6 +223,6 @@ def _measure_recordings(layout: Layout) -> dict[str, int]:
 
 
 def print_log(layout: Layout, *, lines: int = 50, follow: bool = False) -> dict[str, Any]:  # noqa: ARG001  every action takes it
-    """Print the last ``lines`` of the app's output without the mark of messages; then ``follow`` it if asked."""
+    """Print the last ``lines`` of the app's output without a mark. With ``follow``, print new lines too."""
     journal.print_lines(SERVICE, lines, is_followed=follow)
     return {}
