@@ -1,1 +1,1 @@
-"""Behaviours; each knows robotcore only."""
+"""The apps that come with robotcore. Each imports robotcore only."""

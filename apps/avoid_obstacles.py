@@ -1,4 +1,4 @@
-"""The reflex of bubbleRob: drive on, and steer away the more, the nearer something is."""
+"""Drive forward, and turn away from obstacles; the nearer an obstacle, the faster the turn."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ from robotcore import Behaviour, Positive, Robot, Role, Status
 
 @dataclass
 class AvoidObstacles(Behaviour):
-    """Wanders without touching anything, until ``duration_s`` has passed."""
+    """Drives without touching obstacles for a given time."""
 
     speed_m_s: Positive = 0.2
+    """The greatest velocity forward."""
     turn_rad_s: Positive = 1.5
+    """The greatest velocity of a turn."""
     near_m: Positive = 0.5
+    """The distance of an obstacle at which the robot begins to turn."""
     duration_s: Positive = 10.0
+    """The duration of the run."""
 
     needs = frozenset({Role.DRIVE, Role.RANGE})
     milestones = ("cruise", "avoid")

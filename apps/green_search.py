@@ -1,4 +1,4 @@
-"""Search for a green ball, drive to it round whatever stands in the way, and stop in front of it."""
+"""Search for a green ball, drive to it around obstacles, and stop in front of it."""
 
 from __future__ import annotations
 
@@ -10,30 +10,35 @@ from robotcore.autonomy.vision import Blob
 
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1
-"""The ball is straight ahead: not farther aside than this."""
+"""The greatest bearing of a ball that is straight ahead."""
 
 NEAR_M, TOO_NEAR_M = 0.02, 0.06
-"""The robot is there: not farther before the place to stand than the one, not farther past it than the other."""
+"""The greatest distances before and behind the stop at which the robot has arrived."""
 
 ECHO_M = 0.1
-"""The ball is still there: its echo is not farther than this from where it should be."""
+"""The greatest error of the ball's echo while the robot stands in front of the ball."""
 
 CONFIRM_S = 0.15
-"""What looks like the ball for one picture may be a glint; three at 20 Hz are not."""
+"""The time for which a blob must be seen: three pictures at 20 Hz. A glint is shorter."""
 
 PATIENCE_S = 0.5
-"""How long the ball may be out of sight before it is lost, and how long the robot stands before it has arrived."""
+"""The time without a sight of the ball after which it is lost, and the time of standing after which the run ends."""
 
 
 @dataclass
 class GreenSearch(Behaviour):
-    """Looks round, explores while nothing is seen, approaches what is, and stops in front of it."""
+    """Turns and explores until it sees the ball, drives to it, and stops in front of it."""
 
     hue: str = "green"
+    """The ball's hue, by name or in degrees."""
     speed_m_s: Positive = 0.25
+    """The greatest velocity forward."""
     turn_rad_s: Positive = 1.5
+    """The greatest velocity of a turn."""
     stop_distance_m: Positive = 0.28
+    """The distance from the range sensor to the ball at the stop."""
     ball_radius_m: Positive = 0.10
+    """The ball's radius."""
 
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
     wants = frozenset({Role.DISPLAY})
@@ -41,7 +46,7 @@ class GreenSearch(Behaviour):
 
     def __post_init__(self) -> None:
         self._ball = BallTracker(self.hue, self.ball_radius_m)
-        self._way = Navigator(self.speed_m_s, self.turn_rad_s)
+        self._navigator = Navigator(self.speed_m_s, self.turn_rad_s)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._now = 0.0
         self._begin_search()
@@ -51,14 +56,14 @@ class GreenSearch(Behaviour):
         return Stopping(self.stop_distance_m, self.speed_m_s)
 
     def verify(self, truth: Truth) -> bool:
-        """At rest, 0.15 to 0.40 m in front of the ball, which is in view."""
+        """Return whether the robot stands 0.15 to 0.40 m in front of the ball and sees it."""
         distance = truth.distance_to_target
         is_near = distance is not None and 0.15 <= distance <= 0.40
         return is_near and truth.is_at_rest and truth.sees_target
 
     def step(self, robot: Robot) -> Status:
         self._pose, self._now = robot.drive.pose, robot.clock.now()
-        self._way.observe(robot, self._pose)
+        self._navigator.observe(robot, self._pose)
         blob = self._ball.look(robot, self._pose)
         act = {
             "search": self._search,
@@ -67,105 +72,105 @@ class GreenSearch(Behaviour):
             "approach": self._approach,
             "avoid": self._avoid,
             "survey": self._survey,
-            "arrived": self._rest,
+            "arrived": self._stand,
         }[self.state]
         robot.drive.set_velocity(*act(robot, blob))
-        is_done = self.state == "arrived" and self._here_for > PATIENCE_S
+        is_done = self.state == "arrived" and self._time_in_state > PATIENCE_S
         return Status.SUCCESS if is_done else Status.RUNNING
 
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Look at all that can be seen from here; then go where most can be seen that was not."""
+        """Turn over all unseen area that is visible from here; then drive to the next best view."""
         if self._ball.is_in_sight:
             return self._enter("seen")
-        if twist := self._way.look(self._pose):
+        if twist := self._navigator.look(self._pose):
             return twist
-        if self._way.plan_to_view(self._pose):
+        if self._navigator.plan_to_view(self._pose):
             return self._enter("explore")
-        self._way.forget(self._pose)
+        self._navigator.forget(self._pose)
         return self._begin_search()
 
     def _explore(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Go there, with open eyes."""
+        """Drive to the view, and stop if the camera sees the ball."""
         if self._ball.is_in_sight:
             return self._enter("seen")
-        return self._way.follow(self._pose) or self._begin_search()
+        return self._navigator.follow(self._pose) or self._begin_search()
 
     def _confirm(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn to where the ball should be until it has proved to be there; go and look where something hides it."""
+        """Turn to the ball's place until the ball is confirmed. If an obstacle hides the ball, drive around it."""
         target = self._target(robot)
         bearing = blob.bearing if blob else target.bearing(self._pose)
-        if abs(bearing) > CENTRED_RAD or self._here_for < CONFIRM_S:
-            return self._way.turn_to(bearing)
+        if abs(bearing) > CENTRED_RAD or self._time_in_state < CONFIRM_S:
+            return self._navigator.turn_to(bearing)
         if blob:
             return self._enter("approach")
         if self._ball.lost_for < PATIENCE_S:
             return STANDING
-        return self._give_up() if self._way.is_known_straight(self._pose, target) else self._go_round(target)
+        return self._give_up() if self._navigator.is_known_straight(self._pose, target) else self._drive_round(target)
 
     def _approach(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Drive straight at the ball; go round what comes between."""
+        """Drive straight at the ball, or around an obstacle that comes between."""
         target = self._target(robot)
         if self._ball.lost_for > PATIENCE_S:
             return self._enter("seen")
-        if not self._way.is_straight(self._pose, target):
-            return self._go_round(target)
+        if not self._navigator.is_straight(self._pose, target):
+            return self._drive_round(target)
         is_there = -TOO_NEAR_M < target.gap(self._pose) < NEAR_M
         if blob and is_there and abs(target.bearing(self._pose)) < CENTRED_RAD:
             return self._enter("arrived")
-        return self._way.drive_at(self._pose, target) or self._go_round(target)
+        return self._navigator.drive_at(self._pose, target) or self._drive_round(target)
 
     def _avoid(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Follow the way round what is between, as far as it is known; look closer where it goes on."""
-        if twist := self._way.follow(self._pose):
+        """Follow the planned path as far as the map is known; survey where it continues."""
+        if twist := self._navigator.follow(self._pose):
             return twist
-        if not self._way.is_at_frontier:
+        if not self._navigator.is_at_frontier:
             return self._enter("seen")
-        self._way.survey_ahead(self._pose)
+        self._navigator.survey_ahead(self._pose)
         return self._enter("survey")
 
     def _survey(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn to and fro to learn what stands here; then plan again."""
-        return self._way.survey(self._pose) or self._go_round(self._target(robot))
+        """Turn to both sides to map the surroundings; then plan again."""
+        return self._navigator.survey(self._pose) or self._drive_round(self._target(robot))
 
-    def _rest(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Stand, as long as the ball is in view and its echo is where it should be."""
+    def _stand(self, robot: Robot, blob: Blob | None) -> Twist:
+        """Stand while the camera sees the ball and the range sensor measures it."""
         is_there = abs(robot.range.read().distance - self.stop_distance_m) < ECHO_M
         return STANDING if blob and is_there else self._begin_search()
 
-    def _go_round(self, target: Target) -> Twist:
-        """Plan a way round; where none is known, look closer from here, then from elsewhere; or begin anew."""
-        if self._way.plan_to(self._pose, target):
+    def _drive_round(self, target: Target) -> Twist:
+        """Plan a path around an obstacle; without a path, survey from here, then drive to a view, then start again."""
+        if self._navigator.plan_to(self._pose, target):
             return self._enter("avoid")
-        if self._way.survey_more(self._pose):
+        if self._navigator.survey_more(self._pose):
             return self._enter("survey")
-        if self._way.plan_to_view(self._pose):
+        if self._navigator.plan_to_view(self._pose):
             return self._enter("avoid")
-        self._way.forget(self._pose)
+        self._navigator.forget(self._pose)
         return self._give_up()
 
     def _give_up(self) -> Twist:
-        """Search again: the ball does not show where it should be, or nothing leads there."""
+        """Search again, because the ball is not at its place or no path leads there."""
         self._ball.forget()
         return self._begin_search()
 
     def _begin_search(self) -> Twist:
-        self._way.begin_look(self._pose)
+        self._navigator.begin_look(self._pose)
         return self._enter("search")
 
     def _enter(self, state: str) -> Twist:
-        """Begin a state, standing."""
+        """Enter a state and stand in this tick."""
         self.state = state
         self._entered_at = self._now
         return STANDING
 
     @property
-    def _here_for(self) -> float:
-        """How long the state has lasted, in seconds."""
+    def _time_in_state(self) -> float:
+        """The duration of the present state, in seconds."""
         return self._now - self._entered_at
 
     def _target(self, robot: Robot) -> Target:
-        """Return the ball, and how far from it the axle is when the robot stands where it means to."""
-        assert self._ball.place, "only search and explore go on before the ball is seen"
+        """Return the ball's place, with the distance of the axle from it at the stop."""
+        assert self._ball.place, "only the states search and explore are possible before the ball is seen"
         return Target(*self._ball.place, robot.range.mount.x + self.stop_distance_m + self.ball_radius_m)
 
 

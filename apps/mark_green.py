@@ -1,4 +1,4 @@
-"""Mark what is green: a yellow rectangle round it, on the picture that goes to the display."""
+"""Show the camera's picture on the display, with a yellow rectangle around each green blob."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from robotcore.autonomy.vision import ColourDetector, draw_boxes
 
 @dataclass
 class MarkGreen(Behaviour):
-    """Watches through the camera and shows what it finds, until ``duration_s`` has passed; needs no wheels."""
+    """Marks blobs of a hue in the camera's pictures for a given time. It needs no drive."""
 
     hue: str = "green"
+    """The hue, by name or in degrees."""
     duration_s: Positive = 10.0
+    """The duration of the run."""
 
     needs = frozenset({Role.CAMERA, Role.DISPLAY})
     milestones = ("search", "seen")

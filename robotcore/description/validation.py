@@ -105,6 +105,7 @@ _MESSAGES = {
     "float_parsing": "should be a number",
     "bool_type": "should be true or false",
     "int_type": "should be a whole number",
+    "int_parsing": "should be a whole number",
     "string_type": "should be a string in quotes",
 }
 _BOUNDS = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")

@@ -1,1 +1,1 @@
-"""What apps and drivers are written against: devices, clocks, the drive, the robot and the backend."""
+"""The hardware abstraction layer for apps and drivers: devices, clocks, the drive, the robot and the backend."""

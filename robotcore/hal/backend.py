@@ -1,4 +1,4 @@
-"""What a driver package offers: the backend, what it is given to open a robot, and backends by name."""
+"""The contract of a driver package: the backend, the setup from which it opens a robot, and backends by name."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Exported:
-    """A model in words.
-
-    ``pictures`` are the files that it names, by their paths beside it; ``notes`` say what is left out.
-    """
+    """The model of a robot in a text format."""
 
     text: str
+    """The document."""
     pictures: Mapping[str, bytes] = field(default_factory=dict)
+    """The content of each file that the document names, by its path beside the document."""
     notes: tuple[str, ...] = ()
+    """The parts of the robot and the world that the document lacks, as sentences."""
 
 
 OptionsT = TypeVar("OptionsT", bound=StrictModel)
@@ -59,18 +59,29 @@ class Capability(str, Enum):
 
 @dataclass(frozen=True)
 class Setup:
-    """What a backend needs to open a robot; ``devices`` are the names to open."""
+    """The arguments with which a backend opens a robot.
+
+    >>> from robotcore.description import load_robot, load_world
+    >>> setup = Setup(load_robot("rover"), load_world("arena"), devices=frozenset({"nose", "left_motor"}))
+    >>> [device.name for device in setup.chosen]
+    ['left_motor', 'nose']
+    """
 
     robot: RobotDescription
     world: WorldDescription | None
+    """None for a backend without a world."""
     devices: frozenset[str]
+    """The names of the devices to open."""
     rate_hz: float = 20.0
+    """The ticks a second."""
     seed: int = 0
     gui: bool = False
+    """Whether to open a window."""
     options: Mapping[str, Any] = field(default_factory=dict)
+    """The user's options for the backend."""
 
     def options_as(self, model: type[OptionsT]) -> OptionsT:
-        """Return the user's options as the backend's own model; UsageError names what is wrong."""
+        """Return the user's options as an instance of the backend's model. Raises UsageError for wrong options."""
         known = list(model.model_fields)
         for name in self.options:
             if name not in known:
@@ -80,7 +91,7 @@ class Setup:
             return model.model_validate(dict(self.options))
         except ValidationError as error:
             key, fault = first_mistake(error)
-            raise UsageError(f"option {key}: {fault}") from error
+            raise UsageError(f"option {key}: {fault}", kind="invalid-option", option=key) from error
 
     @property
     def chosen(self) -> tuple[Any, ...]:
@@ -88,17 +99,20 @@ class Setup:
         return tuple(device for device in self.robot.devices if device.name in self.devices)
 
     def without_batteries(self) -> Setup:
-        """Return the same for a simulator, which has no battery to tell of, and makes none up."""
+        """Return the setup without batteries, for a simulator, which has none."""
         batteries = {battery.name for battery in self.robot.all_of(BatteryDescription)}
         return replace(self, devices=self.devices - batteries)
 
     def open_each(self, open_one: Callable[[Any], Device]) -> list[Device]:
-        """Return the devices to open, each opened by its description; raise DeviceGroupError with all that failed."""
+        """Open each device with a function, and return the open devices.
+
+        Raises DeviceGroupError if a device fails, after all others were tried.
+        """
         devices, failures = [], []
         for description in self.chosen:
             try:
                 devices.append(open_one(description))
-            except DeviceError as failure:  # noqa: PERF203  every device that fails is to be named
+            except DeviceError as failure:  # noqa: PERF203  the error names every device that fails
                 failures.append(failure)
         if failures:
             raise DeviceGroupError(f"opening {self.robot.name}", failures)
@@ -106,132 +120,138 @@ class Setup:
 
 
 class Backend(ABC):
-    """Opens robots of one kind: in one simulator, or on one kind of board."""
+    """Opens robots in one simulator, or on one kind of board."""
 
     name: ClassVar[str]
-    """The name that --backend takes."""
+    """The name for --backend."""
     summary: ClassVar[str]
-    """What it is, in a few words, for lists."""
+    """A description in a few words, for lists."""
     capabilities: ClassVar[frozenset[Capability]] = frozenset()
     """The properties of its simulator on which runs and tests rely."""
     connection_options: ClassVar[frozenset[str]] = frozenset()
-    """The options that override where the robot's file says that the robot is connected."""
+    """The options that replace the connections in the robot's file, such as ``port``."""
     needs_world: ClassVar[bool] = False
-    """Whether it simulates the world that it is given."""
+    """Whether it needs a world to simulate."""
     has_gui: ClassVar[bool] = False
     """Whether --gui opens a window."""
     brings_physics: ClassVar[bool] = False
-    """Whether it is a physics simulator in this process: no other program has to run."""
+    """Whether it is a physics simulator in this process, so that no other program must run."""
     is_exclusive: ClassVar[bool] = False
-    """Whether it has one robot or simulator, for which a second program has to wait."""
+    """Whether only one program at a time can use its robot or simulator."""
     is_smoke_tested: ClassVar[bool] = True
-    """Whether `robotcore doctor` looks if it is installed and, if it simulates, opens a robot in it."""
+    """Whether `robotcore doctor` checks that it is installed and, for a simulator, opens a robot in it."""
     exports: ClassVar[tuple[str, ...]] = ()
-    """The formats in which it writes its models."""
+    """The formats of `export`."""
     modules: ClassVar[tuple[str, ...]] = ()
-    """The libraries that it needs; they are looked for without an import."""
+    """The libraries that it needs. They are searched without an import."""
 
     @abstractmethod
     def open(self, setup: Setup) -> Robot:
-        """Open the robot with the devices asked for and nothing else, bare of every layer.
+        """Open the robot with exactly the devices of the setup, without layers.
 
-        Raises BackendMissingError, DeviceError or DeviceGroupError; what was opened by then is closed again.
+        Raises BackendMissingError, DeviceError or DeviceGroupError, after closing the devices that were open.
         """
 
     def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
-        """Return the robot to open, by name or from its file; a backend that brings its own returns that.
+        """Return the robot to open. A backend with its own description, such as a recording, returns that.
 
-        ``options`` are the user's. Raises UsageError where there is none.
+        robot: the name or the file of a robot.
+        options: the user's options.
+
+        Raises UsageError if there is no such robot.
         """
         return load_robot(robot)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of the batteries whose voltage it tells: every run opens them, whatever its app needs.
+        """Return the names of the batteries whose voltage it measures. Each run opens them, whatever its app needs.
 
-        None by default: a simulator has none.
+        By default there are none, because a simulator has none.
         """
         return frozenset()
 
     def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of all devices that it can open: all but the batteries of which it tells nothing."""
+        """Return the names of all devices that it can open: all except batteries that it does not measure."""
         batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
         return frozenset({device.name for device in robot.devices} - batteries) | self.batteries(robot, options)
 
     def builds_world(self, robot: RobotDescription) -> bool:
-        """Whether it makes the world for this robot, and does not find it as it is."""
+        """Return whether it builds the world from the world's file, and does not use a scene that exists already."""
         return self.needs_world
 
     def check(self, robot: RobotDescription) -> str:
-        """Return what the backend's own section of a robot's file has, in words; nothing where it reads none.
+        """Check the backend's section of a robot's file, and return a summary of it; ``""`` without a section.
 
-        Raises DescriptionError where the section is wrong.
+        Raises DescriptionError for a wrong section.
         """
         return ""
 
     def warnings(self, robot: RobotDescription) -> Sequence[str]:
-        """Return what of a section that is right may do harm all the same, in whole sentences: what, then what to do.
-
-        Raises what `check` raises.
-        """
+        """Return risks in a correct section, each as sentences: the risk, then the remedy. Raises as `check`."""
         return ()
 
     def notes(self, setup: Setup) -> Sequence[str]:
-        """Return what whoever runs this must know, in plain words: what of the robot is not what it seems.
+        """Return notes for the user of a run, such as parts of the robot that differ from the description.
 
-        Raises DescriptionError where the section is wrong.
+        Raises DescriptionError for a wrong section.
         """
         return ()
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
-        """Yield findings about this machine for the backend, and about the robot if there is one; none by default.
+        """Yield findings about this machine, and about the robot if there is one; none by default.
 
-        `robotcore doctor` adds a smoke test of its own to them if the backend ``is_smoke_tested``.
+        `robotcore doctor` adds its own smoke test if the backend ``is_smoke_tested``.
         """
         return ()
 
     def inspect_scene(self, setup: Setup) -> Iterable[Finding]:
-        """Yield which of a robot's devices are there in the scene that a simulator has open; nothing is moved.
+        """Yield a finding for each of a robot's devices in the scene that a simulator has open. Nothing moves.
 
-        Raises UsageError where there is no such scene, and BackendError where nobody answers.
+        Raises UsageError if the backend has no such scene, and BackendError if the simulator does not answer.
         """
         raise UsageError(
-            f"the backend {self.name!r} joins nobody's scene, so there is nothing to look at. Leave "
-            "--backend out: each section of the file is checked without it"
+            f"the backend {self.name!r} has no scene to check. Leave --backend out: "
+            "each section of the file is checked without it",
+            kind="no-scene",
         )
 
     def export(
         self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None
     ) -> Exported:
-        """Return the model of a robot, at the start of a world if there is one, in a format that it ``exports``.
+        """Return the model of a robot in a format.
 
-        ``folder`` is the name of one beside the file, for the pictures that the model shows; with None they are left
-        out, and a note says so. Raises BackendMissingError.
+        file_format: one of ``exports``.
+        robot: the robot.
+        world: the world around the robot, which is at its start; None for the robot alone.
+        folder: the name of a folder beside the document for pictures; None leaves pictures out.
+
+        Raises UsageError for another format, and BackendMissingError.
         """
-        raise UsageError(f"the backend {self.name!r} exports no {file_format}. Take --format urdf")
+        text = f"the backend {self.name!r} exports no {file_format}. Take --format urdf"
+        raise UsageError(text, kind="unknown-format", format=file_format)
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
-        """Return how the motors of ``setup.devices`` are made to stand by a process that has nothing of them open.
+        """Return the specifications of cutoffs that stop the motors of the setup from another process.
 
-        For `robotcore stop`, where whoever drove them is gone. None where motors turn no longer than their run, such
-        as a simulator's own. Nothing is opened for it. Raises UsageError and DescriptionError.
+        `robotcore stop` uses them after a run's process has died. A simulator returns none, because its motors end with
+        the run. Nothing is opened. Raises UsageError and DescriptionError.
         """
         return ()
 
     def wiring(self, robot: RobotDescription) -> Wiring | None:
-        """Return where a robot's wires go, as its section says; None where there is nothing to wire.
+        """Return the wires of a robot from its section; None if the backend has no wires.
 
-        Raises DescriptionError where the section is wrong.
+        Raises DescriptionError for a wrong section.
         """
         return None
 
     @property
     def is_native_host(self) -> bool:
-        """Whether this machine is the board that it is made for."""
+        """Whether this machine is the board for which the backend is made."""
         return False
 
     @property
     def remedy(self) -> str:
-        """How to get what is missing."""
+        """The command that installs the libraries."""
         return f"pip install {' '.join(self.modules)}"
 
     @property
@@ -239,7 +259,7 @@ class Backend(ABC):
         return all(_is_there(module) for module in self.modules)
 
     def require_installed(self) -> None:
-        """Raise BackendMissingError, with the remedy, where a library is missing."""
+        """Raise BackendMissingError, with the remedy, if a library is missing."""
         if not self.is_installed:
             raise BackendMissingError(f"the backend {self.name!r} is not installed. {self.remedy}")
 
@@ -247,18 +267,22 @@ class Backend(ABC):
 def _is_there(module: str) -> bool:
     try:
         return find_spec(module) is not None
-    except ModuleNotFoundError:  # the package of a dotted name
+    except ModuleNotFoundError:  # the package of a dotted name is missing
         return False
 
 
 def load_backend(name: str) -> Backend:
-    """Return the backend of that name; its own library is not imported yet."""
+    """Return the backend with a name. Its library is not imported yet.
+
+    >>> load_backend("kinematic").is_installed
+    True
+    """
     backend: Backend = load_registered("backend", BACKENDS, name)()
     return backend
 
 
 def loadable_backends() -> Iterator[Backend]:
-    """Yield every backend, by name, but those of somebody's package that is broken."""
+    """Yield all backends in the order of their names, except those whose packages cannot be imported."""
     for name in backend_names():
         with suppress(BackendMissingError):
             yield load_backend(name)

@@ -1,4 +1,4 @@
-"""What a driver gives the guardian for each thing that it is to stop."""
+"""Cutoffs: a driver gives the guardian process one for each motor, or group of motors, that it must stop."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 
 class Unconfirmed(str):
-    """What a stop returns where nobody can tell that the motors stand: why, and what will make them, in words.
+    """The result of a stop that cannot confirm that the motors stand: the reason, and what will stop them.
 
     >>> f"left_motor: {Unconfirmed('its port is gone')}"
     'left_motor: its port is gone'
@@ -20,66 +20,66 @@ class Unconfirmed(str):
 
 
 class Cutoff(ABC):
-    """Makes motors stand, from a process that is not the app's: lines to pull low, a stop frame to write to a port.
+    """Stops motors from the guardian's process, for example by a GPIO line or by a stop frame on a port.
 
-    The guardian makes it from plain data, and calls each method in a thread that is the cutoff's own. A method that
-    raises or hangs is told by the device's name and holds up no other cutoff. What an implementer owes:
+    The guardian creates it from plain data, and calls its methods in a thread of their own. If a method raises or
+    hangs, the guardian reports the device's name, and other cutoffs are not delayed. An implementation must keep these
+    rules:
 
-    - It leans on nothing of the app's process, which may be gone, or hold whatever it has open: a line that the app has
-      claimed is refused to others while the app lives.
-    - Its module imports little: no wheel turns before the guardian is ready.
-    - It releases the interpreter lock while it waits, as files, sockets and pyserial do: all cutoffs share a process.
-    - Its driver sends every command, also one that is equal to the last: the motors may have been stopped meanwhile.
+    - It uses nothing of the app's process. That process may be dead, or may still hold a line or a port.
+    - Its module imports little, because no wheel turns before the guardian is ready.
+    - It releases the interpreter lock while it waits, as files, sockets and pyserial do. All cutoffs share a process.
+    - Its driver sends each command, even if it equals the last one. A stop may have come in between.
     """
 
     @abstractmethod
     def open(self) -> None:
-        """Take what `stop` needs, before any wheel turns, and change nothing that moves. What is raised ends the run.
+        """Open the resources for `stop`, before any wheel turns. Nothing that moves may change.
 
-        What can only be had once the app is gone is taken in `stop`.
+        An error ends the run. Resources that the app's process holds are opened in `stop`.
         """
 
     def arm(self) -> None:  # noqa: B027  most have nothing to do
-        """Let the motors turn: a command is on its way, the first one or the first after a stop.
+        """Let the motors turn. The guardian calls it before the first command, and before the first after a stop.
 
-        For an enable line that is to be high while somebody watches; most need nothing.
+        A cutoff with an enable line raises the line here. Most cutoffs do nothing.
         """
 
     def rest(self) -> None:  # noqa: B027  most have nothing to do
-        """Know that the app has told every motor to stand, until it is armed again; most need nothing."""
+        """Note that the app has stopped all motors. They stay so until `arm` is called. Most cutoffs do nothing."""
 
     @abstractmethod
     def stop(self) -> str | None:
-        """Make the motors stand. Called once or many times, armed or not, the app alive or gone.
+        """Stop the motors. The guardian may call it many times, armed or not, with the app alive or dead.
 
-        One that raises is called again for half a second: a system may need a moment to release what the app had. It
-        may return what it had to do besides, in words, or `Unconfirmed`, which is told in place of the motors' names.
+        If it raises, it is called again for half a second, because the system may need time to release a resource of
+        the app. It may return a remark for the user, or `Unconfirmed`, which is reported in place of the motors' names.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Give back what opening took; the motors, which stand, stay so. Nothing is called any more."""
+        """Release the resources. The motors stand and must stay so. No method is called after it."""
 
 
 @dataclass(frozen=True)
 class CutoffSpec:
-    """How the guardian makes a cutoff by itself.
-
-    ``device`` is what messages call it, ``cutoff`` names its class as "module:Class". The class takes ``parameters`` by
-    name: plain data, which JSON can tell. A cutoff that does harm where the app only was slow asks for ``patience_s``
-    beyond the lease; all of a robot's wait with it.
+    """The plain data from which the guardian creates a cutoff.
 
     >>> CutoffSpec("left_motor", "my_board.cutoff:StopFrame", {"port": "/dev/ttyACM0", "frame": "m 0 0"}).device
     'left_motor'
     """
 
     device: str
+    """The name for messages."""
     cutoff: str
+    """The class, as ``module:Class``."""
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    """The keyword arguments of the class, as JSON values."""
     patience_s: float = 0.0
+    """An additional time after the lease, for a cutoff that does harm if the app was only slow. All cutoffs wait."""
 
     def make(self) -> Cutoff:
-        """Import the class and make a cutoff, not yet open."""
+        """Import the class and return a cutoff that is not open. Raises TypeError if the class is no Cutoff."""
         module, _, name = self.cutoff.partition(":")
         made = getattr(import_module(module), name)(**self.parameters)
         if not isinstance(made, Cutoff):
@@ -87,11 +87,12 @@ class CutoffSpec:
         return made
 
 
-def shared(specs: Iterable[CutoffSpec]) -> tuple[CutoffSpec, ...]:
-    """Return the specs with those that are alike but for their device made one: what stops two motors at once.
+def merge_cutoffs(specs: Iterable[CutoffSpec]) -> tuple[CutoffSpec, ...]:
+    """Return the specs, with those that differ only by their device merged: such a cutoff stops several motors.
 
     >>> parameters = {"line": 22}
-    >>> [one] = shared(CutoffSpec(motor, "my_board:Enable", parameters) for motor in ("left_motor", "right_motor"))
+    >>> motors = ("left_motor", "right_motor")
+    >>> [one] = merge_cutoffs(CutoffSpec(motor, "my_board:Enable", parameters) for motor in motors)
     >>> one.device
     'left_motor and right_motor'
     """

@@ -1,4 +1,4 @@
-"""Findings of `check` and `doctor`: level, subject, text and remedy, and how checks are run."""
+"""Findings of `robotcore check` and `robotcore doctor`, and the function that runs checks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a simulator knows besides: the word against which a run's own claim is checked."""
+"""The true state of a simulated robot, against which the app's result is verified."""
 
 from __future__ import annotations
 
@@ -16,23 +16,27 @@ REST_LINEAR_M_S = 0.01
 REST_ANGULAR_RAD_S = 0.05
 
 RELEASE_M = 0.001
-"""A touch is over when the body has drawn back from the thing by this much."""
+"""A contact ends when the gap between the robot and the other body has grown by this much."""
 
 
 class TruthSource(Protocol):
-    """What a simulator backend gives: the robot's true pose and velocity, and its touches.
+    """The interface by which a simulator gives the true state of its robot."""
 
-    ``contacts`` counts touches of anything but the floor; one touch is one, however long it lasts. It is None where the
-    simulator does not tell.
-    """
+    def pose(self) -> Pose:
+        """Return the pose of the axle's middle in the world."""
 
-    def pose(self) -> Pose: ...
-    def twist(self) -> Twist: ...
-    def contacts(self) -> int | None: ...
+    def twist(self) -> Twist:
+        """Return the velocity of the axle's middle."""
+
+    def contacts(self) -> int | None:
+        """Return the number of contacts with other bodies than the floor so far; None if it is unknown.
+
+        A contact counts once, however long it lasts.
+        """
 
 
 class Truth:
-    """The true state of a run, seen against its descriptions."""
+    """The true state of a run. An app's `verify` gets it at the end of a run in a simulator."""
 
     def __init__(self, source: TruthSource, robot: RobotDescription, world: WorldDescription) -> None:
         self._source, self._robot, self._world = source, robot, world
@@ -40,22 +44,31 @@ class Truth:
         tall = max(camera.mount.z_m if camera else 0.0, 2 * ball.radius_m if ball else 0.0)
         self._edges = edges_of(prism.outline for prism in world.prisms if prism.height_m >= tall)
 
+    def __repr__(self) -> str:
+        return f"Truth(pose={self.pose}, contacts={self.contacts})"
+
     @property
     def pose(self) -> Pose:
+        """The pose of the axle's middle in the world."""
         return self._source.pose()
 
     @property
     def contacts(self) -> int | None:
+        """The number of contacts so far; None if it is unknown."""
         return self._source.contacts()
 
     @property
     def is_at_rest(self) -> bool:
+        """Whether the robot is slower than 0.01 m/s and 0.05 rad/s."""
         twist = self._source.twist()
         return abs(twist.linear) < REST_LINEAR_M_S and abs(twist.angular) < REST_ANGULAR_RAD_S
 
     @property
     def distance_to_target(self) -> float | None:
-        """From the front edge of the body to the first target's surface, in plan, in metres."""
+        """The distance from the body's front to the first target's surface, seen from above, in metres.
+
+        None if the world has no target.
+        """
         if (ball := self._world.target) is None:
             return None
         body = self._robot.body
@@ -65,9 +78,9 @@ class Truth:
 
     @property
     def sees_target(self) -> bool:
-        """Whether some of the first target is in the first camera's picture and in line of sight.
+        """Whether the first camera sees a part of the first target.
 
-        What the camera looks over, or what the ball stands out above, hides nothing.
+        Obstacles that are lower than the camera or the ball hide nothing.
         """
         camera = self._robot.first_of(CameraDescription)
         ball = self._world.target
@@ -81,7 +94,7 @@ class Truth:
 
 
 def _points_across(ball: Ball, view: CameraView) -> np.ndarray:
-    """Return the ball's centre and two points left and right of it as seen from the eye, (3, 3)."""
+    """Return the ball's centre, and a point to the right and one to the left of it, as seen from the camera, (3, 3)."""
     dx, dy = ball.x_m - view.eye[0], ball.y_m - view.eye[1]
     scale = 0.7 * ball.radius_m / math.hypot(dx, dy)
     return np.array([(ball.x_m - s * dy * scale, ball.y_m + s * dx * scale, ball.radius_m) for s in (0, -1, 1)])

@@ -1,4 +1,4 @@
-"""Clocks that follow the machine's own time; no other module reads it."""
+"""Clocks that follow the machine's time. No other module reads that time."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from robotcore.hal.clock import Callback, Clock, ClockWrapper, PeriodicTask
 from robotcore.threads import is_out_of_memory, start_thread
 
 STOPPING_S = 1.0
-"""Work that hangs does not keep a device from being closed for longer."""
+"""The longest time for which closing a device waits for work that hangs."""
 
 
 class ThreadedTask(PeriodicTask):
-    """Done by a thread; work that takes longer than the period begins again at once, and nothing is made up for."""
+    """A periodic task in its own thread. Work that takes longer than its period starts again at once."""
 
     def __init__(self, clock: Clock, period: float, work: Callable[[], object], name: str) -> None:
         self._clock, self._period, self._work = clock, period, work
@@ -41,19 +41,20 @@ class ThreadedTask(PeriodicTask):
 
 
 LONGEST_WAIT_S = 0.1
-"""A call whose notice was lost, for want of memory, is late by no more than this."""
+"""The longest delay of a call whose notification was lost because memory ran out."""
 
 WITHOUT_MEMORY_S = 0.005
+"""The pause between two attempts while memory has run out."""
 
 CLOSING_S = 1.0
-"""A call that hangs does not keep a clock from being closed for longer."""
+"""The longest time for which closing a clock waits for a call that hangs."""
 
 
 class MonotonicClock(Clock):
-    """The machine's own time, from zero. Calls are made by a thread of the clock's.
+    """The machine's time, from zero. A thread of the clock makes the calls of `call_at`.
 
-    What a call or polled work raises there is raised again by the next `sleep_until`, or by `close`; later calls are
-    still made.
+    The next `sleep_until`, or `close`, raises the exception of such a call or of a periodic task. Later calls are still
+    made.
     """
 
     is_lockstep = False
@@ -116,11 +117,11 @@ class MonotonicClock(Clock):
         try:
             while (callback := self._next_due()) is not None:
                 self._attempt(partial(self._insist, callback))
-        except Exception as failure:  # noqa: BLE001  a server's time may fail; raised where somebody listens
+        except Exception as failure:  # noqa: BLE001  a server's time may fail; `sleep_until` raises the error
             self._failure = failure
 
     def _insist(self, callback: Callback) -> None:
-        """Make a call, again while memory runs out: it may be the one that stops the motors."""
+        """Make a call, and repeat it while memory runs out, because it may stop the motors."""
         is_made = False
         while not (is_made or self._is_closed):
             try:
@@ -134,11 +135,11 @@ class MonotonicClock(Clock):
     def _attempt(self, callback: Callable[[], object]) -> None:
         try:
             callback()
-        except Exception as failure:  # noqa: BLE001  raised where somebody listens
+        except Exception as failure:  # noqa: BLE001  `sleep_until` raises it
             self._failure = self._failure or failure
 
     def _next_due(self) -> Callback | None:
-        """Wait for the next call, also if memory runs out: it may be the one that stops the motors."""
+        """Wait for the next call, also while memory runs out, because it may stop the motors."""
         while True:
             try:
                 return self._wait_for_next()
@@ -158,7 +159,10 @@ class MonotonicClock(Clock):
 
 
 class ServerClock(MonotonicClock):
-    """The time of a server that runs by itself, from zero; ``source`` asks it."""
+    """The time of a server that runs on its own, from zero.
+
+    source: the function that reads the server's time in seconds.
+    """
 
     _longest_nap = 0.005
 
@@ -175,7 +179,7 @@ class ServerClock(MonotonicClock):
 
 
 class PacedClock(ClockWrapper):
-    """A stepped clock held back to real time; where the machine is too slow, it is delayed."""
+    """A simulated clock that passes no faster than real time. If the machine is too slow, it falls behind."""
 
     def __init__(self, source: Clock) -> None:
         super().__init__(source)

@@ -1,4 +1,4 @@
-"""A robot's wires, to be drawn: which device's signal goes to which pad of a connector."""
+"""The wires between a robot's devices and a board's connector, for `robotcore wiring`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class PadKind(str, Enum):
-    """What a pad of a connector is for."""
+    """The purpose of a pad of a connector."""
 
     SIGNAL = "signal"
     POWER = "power"
@@ -18,35 +18,37 @@ class PadKind(str, Enum):
 
 @dataclass(frozen=True)
 class Pad:
-    """One pad of a connector, by the number that it has there; ``name`` is what it carries, such as ``GPIO 17``."""
+    """A pad of a connector."""
 
     number: int
+    """The pad's number on the connector."""
     name: str
+    """The name of its signal, such as ``GPIO 17``."""
     kind: PadKind
 
 
 @dataclass(frozen=True)
 class Wire:
-    """One wire of a device: its signal, and where it goes.
-
-    ``what`` says what the device is; ``pads`` are those of the connector to which the wire can go, the best one first,
-    none where it goes elsewhere.
-    """
+    """A wire of a device."""
 
     device: str
+    """The device's name."""
     what: str
+    """The kind of the device, in a few words."""
     signal: str
+    """The device's signal, such as ``trigger``."""
     where: str
+    """The other end of the wire, in words."""
     pads: tuple[int, ...] = ()
+    """The numbers of the pads to which the wire can go, the best one first; empty without a connector."""
 
 
 @dataclass(frozen=True)
 class Wiring:
-    """All wires of a robot; ``pads`` are the connector's, in rows of two, as they lie on the board.
-
-    ``notes`` say what else belongs to a device, by its name.
-    """
+    """All wires of a robot."""
 
     pads: Sequence[Pad]
+    """The pads of the connector, in rows of two, as they are on the board."""
     wires: Sequence[Wire]
     notes: Sequence[tuple[str, str]]
+    """Further parts or settings for a device: its name and a sentence."""

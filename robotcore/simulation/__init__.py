@@ -1,1 +1,1 @@
-"""What the drivers of simulators share."""
+"""Parts that the drivers of simulators share."""

@@ -1,4 +1,4 @@
-"""For drivers: work that no signal cuts in two, such as a question to a server and its answer."""
+"""Runs a driver's exchanges with a server in one thread, where no signal interrupts them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from robotcore.threads import start_thread
 T = TypeVar("T")
 
 CLOSING_S = 2.0
-"""Work that hangs does not keep its thread from being left for longer."""
+"""The longest time for which `close` waits for work that hangs."""
 
 
 class SerialExecutor:
-    """Does work in one thread of its own, a piece at a time, in the order in which it is asked for.
+    """Runs work in its own thread, one task after the other.
 
-    A signal (Ctrl-C, for one) raises where the program is. Half-way through an exchange with a server it would leave a
-    line on which nothing can be said any more, not even that wheels are to stand. Here it interrupts who waits, while
-    the work goes on; the next piece of work begins when that is done.
+    A signal such as Ctrl-C raises an exception in the main thread. In the middle of an exchange with a server, that
+    would break the connection, and no stop command could be sent. Here the exception interrupts the caller's wait only.
+    The exchange continues, and the next task starts after it.
 
     >>> work = SerialExecutor("doctest")
     >>> work.run(lambda: 6 * 7)
@@ -34,9 +34,9 @@ class SerialExecutor:
         self._thread = start_thread(self._work, name)
 
     def run(self, work: Callable[[], T]) -> T:
-        """Return what it returns, or raise what it raises. Any thread may ask; work may ask for more, done at once.
+        """Run work and return its result, or raise its exception. Any thread may call it.
 
-        After `close` whoever asks does it.
+        Work that calls it, and callers after `close`, run their work themselves.
         """
         done = SimpleQueue[tuple[Any, BaseException | None]]()
         if current_thread() is self._thread or not self._submit(lambda: done.put(_outcome_of(work))):
@@ -51,12 +51,12 @@ class SerialExecutor:
         return result
 
     def close(self) -> None:
-        """Finish what was asked for, and end the thread. May be called again."""
+        """Finish all tasks and end the thread. It may be called again."""
         self._submit(None)
         self._thread.join(CLOSING_S)
 
     def _submit(self, task: Callable[[], None] | None) -> bool:
-        """Ask for a task, None for the last; return whether there is a thread to do it."""
+        """Add a task, or None as the last; return whether the thread will run it."""
         with self._asking:
             if self._is_closed:
                 return False
@@ -72,5 +72,5 @@ class SerialExecutor:
 def _outcome_of(work: Callable[[], T]) -> tuple[T | None, BaseException | None]:
     try:
         return work(), None
-    except BaseException as failure:  # noqa: BLE001  raised where it is waited for
+    except BaseException as failure:  # noqa: BLE001  `run` raises it
         return None, failure

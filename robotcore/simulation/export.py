@@ -1,4 +1,4 @@
-"""Robots and worlds for other tools: URDF, and what the simulators write of their own models."""
+"""Exports robots and worlds for other tools, as URDF or in a simulator's format."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ URDF = "urdf"
 
 
 def prepare_world(robot: RobotDescription, world: str, seed: int | None) -> tuple[RobotDescription, WorldDescription]:
-    """Return a robot and a world, by its name or from its file, as they are simulated.
+    """Return a robot and a world as a run would simulate them.
 
-    With a seed the world is the one that the seed draws for this robot, else it stands as its file has it.
-    Raises DescriptionError where the robot has no room in it.
+    robot: the robot.
+    world: the name or the file of the world.
+    seed: the seed that draws the world's layout; None for the layout of the file.
+
+    Raises DescriptionError if the robot has no room in the world.
     """
     described = load_world(world)
     if seed is None:
@@ -27,10 +30,14 @@ def prepare_world(robot: RobotDescription, world: str, seed: int | None) -> tupl
 def export_model(
     file_format: str, robot: RobotDescription, world: WorldDescription | None = None, folder: str | None = None
 ) -> Exported:
-    """Return the model of a robot in a format, at the start of a world if there is one.
+    """Return the model of a robot, and of a world around it, in a format.
 
-    ``folder`` is the name of one beside the file, for the pictures that the model shows; with None they are left out.
-    Raises UnknownNameError, or BackendMissingError where the simulator that writes the format is not installed.
+    file_format: ``urdf``, or a format of a simulator.
+    robot: the robot.
+    world: the world; the robot is at its start. None exports the robot alone.
+    folder: the name of a folder beside the document for pictures; None leaves pictures out.
+
+    Raises UnknownNameError for an unknown format, and BackendMissingError if the format's simulator is not installed.
     """
     if file_format == URDF:
         return Exported(robot_urdf(robot, world), notes=_plain(world))
@@ -41,7 +48,7 @@ def export_model(
 
 
 def _plain(world: WorldDescription | None) -> tuple[str, ...]:
-    """Return the note that patterns are left out, where a world has any."""
+    """Return a note if the world has patterns, which URDF cannot express."""
     surfaces = (world.floor, *world.prisms) if world else ()
     is_patterned = any(surface.texture for surface in surfaces)
-    return ("URDF knows no patterns: each surface has its one colour",) if is_patterned else ()
+    return ("URDF has no patterns: each surface has one colour",) if is_patterned else ()

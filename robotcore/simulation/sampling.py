@@ -1,4 +1,4 @@
-"""Samples of a simulator: taken when they are read, and never twice at one instant."""
+"""Takes a simulator's samples when they are read, at most one at each instant."""
 
 from __future__ import annotations
 
@@ -10,7 +10,18 @@ from robotcore.hal.devices import SampleT
 
 
 class SampleCache(Generic[SampleT]):
-    """Calls ``take(time, sequence)`` at the first read of each instant; samples are numbered from 0."""
+    """Returns the sample of the present instant. The first read of each instant takes it.
+
+    clock: the simulated clock.
+    take: the function that takes a sample; its arguments are the time in seconds and the sequence number, from 0.
+
+    >>> from robotcore.hal.clock import SteppedClock
+    >>> from robotcore.hal.devices import Angle
+    >>> clock = SteppedClock(20, lambda steps: None)
+    >>> read = SampleCache(clock, lambda time, sequence: Angle(0.5, time, sequence))
+    >>> read() is read(), clock.sleep_until(0.1), read().sequence
+    (True, True, 1)
+    """
 
     def __init__(self, clock: Clock, take: Callable[[float, int], SampleT]) -> None:
         self._clock = clock

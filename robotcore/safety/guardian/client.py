@@ -12,7 +12,7 @@ from subprocess import DEVNULL, Popen, TimeoutExpired
 from types import TracebackType
 
 from robotcore.errors import GuardianError
-from robotcore.hal.cutoff import CutoffSpec, shared
+from robotcore.hal.cutoff import CutoffSpec, merge_cutoffs
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian.protocol import BYE, DRIVING, RESTING, Assignment, LineBuffer, Report, read_line, receive
 
@@ -66,7 +66,7 @@ class Guardian:
             self._process = _start_process(self._link, theirs)
         try:
             os.register_at_fork(after_in_child=self._link.close)  # a fork that holds the socket would hide our death
-            self._assign(Assignment(os.getpid(), lease, shared(cutoffs)))
+            self._assign(Assignment(os.getpid(), lease, merge_cutoffs(cutoffs)))
         except BaseException:
             self._end(0.0)
             raise

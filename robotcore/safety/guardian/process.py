@@ -13,7 +13,7 @@ from typing import Literal
 
 from robotcore.errors import ResourceError, RobotcoreError
 from robotcore.hal.clock import Clock
-from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed, shared
+from robotcore.hal.cutoff import Cutoff, CutoffSpec, Unconfirmed, merge_cutoffs
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian.protocol import BYE, DRIVING, Assignment, Report, read_line, receive
 from robotcore.threads import start_thread
@@ -234,7 +234,7 @@ def stop_once(specs: Iterable[CutoffSpec]) -> Report:
     cutoff that hangs delays those after it.
     """
     clock = MonotonicClock()
-    workers = [_make_worker(spec, clock) for spec in shared(specs)]
+    workers = [_make_worker(spec, clock) for spec in merge_cutoffs(specs)]
     opened = run_all(workers, "open", LIMIT_S, clock)
     ready = [worker for worker in workers if worker.device in opened.done]
     stopped = run_all(ready, "stop", LIMIT_S, clock)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import pytest
-
 from robotcore.description import StrictModel
 from robotcore.errors import BackendMissingError, UnknownNameError, UsageError
 from robotcore.hal.backend import Backend, Setup
 from robotcore.hal.robot import Robot
 from tests.robotcore.fakes import ROVER, RigBackend
+from tests.texts import Raises
 
 
 class Options(StrictModel):
@@ -32,13 +31,13 @@ def test_options_become_the_backends_own_model() -> None:
     assert options(port="5").options_as(Options) == Options(port=5)
 
 
-def test_an_unknown_option_offers_the_nearest() -> None:
-    with pytest.raises(UnknownNameError, match=r"unknown option 'prt'. Did you mean 'port'\?"):
+def test_unknown_option_suggests_the_nearest(raises: Raises) -> None:
+    with raises(UnknownNameError, "unknown-option"):
         options(prt=1).options_as(Options)
 
 
-def test_an_option_that_does_not_fit_is_refused_by_name() -> None:
-    with pytest.raises(UsageError, match=r"option port: .*integer.*'high'"):
+def test_option_of_the_wrong_type_is_refused_by_name(raises: Raises) -> None:
+    with raises(UsageError, "invalid-option", option="port"):
         options(port="high").options_as(Options)
 
 
@@ -47,10 +46,10 @@ def test_chosen_devices_come_in_the_order_of_the_file() -> None:
     assert [device.name for device in setup.chosen] == ["right_motor", "nose", "eye"]
 
 
-def test_a_backend_that_is_not_installed_says_how_to_get_it() -> None:
+def test_backend_that_is_not_installed_has_a_remedy(raises: Raises) -> None:
     backend = Missing()
     assert not backend.is_installed
-    with pytest.raises(BackendMissingError, match=r"'missing' is not installed. pip install no_such_simulator json"):
+    with raises(BackendMissingError):
         backend.require_installed()
 
 

@@ -16,7 +16,7 @@ from drivers.serial.boards.waveshare.board import SILENCE_S, Odometer, Waveshare
 from drivers.serial.boards.waveshare.protocol import Track, speeds
 from robotcore.description import BatteryDescription
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, DeviceLostError
-from robotcore.hal.cutoff import shared
+from robotcore.hal.cutoff import merge_cutoffs
 from robotcore.testing import ConformanceSuite
 from tests.doubles.serial.bench import SerialBench
 from tests.doubles.serial.waveshare import STARTING_S, WaveshareBoard
@@ -234,7 +234,7 @@ def test_closing_stops_the_board(rig: Rig) -> None:
 def test_another_process_stops_it_in_the_middle_of_a_line(rig: Rig) -> None:
     rig.open(board_timeout_s=5).drive(5.0, 5.0)
     assert rig.robot
-    [cutoff] = (spec.make() for spec in shared(rig.robot.cutoffs))
+    [cutoff] = (spec.make() for spec in merge_cutoffs(rig.robot.cutoffs))
     cutoff.open()
     rig.board.receive(speeds(0.3, 0.3)[:9], rig.clock.now())
     cutoff.stop()
