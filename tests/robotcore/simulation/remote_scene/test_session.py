@@ -133,7 +133,7 @@ def test_two_motors_on_one_joint_are_refused(raises: Raises) -> None:
 def test_rate_that_does_not_fit_the_time_step_is_refused_before_the_start(raises: Raises) -> None:
     setup = create_setup(rover(), rate_hz=30.0)
     scene = MemoryScene(setup)
-    with raises(UsageError):
+    with raises(UsageError, "rate-does-not-fit"):
         open_robot(scene, setup)
     assert scene.diary == ["leave"]
 
