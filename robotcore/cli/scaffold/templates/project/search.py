@@ -1,4 +1,4 @@
-"""Turn until the camera sees the ball, drive up to it, and stand in front of it."""
+"""Turn until the camera sees the ball, drive to it, and stop in front of it."""
 
 from dataclasses import dataclass
 from math import tau
@@ -8,15 +8,15 @@ from robotcore import Behaviour, Interval, Robot, Role, Status, Stopping, Truth
 from robotcore.autonomy.vision import Blob, ColourDetector
 
 AHEAD_RAD = 0.2
-"""The ball is ahead: the robot may drive, and what it measures is the ball."""
+"""Below this bearing, the ball is ahead: the robot drives, and the range sensor measures the ball."""
 
 STANDING_S = 0.5
-"""How long it stands before it has arrived."""
+"""Seconds at rest until the robot has arrived."""
 
 
 @dataclass
 class Search(Behaviour):
-    """Its fields are its settings: ``robotcore run search.py --set hue=blue``."""
+    """An app that finds a ball. Its fields are its settings: ``robotcore run search.py --set hue=blue``."""
 
     hue: str = "green"
     speed_m_s: Annotated[float, Interval(gt=0, le=0.3)] = 0.2
@@ -32,7 +32,7 @@ class Search(Behaviour):
         self._arrived_at_s = 0.0
 
     def step(self, robot: Robot) -> Status:
-        """Decide what the wheels do until the next tick."""
+        """Command the wheels until the next tick."""
         if self.state == "arrived":
             return self._stand(robot)
         frame = robot.camera.read()
@@ -40,7 +40,7 @@ class Search(Behaviour):
         return self._approach(robot, seen[0]) if seen else self._search(robot)
 
     def _search(self, robot: Robot) -> Status:
-        """Turn left on the spot, once round."""
+        """Turn left on the spot, one full turn."""
         heading = robot.drive.pose.heading
         if self.state != "search":
             self.state, self._began_at_rad = "search", heading
@@ -51,7 +51,7 @@ class Search(Behaviour):
         return Status.FAILURE
 
     def _approach(self, robot: Robot, ball: Blob) -> Status:
-        """Turn to the ball, drive at it, and stop where it is near."""
+        """Turn to the ball, drive to it, and stop near it."""
         self.state = "approach"
         is_ahead = abs(ball.bearing) < AHEAD_RAD
         if is_ahead and robot.range.read().distance < self.stop_distance_m:
@@ -62,18 +62,18 @@ class Search(Behaviour):
         return Status.RUNNING
 
     def _stand(self, robot: Robot) -> Status:
-        """Stand still for a moment: who is still rolling has not arrived."""
+        """Stand still for a moment, since a rolling robot has not arrived."""
         robot.drive.stop()
         stood_s = robot.clock.now() - self._arrived_at_s
         return Status.SUCCESS if stood_s > STANDING_S else Status.RUNNING
 
     @property
     def stopping(self) -> Stopping:
-        """Tell where it stops: the robot's range guard must not stop it before."""
+        """The distance and the speed of the stop. The range guard must not stop the robot earlier."""
         return Stopping(self.stop_distance_m, self.speed_m_s)
 
     def verify(self, truth: Truth) -> bool:
-        """Judge the end by what a simulator knows: at rest, the ball near and seen."""
+        """Return whether the robot is at rest, near the ball, and sees it."""
         distance = truth.distance_to_target
         is_near = distance is not None and 0.15 <= distance <= 0.40
         is_clean = truth.is_at_rest and not truth.contacts

@@ -1,1 +1,1 @@
-"""A backend for robotcore: robots whose motors and sensors are on my-board."""
+"""A backend of robotcore for robots on my-board."""

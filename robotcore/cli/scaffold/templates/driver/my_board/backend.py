@@ -1,4 +1,4 @@
-"""The backend: opens a robot's devices on the board."""
+"""The backend, which opens the devices of a robot on the board."""
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
@@ -23,21 +23,22 @@ from robotcore.hal.robot import Robot
 
 from my_board.board import Board
 from my_board.devices import BoardBattery, BoardEncoder, BoardMotor, BoardRange
-from my_board.failures import in_words
+from my_board.failures import translate_errors
 
 
 class MyBoardOptions(StrictModel):
-    """Options for ``--option``, each as a field: ``port: str = "/dev/ttyUSB0"``. Nothing yet."""
+    """The options of ``--option``, one field each, such as ``port: str = "/dev/ttyUSB0"``. There are none yet."""
 
 
 class MyBoardBackend(Backend):
-    """Opens the robot that is on the board; ``connect`` finds the board."""
+    """The backend of my-board.
+
+    connect: opens the connection to the board.
+    """
 
     name = "my-board"
-    summary = "a board that is made up: two wheels, encoders, and a wall ahead"
-    capabilities = frozenset(
-        {Capability.LOCKSTEP}
-    )  # for its time is simulated; that of a real board goes on by itself: none
+    summary = "an invented board: two wheels, encoders, and a wall ahead"
+    capabilities = frozenset({Capability.LOCKSTEP})  # its time is simulated; a real board has no capability
     is_exclusive = True
     modules = ()  # the board's library
 
@@ -45,41 +46,41 @@ class MyBoardBackend(Backend):
         self._connect = connect
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return all that are described: the board can tell of one. Every run opens them, whatever its app needs."""
+        """Return the names of the described batteries, which every run opens."""
         return frozenset(battery.name for battery in robot.all_of(BatteryDescription))
 
     def open(self, setup: Setup) -> Robot:
-        """Open the devices asked for; where one cannot be, close the others again."""
+        """Open the chosen devices. If one cannot be opened, close the others."""
         setup.options_as(MyBoardOptions)
         with ExitStack() as opened:
-            with in_words(self.name):
+            with translate_errors(self.name):
                 board = self._connect()
             opened.callback(board.disconnect)
             clock = board.clock(setup.rate_hz)
             opened.callback(clock.close)
-            open_one = partial(_opened, setup.robot.drive, board, clock)
+            open_one = partial(_open_device, setup.robot.drive, board, clock)
             devices = setup.open_each(lambda description: opened.enter_context(closing(open_one(description))))
             opened.pop_all()
         return Robot(setup.robot.name, clock, devices, release=board.disconnect)
 
 
-def _opened(drive: Drive | None, board: Board, clock: Clock, description: AnyDevice) -> Device:
+def _open_device(drive: Drive | None, board: Board, clock: Clock, description: AnyDevice) -> Device:
     match description:
         case MotorDescription():
-            return BoardMotor(description, board, _wheel_of(description.name, drive))
+            return BoardMotor(description, board, _find_wheel(description.name, drive))
         case EncoderDescription():
-            return BoardEncoder(description, board, _wheel_of(description.name, drive), clock)
+            return BoardEncoder(description, board, _find_wheel(description.name, drive), clock)
         case RangeSensorDescription():
             return BoardRange(description, board, clock)
         case BatteryDescription():
             return BoardBattery(description, board, clock)
-    raise DeviceError(description.name, f"a {description.kind} is nothing that the board has")
+    raise DeviceError(description.name, f"the board has no {description.kind}")
 
 
-def _wheel_of(device: str, drive: Drive | None) -> str:
-    """Return which wheel a motor turns or an encoder counts."""
+def _find_wheel(device: str, drive: Drive | None) -> str:
+    """Return the wheel of a motor or an encoder: left or right."""
     if drive and device in (drive.left, drive.left_encoder):
         return "left"
     if drive and device in (drive.right, drive.right_encoder):
         return "right"
-    raise DeviceError(device, "is on no wheel; name it in the robot's [drive]")
+    raise DeviceError(device, "is on no wheel. Name it in the robot's [drive]")

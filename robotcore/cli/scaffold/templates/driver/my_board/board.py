@@ -1,4 +1,4 @@
-"""The board. This one is made up: put the calls of your board's library in its place."""
+"""The board. This one is invented: replace it by the calls of your board's library."""
 
 import math
 
@@ -7,7 +7,7 @@ from robotcore.hal.clock import Clock, SteppedClock
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.0325, track=0.155)
 WALL_M = 1.5
-"""How far ahead of the start there is a wall."""
+"""The distance of the wall from the start."""
 
 FULL_V = 7.8
 
@@ -15,8 +15,8 @@ FULL_V = 7.8
 class Board:
     """Two wheels that follow their commands, and a wall ahead.
 
-    The app and what polls the sensors call it from threads of their own: where the library takes one call at a time,
-    put a lock around it here.
+    The app and the polling of the sensors call it from several threads. If the library allows one call at a time, add
+    a lock here.
     """
 
     def __init__(self) -> None:
@@ -25,32 +25,32 @@ class Board:
         self._pose = Pose(0.0, 0.0, 0.0)
 
     def clock(self, rate_hz: float) -> Clock:
-        """Return the time that the robot goes by; on a real board that is `MonotonicClock()`."""
-        clock = SteppedClock(rate_hz, lambda steps: self._pass(steps * clock.step))
+        """Return the robot's clock. For a real board, return `MonotonicClock()`."""
+        clock = SteppedClock(rate_hz, lambda steps: self._advance(steps * clock.step))
         return clock
 
     def turn(self, wheel: str, rad_s: float) -> None:
-        """Turn the left or the right wheel; positive drives the robot forward."""
+        """Turn the left or the right wheel. A positive velocity drives the robot forward."""
         self._velocities[wheel] = rad_s
 
     def angle(self, wheel: str) -> float:
-        """Return how far a wheel has turned, rad."""
+        """Return the angle of a wheel in rad."""
         return self._angles[wheel]
 
     def distance(self) -> float:
-        """Return the way from the axle to the wall, m; inf where none is ahead."""
+        """Return the distance in m from the axle to the wall; inf if the wall is behind."""
         ahead = math.cos(self._pose.heading)
         return (WALL_M - self._pose.x) / ahead if ahead > 0 else math.inf
 
     def voltage(self) -> float:
-        """Return the battery's voltage, V."""
+        """Return the battery's voltage in V."""
         return FULL_V
 
     def disconnect(self) -> None:
-        """Let the board go, its wheels at rest."""
+        """Stop the wheels, and close the connection."""
         self._velocities = dict.fromkeys(self._velocities, 0.0)
 
-    def _pass(self, seconds: float) -> None:
+    def _advance(self, seconds: float) -> None:
         left, right = (velocity * seconds for velocity in self._velocities.values())
         self._angles["left"] += left
         self._angles["right"] += right

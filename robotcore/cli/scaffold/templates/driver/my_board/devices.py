@@ -1,4 +1,4 @@
-"""The devices of a robot on the board. What begins with _ is robotcore's hook for it."""
+"""The devices of a robot on the board. Methods whose name begins with _ are robotcore's hooks."""
 
 import math
 
@@ -7,36 +7,36 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Angle, Battery, Encoder, Motor, Range, RangeSensor, Voltage
 
 from my_board.board import Board
-from my_board.failures import in_words
+from my_board.failures import translate_errors
 from my_board.polled import Polled
 
 
 class BoardMotor(Motor):
-    """Turns a wheel."""
+    """The motor of a wheel."""
 
     def __init__(self, description: MotorDescription, board: Board, wheel: str) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
         self._board, self._wheel = board, wheel
 
     def _apply(self, rad_s: float) -> None:
-        with in_words(self.name):
+        with translate_errors(self.name):
             self._board.turn(self._wheel, rad_s)
 
 
 class BoardEncoder(Encoder):
-    """Counts from where the wheel stood when it was opened."""
+    """The encoder of a wheel, which counts from the opening."""
 
     def __init__(self, description: EncoderDescription, board: Board, wheel: str, clock: Clock) -> None:
         super().__init__(description.name)
         self._board, self._wheel = board, wheel
-        with in_words(self.name):
+        with translate_errors(self.name):
             self._zero = board.angle(wheel)
-        self._polled = Polled(self.name, clock, self._take)
+        self._polled = Polled(self.name, clock, self._read_board)
 
     def _newest(self) -> Angle:
         return self._polled.newest()
 
-    def _take(self, time: float, sequence: int) -> Angle:
+    def _read_board(self, time: float, sequence: int) -> Angle:
         return Angle(self._board.angle(self._wheel) - self._zero, time, sequence)
 
     def _release(self) -> None:
@@ -44,7 +44,7 @@ class BoardEncoder(Encoder):
 
 
 class BoardRange(RangeSensor):
-    """Measures what is ahead."""
+    """The range sensor."""
 
     def __init__(self, description: RangeSensorDescription, board: Board, clock: Clock) -> None:
         super().__init__(
@@ -54,12 +54,12 @@ class BoardRange(RangeSensor):
             cone=description.cone_rad,
         )
         self._board, self._mount_x = board, description.mount.x_m
-        self._polled = Polled(self.name, clock, self._take)
+        self._polled = Polled(self.name, clock, self._read_board)
 
     def _newest(self) -> Range:
         return self._polled.newest()
 
-    def _take(self, time: float, sequence: int) -> Range:
+    def _read_board(self, time: float, sequence: int) -> Range:
         distance = max(self._board.distance() - self._mount_x, self.min_range)
         return Range(distance if distance <= self.max_range else math.inf, time, sequence)
 
@@ -68,17 +68,17 @@ class BoardRange(RangeSensor):
 
 
 class BoardBattery(Battery):
-    """Tells what feeds the board; no run ends where it cannot."""
+    """The battery of the board. A failure of it ends no run."""
 
     def __init__(self, description: BatteryDescription, board: Board, clock: Clock) -> None:
         super().__init__(description.name)
         self._board = board
-        self._polled = Polled(self.name, clock, self._take)
+        self._polled = Polled(self.name, clock, self._read_board)
 
     def _newest(self) -> Voltage:
         return self._polled.newest()
 
-    def _take(self, time: float, sequence: int) -> Voltage:
+    def _read_board(self, time: float, sequence: int) -> Voltage:
         return Voltage(self._board.voltage(), time, sequence)
 
     def _release(self) -> None:

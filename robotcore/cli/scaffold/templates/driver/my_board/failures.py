@@ -1,4 +1,4 @@
-"""What the board's library raises, as errors that say what to do."""
+"""Translate the errors of the board's library into errors with a remedy."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,12 +7,14 @@ from robotcore.errors import DeviceError
 
 
 @contextmanager
-def in_words(device: str) -> Iterator[None]:
-    """Raise DeviceError, by the device's name, for what the library raises.
+def translate_errors(device: str) -> Iterator[None]:
+    """Raise DeviceError with the device's name for each error of the library.
 
-    ConnectionError stands for the library's own errors: name them here, all of them.
+    ConnectionError stands for the errors of the library. Name all of them here.
     """
     try:
         yield
     except ConnectionError as error:
-        raise DeviceError(device, "the board does not answer. Look at its cable and its power") from error
+        raise DeviceError(
+            device, "the board does not answer. Check its cable and its power", kind="board-silent"
+        ) from error

@@ -1,4 +1,4 @@
-"""A sensor's samples, asked for beside the app: no read waits for an answer."""
+"""Poll a sensor beside the app, so that no read waits for the board."""
 
 from collections.abc import Callable
 from typing import Generic
@@ -8,21 +8,21 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import SampleT
 from robotcore.hardware import LatestSample
 
-from my_board.failures import in_words
+from my_board.failures import translate_errors
 
 PERIOD_S = 0.02
 
 
 class Polled(Generic[SampleT]):
-    """Calls ``take(time, sequence)`` once a period, and keeps what it returned last.
+    """Calls ``read(time, sequence)`` once per period, and keeps the last sample.
 
-    Raises DeviceError where the first call fails. A later failure is raised by `newest`, until a call succeeds again.
+    Raises DeviceError if the first call fails. After a later failure, `newest` raises until a call succeeds again.
     """
 
-    def __init__(self, device: str, clock: Clock, take: Callable[[float, int], SampleT]) -> None:
-        self._device, self._clock, self._take = device, clock, take
+    def __init__(self, device: str, clock: Clock, read: Callable[[float, int], SampleT]) -> None:
+        self._device, self._clock, self._read = device, clock, read
         self._sequence = 0
-        self._newest = LatestSample(device, self._ask())
+        self._newest = LatestSample(device, self._measure())
         self._polling = clock.every(PERIOD_S, self._poll, device)
 
     def newest(self) -> SampleT:
@@ -30,17 +30,17 @@ class Polled(Generic[SampleT]):
         return self._newest.get()
 
     def stop(self) -> None:
-        """Ask no more."""
+        """Stop polling."""
         self._polling.stop()
 
     def _poll(self) -> None:
         try:
-            self._newest.put(self._ask())
+            self._newest.put(self._measure())
         except DeviceError as error:
             self._newest.fail(error)
 
-    def _ask(self) -> SampleT:
-        with in_words(self._device):
-            sample = self._take(self._clock.now(), self._sequence)
+    def _measure(self) -> SampleT:
+        with translate_errors(self._device):
+            sample = self._read(self._clock.now(), self._sequence)
         self._sequence += 1
         return sample

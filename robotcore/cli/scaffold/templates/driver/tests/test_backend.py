@@ -1,4 +1,4 @@
-"""What the kit does not know: the backend's name, and what its board can do wrong."""
+"""Tests beside the conformance kit: the backend's name, and the failures of its board."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ class Unplugged(Board):
         return super().distance()
 
 
-def test_an_app_runs_on_it_by_its_name() -> None:
+def test_an_app_runs_on_the_backend() -> None:
     assert "my-board" in backend_names(), "install it first: pip install -e ."
     result = run(RunRequest("avoid-obstacles", backend="my-board", robot=ROBOT))
     assert result.outcome is Outcome.SUCCESS
@@ -39,11 +39,12 @@ def test_an_unplugged_board_is_named_in_the_error() -> None:
     with MyBoardBackend(lambda: board).open(setup) as robot:
         board.is_unplugged = True
         robot.clock.sleep_until(0.1)
-        with pytest.raises(DeviceError, match="nose: the board does not answer"):
+        with pytest.raises(DeviceError) as caught:
             robot.range.read()
+    assert (caught.value.device, caught.value.kind) == ("nose", "board-silent")
 
 
 def test_a_device_that_the_board_lacks_is_named() -> None:
     setup = Setup(load_robot("rover"), None, frozenset({"nose", "eye"}))
-    with pytest.raises(DeviceError, match="eye: a camera is nothing that the board has"):
+    with pytest.raises(DeviceError, match="eye: "):
         MyBoardBackend().open(setup)

@@ -1,4 +1,4 @@
-"""The backend keeps robotcore's rules, or says why one cannot be checked on it."""
+"""The conformance kit on the backend, with a reason for each rule that cannot be tested."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -17,8 +17,8 @@ class TestMyBoard(ConformanceSuite):
     backend = MyBoardBackend
     robot = str(Path(__file__).parents[1] / "my_board.toml")
     lacks: ClassVar = {
-        TestSupport.WORLD: "there is one wall, and nothing else",
-        TestSupport.LOST_ECHO: "the wall is always heard",
+        TestSupport.WORLD: "the board has one wall only",
+        TestSupport.LOST_ECHO: "the board always measures the wall",
     }
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
@@ -26,7 +26,7 @@ class TestMyBoard(ConformanceSuite):
 
 
 class SlowBoard(Board):
-    """A board in real time, whose every answer comes through a gate."""
+    """A board in real time, each answer of which passes a gate."""
 
     def __init__(self, gate: Gate) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What becomes of it: runs in rooms that a seed draws, judged by the simulator."""
+"""Runs in rooms that a seed draws, verified by the simulator."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What the app decides, on readings that are written down."""
+"""The decisions of the app on scripted readings."""
 
 from pathlib import Path
 
@@ -34,7 +34,7 @@ def test_stops_in_front_of_the_ball() -> None:
     assert robot.wheels[-1] == (0.0, 0.0)
 
 
-def test_gives_up_where_there_is_no_ball() -> None:
+def test_gives_up_without_a_ball() -> None:
     app = Search(hue="blue")
     robot = MockRobot(ROBOT, camera=picture(ball_at=160))
     assert robot.run(app, ticks=200) is Status.FAILURE
