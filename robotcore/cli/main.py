@@ -107,9 +107,9 @@ def _exit(status: int) -> NoReturn:
         status = status or UNWRITTEN
     _flush(sys.stderr)
     if status > SIGNALLED:
-        from robotcore.runtime.signals import die_of
+        from robotcore.runtime.signals import end_by_signal
 
-        die_of(status - SIGNALLED)
+        end_by_signal(status - SIGNALLED)
     _limit_exit(status)
     sys.exit(status)
 

@@ -90,7 +90,7 @@ def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, 
         return replace(result, exit_status=result.exit_status or 1, reason=result.reason or str(failure)), ""
     if not recorder.has_begun:
         return result, ""
-    result = recorder.completed(result)
+    result = recorder.complete(result)
     lost = f", {recorder.dropped} picture(s) dropped: it cannot be replayed" if recorder.dropped else ""
     cut = ", cut: its end was not awaited" if recorder.is_writing else ""
     early = f"; {recorder.ended_early}" if recorder.ended_early else ""

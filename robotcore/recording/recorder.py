@@ -142,7 +142,7 @@ class Recorder:
         """The number of dropped pictures."""
         return self.layer.dropped
 
-    def completed(self, result: RunResult) -> RunResult:
+    def complete(self, result: RunResult) -> RunResult:
         """Return the result with the number of dropped pictures."""
         return replace(result, dropped_pictures=self.dropped)
 
@@ -168,7 +168,7 @@ class Recorder:
 
     def end(self, result: RunResult) -> None:
         """Write the result, and wait for the writer thread."""
-        self._result = self.completed(result)
+        self._result = self.complete(result)
         self._queue.end()
         if self._thread:
             self._thread.join(JOIN_S)

@@ -28,7 +28,7 @@ class WatchdogInterrupt(BaseException):
     """Raised in the run's thread after the watchdog tripped the latch. The latch has the error that ended the run."""
 
 
-def die_of(number: int) -> NoReturn:
+def end_by_signal(number: int) -> NoReturn:
     """End the process by a signal's default action.
 
     The parent process then sees the signal instead of an exit status, so a loop in a shell ends too
@@ -182,7 +182,7 @@ class SignalGuard:
         try:
             self._last_resort()
         finally:
-            die_of(number)
+            end_by_signal(number)
 
 
 class _CancelInterrupt(BaseException):

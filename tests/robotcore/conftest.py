@@ -17,7 +17,7 @@ def backend() -> RigBackend:
 
 @pytest.fixture
 def perform(backend: RigBackend, monkeypatch: pytest.MonkeyPatch) -> Runner:
-    """Run an app that is given on null devices."""
+    """Return a function that runs an app on null devices."""
 
     def perform(app: Behaviour, request: RunRequest | None = None, **parts: Any) -> RunResult:
         monkeypatch.setattr("robotcore.runtime.plan.load_backend", lambda _: backend)

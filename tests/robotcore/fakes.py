@@ -1,4 +1,4 @@
-"""Devices without hardware, and a rover made of them under the layers of a real run."""
+"""Devices without hardware, and a rover of them under the layers of a real run."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from robotcore.runtime.layers import Assembled, assemble
 ROVER = load_robot("rover")
 assert ROVER.drive
 UNHURRIED = ROVER.model_copy(update={"drive": ROVER.drive.model_copy(update={"max_acceleration_rad_s2": None})})
-"""The rover without a limit of its acceleration."""
+"""The rover without an acceleration limit."""
 
 STANDING = Twist(0.0, 0.0)
 EYE = Intrinsics(32, 24, math.radians(60))
 
 
 class NullMotor(Motor):
-    """Keeps what it is told; fails instead where ``is_broken``."""
+    """Collects its commands. If ``is_broken``, each command fails instead."""
 
     def __init__(self, name: str, max_velocity: float = 12.0) -> None:
         super().__init__(name, max_velocity)
@@ -52,7 +52,7 @@ class NullMotor(Motor):
 
 
 class NullRange(RangeSensor):
-    """Reads ``distance``, captured ``age`` seconds ago; counts how often it is asked."""
+    """Returns ``distance``, captured ``age`` seconds ago, and counts the reads."""
 
     def __init__(self, clock: Clock, name: str = "nose", distance: float = math.inf) -> None:
         super().__init__(name, min_range=0.02, max_range=2.0, cone=0.5)
@@ -65,7 +65,7 @@ class NullRange(RangeSensor):
 
 
 class NullEncoder(Encoder):
-    """Reads ``angle``; counts how often it is asked."""
+    """Returns ``angle``, and counts the reads."""
 
     def __init__(self, clock: Clock, name: str) -> None:
         super().__init__(name)
@@ -78,7 +78,7 @@ class NullEncoder(Encoder):
 
 
 class NullCamera(Camera):
-    """Shows ``image``."""
+    """Returns ``image``."""
 
     def __init__(self, clock: Clock, name: str = "eye") -> None:
         super().__init__(name, EYE)
@@ -92,7 +92,7 @@ class NullCamera(Camera):
 
 
 class StillTruth:
-    """A robot that stands where it is put."""
+    """The truth of a robot that does not move."""
 
     def __init__(self, pose: Pose, twist: Twist = STANDING, contacts: int = 0) -> None:
         self._truth = pose, twist, contacts
@@ -116,7 +116,7 @@ def picture(colour: tuple[int, int, int] = (0, 0, 0), intrinsics: Intrinsics = E
 
 @dataclass
 class Rig:
-    """A rover of null devices on a stepped clock; ``made`` are those that were opened."""
+    """A rover of null devices on a stepped clock."""
 
     rate_hz: float = 20.0
     description: RobotDescription = ROVER
@@ -141,7 +141,7 @@ class Rig:
 
     @property
     def assembled(self) -> Assembled:
-        """The rover under its layers."""
+        """The rover with its layers."""
         self._assembled = self._assembled or assemble(self.raw, self.description, self.rate_hz)
         return self._assembled
 
@@ -150,7 +150,7 @@ class Rig:
         return self.assembled.robot
 
     def commit(self) -> None:
-        """End the tick as the loop does, and let time pass until the next."""
+        """End the tick as the loop does, and let time pass until the next tick."""
         assert self.assembled.stage
         self.assembled.stage.commit()
         self.sleep(1 / self.rate_hz)
@@ -161,12 +161,12 @@ class Rig:
 
     @property
     def wheels(self) -> tuple[float, float]:
-        """What the motors were told last."""
+        """The last commands of the two motors, in rad/s."""
         return self.left.sent[-1], self.right.sent[-1]
 
 
 class RigBackend(Backend):
-    """Opens a rig; it is kept in ``rig``, and what was opened in ``opened``."""
+    """Opens a rig. ``rig`` is the last one, ``rigs`` are all."""
 
     name = "rig"
     summary = "null devices"
@@ -187,7 +187,7 @@ class RigBackend(Backend):
 
 
 class Deed(Behaviour):
-    """An app that does in every tick what it is given."""
+    """An app that calls a function in each tick."""
 
     needs = frozenset({Role.DRIVE})
 

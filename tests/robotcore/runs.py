@@ -1,4 +1,4 @@
-"""Apps that end as they are told, and who watches them."""
+"""Apps with an end that the test chooses, and observers of runs."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from robotcore.safety import STOPPED
 from tests.robotcore.fakes import Deed
 
 Runner = Callable[..., RunResult]
-"""Runs an app that is given: the fixture `perform`."""
+"""The type of the fixture `perform`, which runs an app."""
 
 
 class Watcher:
-    """An observer that keeps what it hears, by name."""
+    """An observer that collects its calls: the method and the argument."""
 
     def __init__(self) -> None:
         self.heard: list[tuple[str, Any]] = []
@@ -33,7 +33,7 @@ class Watcher:
 
 
 class Once(Watcher):
-    """Does something in one tick of a run."""
+    """An observer that calls a function in one tick of a run."""
 
     def __init__(self, deed: Callable[[], object], tick: int = 5) -> None:
         super().__init__()
@@ -58,7 +58,7 @@ def driving(robot: Robot, left: float = 2.0) -> None:
 
 
 def then(end: Callable[[Robot], object]) -> Deed:
-    """Return an app that drives for two ticks and then does what is given."""
+    """Return an app that drives for two ticks and then calls ``end``."""
     ticks: list[int] = []
 
     def deed(robot: Robot) -> Status:

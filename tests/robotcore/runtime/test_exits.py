@@ -38,7 +38,7 @@ def test_no_command_passes_after_the_third_signal(
     robots: list[Robot] = []
     died: list[tuple[float, float]] = []
 
-    def die_of(number: int) -> None:
+    def end_by_signal(number: int) -> None:
         with pytest.raises(DeviceClosedError):
             driving(robots[0])
         died.append(backend.rig.wheels)
@@ -49,7 +49,7 @@ def test_no_command_passes_after_the_third_signal(
             with suppress(Interrupted):
                 signal.raise_signal(signal.SIGTERM)
 
-    monkeypatch.setattr("robotcore.runtime.signals.die_of", die_of)
+    monkeypatch.setattr("robotcore.runtime.signals.end_by_signal", end_by_signal)
     perform(then(press))
     assert died == [(0.0, 0.0)]
 

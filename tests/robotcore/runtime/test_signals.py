@@ -60,7 +60,7 @@ class TestSignalGuard:
             signal.raise_signal(signal.SIGTERM)  # a fourth signal does not interrupt the stop
             ended.append("stopped")
 
-        monkeypatch.setattr("robotcore.runtime.signals.die_of", die)
+        monkeypatch.setattr("robotcore.runtime.signals.end_by_signal", die)
         with SignalGuard() as guard:
             guard.set_last_resort(stop)
             for _ in range(2):
@@ -142,14 +142,19 @@ class TestSignalGuard:
 def test_process_dies_of_the_signal_despite_a_handler(number: signal.Signals) -> None:
     before = f"signal.signal({number}, lambda *_: print('heard'))"
     assert (
-        _status_of(f"import signal; from robotcore.runtime.signals import die_of; {before}; die_of({number})")
+        _status_of(
+            f"import signal; from robotcore.runtime.signals import end_by_signal; {before}; end_by_signal({number})"
+        )
         == -number
     )
 
 
 def test_blocked_signal_is_in_the_exit_status() -> None:
     before = "signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])"
-    assert _status_of(f"import signal; from robotcore.runtime.signals import die_of; {before}; die_of(15)") == 143
+    assert (
+        _status_of(f"import signal; from robotcore.runtime.signals import end_by_signal; {before}; end_by_signal(15)")
+        == 143
+    )
 
 
 def _status_of(code: str) -> int:
