@@ -8,6 +8,6 @@
 int32_t battery::millivolts() {
   if (BATTERY_PIN == NOT_WIRED) return -1;
   int32_t sum = 0;
-  for (uint8_t look = 0; look < 8; ++look) sum += analogRead(BATTERY_PIN);
+  for (uint8_t i = 0; i < 8; ++i) sum += analogRead(BATTERY_PIN);
   return sum * BATTERY_FULL_SCALE_MV / (8 * 1024L);
 }

@@ -1,10 +1,10 @@
-// The battery's voltage, by a divider.
+// The voltage of the battery, measured with a divider.
 #pragma once
 #include <stdint.h>
 
 namespace battery {
 
-// In mV, the mean of eight looks (1 ms); -1 where no divider is wired.
+// Returns the mean of eight measurements (1 ms) in mV; -1 if no divider is wired.
 int32_t millivolts();
 
 } // namespace battery

@@ -11,7 +11,7 @@
 
 namespace {
 
-// Writes to the line, and sums what it has written.
+// Writes to the line, and computes the checksum of the written bytes.
 class Reply : public Print {
 public:
   size_t write(uint8_t byte) override {
@@ -81,8 +81,8 @@ bool resetCounts(const Command &command) {
   return true;
 }
 
-// As ROSArduinoBridge tells it: in cm, and 0 where no echo has come lately.
-bool tellCentimetres(const Command &command, Reply &reply) {
+// Replies as ROSArduinoBridge does: in cm, and 0 without a recent echo.
+bool replyCentimetres(const Command &command, Reply &reply) {
   if (!has(command, 1, SONAR_TRIGGER_PIN, SONAR_TRIGGER_PIN) && !has(command, 1, SONAR_ECHO_PIN, SONAR_ECHO_PIN))
     return false;
   const sonar::Range range = sonar::newest();
@@ -90,8 +90,8 @@ bool tellCentimetres(const Command &command, Reply &reply) {
   return true;
 }
 
-bool tell(const Command &command, Reply &reply) {
-  if (command.name == 'p') return tellCentimetres(command, reply);
+bool replyValue(const Command &command, Reply &reply) {
+  if (command.name == 'p') return replyCentimetres(command, reply);
   if (!has(command, 0)) return false;
   switch (command.name) {
   case 'b': reply.print(static_cast<int32_t>(BAUD)); return true;
@@ -118,20 +118,20 @@ bool set(const Command &command) {
   }
 }
 
-// Once something came with a sum, noise that takes a sum away must not pass; a stop may always. Who asks `v` without
-// one is somebody new.
+// After the first command with a checksum, commands without one are refused, because noise may have removed it. A stop
+// is always obeyed. A `v` without a checksum comes from another program, which uses none.
 bool isTrusted(const Command &command) {
   if (command.summed) sumsAsked = true;
   else if (command.name == 'v') sumsAsked = false;
   return command.summed || !sumsAsked || isStop(command);
 }
 
-void obey(bool whole) {
+void execute(bool whole) {
   Command command{};
   Reply reply;
   const bool understood = whole && parse(line.text(), command);
   if (understood && isTrusted(command) && set(command)) reply.print(F("OK"));
-  else if (!understood || !tell(command, reply)) reply.print(F("Invalid Command"));
+  else if (!understood || !replyValue(command, reply)) reply.print(F("Invalid Command"));
   reply.end(command.summed);
 }
 
@@ -139,5 +139,5 @@ void obey(bool whole) {
 
 void commands::take(char byte) {
   const LineReader::Result result = line.take(byte);
-  if (result != LineReader::NOTHING) obey(result == LineReader::LINE);
+  if (result != LineReader::NOTHING) execute(result == LineReader::LINE);
 }

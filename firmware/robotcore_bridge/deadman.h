@@ -1,4 +1,4 @@
-// The motors' right to turn, which ends by itself.
+// A time-out for the motors: they stop if no command arrives in time.
 #pragma once
 #include <stdint.h>
 
@@ -8,16 +8,16 @@ public:
 
   void setLimit(uint16_t ms) { limit = ms; }
 
-  // A command that turns a wheel has come; times are millis(), which wrap.
+  // Restarts the time-out after a command that turns a wheel; times are millis(), which wrap.
   void feed(uint32_t now) {
     fed = now;
     armed = true;
   }
 
-  // The motors were stopped: there is nothing to watch until it is fed again.
+  // Switches the time-out off until the next feed, because the motors stand.
   void disarm() { armed = false; }
 
-  // Whether the motors must be stopped now, because nobody has fed it for the limit.
+  // Returns whether the motors must stop, because the last feed is older than the limit.
   bool hasExpired(uint32_t now) const { return armed && now - fed >= limit; }
 
 private:

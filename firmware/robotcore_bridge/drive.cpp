@@ -16,7 +16,7 @@ Gains gains = {KP, KD, KI, KO};
 SpeedControl controls[] = {{{START_DUTY, FULL_SPEED}, gains}, {{START_DUTY, FULL_SPEED}, gains}};
 bool byEncoder = false;
 
-// Frames keep their rate; after a pause they start anew.
+// Returns whether a frame is due. Frames keep their rate; after a pause of two frames the period restarts.
 bool isFrameDue() {
   static uint32_t last = 0;
   const uint32_t passed = micros() - last;
@@ -25,7 +25,7 @@ bool isFrameDue() {
   return true;
 }
 
-void keepSpeeds() {
+void controlSpeeds() {
   for (Side side : SIDES) {
     const int16_t duty = controls[side].step(encoders::moved(side));
     if (byEncoder) motors::turn(side, duty);
@@ -53,7 +53,7 @@ void drive::begin() {
 
 void drive::poll() {
   if (deadman.hasExpired(millis())) stop();
-  if (isFrameDue()) keepSpeeds();
+  if (isFrameDue()) controlSpeeds();
 }
 
 void drive::atSpeed(int16_t left, int16_t right) {

@@ -1,4 +1,4 @@
-// The wheels as they are driven: at a speed that the encoders keep, or at a duty; and what stops them.
+// Drives the wheels at a controlled speed or at a duty, and stops them after the deadman's time.
 #pragma once
 #include "speed.h"
 
@@ -7,13 +7,13 @@ namespace drive {
 const int16_t MAX_SPEED = 1000; // counts a frame (1/30 s)
 const int16_t MAX_DUTY = 255;
 
-// The motors stand: before anything else.
+// Stops the motors; call this first.
 void begin();
 
-// Stops what nobody has fed, and keeps speeds: called as often as can be.
+// Checks the deadman and controls the speeds; call this as often as possible.
 void poll();
 
-// Both wheels turn so until they are told anew, or the deadman ends it. Not beyond the maxima.
+// Sets both wheels until the next command or the deadman's time. The values are within the maxima.
 void atSpeed(int16_t left, int16_t right);
 void atDuty(int16_t left, int16_t right);
 

@@ -1,4 +1,4 @@
-// The wheels' quadrature encoders, counted by interrupts at every edge.
+// The quadrature encoders of the wheels; interrupts count every edge.
 #pragma once
 #include "motors.h"
 
@@ -6,13 +6,13 @@ namespace encoders {
 
 void begin();
 
-// A pin has changed: called by the interrupt.
+// Handles a change of a pin; the interrupt calls it.
 void edge();
 
-// Counts since the last reset; ahead is positive.
+// Returns the counts since the last reset; forward is positive.
 int32_t count(Side side);
 
-// Counts since the last call for this side, whatever was reset meanwhile.
+// Returns the counts since the last call for this side; resets do not matter.
 int32_t moved(Side side);
 
 void reset();

@@ -1,4 +1,4 @@
-// Bytes become lines, and lines commands. Nothing half understood gets through.
+// Parses bytes into lines, and lines into commands; anything malformed is refused.
 #pragma once
 #include <stdint.h>
 
@@ -7,16 +7,16 @@ struct Command {
   char name;
   uint8_t count;
   int16_t args[4];
-  bool summed; // it carried a sum, and the sum was right
+  bool summed; // it has a checksum, which is right
 };
 
-// Gathers bytes up to a CR. A line that is too long, or has a byte that no command has, is dropped whole.
+// Collects bytes up to a CR. A line that is too long, or has a byte that no command has, is dropped whole.
 class LineReader {
 public:
   enum Result { NOTHING, LINE, SPOILT };
 
-  // Takes the next byte: LINE, and text() is it, or SPOILT, where one ends here. A CR alone is nothing, and the LF
-  // after a CR is passed over.
+  // Takes the next byte. If it ends a line, returns LINE, and text() is the line, or SPOILT. An empty line and an LF
+  // after a CR are ignored.
   Result take(char byte) {
     if (byte == '\r') return end();
     if (byte == '\n' && length == 0) return NOTHING;
@@ -41,7 +41,7 @@ private:
   bool spoilt = false;
 };
 
-// Reads an integer of at most six digits, and moves on behind it. Returns whether there was one of 16 bits.
+// Reads an integer of at most six digits, and moves text behind it. Returns whether it is a 16-bit number.
 inline bool readNumber(const char *&text, int16_t &number) {
   const bool negative = *text == '-';
   if (negative) ++text;
@@ -56,7 +56,7 @@ inline int8_t hexDigit(char c) {
   return static_cast<int8_t>(c >= '0' && c <= '9' ? c - '0' : c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1);
 }
 
-// Checks the two hexadecimal digits of a sum against the XOR of the bytes from start up to the star before them.
+// Returns whether the two hexadecimal digits after the star are the XOR of the bytes from start up to the star.
 inline bool sumIsRight(const char *start, const char *star) {
   uint8_t sum = 0;
   for (; start != star; ++start) sum ^= static_cast<uint8_t>(*start);
@@ -64,8 +64,8 @@ inline bool sumIsRight(const char *start, const char *star) {
   return low >= 0 && star[3] == '\0' && sum == (high << 4 | low);
 }
 
-// Reads a line: a letter, a space and up to four numbers with a space between them (in `u` a colon), and perhaps a
-// star and a sum. Returns whether it was one.
+// Parses a line: a letter, a space, up to four numbers separated by spaces (in `u` by colons), and perhaps a star and a
+// checksum. Returns whether the line is such a command.
 inline bool parse(const char *line, Command &command) {
   const char *text = line;
   command.name = *text++;

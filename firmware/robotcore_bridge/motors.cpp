@@ -21,7 +21,7 @@ const Motor MOTORS[] = {
 
 void motors::begin() {
   for (const Motor &motor : MOTORS) {
-    digitalWrite(motor.enable, LOW); // before it is an output
+    digitalWrite(motor.enable, LOW); // before it becomes an output
     pinMode(motor.enable, OUTPUT);
     pinMode(motor.forward, OUTPUT);
     pinMode(motor.backward, OUTPUT);
@@ -34,7 +34,7 @@ void motors::stop() {
   turn(RIGHT, 0);
 }
 
-// The direction changes while the bridge is off, lest a glitch turns the wheel the old way.
+// The direction changes while the bridge is off, so that no glitch turns the wheel.
 void motors::turn(Side side, int16_t duty) {
   const Motor &motor = MOTORS[side];
   const bool reverses = digitalRead(duty > 0 ? motor.backward : motor.forward) == HIGH;

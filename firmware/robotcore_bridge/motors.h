@@ -7,13 +7,13 @@ const Side SIDES[] = {LEFT, RIGHT};
 
 namespace motors {
 
-// Takes the pins, and stands.
+// Sets up the pins, and stops both motors.
 void begin();
 
-// Both stand.
+// Stops both motors.
 void stop();
 
-// Turns one at a duty of -255 to 255; ahead is positive.
+// Turns a motor at a duty of -255 to 255; forward is positive.
 void turn(Side side, int16_t duty);
 
 } // namespace motors

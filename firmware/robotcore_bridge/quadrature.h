@@ -1,14 +1,14 @@
-// Counting the edges of an encoder's two square waves, which are a quarter of a period apart.
+// Counts the edges of an encoder's two square waves, which are a quarter of a period apart.
 #pragma once
 #include <stdint.h>
 
 class Quadrature {
 public:
-  // Starts from these levels, at no count.
+  // Starts with these levels; the count stays.
   void begin(bool a, bool b) { state = levels(a, b); }
 
-  // Counts what changed since the levels before: up where A goes ahead of B. Both at once is an edge that was
-  // missed, in nobody knows which direction: no count.
+  // Counts a change of the levels: up if A is ahead of B. If both have changed, an edge was missed in an unknown
+  // direction, and nothing is counted.
   void update(bool a, bool b) {
     static const int8_t STEPS[16] = {0, -1, +1, 0, +1, 0, 0, -1, -1, 0, 0, +1, 0, +1, -1, 0};
     const uint8_t now = levels(a, b);
@@ -16,7 +16,7 @@ public:
     state = now;
   }
 
-  // Since it began; it wraps at 32 bits, so that differences are right.
+  // Returns the count; it wraps at 32 bits, so that differences are right.
   uint32_t count() const { return total; }
 
 private:

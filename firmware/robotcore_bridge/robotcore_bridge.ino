@@ -1,5 +1,5 @@
-// Two wheels with encoders, a sonar and a battery, for a computer at the other end of the USB line.
-// The wiring is in config.h, the commands are in commands.cpp; docs/firmware.md explains both.
+// The firmware of a board with two wheels, encoders, a sonar and a battery; a computer on the USB line controls it.
+// config.h has the wiring, commands.cpp the commands; docs/firmware.md explains both.
 
 #include <avr/wdt.h>
 
@@ -11,11 +11,11 @@
 
 void setup() {
   drive::begin();
-  MCUSR = 0; // else the watchdog that has reset us stays on
+  MCUSR = 0; // otherwise the watchdog stays on after it has reset the chip
   wdt_disable();
   sonar::begin();
   Serial.begin(BAUD);
-  wdt_enable(WDTO_120MS); // a loop that hangs for so long resets the chip: no pin drives a motor then
+  wdt_enable(WDTO_120MS); // if the loop hangs for so long, the chip is reset, and no pin drives a motor
 }
 
 void loop() {
@@ -25,7 +25,7 @@ void loop() {
   if (Serial.available() > 0) commands::take(static_cast<char>(Serial.read()));
 }
 
-// A watched pin has changed, on whichever port.
+// A watched pin of any port has changed.
 ISR(PCINT0_vect) {
   encoders::edge();
   sonar::edge();

@@ -8,7 +8,7 @@
 
 namespace {
 
-const uint32_t CYCLE_US = 60000;                       // the sensor's manual: no echo of one trigger in the next
+const uint32_t CYCLE_US = 60000;                       // from the sensor's manual: echoes fade before the next trigger
 const uint32_t MAX_US = SONAR_MAX_MM * 2000UL / 343UL; // there and back at 343 m/s
 
 volatile bool echoing = false, answered = false;
@@ -18,7 +18,7 @@ bool waiting = false, measured = false;
 uint32_t triggered = 0, heard = 0; // us, ms
 int16_t newestMm = -1;
 
-// The trigger pin is high for 10 us. A sensor that is still at its last echo would not take it.
+// Sets the trigger pin high for 10 us, unless the sensor is still busy with its last echo.
 void trigger() {
   if (isHigh(SONAR_ECHO_PIN)) return;
   answered = false;
@@ -28,7 +28,8 @@ void trigger() {
   digitalWrite(SONAR_TRIGGER_PIN, LOW);
 }
 
-// Where nothing is heard the sensor holds the pin for 38 ms or more: that is an answer too, and silence is none.
+// Takes the length of an echo in us. Without an echo the sensor holds the pin for 38 ms or more, which is a measurement
+// too; a sensor that never raises the pin makes none.
 void take(uint32_t length) {
   waiting = false;
   measured = true;

@@ -1,20 +1,20 @@
-// An HC-SR04, measured beside everything else: its echo is timed by interrupts.
+// An HC-SR04; interrupts measure the time of its echo, so nothing waits for it.
 #pragma once
 #include <stdint.h>
 
 namespace sonar {
 
 struct Range {
-  int16_t mm;   // -1 where the newest cycle heard no echo
-  uint16_t age; // of it, in ms, at most 65535: a sensor that answers no trigger has no cycles, and its range grows old
+  int16_t mm;   // -1 if the newest cycle had no echo
+  uint16_t age; // in ms, at most 65535; it grows if the sensor does not answer its trigger
 };
 
 void begin();
 
-// The echo pin may have changed: called by the interrupt.
+// Handles a change of a pin; the interrupt calls it.
 void edge();
 
-// Triggers when it is time, and takes an echo that has come: called as often as can be.
+// Triggers a measurement when it is due, and takes a finished echo; call this as often as possible.
 void poll();
 
 Range newest();

@@ -1,15 +1,15 @@
-// Keeping a wheel at its speed, in integers. Speeds are counts a frame (1/30 s), at most 1000; duties -255 to 255.
+// Speed control of a wheel in integers. Speeds are counts a frame (1/30 s), at most 1000; duties are -255 to 255.
 #pragma once
 #include <stdint.h>
 
-// Each step adds (kp error - kd change + sum of ki error) / ko to the duty, as ROSArduinoBridge does, so that its
-// gains fit. As the duty is a sum of such steps, kp is what others call integral gain, and kd proportional gain, on the
-// measured speed alone: a new target gives no kick.
+// Each step adds (kp error - kd change + sum of ki error) / ko to the duty, as in ROSArduinoBridge, so its gains apply.
+// The duty is a sum of such steps. So kp acts as an integral gain, and kd as a proportional gain on the measured speed:
+// a new target causes no jump.
 struct Gains {
   int16_t kp, kd, ki, ko;
 };
 
-// How a wheel turns by itself: it starts at a duty, and has a speed at full duty.
+// A wheel without control: the duty at which it starts to turn, and its speed at full duty.
 struct Wheel {
   int16_t startDuty, fullSpeed;
 };
@@ -18,21 +18,21 @@ class SpeedControl {
 public:
   SpeedControl(Wheel wheel, const Gains &gains) : wheel(wheel), gains(gains) {}
 
-  // From the next step on. What friction and load were found to take stays, but when the direction changes.
+  // Sets the target from the next step on. The correction is kept, unless the direction changes.
   void setTarget(int16_t speed) {
-    const int8_t asked = static_cast<int8_t>((speed > 0) - (speed < 0));
-    if (asked != direction) correction = sum = 0;
-    direction = asked;
+    const int8_t wanted = static_cast<int8_t>((speed > 0) - (speed < 0));
+    if (wanted != direction) correction = sum = 0;
+    direction = wanted;
     target = direction < 0 ? -speed : speed;
   }
 
-  // Returns the duty for the next frame, given the counts of the last one. It never pushes against the direction that was
-  // asked for, and none is asked for at 0.
+  // Returns the duty for the next frame by the counts of the last one. The duty never reverses the target's direction,
+  // and is 0 for the target 0.
   int16_t step(int32_t counts) {
     const int16_t moved = static_cast<int16_t>(limited(counts, -1000, 1000));
     const int16_t change = moved - before;
     before = moved;
-    return direction == 0 ? 0 : direction * corrected(target - direction * moved, direction * change);
+    return direction == 0 ? 0 : direction * correctedDuty(target - direction * moved, direction * change);
   }
 
 private:
@@ -42,9 +42,9 @@ private:
     return value < low ? low : value > high ? high : value;
   }
 
-  // What cannot be had is not added up: the correction ends where the duty does, and there its sum only comes back.
-  int16_t corrected(int16_t error, int16_t change) {
-    const int32_t guess = guessed();
+  // Anti-windup: the correction is limited by the duty, and beyond the limits the sum only shrinks.
+  int16_t correctedDuty(int16_t error, int16_t change) {
+    const int32_t guess = feedForward();
     const int32_t step = int32_t(gains.kp) * error - int32_t(gains.kd) * change + sum;
     const int32_t wanted = guess + correction + step * ONE / gains.ko;
     const int32_t duty = limited(wanted, 0, FULL);
@@ -54,7 +54,7 @@ private:
     return static_cast<int16_t>((duty + ONE / 2) / ONE);
   }
 
-  int32_t guessed() const {
+  int32_t feedForward() const {
     const int32_t duty = (wheel.startDuty + int32_t(target) * (255 - wheel.startDuty) / wheel.fullSpeed) * ONE;
     return limited(duty, 0, FULL);
   }
