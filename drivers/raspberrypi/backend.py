@@ -8,7 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from drivers.raspberrypi.chip import AT_THE_DESK
-from drivers.raspberrypi.header import count_wires, on_header, wiring_of
+from drivers.raspberrypi.header import build_wiring, count_wires, resolve_pins
 from drivers.raspberrypi.pins import open_pins
 from robotcore.description import RobotDescription, StrictModel
 from robotcore.hal.backend import Backend, Setup
@@ -50,7 +50,7 @@ class RaspberryPiBackend(Backend):
 
     def bind(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
         """Bind the devices of these names, by default all, to drivers and pins; see `bind_devices`."""
-        return bind_devices(robot, SECTION, names, on_header)
+        return bind_devices(robot, SECTION, names, resolve_pins)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         return batteries_in(robot, SECTION)
@@ -76,7 +76,7 @@ class RaspberryPiBackend(Backend):
         return chain(examine(robot, SECTION), findings_of(batteries))
 
     def wiring(self, robot: RobotDescription) -> Wiring:
-        return wiring_of(self.bind(robot))
+        return build_wiring(self.bind(robot))
 
     def cutoffs(self, setup: Setup) -> Sequence[CutoffSpec]:
         setup.options_as(RaspberryPiOptions)

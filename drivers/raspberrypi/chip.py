@@ -1,4 +1,4 @@
-"""The GPIO chip of the header: claim its lines beside the app's pin factory, and find which process holds a line."""
+"""The GPIO chip of the header: claim its lines without a pin factory, and find the holder of a line."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from drivers.raspberrypi.lg import LINE, chip_number, load
+from drivers.raspberrypi.lg import LINE, find_chip_number, load
 from robotcore.errors import BackendError
 from robotcore.processes import describe_process, list_open_files
 
@@ -17,34 +17,33 @@ AT_THE_DESK = "At the desk: --backend virtualpi"
 
 
 class HeldError(BackendError):
-    """A line is another process's."""
+    """Another process holds a line."""
 
     kind = "gpio-held"
 
 
 class Chip:
-    """Open until `close`, which frees what was claimed; a Raspberry Pi's kernel lets a freed line keep its level."""
+    """The open chip. `close` frees the claimed lines; on a Raspberry Pi a freed line keeps its level."""
 
     def __init__(self) -> None:
-        """Raises BackendError where the chip cannot be opened."""
-        self._lgpio, number = load(), chip_number()
+        """Open the chip; raises BackendError."""
+        self._lgpio, number = load(), find_chip_number()
         try:
             self._handle = self._lgpio.gpiochip_open(number)
         except self._lgpio.error as error:
             raise BackendError(explain_closed_chip(number), kind="gpio-chip-closed") from error
 
     def claim_low(self, gpios: Sequence[int]) -> None:
-        """Make lines low outputs of this process; those that it has claimed before stay as they are.
+        """Make lines low outputs of this process, with pull-downs. Lines that it has claimed before are not changed.
 
-        Pulled down, they are low too when nobody drives them any more. All are tried. Raises HeldError where another
-        process has one.
+        All lines are tried. Raises HeldError if another process holds one.
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
             words = "; ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in held)
             raise HeldError(f"{words}. End that program first", gpios=tuple(held))
 
     def write(self, gpio: int, *, is_high: bool) -> None:
-        """Set the level of a line that is claimed."""
+        """Set the level of a claimed line."""
         self._lgpio.gpio_write(self._handle, gpio, int(is_high))
 
     def close(self) -> None:
@@ -61,7 +60,7 @@ class Chip:
 
 
 def explain_closed_chip(number: int) -> str:
-    """Return why a chip could not be opened, and what to do, which lgpio does not tell."""
+    """Return the reason why a chip cannot be opened, and a remedy. lgpio gives none."""
     chip = Path(f"/dev/gpiochip{number}")
     if not chip.exists():
         return f"there is no {chip}: this is no Raspberry Pi. {AT_THE_DESK}"
@@ -78,27 +77,29 @@ _GET_LINE_INFO = 0xC100B405
 """GPIO_V2_GET_LINEINFO_IOCTL. Source: Linux, include/uapi/linux/gpio.h, as `_LINE_INFO`."""
 
 _LINE_INFO = struct.Struct("32s 32s I 188x")
-"""The begin of struct gpio_v2_line_info: name, consumer, offset."""
+"""The first fields of struct gpio_v2_line_info: name, consumer, offset."""
 
 
 def find_holder(gpio: int, root: Path = _ROOT) -> str:
-    """Return words for who holds a line: "process 1234 (python3)", or "somebody" where it cannot be told.
+    """Return the holder of a line, such as ``process 1234 (python3)``, or ``an unknown holder``.
 
-    Since 6.2 the kernel tells the lines of each handle (/proc/PID/fdinfo); where it does not, whoever has a handle may
-    have this line. A holder in the kernel has no process, but a label. Other users' handles are seen by root only.
+    Since 6.2 the kernel lists the lines of each handle (/proc/PID/fdinfo). With an older kernel, each process with a
+    handle may hold the line. A holder in the kernel has no process, but a label. Only root sees other users' handles.
     """
-    chip = (root / f"dev/gpiochip{chip_number(root)}").resolve().name  # gpiochip4 of a Pi 5 may be a link to gpiochip0
-    handles = list(_handles(root / "proc"))
+    chip = (
+        (root / f"dev/gpiochip{find_chip_number(root)}").resolve().name
+    )  # gpiochip4 of a Pi 5 may be a link to gpiochip0
+    handles = list(_list_handles(root / "proc"))
     if holders := _join(process for process, info in handles if _holds_line(info, chip, gpio)):
         return holders
     this = f"process {os.getpid()} ("
     suspects = _join(process for process, info in handles if _LINE_KEY not in info and not process.startswith(this))
-    who = f"perhaps {suspects}" if suspects else "somebody"
-    return ", as ".join(filter(None, [who, _label(root / "dev" / chip, gpio)]))
+    holder = f"perhaps {suspects}" if suspects else "an unknown holder"
+    return ", as ".join(filter(None, [holder, _read_label(root / "dev" / chip, gpio)]))
 
 
-def _handles(proc: Path) -> Iterator[tuple[str, str]]:
-    """Yield each handle of GPIO lines: the words for its process, and the kernel's information on the handle."""
+def _list_handles(proc: Path) -> Iterator[tuple[str, str]]:
+    """Yield the process of each handle of GPIO lines, and the kernel's information about the handle."""
     for file in list_open_files(proc):
         if file.link.startswith(LINE):
             with suppress(OSError):  # closed meanwhile
@@ -115,8 +116,8 @@ def _join(processes: Iterator[str]) -> str:
     return " or ".join(dict.fromkeys(processes))
 
 
-def _label(chip: Path, gpio: int) -> str:
-    """Return what the holder calls a line, quoted; nothing where the chip does not tell."""
+def _read_label(chip: Path, gpio: int) -> str:
+    """Return the holder's label of a line, quoted; an empty text if there is none."""
     info = bytearray(_LINE_INFO.pack(b"", b"", gpio))
     try:
         with chip.open("rb", buffering=0) as file:

@@ -97,11 +97,11 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
     return line.pin
 
 
-def watch(device: str, pin: Pin, changed: Callable[[float, int], None], opened: ExitStack) -> None:
+def detect_edges(device: str, pin: Pin, on_edge: Callable[[float, int], None], opened: ExitStack) -> None:
     """Call a bound method with the tick and the level of every edge. gpiozero does not keep its object alive."""
     with translate_pin_errors(device, (int(pin.info.name.removeprefix("GPIO")),)):
         opened.callback(stop_edge_detection, pin)
-        pin.when_changed = changed
+        pin.when_changed = on_edge
 
 
 class QuadratureSettings(EncoderSettings):
@@ -141,8 +141,8 @@ class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
             a = open_input(description.name, settings.a, settings, host.pins, opened)
             b = open_input(description.name, settings.b, settings, host.pins, opened)
             decoder = QuadratureDecoder(a=bool(a.state), b=bool(b.state))
-            watch(description.name, a, decoder.a_changed, opened)
-            watch(description.name, b, decoder.b_changed, opened)
+            detect_edges(description.name, a, decoder.on_edge_a, opened)
+            detect_edges(description.name, b, decoder.on_edge_b, opened)
             return PinEncoder(
                 description.name, host.clock, decoder, settings.edges_per_turn(description), opened.pop_all()
             )
@@ -154,8 +154,8 @@ class QuadratureDecoder:
     It compares levels. So a missed edge costs at most one cycle, and later edges count correctly.
 
     >>> decoder = QuadratureDecoder(a=False, b=False)
-    >>> decoder.a_changed(0.0, 1)
-    >>> decoder.b_changed(0.1, 1)
+    >>> decoder.on_edge_a(0.0, 1)
+    >>> decoder.on_edge_b(0.1, 1)
     >>> decoder.edges
     2
     """
@@ -164,11 +164,11 @@ class QuadratureDecoder:
         self.edges = 0
         self._phase = a << 1 | b
 
-    def a_changed(self, _tick: float, level: int) -> None:
+    def on_edge_a(self, _tick: float, level: int) -> None:
         """Count an edge of channel ``a``; ``level`` is 0 or 1."""
         self._advance(level << 1 | self._phase & 0b01)
 
-    def b_changed(self, _tick: float, level: int) -> None:
+    def on_edge_b(self, _tick: float, level: int) -> None:
         """Count an edge of channel ``b``; ``level`` is 0 or 1."""
         self._advance(self._phase & 0b10 | level)
 
@@ -239,7 +239,7 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
         counter = PulseCounter(description.name, motor_of(description.name, host.robot) or "", host.opened)
         with ExitStack() as opened:
             pin = open_input(description.name, settings.gpio, settings, host.pins, opened)
-            watch(description.name, pin, counter.changed, opened)
+            detect_edges(description.name, pin, counter.on_edge, opened)
             return PinEncoder(
                 description.name, host.clock, counter, settings.edges_per_turn(description), opened.pop_all()
             )
@@ -267,6 +267,6 @@ class PulseCounter:
             )
         return self._edges
 
-    def changed(self, _tick: float, _level: int) -> None:
+    def on_edge(self, _tick: float, _level: int) -> None:
         """Count an edge."""
         self._edges += getattr(self._opened.get(self._motor), "direction", 1)

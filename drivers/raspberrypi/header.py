@@ -68,7 +68,7 @@ GPIO_NOTES = {
 _RENAMED = {"GPIO 0": "ID_SD", "GPIO 1": "ID_SC"}
 
 
-def wiring_of(bindings: Iterable[DeviceBinding]) -> Wiring:
+def build_wiring(bindings: Iterable[DeviceBinding]) -> Wiring:
     """Return the wires of these devices on the header: for each device its signals, then its supply."""
     bindings = tuple(bindings)
     wires: list[Wire] = []
@@ -85,16 +85,16 @@ def count_wires(bindings: Sequence[DeviceBinding]) -> str:
     return f"{len(bindings)} devices, {sum(len(binding.connections) for binding in bindings)} wires"
 
 
-def pads_of(name: str) -> tuple[int, ...]:
+def find_pads(name: str) -> tuple[int, ...]:
     """Return the numbers of the pads of that name."""
     return tuple(pad.number for pad in HEADER if pad.name == name)
 
 
 def _signal_wires(binding: DeviceBinding) -> Iterator[Wire]:
     for connection in binding.connections:
-        for wire in (connection, *lines_of(connection)):
+        for wire in (connection, *list_port_pins(connection)):
             place = str(wire)
-            yield Wire(binding.name, _label(binding), wire.signal, place, pads_of(_RENAMED.get(place, place)))
+            yield Wire(binding.name, _label(binding), wire.signal, place, find_pads(_RENAMED.get(place, place)))
 
 
 def _gpio_notes(binding: DeviceBinding) -> Iterator[str]:
@@ -109,7 +109,7 @@ def _supply_wires(binding: DeviceBinding, signals: Iterable[Wire], taken: Counte
     rows = [_row(pad) for wire in signals for pad in wire.pads] or [1]
     middle = sum(rows) / len(rows)
     for name in binding.driver.supply:
-        pads = sorted(pads_of(name), key=lambda pad: (taken[pad], abs(_row(pad) - middle)))
+        pads = sorted(find_pads(name), key=lambda pad: (taken[pad], abs(_row(pad) - middle)))
         yield Wire(binding.name, _label(binding), "ground" if name == "ground" else "supply", name, tuple(pads))
 
 
@@ -160,14 +160,14 @@ def gpio(signal: str, number: int, *, is_shared: bool = False, instead: str = ""
     return Connection(signal, "GPIO", str(number), is_shared, instead)
 
 
-def on_header(wire: Connection) -> tuple[Connection, ...]:
+def resolve_pins(wire: Connection) -> tuple[Connection, ...]:
     """Return the pins that a wire occupies if it is the header's serial port; else none.
 
     Raises ValueError ("fault; remedy") if the wire goes to a GPIO that is not on the header.
     """
     if wire.bus == "GPIO" and wire.where not in map(str, GPIOS):
         _refuse(int(wire.where) if wire.where.isdecimal() else wire.where)
-    return lines_of(wire)
+    return list_port_pins(wire)
 
 
 HEADER_PORTS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
@@ -190,7 +190,7 @@ def is_header_port(wire: Connection) -> bool:
     return wire.bus == "serial" and wire.where in HEADER_PORTS
 
 
-def lines_of(wire: Connection) -> tuple[Connection, ...]:
+def list_port_pins(wire: Connection) -> tuple[Connection, ...]:
     """Return the two pins of a wire to the header's serial port; none for other wires."""
     if not is_header_port(wire):
         return ()

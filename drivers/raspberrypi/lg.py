@@ -46,25 +46,25 @@ def load() -> ModuleType:
     return lgpio  # type: ignore[no-any-return]
 
 
-def chip_number(root: Path = _ROOT) -> int:
+def find_chip_number(root: Path = _ROOT) -> int:
     """Return the number of the /dev/gpiochip with the header's pins, found by the name of its driver.
 
     On a Pi 5 the number depends on the kernel: 4, 0, or above 10. The other chips switch Wi-Fi and the card's supply.
     If the kernel gives no driver, the rule of gpiozero's LGPIOFactory decides.
     Source: https://github.com/raspberrypi/linux/pull/6144, https://github.com/adafruit/Adafruit_Blinka/issues/1119.
     """
-    numbers = {driver: number for number, driver in chips(root)}
-    driver = header_driver(root)
+    numbers = {driver: number for number, driver in list_chips(root)}
+    driver = find_header_driver(root)
     return _chip_by_rule() if driver is None else numbers[driver]
 
 
-def header_driver(root: Path = _ROOT) -> str | None:
+def find_header_driver(root: Path = _ROOT) -> str | None:
     """Return the kernel's driver of the header's chip; None if the kernel names none."""
-    drivers = [driver for _, driver in chips(root)]
+    drivers = [driver for _, driver in list_chips(root)]
     return next((driver for driver in HEADER_DRIVERS if driver in drivers), None)
 
 
-def chips(root: Path) -> Iterator[tuple[int, str]]:
+def list_chips(root: Path) -> Iterator[tuple[int, str]]:
     """Yield the number of each chip, and the name of its driver."""
     for chip in sorted(root.glob("sys/bus/gpio/devices/gpiochip*")):
         yield int(chip.name.removeprefix("gpiochip")), (chip.resolve().parent / "driver").resolve().name

@@ -9,7 +9,7 @@ from threading import Event
 from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.chip import AT_THE_DESK, explain_closed_chip, find_holder
-from drivers.raspberrypi.lg import chip_number, load
+from drivers.raspberrypi.lg import find_chip_number, load
 from robotcore.errors import (
     BackendError,
     BackendMissingError,
@@ -71,9 +71,9 @@ def _on_lgpio() -> Factory:
     from gpiozero.pins.lgpio import LGPIOFactory
 
     try:
-        return LGPIOFactory(chip_number())  # as the guardian: line 17 of another chip is another line
+        return LGPIOFactory(find_chip_number())  # as the guardian: line 17 of another chip is another line
     except lgpio.error as error:
-        raise BackendError(explain_closed_chip(chip_number()), kind="gpio-chip-closed") from error
+        raise BackendError(explain_closed_chip(find_chip_number()), kind="gpio-chip-closed") from error
 
 
 _REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --system-site-packages. {AT_THE_DESK}"

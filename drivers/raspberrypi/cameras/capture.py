@@ -154,12 +154,12 @@ class CapturingCamera(Camera):
                 self._schedule_retry()
 
     def _open_source(self) -> Frame:
-        frame = self._converter.frame(self._exposure_lock.begin())
+        frame = self._converter.convert(self._exposure_lock.begin())
         self._is_running, self._retry_s = True, RETRY_S
         return frame
 
     def _shoot(self) -> Frame:
-        return self._converter.frame(self._source.shoot())
+        return self._converter.convert(self._source.shoot())
 
     def _schedule_retry(self) -> None:
         self._source.close()
@@ -176,7 +176,7 @@ class FrameConverter:
         self._flip = _flip_code(settings)
         self._count = 0
 
-    def frame(self, shot: Shot) -> Frame:
+    def convert(self, shot: Shot) -> Frame:
         """Return the next frame; raises DeviceError if the picture has another aspect ratio than the description."""
         image = np.ascontiguousarray(self._flip_image(self._resize(shot.image)))
         image.flags.writeable = False

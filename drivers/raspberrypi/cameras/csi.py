@@ -56,11 +56,11 @@ class CsiSource(Source):
         library, number = import_picamera2(self.name), self._settings.camera
         require_camera(self.name, library, number)
         self._stamps = TimestampConverter(self._clock)
-        requested = _controls(self._settings)
+        requested = _build_controls(self._settings)
         try:
             self._camera = library.Picamera2(number)
             known = self._select_known(requested)
-            self._camera.configure(self._configuration(known))
+            self._camera.configure(self._build_configuration(known))
             self._camera.start()
         except (RuntimeError, OSError) as error:
             words = f"camera {number} cannot be opened ({error}). End any other program that uses it"
@@ -103,8 +103,8 @@ class CsiSource(Source):
         """Return the controls that the camera has; picamera2 refuses others."""
         return {name: value for name, value in controls.items() if name in self._camera.camera_controls}
 
-    def _configuration(self, controls: Mapping[str, Any]) -> Any:
-        mode = widest_mode(self._camera.sensor_modes, self._settings.fps)
+    def _build_configuration(self, controls: Mapping[str, Any]) -> Any:
+        mode = choose_mode(self._camera.sensor_modes, self._settings.fps)
         return self._camera.create_video_configuration(
             main={"format": BGR, "size": (self._description.width_px, self._description.height_px)},
             raw=None,
@@ -113,7 +113,7 @@ class CsiSource(Source):
         )
 
 
-def _controls(settings: PiCameraSettings) -> dict[str, Any]:
+def _build_controls(settings: PiCameraSettings) -> dict[str, Any]:
     """Return the controls for the settings, in libcamera's unit: microseconds."""
     frame_us = round(1e6 / settings.fps)
     exposure_us = None if settings.exposure_s is None else round(settings.exposure_s * 1e6)
@@ -167,7 +167,7 @@ Mode = Mapping[str, Any]
 """A mode of picamera2: ``size``, ``bit_depth``, the highest ``fps``, and the sensor's ``crop_limits`` (x, y, w, h)."""
 
 
-def widest_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
+def choose_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
     """Return the smallest mode that uses the whole sensor at this rate, or else the fastest one.
 
     Without this, libcamera takes the mode nearest to the picture's size. A small picture would be a crop of the

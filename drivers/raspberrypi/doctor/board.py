@@ -14,7 +14,7 @@ BITS = {1: 32, 2: 64}
 """The width of pointers by the fifth byte of an ELF file. Source: elf(5), EI_CLASS."""
 
 
-def model(root: Path) -> str | None:
+def read_model(root: Path) -> str | None:
     """Return the board's model, such as ``Raspberry Pi 5 Model B Rev 1.0``; None if the board gives none."""
     try:
         return read_text(root / MODEL)
@@ -24,13 +24,13 @@ def model(root: Path) -> str | None:
 
 def is_raspberry_pi(root: Path = Path("/")) -> bool:
     """Return whether this board is a Raspberry Pi of any model."""
-    return (model(root) or "").startswith("Raspberry Pi")
+    return (read_model(root) or "").startswith("Raspberry Pi")
 
 
 def check_board(root: Path) -> Iterator[Finding]:
     """Check that this Python has 64 bits: libraries are built for no other. Reports the model too."""
-    bits = python_bits(root)
-    said = f"{model(root)}, {bits}-bit Python"
+    bits = read_python_bits(root)
+    said = f"{read_model(root)}, {bits}-bit Python"
     if bits == 64:
         yield Finding.ok("board", said, kind="board")
     else:
@@ -38,7 +38,7 @@ def check_board(root: Path) -> Iterator[Finding]:
         yield Finding.warning("board", said, remedy, kind="python-32-bit")
 
 
-def python_bits(root: Path) -> int:
+def read_python_bits(root: Path) -> int:
     """Return the width of this program's pointers in bits; the kernel's may differ."""
     with (root / "proc/self/exe").open("rb") as program:
         return BITS[program.read(5)[4]]

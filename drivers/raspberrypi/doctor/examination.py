@@ -16,7 +16,7 @@ from drivers.raspberrypi.doctor.board import (
 )
 from drivers.raspberrypi.doctor.pins import check_library, check_persistence, check_pins
 from drivers.raspberrypi.doctor.ports import check_bus, check_cameras, check_permissions, check_picamera2, check_serial
-from drivers.raspberrypi.header import count_wires, on_header
+from drivers.raspberrypi.header import count_wires, resolve_pins
 from robotcore.description import RobotDescription
 from robotcore.hal.finding import Check, Finding, findings_of
 from robotcore.hardware import DeviceBinding, bind_devices
@@ -71,7 +71,7 @@ def check_devices(root: Path, robot: RobotDescription | None, section: str) -> I
 
 
 def _check_file(robot: RobotDescription, section: str) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
-    return check_description(robot, partial(bind_devices, robot, section, None, on_header), count_wires)
+    return check_description(robot, partial(bind_devices, robot, section, None, resolve_pins), count_wires)
 
 
 def _checks(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[tuple[str, Check]]:

@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from drivers.raspberrypi.doctor.board import read_text
-from drivers.raspberrypi.lg import header_driver
+from drivers.raspberrypi.lg import find_header_driver
 from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.finding import Finding
@@ -24,10 +24,10 @@ Users = Callable[[Collection[int]], Mapping[int, str]]
 def find_users(gpios: Collection[int]) -> dict[int, str]:
     """Return the holder of each GPIO that is not free, as the kernel reports it. No line is changed."""
     from drivers.raspberrypi.chip import find_holder
-    from drivers.raspberrypi.lg import chip_number, load
+    from drivers.raspberrypi.lg import find_chip_number, load
 
     lgpio = load()
-    chip = lgpio.gpiochip_open(chip_number())
+    chip = lgpio.gpiochip_open(find_chip_number())
     try:
         return {gpio: find_holder(gpio) for gpio in gpios if lgpio.gpio_get_line_info(chip, gpio)[2] & IN_USE}
     finally:
@@ -61,11 +61,11 @@ OLDEST_GPIOZERO = (2, 0, 1)
 
 def check_library() -> Iterator[Finding]:
     """Check that lgpio and gpiozero are installed and can open the pins. No pin is changed."""
-    if installed_version("lgpio") == EMPTY_STUB:
+    if find_version("lgpio") == EMPTY_STUB:
         remedy = "pip uninstall lgpio; sudo apt install python3-lgpio, and a venv made with --system-site-packages"
         yield Finding.error(PIN_FACTORY, f"lgpio {EMPTY_STUB} is an empty stub", remedy, kind="lgpio-stub")
         return
-    gpiozero = installed_version("gpiozero") or "0"
+    gpiozero = find_version("gpiozero") or "0"
     if _parse_version(gpiozero) < OLDEST_GPIOZERO:
         yield Finding.error(
             PIN_FACTORY,
@@ -81,12 +81,12 @@ def check_library() -> Iterator[Finding]:
     else:
         yield Finding.ok(
             PIN_FACTORY,
-            f"lgpio {installed_version('lgpio') or ''}".strip() + f", under gpiozero {gpiozero}",
+            f"lgpio {find_version('lgpio') or ''}".strip() + f", under gpiozero {gpiozero}",
             kind="pin-factory-ok",
         )
 
 
-def installed_version(package: str) -> str | None:
+def find_version(package: str) -> str | None:
     """Return the version of an installed package; None if it is not installed."""
     try:
         return version(package)
@@ -112,7 +112,7 @@ def check_persistence(root: Path) -> Iterator[Finding]:
 
     A kernel has drivers for several boards. Only the setting of the header's driver counts, as strict_gpiod sets it.
     """
-    module = (header_driver(root) or ANY_CONTROLLER).replace("-", "_")
+    module = (find_header_driver(root) or ANY_CONTROLLER).replace("-", "_")
     settings = {file.parts[-3]: read_text(file) for file in sorted(root.glob(PARAMETERS.format(module=module)))}
     if keeping := [module for module, value in settings.items() if value.upper() in ("Y", "1")]:
         said = f"outputs keep their level after their program was killed ({', '.join(keeping)}.persist_gpio_outputs=Y)"

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 
 from drivers.raspberrypi.cameras.csi import OTHER_NUMPY
-from drivers.raspberrypi.doctor.board import model, read_text
+from drivers.raspberrypi.doctor.board import read_model, read_text
 from drivers.raspberrypi.header import HEADER_PORTS
 from robotcore.hal.finding import Finding
 from robotcore.hardware import DeviceBinding
@@ -32,7 +32,7 @@ def check_permissions(root: Path, may_open: Callable[[Path], bool] = may_open) -
     for group, files in closed.items():
         if files:
             said = f"no permission for {GROUPS[group][1]} ({', '.join(files)})"
-            yield Finding.error(PERMISSIONS, said, remedy_for(root, group), kind=f"no-permission-{group}")
+            yield Finding.error(PERMISSIONS, said, find_remedy(root, group), kind=f"no-permission-{group}")
 
 
 def _open_finding(root: Path) -> Finding:
@@ -52,7 +52,7 @@ def _closed_files(root: Path, pattern: str, may_open: Callable[[Path], bool]) ->
             yield f"/dev/{file.name}"
 
 
-def remedy_for(root: Path, group: str) -> str:
+def find_remedy(root: Path, group: str) -> str:
     """Return the remedy for a missing permission. A new member of a group gets its rights at the next login."""
     member, gid = _member_and_id(root, group)
     if gid in _groups_of_this_process(root):
@@ -154,7 +154,7 @@ def _check_usb(root: Path, place: str, names: str) -> Finding:
 
 def _check_port(root: Path, place: str, names: str, may_open: Callable[[Path], bool]) -> Finding:
     file = root / place.lstrip("/")
-    is_pi_5 = "Raspberry Pi 5" in (model(root) or "")
+    is_pi_5 = "Raspberry Pi 5" in (read_model(root) or "")
     if not file.exists():
         remedy = (SWITCH_ON_5 if is_pi_5 else SWITCH_ON) if place in HEADER_PORTS else _offer_ports(root)
         return Finding.error(SERIAL, f"there is no {place}, but {names} needs it", remedy, kind="port-missing")
@@ -172,7 +172,7 @@ def _check_port(root: Path, place: str, names: str, may_open: Callable[[Path], b
         )
     if not may_open(file):
         return Finding.error(
-            SERIAL, f"no permission for {place}", remedy_for(root, SERIAL_GROUP), kind="port-no-permission"
+            SERIAL, f"no permission for {place}", find_remedy(root, SERIAL_GROUP), kind="port-no-permission"
         )
     if place in HEADER_PORTS and real == DEBUG_PORT:
         said = f"{place} of a Pi 5 is on the connector between its HDMI sockets, not on the header"

@@ -7,7 +7,14 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from drivers.raspberrypi.header import Gpio, gpio
-from drivers.raspberrypi.motors.driver import Bridge, MotorDriver, MotorSettings, digital_output, pwm_output, set_low
+from drivers.raspberrypi.motors.driver import (
+    Bridge,
+    MotorDriver,
+    MotorSettings,
+    open_digital_output,
+    open_pwm_output,
+    set_low,
+)
 from robotcore.description import MotorDescription
 from robotcore.hardware import Connection, Host
 
@@ -52,14 +59,14 @@ class HBridge(MotorDriver[HBridgeSettings]):
     def notes(self, description: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
         return (*super().notes(description, settings), INPUTS)
 
-    def bridge(self, name: str, settings: HBridgeSettings, host: Host) -> Bridge:
+    def open_bridge(self, name: str, settings: HBridgeSettings, host: Host) -> Bridge:
         with ExitStack() as opened:
             forward, backward = (
-                pwm_output(name, number, settings.frequency_hz, host.pins, opened)
+                open_pwm_output(name, number, settings.frequency_hz, host.pins, opened)
                 for number in (settings.forward, settings.backward)
             )
             if settings.enable is not None:
-                digital_output(name, settings.enable, host.pins, opened, is_high=True)
+                open_digital_output(name, settings.enable, host.pins, opened, is_high=True)
             return TwoInputs(name, forward, backward, (settings.forward, settings.backward), opened.pop_all())
 
 
@@ -77,7 +84,7 @@ class TwoInputs(Bridge):
         super().__init__(motor, gpios, opened)
         self._forward, self._backward = forward, backward
 
-    def put(self, duty: float) -> None:
+    def set_duty(self, duty: float) -> None:
         if duty > 0:  # set one input low before the other gets high
             set_low(self._backward)
             self._forward.value = duty
@@ -112,13 +119,13 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
     def wires(self, settings: PhaseEnableSettings) -> Sequence[Connection]:
         return gpio("enable", settings.enable), gpio("phase", settings.phase)
 
-    def turning(self, settings: PhaseEnableSettings) -> tuple[int, ...]:
+    def find_turning_lines(self, settings: PhaseEnableSettings) -> tuple[int, ...]:
         return (settings.enable,)
 
-    def bridge(self, name: str, settings: PhaseEnableSettings, host: Host) -> Bridge:
+    def open_bridge(self, name: str, settings: PhaseEnableSettings, host: Host) -> Bridge:
         with ExitStack() as opened:
-            phase = digital_output(name, settings.phase, host.pins, opened, is_high=False)
-            enable = pwm_output(name, settings.enable, settings.frequency_hz, host.pins, opened)
+            phase = open_digital_output(name, settings.phase, host.pins, opened, is_high=False)
+            enable = open_pwm_output(name, settings.enable, settings.frequency_hz, host.pins, opened)
             return PhaseAndEnable(name, phase, enable, (settings.phase, settings.enable), opened.pop_all())
 
 
@@ -141,7 +148,7 @@ class PhaseAndEnable(Bridge):
         self._phase, self._enable = phase, enable
         self._is_backward = False
 
-    def put(self, duty: float) -> None:
+    def set_duty(self, duty: float) -> None:
         if duty == 0:
             set_low(self._enable)
             return

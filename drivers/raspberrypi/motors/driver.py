@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from gpiozero import DigitalOutputDevice, Factory, PWMOutputDevice
 
 
-def pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opened: ExitStack) -> PWMOutputDevice:
+def open_pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opened: ExitStack) -> PWMOutputDevice:
     """Open a line whose ``value`` is a duty from 0 to 1, at first 0; raises DeviceError.
 
     device: the motor's name, for errors.
@@ -39,8 +39,10 @@ def pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opene
         return opened.enter_context(output)
 
 
-def digital_output(device: str, number: int, pins: Factory, opened: ExitStack, *, is_high: bool) -> DigitalOutputDevice:
-    """Open a line that is high or low; raises DeviceError. For the parameters see `pwm_output`."""
+def open_digital_output(
+    device: str, number: int, pins: Factory, opened: ExitStack, *, is_high: bool
+) -> DigitalOutputDevice:
+    """Open a line that is high or low; raises DeviceError. For the parameters see `open_pwm_output`."""
     from gpiozero import DigitalOutputDevice
 
     with translate_pin_errors(device, (number,)):
@@ -86,12 +88,12 @@ class Bridge(Output):
         self.motor, self.gpios, self._opened = motor, gpios, opened
 
     @abstractmethod
-    def put(self, duty: float) -> None:
+    def set_duty(self, duty: float) -> None:
         """Set the lines for a duty from -1 to 1. At 0, each line goes low even if another one fails."""
 
     def turn(self, duty: float) -> None:
         try:
-            self.put(whole_percent(duty))
+            self.set_duty(round_to_percent(duty))
         except Exception as error:
             raise build_pin_error(self.motor, self.gpios, error) from error
 
@@ -101,13 +103,13 @@ class Bridge(Output):
             self._opened.close()
 
 
-def whole_percent(duty: float) -> float:
+def round_to_percent(duty: float) -> float:
     """Return the nearest duty in whole percent, such that lgpio's ``int(duty * 100)`` gives this percentage.
 
     One percent is the resolution of every motor here, on simulated pins too. In rad/s it is 1 % of
     ``forward_rad_s / (1 - dead_band)``: 0.16 rad/s for a wheel of 14 rad/s with a dead band of 0.1.
 
-    >>> int(0.29 * 100), int(whole_percent(0.29) * 100)
+    >>> int(0.29 * 100), int(round_to_percent(0.29) * 100)
     (28, 29)
     """
     return _PERCENT[round(abs(duty) * 100)] if duty >= 0 else -_PERCENT[round(abs(duty) * 100)]
@@ -180,12 +182,12 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
     def wires(self, settings: SettingsT) -> Sequence[Connection]:
         """Return the motor's own lines. If all are low, it stands."""
 
-    def turning(self, settings: SettingsT) -> tuple[int, ...]:
+    def find_turning_lines(self, settings: SettingsT) -> tuple[int, ...]:
         """Return the GPIOs that may turn the motor if one of them is high."""
         return self._gpios(settings)
 
     @abstractmethod
-    def bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
+    def open_bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
         """Open the motor's own lines: all low, except lines that only enable; raises DeviceError."""
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
@@ -196,11 +198,11 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         return (BATTERY, UNGUARDED if settings.standby is None else PULLED_DOWN.format(line=settings.standby))
 
     def warnings(self, settings: SettingsT) -> Sequence[str]:
-        lines = [line for line in self._enabling(settings) if line in PULLED_UP]
+        lines = [line for line in self._find_enabling_lines(settings) if line in PULLED_UP]
         return (RISING.format(lines=f"GPIO {', '.join(map(str, lines))}"),) if lines else ()
 
     def check(self, description: MotorDescription, settings: SettingsT, robot: RobotDescription) -> None:
-        if held := [line for line in self._enabling(settings) if line in HELD_UP]:
+        if held := [line for line in self._find_enabling_lines(settings) if line in HELD_UP]:
             raise ValueError(
                 f"GPIO {held[0]} is held high by a resistor on the Pi, so {description.name} may turn while no program "
                 "runs; take another GPIO, best of 9 to 27"
@@ -210,7 +212,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
             _require_whole_cycles(settings.control, settings.frequency_hz)
 
     def open(self, description: MotorDescription, settings: SettingsT, host: Host) -> Motor:
-        bridge = partial(self.bridge, description.name, settings, host)
+        bridge = partial(self.open_bridge, description.name, settings, host)
         return open_motor(description, settings.model, settings.control, bridge, host)
 
     def cutoffs(self, description: MotorDescription, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
@@ -223,9 +225,9 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         lines = {"lines": list(self._gpios(settings)), "owner": host.owner}
         return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, PAUSE_S),)
 
-    def _enabling(self, settings: SettingsT) -> tuple[int, ...]:
+    def _find_enabling_lines(self, settings: SettingsT) -> tuple[int, ...]:
         """Return the lines that may turn the motor if they are high: standby alone, if there is one."""
-        return self.turning(settings) if settings.standby is None else (settings.standby,)
+        return self.find_turning_lines(settings) if settings.standby is None else (settings.standby,)
 
     def _gpios(self, settings: SettingsT) -> tuple[int, ...]:
         return tuple(int(wire.where) for wire in self.wires(settings))

@@ -110,7 +110,7 @@ class Guardian:
         """
         if self._failure:
             raise self._failure
-        reports = [Report.from_line(line) for line in self._lines.of(self._receive()) if line]
+        reports = [Report.from_line(line) for line in self._lines.add(self._receive()) if line]
         if faults := [f"could not {report.action} {fault}" for report in reports for fault in report.failed]:
             raise self._fail("; ".join(faults), "guardian-action-failed")
         return reports

@@ -170,11 +170,11 @@ class GuardianProcess:
         """Open the cutoffs, report that, and guard the motors until the app ends."""
         opened = self._run_all("open", OPENING_S)
         self._send(opened.to_line())
-        if not opened.failed and not self._is_dismissed():
+        if not opened.failed and not self._serve():
             _log_crash(self._app, self._run_all("stop", STOPPING_S))
         self._run_all("close", STOPPING_S)
 
-    def _is_dismissed(self) -> bool:
+    def _serve(self) -> bool:
         """Serve the app until it ends; stop the motors after each missed lease. Return whether the app sent `BYE`."""
         while True:
             self._link.settimeout(self._lease if self._is_armed else None)

@@ -99,7 +99,7 @@ class LineBuffer:
     def __init__(self) -> None:
         self._begun = b""
 
-    def of(self, piece: bytes) -> Iterator[bytes]:
+    def add(self, piece: bytes) -> Iterator[bytes]:
         """Yield the lines that ``piece`` completes, without their ends."""
         *whole, self._begun = (self._begun + piece).split(b"\n")
         yield from whole

@@ -9,7 +9,7 @@ from gpiozero import PiBoardInfo
 from pydantic import ValidationError
 
 from drivers.raspberrypi.encoders import Pulses, Quadrature
-from drivers.raspberrypi.header import HEADER, Gpio, gpio, pads_of, wiring_of
+from drivers.raspberrypi.header import HEADER, Gpio, build_wiring, find_pads, gpio
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
 from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
 from robotcore.description import StrictModel
@@ -31,14 +31,14 @@ def test_the_header_equals_gpiozero_s() -> None:
 
 
 def test_pads_of_power_and_ground_have_their_kinds() -> None:
-    assert pads_of("3.3 V") == (1, 17)
-    assert pads_of("5 V") == (2, 4)
+    assert find_pads("3.3 V") == (1, 17)
+    assert find_pads("5 V") == (2, 4)
     assert [pad.number for pad in HEADER if pad.kind is PadKind.GROUND] == [6, 9, 14, 20, 25, 30, 34, 39]
     assert [pad.name for pad in HEADER if pad.kind is PadKind.RESERVED] == ["ID_SD", "ID_SC"]
 
 
 def test_signals_go_to_the_pads_of_their_gpios() -> None:
-    wiring = wiring_of([binding("nose", gpio("trigger", 16), gpio("echo", 26))])
+    wiring = build_wiring([binding("nose", gpio("trigger", 16), gpio("echo", 26))])
     assert [(wire.signal, wire.where, wire.pads) for wire in wiring.wires] == [
         ("trigger", "GPIO 16", (36,)),
         ("echo", "GPIO 26", (37,)),
@@ -48,14 +48,14 @@ def test_signals_go_to_the_pads_of_their_gpios() -> None:
 def test_a_plug_and_an_address_have_no_pad() -> None:
     laser = binding("nose", gpio("SDA", 2, is_shared=True), Connection("address", "I2C", "0x29 on bus 1"))
     camera = binding("eye", Connection("camera", "CSI", "0"))
-    assert [wire.pads for wire in wiring_of([laser, camera]).wires] == [(3,), (), ()]
+    assert [wire.pads for wire in build_wiring([laser, camera]).wires] == [(3,), (), ()]
 
 
 def test_a_serial_port_on_the_header_takes_two_pins_and_another_none(check_text: CheckText) -> None:
     header, usb = (
         binding("left_motor", Connection("port", "serial", f"/dev/{name}")) for name in ("serial0", "ttyUSB0")
     )
-    wiring = wiring_of([header, usb])
+    wiring = build_wiring([header, usb])
     assert [(wire.signal, wire.pads) for wire in wiring.wires] == [
         ("port", ()),
         ("sends", (8,)),
@@ -66,42 +66,42 @@ def test_a_serial_port_on_the_header_takes_two_pins_and_another_none(check_text:
 
 
 def test_a_reserved_gpio_has_a_pad() -> None:
-    (wire,) = wiring_of([binding("nose", gpio("trigger", 0))]).wires
+    (wire,) = build_wiring([binding("nose", gpio("trigger", 0))]).wires
     assert (wire.where, wire.pads) == ("GPIO 0", (27,))
 
 
 def test_supply_wires_go_to_the_nearest_free_pads() -> None:
     first = binding("left_encoder", gpio("a", 5), kind=Fed)
     second = binding("right_encoder", gpio("a", 6), kind=Fed)
-    wires = wiring_of([first, second]).wires
+    wires = build_wiring([first, second]).wires
     assert wires[1] == Wire("left_encoder", "encoder, plugged", "supply", "3.3 V", (17, 1))
     assert wires[2].pads[0] == 30
     assert [wire.pads[0] for wire in wires if wire.signal == "supply"] == [17, 1]
-    assert sorted(wires[2].pads) == list(pads_of("ground"))
+    assert sorted(wires[2].pads) == list(find_pads("ground"))
     assert wires[5].pads[0] != 30
 
 
 def test_notes_go_with_their_device() -> None:
-    wiring = wiring_of([binding("nose", notes=("mind the voltage", "hold it level")), binding("eye")])
+    wiring = build_wiring([binding("nose", notes=("mind the voltage", "hold it level")), binding("eye")])
     assert wiring.notes == (("nose", "mind the voltage"), ("nose", "hold it level"))
 
 
 def test_more_devices_than_pads_share_them() -> None:
     names = ("left_motor", "right_motor", "left_encoder", "right_encoder")
-    wires = wiring_of([binding(name, kind=Fed) for name in names]).wires
+    wires = build_wiring([binding(name, kind=Fed) for name in names]).wires
     taken = [wire.pads[0] for wire in wires if wire.signal == "supply"]
-    assert sorted(taken) == sorted(2 * pads_of("3.3 V"))
+    assert sorted(taken) == sorted(2 * find_pads("3.3 V"))
 
 
 @pytest.mark.parametrize("number", [0, 1, 14, 15])
 def test_a_gpio_that_the_pi_itself_uses_has_a_note(number: int, check_text: CheckText) -> None:
-    ((name, note),) = wiring_of([binding("nose", gpio("trigger", number))]).notes
+    ((name, note),) = build_wiring([binding("nose", gpio("trigger", number))]).notes
     assert name == "nose"
     check_text(note)
 
 
 def test_an_ordinary_gpio_has_no_note() -> None:
-    assert wiring_of([binding("nose", gpio("trigger", 16), Connection("address", "I2C", "0"))]).notes == ()
+    assert build_wiring([binding("nose", gpio("trigger", 16), Connection("address", "I2C", "0"))]).notes == ()
 
 
 class Settings(StrictModel):
@@ -156,4 +156,4 @@ def test_encoders_are_supplied_with_the_voltage_of_the_pins(
 
 @pytest.mark.parametrize("driver", [HBridge(), PhaseEnable(), Ultrasonic(), Quadrature(), Pulses()])
 def test_every_supply_is_on_the_header(driver: DeviceDriver[Any, Any]) -> None:
-    assert all(pads_of(name) for name in driver.supply)
+    assert all(find_pads(name) for name in driver.supply)

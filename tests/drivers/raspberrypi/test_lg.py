@@ -101,7 +101,7 @@ def test_the_header_is_on_chip_4_with_an_early_kernel_of_a_pi_5(
 ) -> None:
     monkeypatch.setattr("gpiozero.pins.local.get_pi_revision", lambda: revision)
     monkeypatch.setattr(Path, "exists", lambda file: has_chip_4 and file == Path("/dev/gpiochip4"))
-    assert lg.chip_number(tmp_path) == number
+    assert lg.find_chip_number(tmp_path) == number
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_the_header_is_on_chip_4_with_an_early_kernel_of_a_pi_5(
 def test_the_header_s_chip_is_found_by_its_driver(chips: dict[int, str], number: int, tmp_path: Path) -> None:
     for each, driver in chips.items():
         grow_chip(tmp_path, each, driver)
-    assert lg.chip_number(tmp_path) == number
+    assert lg.find_chip_number(tmp_path) == number
 
 
 @needs_lgpio

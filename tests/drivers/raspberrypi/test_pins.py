@@ -110,7 +110,7 @@ def test_the_option_overrides_gpiozero_s_setting(lines: Lines, monkeypatch: pyte
 def test_the_pins_are_on_the_same_chip_as_the_guardian_s_lines(lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
     """gpiozero might choose another chip by itself."""
     for module in ("pins", "chip"):
-        monkeypatch.setattr(f"drivers.raspberrypi.{module}.chip_number", lambda *_: 15)
+        monkeypatch.setattr(f"drivers.raspberrypi.{module}.find_chip_number", lambda *_: 15)
     Path(os.environ["FAKE_DEV"], "gpiochip15").mkdir()
     pins, guardian = open_pins(), Chip()
     pins.pin(17)

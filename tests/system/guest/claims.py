@@ -42,7 +42,7 @@ def test_the_lines_of_a_closed_robot_are_free(chip: Chip, pins: Any) -> None:
 
 def test_the_kernel_names_the_driver_of_a_chip(chip: Chip) -> None:
     """The driver's name identifies the header's chip."""
-    assert ("gpio-sim", 0) in [(driver, number) for number, driver in lg.chips(Path("/"))]
+    assert ("gpio-sim", 0) in [(driver, number) for number, driver in lg.list_chips(Path("/"))]
 
 
 def test_a_missing_permission_is_reported(chip: Chip) -> None:

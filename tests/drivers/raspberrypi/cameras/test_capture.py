@@ -249,7 +249,7 @@ CORNERS = _corners()
 
 
 def frame_of(image: Image, **settings: Any) -> Frame:
-    return FrameConverter(EYE, CameraSettings(**settings)).frame(Shot(image, 0.5))
+    return FrameConverter(EYE, CameraSettings(**settings)).convert(Shot(image, 0.5))
 
 
 def corners_of(image: Image) -> list[int]:
@@ -278,8 +278,8 @@ def test_the_picture_is_contiguous_and_read_only() -> None:
 
 
 def test_frames_keep_the_time_of_the_shot_and_are_numbered() -> None:
-    framing = FrameConverter(EYE, CameraSettings())
-    frames = [framing.frame(Shot(plain(), time)) for time in (0.1, 0.3)]
+    converter = FrameConverter(EYE, CameraSettings())
+    frames = [converter.convert(Shot(plain(), time)) for time in (0.1, 0.3)]
     assert [(frame.time, frame.sequence) for frame in frames] == [(0.1, 0), (0.3, 1)]
 
 
@@ -299,5 +299,5 @@ def test_another_aspect_ratio_is_refused(width: int, height: int, raises: Raises
 
 def test_an_aspect_ratio_may_differ_by_the_rounding_of_a_pixel() -> None:
     description = EYE.model_copy(update={"width_px": 854, "height_px": 480})
-    image = FrameConverter(description, CameraSettings()).frame(Shot(plain(width=1920, height=1080), 0.0)).image
+    image = FrameConverter(description, CameraSettings()).convert(Shot(plain(width=1920, height=1080), 0.0)).image
     assert image.shape == (480, 854, 3)

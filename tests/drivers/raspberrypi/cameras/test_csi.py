@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from drivers.raspberrypi.cameras.capture import CapturingCamera
-from drivers.raspberrypi.cameras.csi import CsiSource, PiCamera, widest_mode
+from drivers.raspberrypi.cameras.csi import CsiSource, PiCamera, choose_mode
 from drivers.raspberrypi.cameras.source import PiCameraSettings, Shot
 from robotcore.description import CameraDescription, load_robot
 from robotcore.errors import DeviceError
@@ -133,7 +133,7 @@ def test_the_mode_has_the_whole_field_of_view(clock: LabClock, camera: FakeCamer
     [(30, (1640, 1232), 10), (60, (1640, 1232), 8), (200, (1640, 1232), 8)],
 )
 def test_modes_are_chosen_by_field_of_view_then_rate_then_depth(fps: float, size: tuple[int, int], depth: int) -> None:
-    mode = widest_mode(IMX219, fps)
+    mode = choose_mode(IMX219, fps)
     assert mode
     assert (mode["size"], mode["bit_depth"]) == (size, depth)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from drivers.raspberrypi.doctor import pins as module
-from drivers.raspberrypi.doctor.pins import check_library, installed_version
+from drivers.raspberrypi.doctor.pins import check_library, find_version
 from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendMissingError
 from robotcore.hal.finding import Level
@@ -32,7 +32,7 @@ def versions(monkeypatch: pytest.MonkeyPatch) -> Versions:
     monkeypatch.setattr(module, "open_pins", Pins)
 
     def install(**versions: str) -> None:
-        monkeypatch.setattr(module, "installed_version", versions.get)
+        monkeypatch.setattr(module, "find_version", versions.get)
 
     return install
 
@@ -77,5 +77,5 @@ def test_a_gpiozero_that_takes_the_wrong_chip_is_an_error(versions: Versions, ve
 
 
 def test_versions_are_those_of_the_installed_packages() -> None:
-    assert installed_version("gpiozero")
-    assert installed_version("no-such-package") is None
+    assert find_version("gpiozero")
+    assert find_version("no-such-package") is None

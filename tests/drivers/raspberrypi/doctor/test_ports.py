@@ -61,9 +61,9 @@ def test_the_kernel_is_asked_which_lines_are_in_use(monkeypatch: pytest.MonkeyPa
     lgpio.gpiochip_close = closed.append  # type: ignore[attr-defined]
     lgpio.gpio_get_line_info = lambda _, line: [0, line, 0b11 if line == 17 else 0b10, "", ""]  # type: ignore[attr-defined]
     monkeypatch.setattr("drivers.raspberrypi.lg.load", lambda: lgpio)
-    monkeypatch.setattr("drivers.raspberrypi.lg.chip_number", lambda: 0)
-    monkeypatch.setattr("drivers.raspberrypi.chip.find_holder", lambda line: f"whoever has {line}")
-    assert find_users([16, 17]) == {17: "whoever has 17"}
+    monkeypatch.setattr("drivers.raspberrypi.lg.find_chip_number", lambda: 0)
+    monkeypatch.setattr("drivers.raspberrypi.chip.find_holder", lambda line: f"process {line}")
+    assert find_users([16, 17]) == {17: "process 17"}
     assert closed == [7]
 
 

@@ -79,8 +79,8 @@ def test_the_count_is_the_sum_of_all_steps(steps: list[int]) -> None:
     decoder, phase = QuadratureDecoder(a=False, b=False), 0
     for step in steps:
         phase += step
-        decoder.a_changed(0.0, PHASES[phase % 4][0])
-        decoder.b_changed(0.0, PHASES[phase % 4][1])
+        decoder.on_edge_a(0.0, PHASES[phase % 4][0])
+        decoder.on_edge_b(0.0, PHASES[phase % 4][1])
     assert decoder.edges == sum(steps)
 
 
@@ -90,7 +90,7 @@ def test_a_missed_edge_costs_at_most_a_cycle(missed: int) -> None:
     for edge in range(1, 101):
         a, b = PHASES[edge % 4]
         if edge != missed:
-            decoder.a_changed(0.0, a) if edge % 2 else decoder.b_changed(0.0, b)
+            decoder.on_edge_a(0.0, a) if edge % 2 else decoder.on_edge_b(0.0, b)
         if edge == missed + 4:
             since = decoder.edges
     assert abs(decoder.edges - 100) <= 4

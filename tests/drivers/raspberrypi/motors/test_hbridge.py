@@ -10,7 +10,7 @@ from gpiozero.exc import PinInvalidState
 from gpiozero.pins.mock import MockFactory, MockPWMPin
 
 from drivers.raspberrypi.motors.boards import HBridge
-from drivers.raspberrypi.motors.driver import pwm_output
+from drivers.raspberrypi.motors.driver import open_pwm_output
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.devices import Motor
 from robotcore.hardware import Host, bind_devices, static_cutoffs
@@ -121,7 +121,7 @@ def test_closed_lines_are_pulled_down() -> None:
 def test_a_line_with_a_fixed_pull_up_can_be_closed() -> None:
     pins = MockFactory(pin_class=MockPWMPin)
     with ExitStack() as opened:
-        pwm_output("left_motor", 2, 100, pins, opened)
+        open_pwm_output("left_motor", 2, 100, pins, opened)
     OutputDevice(2, pin_factory=pins).close()
 
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.raspberrypi.motors.driver import whole_percent
+from drivers.raspberrypi.motors.driver import round_to_percent
 from drivers.raspberrypi.pins import open_pins
 from tests.drivers.raspberrypi.lines import Lines
 from tests.drivers.raspberrypi.lines import lgpio as ours
@@ -59,7 +59,7 @@ def test_turning_the_other_way_never_has_both_inputs_high(lines: Lines, pins: An
 
 @pytest.mark.parametrize("percent", range(-100, 101))
 def test_lgpio_sends_exactly_the_whole_percent(percent: int) -> None:
-    duty = whole_percent(percent / 100)
+    duty = round_to_percent(percent / 100)
     assert int(duty * 100) == percent
     assert duty == pytest.approx(percent / 100)
     assert abs(duty) <= 1
@@ -67,4 +67,4 @@ def test_lgpio_sends_exactly_the_whole_percent(percent: int) -> None:
 
 @given(st.floats(-1, 1))
 def test_a_duty_is_rounded_to_the_nearest_percent(duty: float) -> None:
-    assert abs(whole_percent(duty) - duty) <= 0.005 + 1e-12
+    assert abs(round_to_percent(duty) - duty) <= 0.005 + 1e-12

@@ -16,7 +16,7 @@ from tests.drivers.raspberrypi.virtual.fakes import rewire
 
 class TestVirtualPi(ConformanceSuite):
     backend = VirtualPiBackend
-    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: "virtual hardware answers while somebody sleeps"}
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: "virtual hardware never waits"}
     is_lost = False
 
     def open(self, setup: Setup) -> Robot:
