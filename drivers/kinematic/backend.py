@@ -1,4 +1,4 @@
-"""The built-in simulator: exact motion, ray-cast ranges, a painted camera; nothing to install."""
+"""The built-in simulator: exact motion, ray-cast ranges and a painted camera, without any installation."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from robotcore.hal.robot import Robot
 
 
 class KinematicOptions(StrictModel):
-    """There are none: what is simulated is in the descriptions."""
+    """The options of the backend. There are none, because the descriptions hold all settings."""
 
 
 class KinematicBackend(Backend):
-    """Opens robots in an exact, fast simulation that knows no mass and no friction.
+    """Opens robots in an exact, fast simulation without mass and friction.
 
     >>> from robotcore.description import load_robot, load_world
     >>> setup = Setup(load_robot("rover"), load_world("open"), devices=frozenset({"nose", "eye"}))
@@ -47,19 +47,19 @@ class KinematicBackend(Backend):
         setup.options_as(KinematicOptions)
         simulation = Simulation(setup, setup.world)
         _require_wheels(setup, simulation)
-        devices = [_opened(description, simulation) for description in setup.chosen]
+        devices = [_open_device(description, simulation) for description in setup.chosen]
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation)
 
 
 def _require_wheels(setup: Setup, simulation: Simulation) -> None:
-    """Raise DeviceGroupError where encoders sit on no wheel."""
+    """Raise DeviceGroupError if encoders sit on no wheel."""
     fault = "sits on no wheel; name it as left_encoder or right_encoder of the drive, or leave it out"
     encoders = [device.name for device in setup.chosen if isinstance(device, EncoderDescription)]
     if stray := [DeviceError(name, fault, kind="no-wheel") for name in encoders if name not in simulation.encoded]:
         raise DeviceGroupError(f"opening {setup.robot.name}", stray)
 
 
-def _opened(description: SimulatedDevice, simulation: Simulation) -> Device:
+def _open_device(description: SimulatedDevice, simulation: Simulation) -> Device:
     name = description.name
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])
@@ -69,5 +69,5 @@ def _opened(description: SimulatedDevice, simulation: Simulation) -> Device:
         return KinematicRangeSensor(description, simulation)
     if isinstance(description, CameraDescription):
         return KinematicCamera(description, simulation)
-    display: DisplayDescription = description  # of a new kind of device, the type checker tells
+    display: DisplayDescription = description  # the type checker reports a new kind of device here
     return MemoryDisplay(display.name)

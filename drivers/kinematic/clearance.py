@@ -1,4 +1,4 @@
-"""The gaps between the body and the things of a world; the bumper keeps them apart and counts touches."""
+"""Measures the gaps between the robot and other bodies, prevents overlaps, and counts contacts."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from robotcore.simulation.painter.planes import Array, half_planes, nearest_on, 
 
 
 class Bumper:
-    """Says which moves are free, and counts touches: one a thing, however long it lasts.
+    """Decides which moves are free, and counts contacts. A contact counts once, however long it lasts.
 
-    Gaps are measured anew only when the body may have moved as far as the smallest of them.
+    Gaps are measured again only if the robot may have moved as far as the smallest gap.
     """
 
     def __init__(self, clearances: Clearance, start: Pose) -> None:
@@ -28,9 +28,13 @@ class Bumper:
         self._measure(clearances.gaps(start))
 
     def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
-        """Return whether the body may roll ``distance`` metres while turning by ``turn``, neither below zero.
+        """Return whether the robot may move from one pose to another.
 
-        Out of a thing it overlaps it may move, deeper in it may not.
+        A robot that overlaps a body may move out of it, but not deeper into it.
+
+        here, there: the poses before and after the move.
+        distance: the length of the move in metres, 0 or more.
+        turn: the turn of the move in radians, 0 or more.
         """
         travel = distance + turn * self._reach
         if self._travelled + travel < self._clearance:
@@ -60,9 +64,9 @@ class Bumper:
 
 
 class Clearance:
-    """The gaps between a convex footprint and the things of a world: its prisms, then its targets.
+    """Measures the gaps between a convex footprint and a world's prisms and targets, in the plane of the floor.
 
-    Everything stands on the floor, so plan is enough. ``reach`` is how far the footprint goes from its origin.
+    ``reach`` is the distance of the footprint's farthest corner from its origin.
     """
 
     def __init__(self, footprint: Outline, world: WorldDescription) -> None:
@@ -78,9 +82,9 @@ class Clearance:
         self._radii = np.array([ball.radius_m for ball in world.targets])
 
     def gaps(self, pose: Pose) -> Array:
-        """Return the gap to each thing with the body at ``pose``, (n,), in metres.
+        """Return the gap between the robot at a pose and each body, (n,), in metres; below 0 for an overlap.
 
-        The sign is exact, below zero where they overlap; a gap is never more than the distance.
+        The sign is exact. A gap is never more than the true distance.
         """
         cos, sin = math.cos(pose.heading), math.sin(pose.heading)
         to_world = np.array(((cos, sin), (-sin, cos)))
@@ -91,7 +95,7 @@ class Clearance:
         return np.concatenate((self._gaps_to_prisms(body, corners), self._gaps_to_balls(centres)))
 
     def _gaps_to_prisms(self, body: Array, corners: Array) -> Array:
-        """Separating axes: two convex outlines are as far apart as the best of all their sides says."""
+        """Return the gaps to the prisms, by the method of separating axes."""
         if not len(self._starts):
             return np.empty(0)
         past_things = (self._normals @ body.T).min(axis=1) - self._offsets

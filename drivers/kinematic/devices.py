@@ -1,4 +1,4 @@
-"""The devices of a simulated robot: each looks at the simulation at the instant it is read."""
+"""The devices of a simulated robot. Each one takes its sample when it is read."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from robotcore.simulation.sampling import SampleCache
 
 
 class KinematicMotor(Motor):
-    """Sets the velocity that a wheel lags behind."""
+    """A motor, which sets the target velocity of a wheel."""
 
     def __init__(self, description: MotorDescription, wheel: Wheel) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -37,7 +37,7 @@ class KinematicMotor(Motor):
 
 
 class KinematicEncoder(Encoder):
-    """Reads a wheel's angle in whole counts."""
+    """An encoder, which reads the angle of a wheel in whole counts."""
 
     def __init__(self, description: EncoderDescription, wheel: Wheel, clock: Clock) -> None:
         super().__init__(description.name)
@@ -53,7 +53,7 @@ class KinematicEncoder(Encoder):
 
 
 class KinematicRangeSensor(RangeSensor):
-    """Listens with a fan of rays."""
+    """A range sensor, which casts a fan of rays."""
 
     def __init__(self, description: RangeSensorDescription, simulation: Simulation) -> None:
         super().__init__(
@@ -64,18 +64,18 @@ class KinematicRangeSensor(RangeSensor):
         )
         self._sonar = Sonar(description, simulation.world)
         self._simulation = simulation
-        self._newest_at = SampleCache(simulation.clock, self._listen)
+        self._newest_at = SampleCache(simulation.clock, self._measure)
 
     def _newest(self) -> Range:
         return self._newest_at()
 
-    def _listen(self, time: float, sequence: int) -> Range:
-        distance, point = self._sonar.listen(self._simulation.pose())
+    def _measure(self, time: float, sequence: int) -> Range:
+        distance, point = self._sonar.measure(self._simulation.pose())
         return Range(distance, time, sequence, point)
 
 
 class KinematicCamera(Camera):
-    """Paints a picture when it is read, never otherwise."""
+    """A camera, which paints a picture when it is read."""
 
     def __init__(self, description: CameraDescription, simulation: Simulation) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -98,14 +98,16 @@ Point = tuple[float, float, float]
 
 
 class Echo(NamedTuple):
-    """A distance in metres, and in the sensor's frame the point that it comes from, if any."""
+    """A measured distance."""
 
     distance: float
+    """In metres; ``inf`` beyond the sensor's range."""
     point: Point | None
+    """The point of the echo in the sensor's frame, in metres; None without an echo."""
 
 
 class Sonar:
-    """Casts a sensor's fan at whatever of the world stands as high as the sensor."""
+    """Casts a sensor's fan of rays at all bodies that are as high as the sensor."""
 
     def __init__(self, sensor: RangeSensorDescription, world: WorldDescription) -> None:
         mount = sensor.mount
@@ -116,8 +118,8 @@ class Sonar:
             [(ball.x_m, ball.y_m, ball.radius_m**2 - (mount.z_m - ball.radius_m) ** 2) for ball in world.targets]
         ).reshape(-1, 3)
 
-    def listen(self, robot: Pose) -> Echo:
-        """Return what the sensor hears on a robot at ``robot``."""
+    def measure(self, robot: Pose) -> Echo:
+        """Return the distance that the sensor measures on a robot at a pose."""
         sensor = robot.moved(self._mount)
         x, y = sensor.to_world(-FAN_SETBACK_M, 0.0)
         dx, dy = self._fan.directions(sensor)
@@ -126,9 +128,11 @@ class Sonar:
 
 
 def cast_at_circles(x: float, y: float, dx: Array, dy: Array, circles: Array) -> Array:
-    """Return for each ray of unit direction, (n,), the distance to the first circle; ``inf`` if none.
+    """Return for each ray the distance to the first circle, (n,), in metres; ``inf`` without a hit.
 
-    ``circles`` are (m, 3): centre, and radius squared; one below zero is never hit.
+    x, y: the start of all rays, in metres.
+    dx, dy: the unit vectors of the rays, (n,).
+    circles: the centre and the squared radius of each circle, (m, 3). A circle with a negative square is never hit.
     """
     to_x, to_y = circles[:, 0] - x, circles[:, 1] - y
     along = np.outer(dx, to_x) + np.outer(dy, to_y)

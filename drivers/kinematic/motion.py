@@ -1,11 +1,11 @@
-"""How the robot moves: wheels with a first-order lag, and the exact arc that two of them make.
+"""The robot's motion: wheels with a first-order lag, and the exact arc of the body.
 
-Nothing is integrated numerically. Over a step of h seconds a wheel of lag τ on its way to the velocity u has
+Nothing is integrated numerically. After a step of h seconds, a wheel with the lag τ and the command u has
 
     ω(h) = u + (ω₀ - u)·e^(-h/τ)        φ(h) = φ₀ + u·h + (ω₀ - u)·τ·(1 - e^(-h/τ))
 
-and the body follows the arc of those angles. While both velocities keep their proportion, any number of
-steps gives the same place as one.
+and the body follows the arc of these angles. While the ratio of the velocities is constant, any number of
+steps gives the same pose as one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
 
 
 class Wheel:
-    """A motor and its wheel: ``velocity`` in rad/s lags behind ``target``; ``angle`` is in rad.
+    """A motor and its wheel.
+
+    ``target`` is the commanded velocity and ``velocity`` the actual one, in rad/s. ``angle`` is in rad.
 
     >>> wheel = Wheel(lag=0.0, step=0.5)
     >>> wheel.target = 4.0
@@ -35,25 +37,25 @@ class Wheel:
         self.target = self.velocity = self.angle = 0.0
 
     def next_turn(self) -> float:
-        """Return by how much the wheel would turn in the next step, in rad."""
+        """Return the turn of a free wheel in the next step, in rad."""
         return self.target * self._step + (self.velocity - self.target) * self._reach
 
     def roll(self, turn: float) -> None:
-        """Take the step, in which it turns by ``turn``."""
+        """Make a step with this turn in rad."""
         self.velocity = self.target + (self.velocity - self.target) * self._decay
         self.angle += turn
 
     def stall(self) -> None:
-        """Take the step without turning."""
+        """Make a step without a turn."""
         self.velocity = 0.0
 
     def advance(self) -> None:
-        """Take the step, running free."""
+        """Make a step of a free wheel."""
         self.roll(self.next_turn())
 
 
 class Chassis:
-    """A body on two wheels. A step that would drive it into something is not made: the wheels stall."""
+    """A body on two wheels. If a step would cause an overlap, the wheels stall."""
 
     def __init__(self, start: Pose, geometry: DifferentialGeometry, left: Wheel, right: Wheel, bumper: Bumper) -> None:
         self.pose = start
@@ -63,11 +65,11 @@ class Chassis:
 
     @property
     def twist(self) -> Twist:
-        """How the body moves at this instant."""
+        """The present velocity of the body."""
         return self._geometry.to_twist(Wheels(self._left.velocity, self._right.velocity))
 
     def advance(self) -> None:
-        """Take one step."""
+        """Make one step."""
         left, right = self._left.next_turn(), self._right.next_turn()
         distance, turn = self._geometry.to_twist(Wheels(left, right))
         there = self.pose.advanced(distance, turn)

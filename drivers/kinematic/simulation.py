@@ -1,4 +1,4 @@
-"""The simulation: its clock, the robot's motion, and the truth about it."""
+"""The simulation: its clock, the robot's motion, and its true state."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from robotcore.simulation.painter import Painter
 
 
 class Simulation:
-    """A robot in its world, moved by its own clock. It is also the run's `TruthSource`.
+    """A robot in its world. Its clock steps it. It is also the `TruthSource` of the run.
 
-    ``wheels`` are by the name of their motor, ``encoded`` by that of their encoder.
+    ``wheels`` holds the wheels by the names of their motors, ``encoded`` by the names of their encoders.
     """
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
@@ -35,7 +35,7 @@ class Simulation:
 
     @cached_property
     def painter(self) -> Painter:
-        """Paints the world for every camera; made when the first picture is read."""
+        """The painter for all cameras. It is created for the first picture."""
         return Painter(self.world)
 
     def pose(self) -> Pose:

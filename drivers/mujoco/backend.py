@@ -30,11 +30,11 @@ OLDEST = (3, 5)
 
 
 class MujocoOptions(StrictModel):
-    """There are none."""
+    """The options of the backend. There are none."""
 
 
 class MujocoBackend(Backend):
-    """Opens each robot in a simulation of its own, reproducible to the bit on one platform."""
+    """Opens each robot in its own simulation, which repeats to the bit on one platform."""
 
     name = "mujoco"
     summary = "MuJoCo rigid-body physics, in process: on Python 3.10 to 3.13, 64-bit ARM too"
@@ -50,7 +50,7 @@ class MujocoBackend(Backend):
         return 'pip install "robotcore[sim]"'
 
     def require_installed(self) -> None:
-        """Raise BackendMissingError where the library is missing or too old, and where it cannot be imported.
+        """Raise BackendMissingError if the library is missing or too old, or cannot be imported.
 
         It sets OpenGL up when it is imported, by the environment's MUJOCO_GL, and raises whatever that raises.
         """
@@ -69,13 +69,14 @@ class MujocoBackend(Backend):
         if tuple(map(int, mujoco.__version__.split(".")[:2])) < OLDEST:
             needed = "{}.{}".format(*OLDEST)
             raise BackendMissingError(
-                f'MuJoCo {mujoco.__version__} is too old, {needed} is needed. pip install --upgrade "mujoco>={needed}"'
+                f'MuJoCo {mujoco.__version__} is too old, {needed} is needed. pip install --upgrade "mujoco>={needed}"',
+                kind="library-too-old",
             )
 
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
-            raise UsageError("the mujoco backend needs a world; name one with --world")
+            raise UsageError("the mujoco backend needs a world; name one with --world", kind="world-missing")
         setup.options_as(MujocoOptions)
         self.require_installed()
         with ExitStack() as undo:
@@ -95,7 +96,7 @@ class MujocoBackend(Backend):
 
 
 class Simulation:
-    """The world, the robot in it, and the clock that moves both."""
+    """A robot in its world, and the clock that steps both."""
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
         self._physics = Physics(setup.rate_hz, lambda step: compile_model(build(setup.robot, world, step)))
@@ -113,7 +114,7 @@ class Simulation:
         return self._physics.clock
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open one device; raises DeviceError where it sits on a wheel that is not there."""
+        """Open a device. Raises DeviceError for a motor or an encoder without a wheel."""
         if isinstance(description, MotorDescription):
             return MujocoMotor(self.model, self.data, description, self._body)
         if isinstance(description, EncoderDescription):
@@ -126,7 +127,7 @@ class Simulation:
         return MemoryDisplay(display.name)
 
     def close(self) -> None:
-        """Let OpenGL and the window go. May be called again."""
+        """Release OpenGL and the window. It may be called again."""
         self._closing.close()
 
     def _open_window(self, breadth: float) -> None:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class MujocoMotor(Motor):
-    """The rotor that drives a wheel; lag and torque are the model's."""
+    """The motor of a wheel. The model has its lag and its greatest torque."""
 
     def __init__(self, model: MjModel, data: MjData, description: MotorDescription, body: Body) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -45,7 +45,7 @@ class MujocoMotor(Motor):
 
 
 class MujocoEncoder(Encoder):
-    """Whole counts of a wheel's joint."""
+    """The encoder of a wheel, in whole counts of the joint's angle."""
 
     def __init__(self, description: EncoderDescription, clock: Clock, body: Body) -> None:
         super().__init__(description.name)
@@ -61,7 +61,7 @@ class MujocoEncoder(Encoder):
 
 
 class MujocoRangeSensor(RangeSensor):
-    """The fan of rays. It meets what stands in the world: robot and floor are in groups that it does not hear."""
+    """A range sensor that casts a fan of rays. The rays ignore the robot and the floor."""
 
     def __init__(
         self, model: MjModel, data: MjData, description: RangeSensorDescription, clock: Clock, body: Body
@@ -83,7 +83,7 @@ class MujocoRangeSensor(RangeSensor):
         return Range(self._fan.reading(lengths), time, sequence, self._fan.point(lengths))
 
     def _cast(self) -> Array:
-        """Return how far each ray goes, (15,), in metres; ``inf`` where it meets nothing."""
+        """Return the length of each ray in metres, (15,); ``inf`` without a hit."""
         from mujoco import mj_multiRay
 
         rotation, origin = self._body.transform()
@@ -95,7 +95,7 @@ class MujocoRangeSensor(RangeSensor):
 
 
 class MujocoCamera(Camera):
-    """A camera on the robot's body; it tilts with it. ``things`` maps names to the `numbers` of a picture's pixels."""
+    """A camera on the robot's body. ``things`` holds the number of each body in `numbers`, by its name."""
 
     def __init__(
         self, description: CameraDescription, clock: Clock, body: Body, renderer: Renderer, things: Mapping[str, int]
@@ -107,16 +107,16 @@ class MujocoCamera(Camera):
         self._newest_at = SampleCache(clock, self._expose)
 
     def picture(self, view: CameraView) -> Image:
-        """Render what any camera would see; works without the robot being there. BGR, read-only."""
+        """Return the picture of a camera at any position: BGR, read-only."""
         try:
             image = self._renderer.picture(view)
         except NoOpenGL as error:
-            raise DeviceError(self.name, str(error)) from error
+            raise DeviceError(self.name, str(error), kind="no-opengl") from error
         image.flags.writeable = False
         return image
 
     def numbers(self, view: CameraView) -> Numbers:
-        """Return which thing each pixel of such a picture shows, (height, width), by its number; -1: sky."""
+        """Return the number of the body that each pixel shows, (height, width); -1 for the sky."""
         return self._renderer.numbers(view)
 
     def _newest(self) -> Frame:
@@ -132,7 +132,7 @@ class MujocoCamera(Camera):
 
 
 class CameraSet:
-    """Opens cameras. The first brings OpenGL along: a robot that opens none needs none."""
+    """Opens cameras. The first camera opens OpenGL, so a robot without cameras does not need it."""
 
     def __init__(self, model: MjModel, data: MjData, world: WorldDescription) -> None:
         self._model, self._data, self._sky = model, data, world.light.sky_colour
@@ -140,14 +140,14 @@ class CameraSet:
         self._renderer: Renderer | None = None
 
     def open(self, description: CameraDescription, clock: Clock, body: Body) -> MujocoCamera:
-        """Open a camera; raises DeviceError, with what to install, where there is no OpenGL without a screen."""
+        """Open a camera. Raises DeviceError, with the packages to install, if OpenGL without a screen is missing."""
         try:
             self._renderer = self._renderer or Renderer(self._model, self._data, self._sky)
         except NoOpenGL as missing:
-            raise DeviceError(description.name, str(missing)) from missing
+            raise DeviceError(description.name, str(missing), kind="no-opengl") from missing
         return MujocoCamera(description, clock, body, self._renderer, self._things)
 
     def close(self) -> None:
-        """Let OpenGL go. May be called again."""
+        """Release OpenGL. It may be called again."""
         if self._renderer:
             self._renderer.close()

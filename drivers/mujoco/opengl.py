@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 @contextmanager
 def set_variable(variable: str, value: str) -> Iterator[None]:
-    """Let a variable have this value for a while."""
+    """Set an environment variable within a block."""
     before = os.environ.get(variable)
     os.environ[variable] = value
     try:
@@ -26,11 +26,11 @@ def set_variable(variable: str, value: str) -> Iterator[None]:
 
 
 class NoOpenGL(Exception):  # noqa: N818  the fact, which its catcher makes an error of
-    """This way to OpenGL is not to be had on this machine; the message says what is missing."""
+    """This library cannot give OpenGL on this machine. The message says what is missing."""
 
 
 class Context(ABC):
-    """OpenGL that draws into memory. A constructor raises NoOpenGL where there is none.
+    """An OpenGL context that draws into memory. A constructor raises NoOpenGL if it cannot be created.
 
     Between two uses it belongs to no thread, so that any thread may have the next. ``name`` is what MuJoCo calls its
     kind, in the environment variable MUJOCO_GL; ``packages`` of Debian's bring it.
@@ -41,25 +41,25 @@ class Context(ABC):
 
     @classmethod
     def refusal(cls, why: str) -> NoOpenGL:
-        """Return why it does not draw, and what to do where it is not the only OpenGL of the program."""
+        """Return the error for a context that does not draw, with a remedy if the program uses another OpenGL too."""
         beside = f"Where the program has a window or a renderer of its own, set MUJOCO_GL={cls.name}"
         return NoOpenGL(f"{why}. {beside}")
 
     @abstractmethod
     def current(self) -> AbstractContextManager[None]:
-        """Let this thread draw here; what it drew to before is given back to it. Raises NoOpenGL."""
+        """Make the context current for this thread within a block; then restore the last context. Raises NoOpenGL."""
 
     @abstractmethod
     def address_of(self, function: str) -> int | None:
-        """Return where one of OpenGL's functions is."""
+        """Return the address of an OpenGL function."""
 
     @abstractmethod
     def close(self) -> None:
-        """Let it go. May be called again."""
+        """Release the context. It may be called again."""
 
 
 def load_library(names: Sequence[str]) -> ctypes.CDLL:
-    """Return the first of these libraries that is there, all of whose functions MuJoCo finds too."""
+    """Return the first library that can be loaded so that MuJoCo finds its functions too."""
     for name in names:
         try:
             return ctypes.CDLL(name, mode=ctypes.RTLD_GLOBAL)
@@ -80,7 +80,7 @@ _MOST_DEVICES = 16
 
 
 class EglContext(Context):
-    """A context on the first device that works; no surface is needed, MuJoCo draws into buffers of its own."""
+    """A context of EGL on the first device that works. MuJoCo draws into its own buffers, so it needs no surface."""
 
     name = "egl"
     packages = "libegl1 libgl1-mesa-dri"
@@ -111,14 +111,14 @@ class EglContext(Context):
         return address
 
     def close(self) -> None:
-        """Let the context go. The display stays: whoever else draws in this process has the same one."""
+        """Release the context. The display stays open, because all contexts of the process share it."""
         if self._context:
             self._egl.eglDestroyContext(self._display, self._context)
             self._context = None
 
 
 def _typed_egl(egl: ctypes.CDLL) -> ctypes.CDLL:
-    """Tell ctypes which of EGL's functions take and return pointers, which it would cut to half."""
+    """Declare the pointer arguments of EGL's functions, which ctypes would otherwise cut to 32 bits."""
     pointer = c_void_p
     types: dict[str, tuple[object, list[object]]] = {
         "eglGetProcAddress": (pointer, [c_char_p]),
@@ -157,7 +157,7 @@ def _extension(egl: ctypes.CDLL, name: str, result: type, *arguments: type) -> C
 
 
 def _config(egl: ctypes.CDLL, display: int) -> c_void_p:
-    """Return any configuration that draws by OpenGL into memory."""
+    """Return a configuration with which OpenGL draws into memory."""
     wanted = (_SURFACE_TYPE, _PBUFFER_BIT, _RENDERABLE_TYPE, _OPENGL_BIT, _NONE)
     config, count = c_void_p(), c_int()
     egl.eglChooseConfig(display, (c_int * len(wanted))(*wanted), byref(config), 1, byref(count))
@@ -173,7 +173,7 @@ _DEPTH_BITS, _STENCIL_BITS = 24, 8
 
 
 class OsmesaContext(Context):
-    """A context with one pixel of its own: MuJoCo draws into buffers of its own."""
+    """A context of OSMesa with one pixel. MuJoCo draws into its own buffers."""
 
     name = "osmesa"
     packages = "libosmesa6"
@@ -187,7 +187,7 @@ class OsmesaContext(Context):
 
     @contextmanager
     def current(self) -> Iterator[None]:
-        """As told; OSMesa does not tell into whose memory the thread drew before, so that nothing is current then."""
+        """Make the context current within a block. OSMesa cannot restore the last context; then none is current."""
         if not self._osmesa.OSMesaMakeCurrent(self._context, self._pixel, _UNSIGNED_BYTE, 1, 1):
             raise self.refusal("OSMesa does not let this thread draw")
         try:
@@ -206,7 +206,7 @@ class OsmesaContext(Context):
 
 
 def _typed_osmesa(osmesa: ctypes.CDLL) -> ctypes.CDLL:
-    """Tell ctypes which of OSMesa's functions take and return pointers, which it would cut to half."""
+    """Declare the pointer arguments of OSMesa's functions, which ctypes would otherwise cut to 32 bits."""
     osmesa.OSMesaCreateContextExt.restype = c_void_p
     osmesa.OSMesaMakeCurrent.argtypes = [c_void_p, c_void_p, c_uint, c_int, c_int]
     osmesa.OSMesaDestroyContext.restype = None
@@ -217,13 +217,13 @@ def _typed_osmesa(osmesa: ctypes.CDLL) -> ctypes.CDLL:
 
 
 VARIABLE = "MUJOCO_GL"
-"""By which MuJoCo itself is told; MuJoCo's C library reads it too."""
+"""The variable by which the user chooses the library. MuJoCo and its C library read it too."""
 
 CONTEXTS: Mapping[str, type[Context]] = {way.name: way for way in (EglContext, OsmesaContext)}
 
 
 def open_context() -> Context:
-    """Return OpenGL that needs no screen; raises NoOpenGL, with the remedy, where there is none.
+    """Return an OpenGL context without a screen. Raises NoOpenGL, with the remedy, if there is none.
 
     The user may name a way by the environment variable MUJOCO_GL; then no other is tried.
     """
@@ -246,5 +246,5 @@ def open_context() -> Context:
 
 
 def announce_to_mujoco(context: Context) -> AbstractContextManager[None]:
-    """Let MuJoCo's C library look for OpenGL's functions where this context has them, as it does once in a process."""
+    """Make MuJoCo's C library load its OpenGL functions from this context, which it does once in a process."""
     return set_variable(VARIABLE, context.name)

@@ -1,4 +1,4 @@
-"""The stepped physics, the robot's body, its contacts, and the ground truth."""
+"""The physics steps, the robot's body, its contacts and the ground truth."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Physics:
             show()
 
     def require_sound(self) -> None:
-        """Raise BackendError, in MuJoCo's words, where its state is not what came of the motors' commands.
+        """Raise BackendError, with MuJoCo's message, if MuJoCo has reset its state.
 
         Once something gets too fast to be computed, MuJoCo puts all back where it started, and goes on.
         """
@@ -60,11 +60,13 @@ class Physics:
 
             kind = int(warning.number.argmax())
             text = mju_warningText(kind, int(warning.lastinfo[kind]))
-            raise BackendError(f"mujoco: {text} Look at the masses and torques in the robot's description")
+            raise BackendError(
+                f"mujoco: {text} Check the masses and torques in the robot's description", kind="state-lost"
+            )
 
 
 class ContactCounter:
-    """Counts the touches of the robot's body with things; one touch is one, however long it lasts."""
+    """Counts the contacts of the robot with other bodies. A contact counts once, however long it lasts."""
 
     def __init__(self, model: MjModel, data: MjData) -> None:
         from mujoco import mj_geomDistance, mjtGeom
@@ -77,7 +79,7 @@ class ContactCounter:
         self._touched: set[int] = set()
 
     def look(self) -> None:
-        """Note what is touched after a step."""
+        """Update the contacts after a step."""
         pairs = self._data.contact.geom.tolist()
         touching = {thing for pair in pairs if self._body in pair for thing in pair} - self._passed_over
         if touching or self._touched:
@@ -101,13 +103,13 @@ class Body:
         self._joints = _joints(model, description)
 
     def joint_of(self, device: str) -> int:
-        """Return where in the model's positions the wheel is that a motor or an encoder sits on."""
+        """Return the index of a device's wheel in the model's positions. Raises DeviceError without a wheel."""
         if device not in self._joints:
-            raise DeviceError(device, "sits on no wheel; name it in the robot's drive")
+            raise DeviceError(device, "sits on no wheel; name it in the robot's drive", kind="no-wheel")
         return self._joints[device]
 
     def angle(self, joint: int) -> float:
-        """Return how far a wheel has turned, in radians."""
+        """Return the angle of a wheel, in radians."""
         return float(self._data.qpos[joint])
 
     def transform(self) -> tuple[Array, Array]:
@@ -116,12 +118,12 @@ class Body:
         return data.xmat[self.number].reshape(3, 3), data.xpos[self.number]
 
     def pose(self) -> Pose:
-        """Return where the middle of the axle is, in plan."""
+        """Return the pose of the axle's middle."""
         rotation, origin = self.transform()
         return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
 
     def twist(self) -> Twist:
-        """Return how the middle of the axle moves."""
+        """Return the velocity of the axle's middle."""
         if not self._is_free:
             return Twist(0.0, 0.0)
         velocity = self._data.qvel
@@ -135,7 +137,7 @@ def _joints(model: MjModel, description: RobotDescription) -> dict[str, int]:
 
 
 class MujocoTruth:
-    """The true state of the robot. Raises BackendError where MuJoCo has lost it."""
+    """The true state of the robot. Its methods raise BackendError if MuJoCo has reset its state."""
 
     def __init__(self, body: Body, physics: Physics) -> None:
         self._body, self._physics = body, physics

@@ -40,7 +40,7 @@ class Renderer:
         self._canvas = Canvas(model)
 
     def picture(self, view: CameraView) -> Image:
-        """Return what a camera would see, (height, width, 3), BGR."""
+        """Return the picture of a camera, (height, width, 3), BGR."""
         rgb, depths = self._drawn(view)
         image: Image = np.asarray(cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR), dtype=np.uint8)
         is_sky = (cv2.flip(depths, 0) == 0.0).view(np.uint8)
@@ -48,7 +48,7 @@ class Renderer:
         return image
 
     def numbers(self, view: CameraView) -> Numbers:
-        """Return for each pixel, (height, width), the number of the geom that it shows; -1: sky."""
+        """Return the number of the geom that each pixel shows, (height, width); -1 for the sky."""
         _flag(self._scene, "SEGMENT", "IDCOLOR", on=True)
         try:
             rgb, _ = self._drawn(view)
@@ -74,7 +74,7 @@ class Renderer:
 
 
 def _place(eye: MjvGLCamera, view: CameraView) -> None:
-    """Let one of MuJoCo's cameras be where the view's is, with its frustum: pixels are square, their centres count."""
+    """Set the pose and the frustum of a MuJoCo camera from a view."""
     _, down, forward = view.rotation
     top = NEAR_M * view.intrinsics.height / 2 / view.intrinsics.focal_length
     eye.pos, eye.forward, eye.up = view.eye, forward, -down
@@ -83,7 +83,7 @@ def _place(eye: MjvGLCamera, view: CameraView) -> None:
 
 
 def _scene(model: MjModel) -> MjvScene:
-    """Return a scene that shows what stands where in the light, and no more."""
+    """Return a scene with the bodies and the light only."""
     from mujoco import MjvScene
 
     scene = MjvScene(model, _MOST_GEOMS)
@@ -154,7 +154,7 @@ class Canvas:
 
 
 def _drawing(model: MjModel, context: Context) -> MjrContext:
-    """Hand everything that a model shows over to OpenGL."""
+    """Send everything that a model shows to OpenGL."""
     import mujoco
 
     model.vis.global_.offwidth = model.vis.global_.offheight = 1  # it grows to what is drawn: all of it is cleared
@@ -178,7 +178,7 @@ def _make_room(drawing: MjrContext, width: int, height: int) -> None:
 
 
 def _use_nearest(drawing: MjrContext, context: Context) -> None:
-    """Let each pixel show the one texel that it hits, as the other simulators do; MuJoCo takes a mean of several."""
+    """Show in each pixel the one texel that it hits, as the other simulators do. MuJoCo would show a mean."""
     from mujoco import mjtTexture
 
     bind = _function(context, "glBindTexture", ctypes.c_uint, ctypes.c_uint)
@@ -191,7 +191,7 @@ def _use_nearest(drawing: MjrContext, context: Context) -> None:
 
 
 def _disable_clamping(context: Context) -> None:
-    """Let a texture darken what is brighter than white, as in the other simulators; OpenGL makes it white before."""
+    """Apply textures before the brightness is cut to white, as the other simulators do."""
     clamp = _function(context, "glClampColor", ctypes.c_uint, ctypes.c_uint)
     clamp(_CLAMP_VERTEX_COLOR, _FALSE)
 

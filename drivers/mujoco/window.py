@@ -22,19 +22,22 @@ AZIMUTH_DEG, ELEVATION_DEG, AWAY = 90.0, -60.0, 1.45
 CLOSING_S = 5.0
 
 ALONE = threading.Lock()
-"""Held by the window that is open: each has a thread of its own, and two at once crash GLFW, which serves but one."""
+"""The lock of the open window. Each window has its own thread, and GLFW crashes with two."""
 
 
 class Window:
     """Shows a copy of the robot and the world, ``breadth`` metres across: no hand in it changes how a run goes.
 
-    Raises BackendError where no window can open, and while another one is open.
+    Raises BackendError if no window can open, and while another one is open.
     """
 
     def __init__(self, model: MjModel, data: MjData, breadth: float) -> None:
         self._model, self._data, self._shown = copy(model), data, copy(data)
         if not ALONE.acquire(blocking=False):
-            raise BackendError("mujoco: it shows one window at a time. Close the other robot first, or leave --gui out")
+            raise BackendError(
+                "mujoco: it shows one window at a time. Close the other robot first, or leave --gui out",
+                kind="second-window",
+            )
         with ExitStack() as undo:
             undo.callback(ALONE.release)
             _require_screen()
@@ -46,16 +49,16 @@ class Window:
             camera.azimuth, camera.elevation = AZIMUTH_DEG, ELEVATION_DEG
 
     def show(self) -> None:
-        """Show how everything is now; raises BackendError once the window was closed."""
+        """Show the present state. Raises BackendError after the user has closed the window."""
         from mujoco import mj_copyData
 
         if not self._viewer.is_running():
-            raise BackendError("mujoco: its window was closed. Run again and leave it open")
+            raise BackendError("mujoco: its window was closed. Run again and leave it open", kind="window-closed")
         mj_copyData(self._shown, self._model, self._data)
         self._viewer.sync()
 
     def close(self) -> None:
-        """Close the window, and wait until it has gone. May be called again."""
+        """Close the window and wait for its thread. It may be called again."""
         self._viewer.close()
         for thread in self._threads:
             thread.join(CLOSING_S)
@@ -63,28 +66,28 @@ class Window:
 
 
 def _launched(model: MjModel, data: MjData) -> tuple[Handle, set[threading.Thread]]:
-    """Return a viewer, and the threads that it has begun."""
+    """Return a viewer, and the threads that it has started."""
     from mujoco.viewer import launch_passive
 
     before = set(threading.enumerate())
     try:
         viewer = launch_passive(model, data, show_left_ui=False, show_right_ui=False)
     except RuntimeError as error:  # on macOS only
-        raise BackendError(f"mujoco: {error}. Leave --gui out") from error
+        raise BackendError(f"mujoco: {error}. Leave --gui out", kind="window-fails") from error
     return viewer, set(threading.enumerate()) - before
 
 
 def _require_screen() -> None:
-    """Raise BackendError where a window cannot open: MuJoCo's thread would die, and whoever asked wait for ever."""
+    """Raise BackendError if no window can open. MuJoCo's thread would die, and its caller wait forever."""
     import glfw
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         if not glfw.init():
-            raise BackendError(NO_SCREEN)
+            raise BackendError(NO_SCREEN, kind="no-screen")
         glfw.window_hint(glfw.VISIBLE, glfw.FALSE)
         window = glfw.create_window(1, 1, "", None, None)
         glfw.default_window_hints()
         if not window:
-            raise BackendError("mujoco: this screen shows no OpenGL. Leave --gui out")
+            raise BackendError("mujoco: this screen shows no OpenGL. Leave --gui out", kind="no-screen")
         glfw.destroy_window(window)

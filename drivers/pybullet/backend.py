@@ -17,13 +17,14 @@ from robotcore.hal.robot import Robot
 
 
 class PyBulletOptions(StrictModel):
-    """What a user may set: how often the solver goes over all contacts in a physics step."""
+    """The options of the backend."""
 
     solver_iterations: PositiveInt = 50
+    """The iterations of the contact solver in a physics step."""
 
 
 class PyBulletBackend(Backend):
-    """Opens each robot in a simulation of its own, reproducible to the bit on one platform.
+    """Opens each robot in its own simulation, which repeats to the bit on one platform.
 
     Options: see `PyBulletOptions`.
     """

@@ -1,4 +1,4 @@
-"""The robot's body in Bullet: made from its URDF, with what URDF cannot say set afterwards."""
+"""The robot's body in Bullet, made from its URDF. Properties that URDF lacks are set afterwards."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Body:
         self._set_up_collisions()
 
     def _set_up_collisions(self) -> None:
-        """Let wheels and caster meet the floor only: a sphere stands out sideways beyond the real wheel."""
+        """Let wheels and caster collide with the floor only. A wheel's sphere is wider than the wheel."""
         bullet, body = self._bullet, self.number
         bullet.setCollisionFilterGroupMask(body, _BASE, Group.BODY, Group.FLOOR | Group.THING)
         for link in self._links.values():
@@ -44,18 +44,18 @@ class Body:
         bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)
 
     def with_connection(self, bullet: Bullet) -> Body:
-        """Return the same body asked by way of another view of the connection."""
+        """Return the same body with another `Bullet` for its calls."""
         other = copy(self)
         other._bullet = bullet  # noqa: SLF001  its own kind
         return other
 
     def hide(self) -> None:
-        """Keep the robot out of every picture."""
+        """Make the robot invisible in all pictures."""
         for link in (_BASE, *self._links.values()):
             self._bullet.changeVisualShape(self.number, link, rgbaColor=[0.0, 0.0, 0.0, 0.0])
 
     def joint_of(self, device: str) -> int:
-        """Return Bullet's number for the joint of the wheel that a motor or an encoder sits on."""
+        """Return Bullet's number of the joint of a device's wheel. Raises DeviceError without a wheel."""
         if device not in self._joints:
             raise DeviceError(device, "sits on no wheel; name it in the robot's drive", kind="no-wheel")
         return self._joints[device]
@@ -67,12 +67,12 @@ class Body:
         return rotation, np.array(centre) - rotation @ self._centre
 
     def pose(self) -> Pose:
-        """Return where the middle of the axle is, in plan."""
+        """Return the pose of the axle's middle."""
         rotation, origin = self.transform()
         return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
 
     def twist(self) -> Twist:
-        """Return how the middle of the axle moves: forward as the centre of mass does, straight ahead of it."""
+        """Return the velocity of the axle's middle. The centre of mass, ahead of it, has the same forward velocity."""
         linear, angular = self._bullet.getBaseVelocity(self.number)
         forward = self.transform()[0][:, 0]
         return Twist(float(forward @ linear), float(angular[2]))
@@ -99,5 +99,5 @@ def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
 
 
 def _links(bullet: Bullet, body: int) -> dict[str, int]:
-    """Return Bullet's numbers for the links by name; the joint that holds a link has the same number."""
+    """Return Bullet's numbers of the links by name. The joint of a link has the same number."""
     return {bullet.getJointInfo(body, link)[12].decode(): link for link in range(bullet.getNumJoints(body))}

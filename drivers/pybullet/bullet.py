@@ -1,4 +1,4 @@
-"""The one way to Bullet: its library, a connection of one's own, and its errors as ours."""
+"""Wraps PyBullet: its import, one connection, and its errors as errors of robotcore."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WINDOW_CLOSED = "If its window was closed, run again and leave it open"
 class Bullet:
     """One connection. Bullet's functions and constants are its attributes, as in ``pybullet_utils.bullet_client``.
 
-    What they raise becomes BackendError, or DeviceError on what `on_behalf_of` returns.
+    The functions raise BackendError. On the result of `for_device` they raise DeviceError.
     """
 
     def __init__(self, library: ModuleType, client: int, failure: Failure) -> None:
@@ -30,7 +30,7 @@ class Bullet:
 
     @classmethod
     def connect(cls, *, gui: bool) -> Bullet:
-        """Start a server of one's own in this process, with a window or without."""
+        """Start a new server in this process, with or without a window."""
         library = _import_pybullet()
         if gui:
             _require_screen()
@@ -39,16 +39,16 @@ class Bullet:
         return cls(library, client, _backend_failure)
 
     def show(self, breadth: float) -> None:
-        """Let the window look down on a world of this breadth in metres."""
+        """Point the window's camera down at a world of this breadth in metres."""
         self.configureDebugVisualizer(self.COV_ENABLE_GUI, 0)
         self.resetDebugVisualizerCamera(breadth, 0.0, -60.0, [0.0, 0.0, 0.0])
 
     def for_device(self, device: str) -> Bullet:
-        """Return the same connection for a device, which its errors are to name."""
+        """Return the same connection with errors that name a device."""
         return Bullet(self._library, self._client, lambda fault: DeviceError(device, fault))
 
     def close(self) -> None:
-        """End the server; one that has ended, as when its window was closed, is fine too."""
+        """End the server. It may have ended already, for example after its window was closed."""
         with redirect_stdout():
             if self._library.isConnected(self._client):
                 self._library.disconnect(self._client)
@@ -66,7 +66,7 @@ def _backend_failure(fault: str) -> BackendError:
 
 
 def _translate_errors(function: Callable[..., Any], fault: type[Exception], failure: Failure) -> Callable[..., Any]:
-    """Return the function, whose ``fault`` is told as ``failure``."""
+    """Return the function with the exception ``fault`` replaced by the result of ``failure``."""
 
     def call(*args: Any, **options: Any) -> Any:
         try:
@@ -87,7 +87,7 @@ def _import_pybullet() -> ModuleType:
 
 
 def _require_screen() -> None:
-    """Raise BackendError where a window cannot open: Bullet itself would end the whole process."""
+    """Raise BackendError if no window can open. Bullet would end the whole process."""
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise BackendError(
             "pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY to one", kind="no-screen"
@@ -95,13 +95,13 @@ def _require_screen() -> None:
 
 
 def redirect_stdout() -> AbstractContextManager[None]:
-    """Keep what Bullet prints about its threads and its window out of the program's own output."""
+    """Send Bullet's prints about threads and windows to standard error, not to standard output."""
     return _redirect(1, 2)
 
 
 @contextmanager
 def _redirect(descriptor: int, target: int) -> Iterator[None]:
-    """Let native code that writes to ``descriptor`` write to ``target``."""
+    """Redirect a file descriptor to another one, for native code too."""
     _flush()
     saved = os.dup(descriptor)
     try:
@@ -114,7 +114,7 @@ def _redirect(descriptor: int, target: int) -> Iterator[None]:
 
 
 def _flush() -> None:
-    """Empty Python's buffers and, where there is one C library for all, C's."""
+    """Flush Python's buffers and, except on Windows, those of the C library."""
     sys.stdout.flush()
     sys.stderr.flush()
     if sys.platform != "win32":

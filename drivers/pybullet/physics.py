@@ -1,4 +1,4 @@
-"""Physics steps: at each one the motors are driven and touches counted."""
+"""The physics steps. Each step drives the motors and counts contacts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robotcore.hal.truth import RELEASE_M
 
 
 class Physics:
-    """A stepped clock whose steps are Bullet's."""
+    """A stepped clock whose steps are physics steps of Bullet."""
 
     def __init__(self, bullet: Bullet, rate_hz: float, touches: Touches, solver_iterations: int) -> None:
         self.clock = SteppedClock(rate_hz, self._advance)
@@ -37,9 +37,9 @@ class Physics:
 
 
 class BulletMotor(Motor):
-    """A wheel's joint, told a velocity that lags behind the one asked for.
+    """The motor of a wheel. The velocity of its joint follows the command with a first-order lag.
 
-    At the end of a step of h seconds the lag τ has let through 1 - exp(-h/τ) of what was missing.
+    In a step of h seconds, a lag τ reduces the difference from the command by the part 1 - exp(-h/τ).
     """
 
     def __init__(self, bullet: Bullet, description: MotorDescription, body: Body, step: float) -> None:
@@ -53,7 +53,7 @@ class BulletMotor(Motor):
         self._send()
 
     def drive(self) -> None:
-        """Move the joint's target on by one step."""
+        """Update the joint's target velocity for the next step."""
         before = self._velocity
         self._velocity += (self._asked - before) * self._gain
         if self._velocity != before:
@@ -69,7 +69,7 @@ class BulletMotor(Motor):
 
 
 class Touches:
-    """Counts the touches of the robot's body with things; one touch is one, however long it lasts."""
+    """Counts the contacts of the robot with other bodies. A contact counts once, however long it lasts."""
 
     def __init__(self, bullet: Bullet, body: int, things: Collection[int]) -> None:
         self.count = 0
@@ -79,9 +79,9 @@ class Touches:
         self._touched: set[int] = set()
 
     def update(self) -> None:
-        """Note what is touched after a step. Bullet also lists what is near; its distance says so."""
+        """Update the contacts after a step. Bullet also lists near bodies, with distances above 0."""
         points = self._contact_points(bodyA=self._body, linkIndexA=-1)
-        if not (points or self._touched):  # as nearly always; what comes below would take longer than Bullet's answer
+        if not (points or self._touched):  # nearly always; the rest takes longer than the call of Bullet
             return
         gaps: dict[int, float] = {}
         for _, _, thing, _, _, _, _, _, gap, *_ in points:

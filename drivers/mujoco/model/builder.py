@@ -1,4 +1,4 @@
-"""A robot and a world, in one model."""
+"""Builds one model of a robot and a world."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def build(robot: RobotDescription | None, world: WorldDescription | None, step: 
 
 
 def compile_model(spec: MjSpec) -> MjModel:
-    """Return a model that can be simulated; raises BackendError where it cannot, as with a weightless wheel."""
+    """Compile a model. Raises BackendError if it cannot be simulated, for example with a weightless wheel."""
     try:
         return spec.compile()
     except ValueError as error:

@@ -21,6 +21,7 @@ from robotcore.errors import (
 )
 from robotcore.hal.devices import Motor
 from tests.drivers.physics.worlds import ROVER, ball, box, drive, setup, truth_of, world
+from tests.texts import Raises
 
 BLIND = ("left_motor", "right_motor", "left_encoder", "right_encoder", "nose")
 
@@ -60,36 +61,35 @@ def test_a_simulation_half_opened_is_closed(closed: list[Simulation], monkeypatc
         raise BackendError("no devices today")
 
     monkeypatch.setattr(Simulation, "open", broken)
-    with pytest.raises(BackendError, match="no devices today"):
+    with pytest.raises(BackendError):
         MujocoBackend().open(setup(world()))
     assert closed
 
 
-def test_devices_on_no_wheel_are_all_named(closed: list[Simulation]) -> None:
+def test_devices_on_no_wheel_are_all_named(closed: list[Simulation], raises: Raises) -> None:
     spare = [device.model_copy(update={"name": f"spare_{device.kind}"}) for device in ROVER.devices[1:3]]
     robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})
-    with pytest.raises(DeviceGroupError, match=r"spare_motor: sits on no wheel[\s\S]*spare_encoder: sits on no wheel"):
+    with raises(DeviceGroupError):
         MujocoBackend().open(setup(world(), robot=robot))
     assert closed
 
 
-def test_an_unknown_option_is_refused() -> None:
-    with pytest.raises(UnknownNameError, match="solver_iterations"):
+def test_unknown_option_is_refused(raises: Raises) -> None:
+    with raises(UnknownNameError, "unknown-option"):
         MujocoBackend().open(setup(world(), options={"solver_iterations": 10}))
 
 
-def test_without_a_world_it_says_what_to_do() -> None:
-    with pytest.raises(UsageError, match="--world"):
+def test_missing_world_is_refused(raises: Raises) -> None:
+    with raises(UsageError, "world-missing"):
         MujocoBackend().open(setup(None))
 
 
-def test_a_robot_of_which_there_is_no_model_is_refused_in_mujocos_words() -> None:
+def test_robot_that_mujoco_cannot_model_is_refused() -> None:
     assert ROVER.drive
     robot = ROVER.model_copy(update={"drive": ROVER.drive.model_copy(update={"wheel_mass_kg": 1e-15})})
-    refusal = r"^mujoco: mass .* must be larger than mjMINVAL .*left_motor_wheel.*\. Look at the masses and lengths"
-    with pytest.raises(BackendError, match=refusal):
+    with pytest.raises(BackendError, match="left_motor_wheel"):
         MujocoBackend().open(setup(world(), robot=robot))
-    with pytest.raises(BackendError, match=refusal):
+    with pytest.raises(BackendError, match="left_motor_wheel"):
         MujocoBackend().export("mjcf", robot, None, None)
 
 
@@ -113,8 +113,9 @@ def test_a_simulation_that_went_wrong_says_so_and_does_not_begin_anew(
     monkeypatch.chdir(tmp_path)  # MuJoCo writes a file of its own about it
     simulation = Simulation(setup(world()), world())
     simulation.data.qvel[0] = 1e12
-    with pytest.raises(BackendError, match=r"^mujoco: Nan, Inf or huge value .* Look at the masses"):
+    with pytest.raises(BackendError) as raised:
         simulation.clock.sleep_until(0.05)
+    assert raised.value.kind == "state-lost"
     with pytest.raises(BackendError):
         simulation.truth.pose()
 
@@ -159,18 +160,16 @@ def test_an_opengl_that_mujoco_does_not_know_is_reported_in_a_line(command: tupl
     )
 
 
-def test_without_the_library_nothing_opens_and_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_library_is_reported(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:
     monkeypatch.setattr(MujocoBackend, "modules", ("no_such_library",))
-    with pytest.raises(BackendMissingError, match=r"'mujoco' is not installed.*pip install \"robotcore\[sim\]\""):
+    with raises(BackendMissingError):
         MujocoBackend().open(setup(world()))
 
 
 @pytest.mark.parametrize("version", ["3.4.0", "2.10.1"])
-def test_a_library_that_is_too_old_is_reported_with_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, version: str
-) -> None:
+def test_library_that_is_too_old_is_reported(monkeypatch: pytest.MonkeyPatch, raises: Raises, version: str) -> None:
     monkeypatch.setattr(mujoco, "__version__", version)
-    with pytest.raises(BackendMissingError, match=rf"MuJoCo {version} is too old.*pip install --upgrade"):
+    with raises(BackendMissingError, "library-too-old"):
         MujocoBackend().require_installed()
 
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -12,7 +13,7 @@ from drivers.mujoco import opengl as egl
 from drivers.mujoco import opengl as osmesa
 from drivers.mujoco.backend import MujocoBackend
 from drivers.mujoco.opengl import EglContext, NoOpenGL, load_library, open_context
-from robotcore.errors import DeviceGroupError
+from robotcore.errors import DeviceError, DeviceGroupError
 from tests.drivers.physics.worlds import ball, setup, world
 
 NOWHERE = ("libNoSuchLibrary.so.1",)
@@ -43,13 +44,17 @@ def neither(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("neither")
-def test_where_there_is_none_a_camera_says_in_one_line_what_to_install() -> None:
-    with pytest.raises(DeviceGroupError, match=r"\n  - eye: there is no OpenGL.*apt install libegl1.*libosmesa6$"):
+def test_camera_without_opengl_is_refused_with_the_packages_to_install() -> None:
+    with pytest.raises(DeviceGroupError) as raised:
         MujocoBackend().open(setup(world()))
+    (failure,) = raised.value.failures
+    assert isinstance(failure, DeviceError)
+    assert (failure.device, failure.kind) == ("eye", "no-opengl")
+    assert {"libegl1", "libosmesa6"} <= set(re.findall(r"\w+", str(failure)))
 
 
 @pytest.mark.usefixtures("neither")
-def test_a_robot_whose_camera_is_not_opened_needs_none() -> None:
+def test_robot_without_an_open_camera_needs_no_opengl() -> None:
     with MujocoBackend().open(setup(world(), devices=["nose"])) as robot:
         assert robot.range.read()
 
@@ -62,26 +67,26 @@ def test_osmesa_is_taken_where_there_is_no_egl(monkeypatch: pytest.MonkeyPatch) 
     assert context.name == "osmesa"
 
 
-def test_where_the_user_names_a_way_no_other_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_library_that_the_user_names_is_the_only_one_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(egl, "EGL_LIBRARIES", NOWHERE)
     monkeypatch.setenv("MUJOCO_GL", "EGL")
-    with pytest.raises(NoOpenGL, match=r"^MUJOCO_GL is 'egl', .*libNoSuchLibrary.so.1 is not installed\. On Debian"):
+    with pytest.raises(NoOpenGL, match=r"MUJOCO_GL .* libNoSuchLibrary\.so\.1"):
         open_context()
 
 
 @pytest.mark.usefixtures("neither")
 @pytest.mark.parametrize("way, packages", [("egl", "libegl1 libgl1-mesa-dri"), ("osmesa", "libosmesa6")])
-def test_where_the_user_names_a_way_only_what_brings_it_is_to_be_installed(
+def test_only_the_packages_of_the_named_library_are_suggested(
     way: str, packages: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("MUJOCO_GL", way)
-    with pytest.raises(NoOpenGL, match=f"sudo apt install {packages}$"):
+    with pytest.raises(NoOpenGL, match=f"apt install {packages}$"):
         open_context()
 
 
-def test_a_way_that_needs_a_screen_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_library_that_needs_a_screen_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MUJOCO_GL", "glfw")
-    with pytest.raises(NoOpenGL, match=r"'glfw'.* egl or osmesa"):
+    with pytest.raises(NoOpenGL, match=r"glfw.* egl .*osmesa"):
         open_context()
 
 

@@ -73,7 +73,7 @@ class FollowedWorld:
         return self._simulation.painter.picture(view(self.pose()))
 
     def _heard(self, sonar: Sonar) -> float:
-        return math.inf if self._is_silent else sonar.listen(self._simulation.pose()).distance
+        return math.inf if self._is_silent else sonar.measure(self._simulation.pose()).distance
 
     def _roll(self, to: Wheels, steps: int) -> None:
         """Roll the wheels to these angles, each step as far as the others."""
