@@ -98,7 +98,7 @@ class CoppeliaSimBackend(Backend):
             )
         read_bindings(setup.robot, SECTION)  # reports mistakes of the file before it connects
         self.require_installed()
-        with closing(_scene(Connection.open(options.address, _answer_s(options, setup)))) as scene:
+        with closing(_create_scene(Connection.open(options.address, _choose_answer_s(options, setup)))) as scene:
             yield from inspect_scene(setup.robot, SECTION, scene)
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
@@ -111,8 +111,8 @@ class CoppeliaSimBackend(Backend):
         options, setup = setup.options_as(CoppeliaSimOptions), setup.without_batteries()
         self.require_installed()
         may_stop = self.builds_world(setup.robot) or options.simulation is Owner.OURS
-        connect = partial(open_scene, options.address, _answer_s(options, setup), may_stop=may_stop)
-        cutoffs = partial(_cutoffs, options)
+        connect = partial(open_scene, options.address, _choose_answer_s(options, setup), may_stop=may_stop)
+        cutoffs = partial(_list_cutoffs, options)
         if not self.builds_world(setup.robot):
             if options.keep:
                 raise UsageError(
@@ -125,11 +125,11 @@ class CoppeliaSimBackend(Backend):
         return _open_built(setup, setup.world, connect, cutoffs, keep=options.keep)
 
 
-def _answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
+def _choose_answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
     return options.answer_s or ANSWER_SHARE * setup.robot.safety.answer_s
 
 
-def _cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
+def _list_cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
     """Yield how the guardian stops the wheels if this process is killed; the simulation runs on then."""
     if joints:
         arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}
@@ -179,7 +179,7 @@ def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> Coppelia
         connection = Connection.open(address, answer_s)
         undo.callback(connection.close)
         lease = Lease(connection)
-        scene = _scene(connection, lease)
+        scene = _create_scene(connection, lease)
         undo.callback(scene.close)
         if lease.take() and may_stop and scene.read_state() is not State.STOPPED:
             scene.stop()
@@ -187,7 +187,7 @@ def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> Coppelia
     return scene
 
 
-def _scene(connection: Connection, lease: Lease | None = None) -> CoppeliaSimScene:
+def _create_scene(connection: Connection, lease: Lease | None = None) -> CoppeliaSimScene:
     return CoppeliaSimScene(connection, lease, partial(proximity_works, SceneBuilder(connection)))
 
 

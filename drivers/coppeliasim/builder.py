@@ -74,7 +74,7 @@ class SceneBuilder:
         parent: the handle of its parent; -1 is none.
         """
         handle = self.make("createPrimitiveShape", self.constant(f"primitiveshape_{kind}"), list(size), 0)
-        self.call("setShapeColor", handle, None, self.constant("colorcomponent_ambient_diffuse"), _rgb(colour))
+        self.call("setShapeColor", handle, None, self.constant("colorcomponent_ambient_diffuse"), _to_rgb(colour))
         self.set_int(handle, "shapeintparam_static", 1)
         self.set_int(handle, "shapeintparam_respondable", 1)
         self.set_int(handle, "shapeintparam_respondable_mask", mask)
@@ -152,7 +152,7 @@ class SceneBuilder:
         self.call("removeObjects", self.list_tree(root))
 
 
-def _rgb(colour: Colour) -> list[float]:
+def _to_rgb(colour: Colour) -> list[float]:
     return [part / 255 for part in colour]
 
 
@@ -180,11 +180,11 @@ class Placement(NamedTuple):
         (1.5, 2.0, 0.0)
         """
         x, y, z = self._rotate(local.x, local.y, local.z)
-        return Placement(self.x + x, self.y + y, self.z + z, *_product(self[3:], local[3:]))
+        return Placement(self.x + x, self.y + y, self.z + z, *_multiply(self[3:], local[3:]))
 
     def _rotate(self, x: float, y: float, z: float) -> tuple[float, float, float]:
         inverse = (-self.qx, -self.qy, -self.qz, self.qw)
-        rotated = _product(_product(self[3:], (x, y, z, 0.0)), inverse)
+        rotated = _multiply(_multiply(self[3:], (x, y, z, 0.0)), inverse)
         return rotated[0], rotated[1], rotated[2]
 
 
@@ -199,7 +199,7 @@ FORWARD = Placement(0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
 
 def place_on_floor(pose: Pose) -> Placement:
     """Return the frame of a pose on the floor."""
-    return Placement(pose.x, pose.y, 0.0, *_about_z(pose.heading))
+    return Placement(pose.x, pose.y, 0.0, *_rotate_about_z(pose.heading))
 
 
 def place_mount(mount: Mount, behind_m: float = 0.0) -> Placement:
@@ -208,7 +208,7 @@ def place_mount(mount: Mount, behind_m: float = 0.0) -> Placement:
     behind_m: the origin's distance behind the mount, in metres.
     """
     half = mount.pitch_rad / 2
-    turn = _product(_about_z(mount.yaw_rad), (0.0, math.sin(half), 0.0, math.cos(half)))
+    turn = _multiply(_rotate_about_z(mount.yaw_rad), (0.0, math.sin(half), 0.0, math.cos(half)))
     frame = Placement(mount.x_m, mount.y_m, mount.z_m, *turn)
     return frame.compose(FORWARD._replace(x=-behind_m))
 
@@ -216,15 +216,15 @@ def place_mount(mount: Mount, behind_m: float = 0.0) -> Placement:
 def place_lamp(light: Light) -> Placement:
     """Return the frame of a lamp high above the floor; its z axis is the direction of the light."""
     tilt = -math.pi / 2 - light.elevation_rad
-    turn = _product(_about_z(light.azimuth_rad), (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2)))
+    turn = _multiply(_rotate_about_z(light.azimuth_rad), (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2)))
     return Placement(0.0, 0.0, 3.0, *turn)
 
 
-def _about_z(angle: float) -> Quaternion:
+def _rotate_about_z(angle: float) -> Quaternion:
     return 0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)
 
 
-def _product(a: Quaternion, b: Quaternion) -> Quaternion:
+def _multiply(a: Quaternion, b: Quaternion) -> Quaternion:
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (

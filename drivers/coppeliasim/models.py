@@ -119,7 +119,7 @@ def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> 
         builder.make_dynamic(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
         joints = _add_wheels(builder, drive, root, frame)
         if drive.caster:
-            _add_casters(builder, drive.caster, root, frame, _room_for_casters(body))
+            _add_casters(builder, drive.caster, root, frame, _compute_caster_room(body))
     return BuiltRobot(root, joints, Placement(-centre.x, 0.0, -centre.z))
 
 
@@ -148,7 +148,7 @@ def _add_joint(builder: SceneBuilder, motor: str, root: int, hub: Placement) -> 
 def _add_wheel(builder: SceneBuilder, drive: Drive, joint: int, hub: Placement) -> None:
     size = (2 * drive.wheel_radius_m,) * 3
     wheel = builder.create_shape("spheroid", size, hub, DARK, CollisionMask.WHEEL, "wheel", joint)
-    builder.make_dynamic(wheel, drive.wheel_mass_kg, _ball_moments(drive.wheel_mass_kg, drive.wheel_radius_m))
+    builder.make_dynamic(wheel, drive.wheel_mass_kg, _compute_ball_moments(drive.wheel_mass_kg, drive.wheel_radius_m))
     builder.set_friction(wheel, 1.0)
 
 
@@ -159,16 +159,16 @@ def _add_casters(builder: SceneBuilder, caster: Caster, root: int, frame: Placem
         sensor = builder.make("createForceSensor", 0, [0, 1, 1, 0, 0], [0.01, 100.0, 100.0, 0, 0])
         builder.put(sensor, place, name, root)
         ball = builder.create_shape("spheroid", size, place, DARK, CollisionMask.CASTER, "ball", sensor)
-        builder.make_dynamic(ball, CASTER_MASS_KG, _ball_moments(CASTER_MASS_KG, caster.radius_m))
+        builder.make_dynamic(ball, CASTER_MASS_KG, _compute_ball_moments(CASTER_MASS_KG, caster.radius_m))
         builder.set_friction(ball, 0.0)
 
 
-def _room_for_casters(body: Body) -> float:
+def _compute_caster_room(body: Body) -> float:
     """Return the distance from the axle to the nearer end of the body, in metres."""
     return min(body.front_x_m, body.length_m - body.front_x_m)
 
 
-def _ball_moments(mass: float, radius: float) -> tuple[float, float, float]:
+def _compute_ball_moments(mass: float, radius: float) -> tuple[float, float, float]:
     moment = 0.4 * mass * radius * radius
     return moment, moment, moment
 

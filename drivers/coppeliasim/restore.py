@@ -27,15 +27,15 @@ _FIRST_CHILDREN = 2
 _MAX_SHOWN = 3
 
 
-def find_our_roots(builder: SceneBuilder) -> dict[int, str]:
+def find_own_roots(builder: SceneBuilder) -> dict[int, str]:
     """Return the roots that this driver made, with their notes."""
-    notes = {root: builder.read_note(root) for root in _roots(builder)}
+    notes = {root: builder.read_note(root) for root in _list_roots(builder)}
     return {root: note for root, note in notes.items() if note}
 
 
 def begin_building(builder: SceneBuilder, keeper: int) -> None:
     """Note the scene's roots on ``keeper``, the first root of what is being built."""
-    builder.mark(keeper, json.dumps(_roots(builder)), BUILDING_TAG)
+    builder.mark(keeper, json.dumps(_list_roots(builder)), BUILDING_TAG)
 
 
 def finish_building(builder: SceneBuilder, keeper: int) -> None:
@@ -45,7 +45,7 @@ def finish_building(builder: SceneBuilder, keeper: int) -> None:
 
 def restore(builder: SceneBuilder) -> None:
     """Remove the objects that this driver made, and undo its changes."""
-    found = find_our_roots(builder)
+    found = find_own_roots(builder)
     for root in found:
         _remove_stray(builder, root, found)
     for root, note in found.items():
@@ -57,7 +57,7 @@ def restore(builder: SceneBuilder) -> None:
 
 def release(builder: SceneBuilder) -> None:
     """Let CoppeliaSim handle the built sensors in every step, for programs that join the kept scene."""
-    for root in find_our_roots(builder):
+    for root in find_own_roots(builder):
         for kind in ("object_visionsensor_type", "object_proximitysensor_type"):
             for sensor in builder.list_tree(root, kind):
                 builder.call("setExplicitHandling", sensor, 0)
@@ -86,11 +86,11 @@ def save_scene_state(builder: SceneBuilder, keeper: int, light: Light, more: Seq
     more: further calls to save.
     """
     lamps = builder.list_tree("handle_scene", "object_light_type")
-    places = {root: builder.read_placement(root) for root in _roots(builder) if _is_floor(builder.read_path(root))}
+    places = {root: builder.read_placement(root) for root in _list_roots(builder) if _is_floor(builder.read_path(root))}
     ambient = builder.constant("arrayparam_ambient_light")
     undo: list[Undo] = [*more, ("setArrayParam", ambient, builder.call("getArrayParam", ambient))]
     undo += [("setObjectPose", builder.read_path(floor), list(place)) for floor, place in places.items()]
-    undo += [call for lamp in lamps for call in _undo_lamp(builder, lamp)]
+    undo += [call for lamp in lamps for call in _build_lamp_undo(builder, lamp)]
     builder.mark(keeper, json.dumps(undo))
     builder.call("setArrayParam", ambient, [light.ambient * light.brightness] * 3)
     for floor, place in places.items():
@@ -99,7 +99,7 @@ def save_scene_state(builder: SceneBuilder, keeper: int, light: Light, more: Seq
         _set_lamp(builder, lamp, light, is_on=number == 0)
 
 
-def undo_collections(keeper: int, collections: Collection[int]) -> list[Undo]:
+def build_collections_undo(keeper: int, collections: Collection[int]) -> list[Undo]:
     """Return the calls that remove collections, which have only handles.
 
     The calls are skipped if ``keeper`` has another handle: the scene was saved and loaded.
@@ -123,16 +123,16 @@ def _remove_stray(builder: SceneBuilder, keeper: int, found: Collection[int]) ->
     """
     if not (roots_before := builder.read_note(keeper, BUILDING_TAG)):
         return
-    strays = set(_roots(builder)) - set(json.loads(roots_before)) - set(found)
+    strays = set(_list_roots(builder)) - set(json.loads(roots_before)) - set(found)
     if len(strays) == 1:
         builder.remove_tree(strays.pop())
 
 
-def _roots(builder: SceneBuilder) -> list[int]:
+def _list_roots(builder: SceneBuilder) -> list[int]:
     return builder.list_tree("handle_scene", options=_FIRST_CHILDREN)
 
 
-def _undo_lamp(builder: SceneBuilder, lamp: int) -> list[Undo]:
+def _build_lamp_undo(builder: SceneBuilder, lamp: int) -> list[Undo]:
     state, _, diffuse, specular = builder.read_lamp(lamp)
     path = builder.read_path(lamp)
     pose = ("setObjectPose", path, list(builder.read_placement(lamp)))

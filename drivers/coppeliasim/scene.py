@@ -131,7 +131,7 @@ class CoppeliaSimScene(Scene):
 
     def detect(self, sensor: int) -> Point | None:
         name = "handleProximitySensor" if self._is_explicit(sensor) else "readProximitySensor"
-        return self.connection.call_as(_detected_point, name, sensor)
+        return self.connection.call_as(_to_detection, name, sensor)
 
     def diagnose_sensor(self, sensor: int) -> str | None:
         if self._probe is None or self._probe(self.detect):
@@ -143,7 +143,7 @@ class CoppeliaSimScene(Scene):
         )
 
     def read_optics(self, sensor: int) -> CameraOptics:
-        width, height = self.connection.call_as(_size, "getVisionSensorRes", sensor)
+        width, height = self.connection.call_as(_to_size, "getVisionSensorRes", sensor)
         is_perspective = self.connection.call_as(
             int, "getObjectInt32Param", sensor, self.connection.constant("visionintparam_perspective_operation")
         )
@@ -162,10 +162,10 @@ class CoppeliaSimScene(Scene):
         self.connection.sim("setVisionSensorImg", sensor, picture.pixels)
 
     def read_position(self, handle: int) -> Point:
-        return self.connection.call_as(_point, "getObjectPosition", handle)
+        return self.connection.call_as(_to_point, "getObjectPosition", handle)
 
     def read_velocity(self, handle: int) -> Point:
-        return self.connection.call_as(_linear, "getObjectVelocity", handle)
+        return self.connection.call_as(_to_linear, "getObjectVelocity", handle)
 
     def close(self) -> None:
         try:
@@ -177,7 +177,7 @@ class CoppeliaSimScene(Scene):
     def _render_picture(self, sensor: int) -> RawPicture:
         if self._is_explicit(sensor):
             self.connection.sim("handleVisionSensor", sensor)
-        return self.connection.call_as(_raw_picture, "getVisionSensorImg", sensor)
+        return self.connection.call_as(_to_raw_picture, "getVisionSensorImg", sensor)
 
     def _find_by_old_name(self, name: str) -> int:
         try:
@@ -214,31 +214,31 @@ class CoppeliaSimScene(Scene):
         return BackendError(f"coppeliasim: the simulation at {address} {fault}", kind=kind, address=address)
 
 
-def _point(answer: Any) -> Point:
+def _to_point(answer: Any) -> Point:
     x, y, z = answer
     return float(x), float(y), float(z)
 
 
-def _linear(answer: Any) -> Point:
+def _to_linear(answer: Any) -> Point:
     linear, _ = answer
-    return _point(linear)
+    return _to_point(linear)
 
 
-def _size(answer: Any) -> tuple[int, int]:
+def _to_size(answer: Any) -> tuple[int, int]:
     width, height = answer
     return int(width), int(height)
 
 
-def _detected_point(answer: Any) -> Point | None:
+def _to_detection(answer: Any) -> Point | None:
     """Return the point in a proximity sensor's result; it is valid only if the first value is 1."""
     if isinstance(answer, int):
         return None
-    return _point(answer[2]) if answer[0] == 1 else None
+    return _to_point(answer[2]) if answer[0] == 1 else None
 
 
-def _raw_picture(answer: Any) -> RawPicture:
+def _to_raw_picture(answer: Any) -> RawPicture:
     pixels, *size = answer  # a list since 4.4, two numbers before
-    width, height = _size(size[0] if len(size) == 1 else size)
+    width, height = _to_size(size[0] if len(size) == 1 else size)
     if not isinstance(pixels, bytes) or len(pixels) != 3 * width * height:
         raise ValueError(f"{width} x {height} pixels")
     return RawPicture(pixels, width, height)

@@ -11,12 +11,12 @@ from drivers.coppeliasim.connection import LOADING_S
 from drivers.coppeliasim.models import BuiltEncoder, BuiltMotor, BuiltRobot, BuiltWorld, build_robot, build_world
 from drivers.coppeliasim.restore import (
     Undo,
+    build_collections_undo,
     finish_building,
     release,
     require_empty,
     restore,
     save_scene_state,
-    undo_collections,
 )
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.sensors import (
@@ -167,8 +167,8 @@ def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, wo
     has_proximity = proximity_works(builder, scene.detect)
     if not has_proximity and any(isinstance(description, RangeSensorDescription) for description in setup.chosen):
         require_depth(builder, scene.connection)
-    undo: list[Undo] = [_undo_engine(builder), _undo_time_step(scene, builder)]
-    undo += undo_collections(built_world.root, (built_world.visible, built_world.detectable))
+    undo: list[Undo] = [_build_engine_undo(builder), _build_time_step_undo(scene, builder)]
+    undo += build_collections_undo(built_world.root, (built_world.visible, built_world.detectable))
     save_scene_state(builder, built_world.root, world.light, undo)
     _set_engine(builder)
     _set_time_step(scene, builder, 1 / setup.rate_hz)
@@ -217,7 +217,7 @@ class _Sensors(NamedTuple):
         return None
 
 
-def _undo_engine(builder: SceneBuilder) -> Undo:
+def _build_engine_undo(builder: SceneBuilder) -> Undo:
     """Return the call that restores the present physics engine."""
     parameter = builder.constant("intparam_dynamic_engine")
     return "setInt32Param", parameter, builder.call("getInt32Param", parameter)
@@ -228,7 +228,7 @@ def _set_engine(builder: SceneBuilder) -> None:
     builder.call("setInt32Param", builder.constant("intparam_dynamic_engine"), builder.constant("physics_bullet"))
 
 
-def _undo_time_step(scene: CoppeliaSimScene, builder: SceneBuilder) -> Undo:
+def _build_time_step_undo(scene: CoppeliaSimScene, builder: SceneBuilder) -> Undo:
     """Return the call that restores the present time step."""
     return "setFloatParam", builder.constant("floatparam_simulation_time_step"), scene.read_time_step()
 

@@ -39,7 +39,7 @@ class ContactCounter:
     def _read_contacts(self) -> set[int]:
         things: set[int] = set()
         for index in range(1000):  # one call for each contact; contacts are rare
-            pair = self._connection.call_as(_pair, "getContactInfo", self._all, self._body, index)
+            pair = self._connection.call_as(_to_pair, "getContactInfo", self._all, self._body, index)
             if not pair:
                 break
             things |= pair & self._things
@@ -57,13 +57,13 @@ class CoppeliaSimTruth:
 
     def pose(self) -> Pose:
         origin = self._origin()
-        x, y, _ = _forward(origin)
+        x, y, _ = _compute_forward(origin)
         return Pose(origin.x, origin.y, math.atan2(y, x))
 
     def twist(self) -> Twist:
         """Return the velocity of the body; its forward part equals that of the axle's middle."""
-        linear, angular = self._connection.call_as(_vectors, "getObjectVelocity", self._body)
-        forward = _forward(self._origin())
+        linear, angular = self._connection.call_as(_to_vectors, "getObjectVelocity", self._body)
+        forward = _compute_forward(self._origin())
         return Twist(sum(a * b for a, b in zip(forward, linear, strict=True)), angular[2])
 
     def contacts(self) -> int:
@@ -73,12 +73,12 @@ class CoppeliaSimTruth:
         return self._connection.call_as(Placement.of, "getObjectPose", self._body).compose(self._frame)
 
 
-def _forward(frame: Placement) -> tuple[float, float, float]:
+def _compute_forward(frame: Placement) -> tuple[float, float, float]:
     tip = frame._replace(x=0.0, y=0.0, z=0.0).compose(Placement(1.0, 0.0, 0.0))
     return tip.x, tip.y, tip.z
 
 
-def _pair(answer: object) -> set[int]:
+def _to_pair(answer: object) -> set[int]:
     assert isinstance(answer, (list, tuple))
     pair = set(map(int, answer[0]))
     if len(pair) not in (0, 2):
@@ -86,7 +86,7 @@ def _pair(answer: object) -> set[int]:
     return pair
 
 
-def _vectors(answer: object) -> tuple[list[float], list[float]]:
+def _to_vectors(answer: object) -> tuple[list[float], list[float]]:
     assert isinstance(answer, (list, tuple))
     linear, angular = answer
     return list(map(float, linear)), list(map(float, angular))

@@ -75,20 +75,20 @@ class VrepBackend(Backend):
     def inspect_scene(self, setup: Setup) -> Iterator[Finding]:
         options = setup.options_as(VrepOptions)
         read_bindings(setup.robot, SECTION)  # reports mistakes of the file before it connects
-        with closing(_connect(options, _answer_s(options, setup))) as scene:
+        with closing(_connect(options, _choose_answer_s(options, setup))) as scene:
             yield from inspect_scene(setup.robot, SECTION, scene)
 
     def open(self, setup: Setup) -> Robot:
         options, setup = setup.options_as(VrepOptions), setup.without_batteries()
-        answer_s = _answer_s(options, setup)
+        answer_s = _choose_answer_s(options, setup)
         connect = partial(_connect, options, answer_s)
-        cutoffs = partial(_cutoffs, options)
+        cutoffs = partial(_list_cutoffs, options)
         return open_in_scene(
             setup, SECTION, connect, options.simulation, is_stepped=options.is_stepped, cutoffs=cutoffs
         )
 
 
-def _answer_s(options: VrepOptions, setup: Setup) -> float:
+def _choose_answer_s(options: VrepOptions, setup: Setup) -> float:
     return options.answer_s or ANSWER_SHARE * setup.robot.safety.answer_s
 
 
@@ -109,7 +109,7 @@ def _connect(options: VrepOptions, answer_s: float) -> Scene:
     return StreamedScene(StreamReader.open(options.host, options.port, answer_s), answer_s)
 
 
-def _cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
+def _list_cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
     """Yield how the guardian stops the wheels if this process cannot; one connection stops all."""
     if joints:
         arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}

@@ -113,7 +113,7 @@ class Connection:
     requests of a message later, between two time steps. So a value takes two round trips, and a step takes three:
 
     1. Send all commands and the trigger.
-    2. Receive that the step has begun, and send the requests for values after it.
+    2. Receive the begin of the step, and send the requests for values after it.
     3. Receive these values.
 
     While the simulator is busy, the connection asks again, with growing pauses.
@@ -237,7 +237,7 @@ class Connection:
     def _fetch(self, pending: PendingRequests) -> PendingRequests:
         """Exchange messages until all answers are received."""
         deadline = self._clock.now() + self._timeout_s
-        for pause_s in _pauses():
+        for pause_s in _iterate_pauses():
             self._exchange(pending.take_unsent(self._number), pending)
             if pending.is_complete:
                 break
@@ -276,7 +276,7 @@ class Connection:
         return number
 
 
-def _pauses() -> Iterator[float]:
+def _iterate_pauses() -> Iterator[float]:
     """Yield the pauses between requests to a busy simulator, in seconds."""
     pause_s = _SHORTEST_PAUSE_S
     while True:

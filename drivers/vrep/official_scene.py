@@ -76,7 +76,7 @@ class OfficialScene(Scene):
             if self._is_stepped:
                 self._calls.call("simxSynchronous", True)
             self._calls.call_blocking("simxStartSimulation")
-            if self._time_moves():
+            if self._does_time_advance():
                 return
             if left:
                 self.stop()
@@ -166,7 +166,7 @@ class OfficialScene(Scene):
             for handle in self._calls.call_blocking("simxGetObjects", number)
         }
 
-    def _time_moves(self) -> bool:
+    def _does_time_advance(self) -> bool:
         if self._is_stepped:
             return self._try_step()
         start_s = self.read_time()

@@ -85,7 +85,7 @@ class LegacyScene(Scene):
 
     def detect(self, sensor: int) -> Point | None:
         reading = self._read_newest(requests.proximity(sensor))
-        return _point(reading.point) if reading.is_detected else None
+        return _to_point(reading.point) if reading.is_detected else None
 
     def read_optics(self, sensor: int) -> CameraOptics:
         width, height = self._call(picture_width(sensor)), self._call(picture_height(sensor))
@@ -99,7 +99,7 @@ class LegacyScene(Scene):
         self._post(requests.set_colour_image(sensor, bytes(picture.pixels)))
 
     def read_position(self, handle: int) -> Point:
-        return _point(self._read_newest(requests.object_position(handle)))
+        return _to_point(self._read_newest(requests.object_position(handle)))
 
     @cached_property
     def _kinds(self) -> dict[int, ObjectKind]:
@@ -112,10 +112,10 @@ class LegacyScene(Scene):
 
 def compute_velocity(before: Point, after: Point, seconds: float) -> Point:
     """Return the mean velocity between two positions, in m/s."""
-    return _point([(end - start) / seconds for start, end in zip(before, after, strict=True)])
+    return _to_point([(end - start) / seconds for start, end in zip(before, after, strict=True)])
 
 
-def _point(values: list[float] | tuple[float, ...]) -> Point:
+def _to_point(values: list[float] | tuple[float, ...]) -> Point:
     x, y, z = values
     return x, y, z
 
@@ -161,18 +161,18 @@ TYPES: Request[GroupData] = pair_request(
 
 def picture_width(sensor: int) -> Request[int]:
     """Read the width of a vision sensor's picture in pixels."""
-    return _parameter(sensor, 0x2008, RESOLUTION_X, read_int)
+    return _parameter_request(sensor, 0x2008, RESOLUTION_X, read_int)
 
 
 def picture_height(sensor: int) -> Request[int]:
     """Read the height of a vision sensor's picture in pixels."""
-    return _parameter(sensor, 0x2008, RESOLUTION_Y, read_int)
+    return _parameter_request(sensor, 0x2008, RESOLUTION_Y, read_int)
 
 
 def view_angle(sensor: int) -> Request[float]:
     """Read the angle across the longer side of a vision sensor's picture, in rad."""
-    return _parameter(sensor, 0x2007, VIEW_ANGLE, read_float)
+    return _parameter_request(sensor, 0x2007, VIEW_ANGLE, read_float)
 
 
-def _parameter(sensor: int, command: int, number: int, decode: Any) -> Request[Any]:
+def _parameter_request(sensor: int, command: int, number: int, decode: Any) -> Request[Any]:
     return pair_request("read a parameter of vision sensor", command, sensor, number, decode)

@@ -206,7 +206,7 @@ def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
     client = CLIENTS.get(clientID)
     if client is None or (server := client.pump.server) is None:
         return -1, 0
-    info = _header_fields(server).get(infoType)
+    info = _list_header_fields(server).get(infoType)
     return (-1, 0) if info is None else (1, info)
 
 
@@ -270,7 +270,7 @@ def simxCloseScene(clientID: int, operationMode: int) -> int:
     return send(clientID, requests.simulator_request("close the scene", 0x0005, read_nothing), operationMode)
 
 
-def _header_fields(server: Header) -> dict[int, int]:
+def _list_header_fields(server: Header) -> dict[int, int]:
     return {
         c.simx_headeroffset_version: server.version,
         c.simx_headeroffset_message_id: server.message,

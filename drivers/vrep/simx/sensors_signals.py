@@ -36,8 +36,8 @@ def simxReadProximitySensor(
     clientID: int, sensorHandle: int, operationMode: int
 ) -> tuple[int, bool, list[float], int, list[float]]:
     """Return the code, whether an object is detected, and its point, handle and normal, which are invalid otherwise."""
-    code, seen = read(clientID, requests.proximity(sensorHandle), operationMode, _NOTHING)
-    return code, seen.is_detected, list(seen.point), seen.handle, list(seen.normal)
+    code, reading = read(clientID, requests.proximity(sensorHandle), operationMode, _NOTHING)
+    return code, reading.is_detected, list(reading.point), reading.handle, list(reading.normal)
 
 
 def simxGetVisionSensorImage(
@@ -46,13 +46,13 @@ def simxGetVisionSensorImage(
     """Return the code, [width, height] and signed bytes: RGB, or grey with option 1; the lowest row first."""
     request = (requests.grey_image if options & GREY else requests.colour_image)(sensorHandle)
     code, image = read(clientID, request, operationMode, None)
-    return (code, [], []) if image is None else (code, _resolution(image), _signed(image))
+    return (code, [], []) if image is None else (code, _get_resolution(image), _to_signed(image))
 
 
 def simxSetVisionSensorImage(clientID: int, sensorHandle: int, image: Any, options: int, operationMode: int) -> int:
     """Show an image on a sensor with external input: signed or unsigned bytes in any sequence or array."""
     request = requests.set_grey_image if options & GREY else requests.set_colour_image
-    return send(clientID, request(sensorHandle, _bytes_of(image)), operationMode)
+    return send(clientID, request(sensorHandle, _image_to_bytes(image)), operationMode)
 
 
 def simxGetVisionSensorDepthBuffer(
@@ -61,12 +61,12 @@ def simxGetVisionSensorDepthBuffer(
     """Return the code, [width, height] and depths: 0 at the near, 1 at the far clipping plane; the lowest row first."""
     request = object_request("read the depth of vision sensor", 0x1017, sensorHandle, read_depth)
     code, depth = read(clientID, request, operationMode, None)
-    return (code, [], []) if depth is None else (code, _resolution(depth), depth.ravel().tolist())
+    return (code, [], []) if depth is None else (code, _get_resolution(depth), depth.ravel().tolist())
 
 
 def simxReadVisionSensor(clientID: int, sensorHandle: int, operationMode: int) -> tuple[int, bool, list[list[float]]]:
     """Return the code, whether a filter of the sensor has detected something, and the filters' packets of numbers."""
-    request = object_request("read vision sensor", 0x1011, sensorHandle, _packets)
+    request = object_request("read vision sensor", 0x1011, sensorHandle, _read_packets)
     code, (detect, packets) = read(clientID, request, operationMode, (False, []))
     return code, detect, packets
 
@@ -75,24 +75,24 @@ def simxReadForceSensor(
     clientID: int, forceSensorHandle: int, operationMode: int
 ) -> tuple[int, int, list[float], list[float]]:
     """Return the code, the state (bit 0: has values, bit 1: broken), force in N and torque in N·m."""
-    request = object_request("read force sensor", 0x100F, forceSensorHandle, _force)
+    request = object_request("read force sensor", 0x100F, forceSensorHandle, _read_force)
     code, (state, force, torque) = read(clientID, request, operationMode, (0, [0.0] * 3, [0.0] * 3))
     return code, state, force, torque
 
 
-def _resolution(image: npt.NDArray[Any]) -> list[int]:
+def _get_resolution(image: npt.NDArray[Any]) -> list[int]:
     height, width = image.shape[:2]
     return [width, height]
 
 
-def _signed(image: Pixels) -> list[int]:
+def _to_signed(image: Pixels) -> list[int]:
     values: list[int] = _SIGNED.take(
         image.ravel(), mode="clip"
     ).tolist()  # each index is valid; clip is faster than the check
     return values
 
 
-def _bytes_of(image: Any) -> bytes:
+def _image_to_bytes(image: Any) -> bytes:
     """Convert signed or unsigned values to bytes; raises TypeError for floats, as the official binding does."""
     if isinstance(image, (bytes, bytearray, memoryview)):
         return bytes(image)
@@ -102,18 +102,18 @@ def _bytes_of(image: Any) -> bytes:
     return values.astype(np.uint8).tobytes()
 
 
-def _packets(data: memoryview) -> tuple[bool, list[list[float]]]:
+def _read_packets(data: memoryview) -> tuple[bool, list[list[float]]]:
     detect, count = struct.unpack_from("<Bi", data)
     sizes = struct.unpack_from(f"<{max(count, 0)}i", data, 5)
-    return detect != 0, _cut(struct.unpack_from(f"<{sum(sizes)}f", data, 5 + 4 * len(sizes)), sizes)
+    return detect != 0, _split(struct.unpack_from(f"<{sum(sizes)}f", data, 5 + 4 * len(sizes)), sizes)
 
 
-def _cut(values: Sequence[float], sizes: Sequence[int]) -> list[list[float]]:
+def _split(values: Sequence[float], sizes: Sequence[int]) -> list[list[float]]:
     ends = np.cumsum(sizes, dtype=int)
     return [list(values[end - size : end]) for end, size in zip(ends, sizes, strict=True)]
 
 
-def _force(data: memoryview) -> tuple[int, list[float], list[float]]:
+def _read_force(data: memoryview) -> tuple[int, list[float], list[float]]:
     state, *values = struct.unpack_from("<B6f", data)
     return state, values[:3], values[3:]
 
@@ -171,11 +171,11 @@ def simxReadStringStream(clientID: int, signalName: str | bytes, operationMode: 
 
 
 def simxSetStringSignal(clientID: int, signalName: str | bytes, signalValue: Bytes, operationMode: int) -> int:
-    return _set(clientID, 0x3015, signalName, _raw(signalValue), operationMode)
+    return _set(clientID, 0x3015, signalName, _to_bytes(signalValue), operationMode)
 
 
 def simxAppendStringSignal(clientID: int, signalName: str | bytes, signalValue: Bytes, operationMode: int) -> int:
-    return _set(clientID, 0x3016, signalName, _raw(signalValue), operationMode)
+    return _set(clientID, 0x3016, signalName, _to_bytes(signalValue), operationMode)
 
 
 def simxClearStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> int:
@@ -193,13 +193,13 @@ def simxCallScriptFunction(
     inputBuffer: Bytes,
     operationMode: int,
 ) -> tuple[int, list[int], list[float], list[str], bytearray]:
-    key = pack_ints(options) + _terminated(scriptDescription) + _terminated(functionName)
-    buffer = _raw(inputBuffer)
+    key = pack_ints(options) + _terminate(scriptDescription) + _terminate(functionName)
+    buffer = _to_bytes(inputBuffer)
     counts = pack_ints(len(inputInts), len(inputFloats), len(inputStrings), len(buffer))
     numbers = pack_ints(*inputInts) + pack_floats(*inputFloats)
-    data = counts + numbers + b"".join(map(_terminated, inputStrings)) + buffer
+    data = counts + numbers + b"".join(map(_terminate, inputStrings)) + buffer
     nothing: Results = ([], [], [], bytearray())
-    call = Request(f"call {functionName!r} of {scriptDescription!r}", 0x3401, key, data, _results)
+    call = Request(f"call {functionName!r} of {scriptDescription!r}", 0x3401, key, data, _read_results)
     code, results = read(clientID, call, operationMode, nothing)
     return code, *results
 
@@ -215,7 +215,7 @@ def simxPackInts(intList: Sequence[int]) -> bytearray:
 
 
 def simxUnpackInts(intsPackedInString: Bytes) -> list[int]:
-    raw = _raw(intsPackedInString)
+    raw = _to_bytes(intsPackedInString)
     return list(struct.unpack_from(f"<{len(raw) // 4}i", raw))
 
 
@@ -224,7 +224,7 @@ def simxPackFloats(floatList: Sequence[float]) -> bytearray:
 
 
 def simxUnpackFloats(floatsPackedInString: Bytes) -> list[float]:
-    raw = _raw(floatsPackedInString)
+    raw = _to_bytes(floatsPackedInString)
     return list(struct.unpack_from(f"<{len(raw) // 4}f", raw))
 
 
@@ -232,15 +232,15 @@ def _set(client: int, command: int, name: str | bytes, data: bytes, mode: int) -
     return send(client, named_request("set signal", command, name, read_nothing, data), mode)
 
 
-def _raw(value: Bytes) -> bytes:
+def _to_bytes(value: Bytes) -> bytes:
     return value.encode() if isinstance(value, str) else bytes(value)
 
 
-def _terminated(text: str | bytes) -> bytes:
-    return _raw(text).split(b"\0")[0] + b"\0"
+def _terminate(text: str | bytes) -> bytes:
+    return _to_bytes(text).split(b"\0")[0] + b"\0"
 
 
-def _results(data: memoryview) -> Results:
+def _read_results(data: memoryview) -> Results:
     """Read the results of a script's function: four counts, then integers, floats, texts and bytes."""
     ints, fractions, texts, size = struct.unpack_from("<4i", data)
     whole = struct.unpack_from(f"<{ints}i", data, 16)

@@ -116,19 +116,21 @@ def read_bindings(
         path = f"/{robot.name}/{name}"
         remedy = f'Add the scene object of each device: [{section}.{name}] with path = "{path}"'
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    bound, faults = read_each(robot, section, needed, _read_binding, partial(_path_remedy, robot))
+    bound, faults = read_each(robot, section, needed, _read_binding, partial(_suggest_path, robot))
     if faults:
         raise DescriptionError.of_all(robot.source, faults)
-    return tuple(replace(each, others=_others(each, bound)) for each in bound if each.description.name in chosen)
+    return tuple(
+        replace(each, others=_find_other_paths(each, bound)) for each in bound if each.description.name in chosen
+    )
 
 
-def _others(one: SceneBinding, bound: Iterable[SceneBinding]) -> frozenset[str]:
+def _find_other_paths(one: SceneBinding, bound: Iterable[SceneBinding]) -> frozenset[str]:
     """Return the paths of all devices with another object; an encoder shares the object of its motor."""
     paths = set(one.place.path)
     return frozenset().union(*(each.place.path for each in bound if paths.isdisjoint(each.place.path)))
 
 
-def _path_remedy(robot: RobotDescription, description: AnyDevice) -> str:
+def _suggest_path(robot: RobotDescription, description: AnyDevice) -> str:
     return f'Name its {_BINDINGS[type(description)][1].value} in the scene: path = "/{robot.name}/{description.name}"'
 
 
@@ -158,7 +160,7 @@ def find_all(robot: str, bound: Sequence[SceneBinding], scene: Scene) -> Found:
             found[each.description.name] = find(each, scene)
         except DeviceError as failure:  # noqa: PERF203  the error names each device that fails
             failures.append(failure)
-    failures += _shared_motors(bound, found)
+    failures += _find_shared_motors(bound, found)
     if len(failures) == 1:
         raise failures[0]
     if failures:
@@ -176,11 +178,11 @@ def find(bound: SceneBinding, scene: Scene) -> SceneObject | None:
     if found is None:
         if isinstance(bound.place, DisplayBinding) and bound.place.optional:
             return None
-        raise _missing_object(bound, scene)
+        raise _missing_object_error(bound, scene)
     if found.kind is not bound.kind:
         raise DeviceError(
             bound.description.name,
-            f"{found.path!r} is a {found.kind.value}, expected a {bound.kind.value}. {_suggest(bound, scene)}",
+            f"{found.path!r} is a {found.kind.value}, expected a {bound.kind.value}. {_suggest_object(bound, scene)}",
             kind="wrong-object",
             path=found.path,
             found=found.kind.value,
@@ -197,17 +199,17 @@ def _require_fit(bound: SceneBinding, handle: int, scene: Scene) -> None:
         raise DeviceError(bound.description.name, why, kind="sensor-not-simulated")
 
 
-def _missing_object(bound: SceneBinding, scene: Scene) -> DeviceError:
+def _missing_object_error(bound: SceneBinding, scene: Scene) -> DeviceError:
     paths = " or ".join(map(repr, bound.place.path))
     return DeviceError(
         bound.description.name,
-        f"the scene has no object {paths}. {_suggest(bound, scene)}",
+        f"the scene has no object {paths}. {_suggest_object(bound, scene)}",
         kind="missing-object",
         paths=bound.place.path,
     )
 
 
-def _suggest(bound: SceneBinding, scene: Scene) -> str:
+def _suggest_object(bound: SceneBinding, scene: Scene) -> str:
     """Return the nearest path of the right kind that no other device uses, or else all paths of that kind."""
     paths = [each.path for each in scene.list_objects() if each.kind is bound.kind]
     free = [path for path in paths if path not in bound.others]
@@ -216,7 +218,7 @@ def _suggest(bound: SceneBinding, scene: Scene) -> str:
     return f"The scene's {bound.kind.value}s: {', '.join(sorted(paths)) or 'none'}"
 
 
-def _shared_motors(bound: Sequence[SceneBinding], found: Found) -> Iterator[DeviceError]:
+def _find_shared_motors(bound: Sequence[SceneBinding], found: Found) -> Iterator[DeviceError]:
     """Yield an error for each motor that shares its joint with another motor."""
     owners: dict[int, str] = {}
     for name in (each.description.name for each in bound if isinstance(each.description, MotorDescription)):

@@ -202,13 +202,13 @@ class SceneTruth:
 
     def pose(self) -> Pose:
         left, right = self._wheels()
-        return Pose((left[0] + right[0]) / 2, (left[1] + right[1]) / 2, _heading(left, right))
+        return Pose((left[0] + right[0]) / 2, (left[1] + right[1]) / 2, _compute_heading(left, right))
 
     def twist(self) -> Twist:
         left, right = self._wheels()
-        heading = _heading(left, right)
-        on_left = _along(self._scene.read_velocity(self._left), heading)
-        on_right = _along(self._scene.read_velocity(self._right), heading)
+        heading = _compute_heading(left, right)
+        on_left = _project(self._scene.read_velocity(self._left), heading)
+        on_right = _project(self._scene.read_velocity(self._right), heading)
         return Twist((on_left + on_right) / 2, (on_right - on_left) / math.dist(left[:2], right[:2]))
 
     def contacts(self) -> None:
@@ -218,10 +218,10 @@ class SceneTruth:
         return self._scene.read_position(self._left), self._scene.read_position(self._right)
 
 
-def _heading(left: Point, right: Point) -> float:
+def _compute_heading(left: Point, right: Point) -> float:
     """Return the heading of a robot from the positions of its wheels."""
     return math.atan2(right[0] - left[0], left[1] - right[1])
 
 
-def _along(velocity: Point, heading: float) -> float:
+def _project(velocity: Point, heading: float) -> float:
     return velocity[0] * math.cos(heading) + velocity[1] * math.sin(heading)
