@@ -1,1 +1,1 @@
-"""What robotcore claims, measured: each module runs alone, ``python -m benchmarks.<name>``."""
+"""Benchmarks for the claims of the documentation. Each module runs alone: ``python -m benchmarks.<name>``."""

@@ -1,6 +1,6 @@
-"""The loop of `benchmarks.loop` as one would write it for one simulator alone; only the scene is built by the driver.
+"""The loop of `benchmarks.loop`, written by hand for one simulator. Only the scene comes from the driver.
 
-Each takes a robot and a world, and returns a block: it takes so many ticks.
+Each function takes a robot and a world, and returns a function that executes a number of ticks.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from drivers.pybullet.scene import Scene
 from robotcore.autonomy.vision import ColourDetector
 from robotcore.description import CameraDescription, RobotDescription, WorldDescription
 
-os.environ.setdefault("MUJOCO_GL", "egl")  # looked at when MuJoCo is first imported; else its renderer wants a screen
+os.environ.setdefault("MUJOCO_GL", "egl")  # MuJoCo reads it at its first import; otherwise its renderer needs a screen
 
 RATE_HZ, STEPS_A_TICK = 20.0, 12
 WHEEL_RAD_S = 0.001
 
 Block = Callable[[int], object]
-"""Takes so many ticks."""
+"""Executes a number of ticks."""
 
 
 def on_pybullet(robot: RobotDescription, world: WorldDescription) -> Block:
-    """TinyRenderer and Bullet's own functions."""
+    """Return the loop with TinyRenderer and Bullet's own functions."""
     assert robot.drive
     bullet = Bullet.connect(gui=False)
     scene, body = Scene(bullet, world), Body(bullet, robot, world.start.pose)
@@ -73,7 +73,7 @@ def on_pybullet(robot: RobotDescription, world: WorldDescription) -> Block:
 
 
 def on_mujoco(robot: RobotDescription, world: WorldDescription) -> Block:
-    """MuJoCo's own renderer, on a frame no larger than the picture, and a whole tick's steps in one call."""
+    """Return the loop with MuJoCo's own renderer, and all steps of a tick in one call."""
     import mujoco
 
     assert robot.drive

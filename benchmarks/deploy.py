@@ -43,7 +43,7 @@ DRIVING, ENDED = "until it drives", "to the end"
 
 @contextmanager
 def robot() -> Iterator[Rover]:
-    """Boot one that drives; raises NotRunError where none can be booted."""
+    """Boot a robot that drives. Raises NotRunError if none can be booted."""
     require_machine()
     with TemporaryDirectory(prefix="robotcore-desk-") as folder, boot_machine() as target:
         target.boot()
@@ -63,7 +63,7 @@ def main() -> bool:
     taken: dict[tuple[str, str], list[float]] = defaultdict(list)
     with robot() as rover:
         for _ in range(rounds):
-            for what, until, seconds in _round(rover):
+            for what, until, seconds in _run_round(rover):
                 taken[what, until].append(seconds)
     print_table(
         ("", "", "s: median", "least", "most"),
@@ -78,17 +78,17 @@ def main() -> bool:
     return ratios[ENDED] <= BOUND
 
 
-def _round(rover: Rover) -> Iterator[tuple[str, str, float]]:
-    """Yield what was done, until when, and how many seconds it took."""
+def _run_round(rover: Rover) -> Iterator[tuple[str, str, float]]:
+    """Yield the action, the event that ends it, and the seconds until then."""
     rover.run("remove", "--yes")
-    yield from _deployed(rover, FIRST)
-    yield BY_HAND, ENDED, _by_hand(rover)
+    yield from _time_deploy(rover, FIRST)
+    yield BY_HAND, ENDED, _time_rsync(rover)
     app = rover.project / "drive_ahead.py"
     app.write_text(f"{app.read_text()}# Changed.\n")
-    yield from _deployed(rover, SECOND)
+    yield from _time_deploy(rover, SECOND)
 
 
-def _deployed(rover: Rover, what: str) -> Iterator[tuple[str, str, float]]:
+def _time_deploy(rover: Rover, what: str) -> Iterator[tuple[str, str, float]]:
     rover.motors.mark()
     start = monotonic()
     rover.run("push", "--skip-checks", "--offline")
@@ -98,11 +98,11 @@ def _deployed(rover: Rover, what: str) -> Iterator[tuple[str, str, float]]:
     yield what, DRIVING, drove - start
 
 
-def _by_hand(rover: Rover) -> float:
-    """Return how long rsync alone takes for what was sent, from the client to a folder that is empty."""
+def _time_rsync(rover: Rover) -> float:
+    """Return the seconds that rsync alone takes for the same files, from the client to an empty folder."""
     home = rover.client.folder / "by hand"
     release = rover.files / "current"
-    for folder in (release / PROJECT, release / SITE, _wheels(rover, Release.read(release).requirements)):
+    for folder in (release / PROJECT, release / SITE, _fetch_wheels(rover, Release.read(release).requirements)):
         shutil.copytree(folder, home / folder.name, symlinks=True, dirs_exist_ok=True)
     rover.client.ssh("rm -rf by-hand")
     start = monotonic()
@@ -110,8 +110,8 @@ def _by_hand(rover: Rover) -> float:
     return monotonic() - start
 
 
-def _wheels(rover: Rover, requirements: tuple[str, ...]) -> Path:
-    """Return where the client keeps what it brought for pip."""
+def _fetch_wheels(rover: Rover, requirements: tuple[str, ...]) -> Path:
+    """Return the folder of the wheels at the client."""
     with Link(Host.parse(HOST), rover.client.config) as link:
         return fetch_wheels(requirements, Target.of(link.call("probe", ProbeAnswer)), print)
 

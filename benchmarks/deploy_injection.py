@@ -1,11 +1,11 @@
-"""Fifty hostile names, settings and host strings: none runs anything, at the client or on the robot.
+"""Try hostile names, settings and host strings in deploys. None may run a command, at the client or on the robot.
 
     python -m benchmarks.deploy_injection
 
-The robot is a Debian that systemd boots (tests/system/deploy); it needs root. Each string would make a file called
-``pwned`` if any shell, ssh or rsync took it for more than it is. A host has to be refused before anything is started.
-A setting has to arrive as it is, letter by letter; so do files with such names, and their contents. A release's name
-has to be refused. Exit status 1 where a file was made anywhere, or something did not arrive.
+The robot is a Debian that systemd boots (tests/system/deploy), which needs root. Each string would make a file called
+``pwned`` if a shell, ssh or rsync interpreted it. A hostile host has to be refused before anything is started, and a
+hostile release name has to be refused. A setting has to arrive unchanged, and so do files with hostile names. The exit
+status is 1 if a ``pwned`` file was made, or if something arrived changed.
 """
 
 from __future__ import annotations
@@ -92,39 +92,39 @@ REFUSED = 2
 
 
 def main() -> bool:
-    """Print how each kind came out; return whether all is well."""
+    """Print the result of each kind; return whether no string did harm."""
     argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     print(machine())
     rows, is_good = [], True
     with robot() as rover:
         for kind, try_all in KINDS.items():
             good = list(try_all(rover))
-            ran = list(_canaries(rover))
+            ran = list(_find_canaries(rover))
             rows.append((kind, str(len(good)), f"{sum(good)}/{len(good)}", ", ".join(map(str, ran)) or "nothing"))
             is_good = is_good and all(good) and not ran
     print_table(("hostile", "tried", "refused, or arrived as it is", "ran"), rows)
     return is_good
 
 
-def _hosts(rover: Rover) -> Iterator[bool]:
+def _try_hosts(rover: Rover) -> Iterator[bool]:
     for host in HOSTS:
         yield rover.client.run("deploy", "status", "--", host).returncode == REFUSED
 
 
-def _releases(rover: Rover) -> Iterator[bool]:
+def _try_releases(rover: Rover) -> Iterator[bool]:
     before = rover.release
     for name in RELEASES:
         yield rover.deploy("rollback", "--", name).returncode != 0 and rover.release == before
 
 
-def _settings(rover: Rover) -> Iterator[bool]:
+def _try_settings(rover: Rover) -> Iterator[bool]:
     for note in NOTES:
         rover.run("push", "--skip-checks", "--set", "speed_rad_s=2", "--set", f"note={note}")
         yield (rover.machine.home / "noted").read_text() == note
 
 
-def _files(rover: Rover) -> Iterator[bool]:
-    """All in one push, in a folder, for an app and a robot that are called so too."""
+def _try_files(rover: Rover) -> Iterator[bool]:
+    """Push all files at once, in a folder and for an app with hostile names."""
     with TemporaryDirectory(prefix=f"it's $(touch {CANARY}) ") as folder:
         project = Path(shutil.copytree(rover.project, Path(folder) / f"`touch {CANARY}`; ü"))
         for name in FILES:
@@ -138,17 +138,17 @@ def _files(rover: Rover) -> Iterator[bool]:
             yield ran.returncode == 0 and there.joinpath(name).read_text() == name
 
 
-def _canaries(rover: Rover) -> Iterator[Path]:
-    """Yield what was made by a string that ran."""
+def _find_canaries(rover: Rover) -> Iterator[Path]:
+    """Yield the files that a string made because it ran."""
     for folder in (rover.machine.home, rover.client.folder, rover.project, Path.home(), Path.cwd()):
         yield from (path for path in folder.glob(f"**/{CANARY}*") if path.is_file())
 
 
 KINDS: dict[str, Callable[[Rover], Iterator[bool]]] = {
-    "host strings": _hosts,
-    "releases' names": _releases,
-    "settings": _settings,
-    "names of files": _files,
+    "host strings": _try_hosts,
+    "releases' names": _try_releases,
+    "settings": _try_settings,
+    "names of files": _try_files,
 }
 
 if __name__ == "__main__":

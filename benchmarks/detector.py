@@ -1,10 +1,10 @@
-"""Whether the colour detector finds the ball, in easy pictures and in hard ones, and what that costs.
+"""Measure how well and how fast the colour detector finds a ball, in easy and in hard pictures.
 
     python -m benchmarks.detector
 
-The pictures are drawn from a seed by two renderers, then worsened (`benchmarks/eyes`). Each way to find the ball gives
-one answer a frame. The rivals' tuned thresholds are the best on frames of other seeds (`benchmarks.eyes.tuning`). Exit
-status 1 where the detector falls behind the tuned classical pipeline, or takes longer than its bound.
+Two renderers draw the pictures from a seed, and `benchmarks/eyes` degrades them. Each method gives one answer for each
+frame. The thresholds of the other methods were tuned on frames of other seeds (`benchmarks.eyes.tuning`). The exit
+status is 1 if the detector is worse than the tuned classical pipeline, or slower than its bound.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import cv2
 from benchmarks.eyes.frames import Labelled, frame
 from benchmarks.eyes.masks import Place
 from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlobs
-from benchmarks.eyes.scoring import Finder, Score, Verdict, judged
+from benchmarks.eyes.scoring import Finder, Score, Verdict, judge_frames
 from benchmarks.eyes.timing import copies
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.autonomy.navigation.ball import KEPT_PX
@@ -32,7 +32,7 @@ INTRINSICS = Intrinsics(320, 240, math.radians(62))
 
 
 class Detector:
-    """The project's own, as green-search uses it: the first of its blobs."""
+    """The project's detector, used as in green-search: the first of its blobs."""
 
     def __init__(self) -> None:
         self._of_hue: dict[float, ColourDetector] = {}
@@ -59,42 +59,42 @@ FINDERS: Mapping[str, Finder] = {
 
 
 def main() -> int:
-    """Score and time every finder, print both tables."""
+    """Score and time every finder, and print both tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--frames", type=at_least_one, default=1000)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     cv2.setNumThreads(1)
-    frames = [frame(asked.seed, number) for number in range(asked.frames)]
+    frames = [frame(options.seed, number) for number in range(options.frames)]
     print(machine())
     print(f"{len(frames)} frames, {sum(one.has_ball for one in frames)} with a ball; every second frame is hard")
-    verdicts = {name: judged(finder, frames) for name, finder in FINDERS.items()}
+    verdicts = {name: judge_frames(finder, frames) for name, finder in FINDERS.items()}
     columns = ("precision / recall, %", "easy", "hard", "all", "centroid off by, px", "ColourDetector, same frames")
-    print_table(columns, [_scored(name, frames, verdicts) for name in FINDERS])
+    print_table(columns, [_build_row(name, frames, verdicts) for name in FINDERS])
     print()
     ratio = _print_times(frames)
     return int(not _is_ahead(frames, verdicts) or ratio > BOUND_COPIES)
 
 
-def _scored(name: str, frames: Sequence[Labelled], verdicts: Mapping[str, list[Verdict]]) -> tuple[str, ...]:
+def _build_row(name: str, frames: Sequence[Labelled], verdicts: Mapping[str, list[Verdict]]) -> tuple[str, ...]:
     score = Score.of(verdicts[name])
     shared = [own for own, other in zip(verdicts[OWN], verdicts[name], strict=True) if own.is_hit and other.is_hit]
     also = [other for own, other in zip(verdicts[OWN], verdicts[name], strict=True) if own.is_hit and other.is_hit]
-    halves = [_half(frames, verdicts[name], is_hard=is_hard) for is_hard in (False, True)]
+    halves = [_score_half(frames, verdicts[name], is_hard=is_hard) for is_hard in (False, True)]
     rates = [f"{100 * each.precision:.1f} / {100 * each.recall:.1f}" for each in (*halves, score)]
-    return (name, *rates, _error(Score.of(also)), _error(Score.of(shared)))
+    return (name, *rates, _format_error(Score.of(also)), _format_error(Score.of(shared)))
 
 
-def _half(frames: Sequence[Labelled], verdicts: Sequence[Verdict], *, is_hard: bool) -> Score:
+def _score_half(frames: Sequence[Labelled], verdicts: Sequence[Verdict], *, is_hard: bool) -> Score:
     return Score.of(verdict for one, verdict in zip(frames, verdicts, strict=True) if one.is_hard is is_hard)
 
 
-def _error(score: Score) -> str:
+def _format_error(score: Score) -> str:
     return f"{score.median_px:.2f}, 95 %: {score.p95_px:.1f}"
 
 
 def _print_times(frames: Sequence[Labelled]) -> float:
-    """Print what a call takes, in copies of the frame; return the detector's median on frames as they come."""
+    """Print the time of a call in copies of the frame; return the detector's median on uncached frames."""
     rows = []
     medians = []
     for name, finder in FINDERS.items():
@@ -109,9 +109,9 @@ def _print_times(frames: Sequence[Labelled]) -> float:
 
 
 def _is_ahead(frames: Sequence[Labelled], verdicts: Mapping[str, list[Verdict]]) -> bool:
-    """Whether the detector is no worse than the tuned classical pipeline on all frames and better on the hard ones."""
+    """Return whether the detector is no worse than the tuned classical pipeline, and better on hard frames."""
     own, rival = Score.of(verdicts[OWN]), Score.of(verdicts[CLASSICAL])
-    own_hard, rival_hard = (_half(frames, verdicts[name], is_hard=True) for name in (OWN, CLASSICAL))
+    own_hard, rival_hard = (_score_half(frames, verdicts[name], is_hard=True) for name in (OWN, CLASSICAL))
     is_no_worse = own.precision >= rival.precision and own.recall >= rival.recall
     return is_no_worse and own_hard.precision > rival_hard.precision and own_hard.recall > rival_hard.recall
 

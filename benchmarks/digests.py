@@ -1,13 +1,14 @@
-"""Whether runs end as they did before a change of the code, bit for bit.
+"""Check that runs give the same results, bit for bit, after a change of the code.
 
     python -m benchmarks.digests record FOLDER
     python -m benchmarks.digests compare FOLDER
 
-`record` keeps what the present code does: of each run the digest of its trace, its exit status and its outcome, in
-FOLDER/digests.json. Some runs are recorded to FOLDER/recordings, and a digest of each channel is kept too. `compare`
-does the same runs again, replays every recording, and prints what differs. Exit status 1 if anything differs or is
-missing. Only the command line is used, so a folder from before a change can be compared after it. The machine and the
-installed libraries must be the same.
+`record` executes runs, and writes the digest of each trace, the exit status and the outcome to FOLDER/digests.json.
+Some runs are recorded to FOLDER/recordings, with a digest of each channel. `compare` executes the same runs again,
+replays every recording, and prints the differences. The exit status is 1 if anything differs or is missing.
+
+The benchmark uses the command line only, so that the code may change between both. The machine and the installed
+libraries must be the same.
 """
 
 from __future__ import annotations
@@ -35,10 +36,10 @@ from benchmarks.report import at_least_one, machine, print_table
 SIMULATORS = ("kinematic", "mujoco", "pybullet", "virtualpi")
 WORLDS = ("arena", "clutter", "occluded", "open")
 LONG = {"kinematic": (8, 40), "mujoco": (4, 30), "pybullet": (2, 15), "virtualpi": (5, 40)}
-"""How many seeds of a whole search a simulator runs, and for how many simulated seconds."""
+"""The number of seeds of a whole search in each simulator, and the time limit in simulated seconds."""
 
 SEEING, HEARING = "green-search --world open --seed 1", "avoid-obstacles --world arena --seed 3"
-"""Runs in which the ball is in sight, and obstacles are in range, soon enough for a fault to matter."""
+"""Runs that soon see the ball, or have obstacles in range, so that a fault has an effect."""
 
 FAULTS = (
     *(f"{SEEING} --fault 'camera {fault}'" for fault in ("delay=0.2", "drop=0.4", "freeze after=0.5 lasts=0.8")),
@@ -54,10 +55,10 @@ STOPS = (
 """Faults that the safety stage stops."""
 
 EVERY = 19
-"""Which commands a quick look takes: a prime, so that all backends and kinds are among them."""
+"""The step between the commands of ``--quick``: a prime, so that all backends and kinds are among them."""
 
 LIMIT_S = 900
-"""How long a command may take; more is a hang."""
+"""The most seconds that a command takes."""
 
 STOPPED = 4
 """The exit status of a run that the safety stage stopped."""
@@ -66,10 +67,10 @@ FIELDS = (
     *("backend", "trace_sha256", "exit_status", "outcome", "verified", "sim_time_s", "ticks", "contacts"),
     *("distance_to_target_m", "interventions", "milestones", "conditions"),
 )
-"""The fields of ``--json`` that are kept; the others hold words, or times of this machine."""
+"""The fields of ``--json`` that are compared. The others hold texts, or times of this machine."""
 
 WORDS = {"/run", "/result", "/log"}
-"""The channels of a recording that hold words, or times of this machine."""
+"""The channels of a recording that are not compared. They hold texts, or times of this machine."""
 
 Digest = dict[str, Any]
 
@@ -78,35 +79,37 @@ def main() -> int:
     """Record or compare, and print the counts."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("action", choices=("record", "compare"))
-    parser.add_argument("folder", type=Path, help="where the digests and the recordings are kept")
-    parser.add_argument("--jobs", type=at_least_one, default=2, help="how many commands run at a time")
+    parser.add_argument("folder", type=Path, help="the folder of the digests and the recordings")
+    parser.add_argument("--jobs", type=at_least_one, default=2, help="the number of commands that run at a time")
     parser.add_argument("--quick", action="store_true", help="only a twentieth of the commands")
     parser.add_argument("--only", metavar="WORDS", default="", help="only the commands with these words, in this order")
-    asked = parser.parse_args()
-    file, recordings = asked.folder / "digests.json", asked.folder / "recordings"
-    if file.exists() != (asked.action == "compare"):
+    options = parser.parse_args()
+    file, recordings = options.folder / "digests.json", options.folder / "recordings"
+    if file.exists() != (options.action == "compare"):
         parser.error(f"{file} is {'already' if file.exists() else 'not'} there; name another folder")
     known: dict[str, Digest] = json.loads(file.read_text()) if file.exists() else {}
-    every = dict.fromkeys(map(_command, known)) if known else _commands()
-    commands = [command for command in every if asked.only in command][2 * asked.quick :: EVERY if asked.quick else 1]
+    every = dict.fromkeys(map(_get_command, known)) if known else _list_commands()
+    commands = [command for command in every if options.only in command][
+        2 * options.quick :: EVERY if options.quick else 1
+    ]
     if not commands:
-        parser.error(f"no command has the words {asked.only!r}")
+        parser.error(f"no command has the words {options.only!r}")
     print(machine())
-    with ThreadPoolExecutor(asked.jobs) as pool:
+    with ThreadPoolExecutor(options.jobs) as pool:
         if known:
-            chosen = {key: digest for key, digest in known.items() if _command(key) in commands}
+            chosen = {key: digest for key, digest in known.items() if _get_command(key) in commands}
             return int(not _is_equal(chosen, commands, recordings, pool))
         recordings.mkdir(parents=True, exist_ok=True)
-        tables = list(pool.map(lambda command: _digests(command, recordings), commands))
+        tables = list(pool.map(lambda command: _compute_digests(command, recordings), commands))
     digests = {key: digest for table in tables for key, digest in table.items()}
     file.write_text(json.dumps(digests, indent=1))
     _print_kinds(digests)
     return int(not all(tables))
 
 
-def _commands() -> Iterator[str]:
+def _list_commands() -> Iterator[str]:
     """Yield the commands, the longest first; each `run` is recorded."""
-    yield from _sweeps()
+    yield from _list_sweeps()
     for backend in (*SIMULATORS, "mock"):
         for seed, world in enumerate((*WORLDS, "arena"), 1):
             yield f"run avoid-obstacles --backend {backend} --world {world} --seed {seed} --timeout 6"
@@ -126,7 +129,7 @@ def _commands() -> Iterator[str]:
             yield f"run {fault} --backend {backend} --timeout 6"
 
 
-def _sweeps() -> Iterator[str]:
+def _list_sweeps() -> Iterator[str]:
     everywhere = f"--world {','.join(WORLDS)}"
     for backend, (seeds, timeout_s) in LONG.items():
         yield f"sweep green-search --backend {backend} {everywhere} --seeds 1-{seeds} --timeout {timeout_s}"
@@ -135,7 +138,7 @@ def _sweeps() -> Iterator[str]:
         yield f"sweep avoid-obstacles --backend {backend} {everywhere} --seeds 1-6 --timeout 12"
         yield f"sweep mark-green --robot lookout --backend {backend} {everywhere} --seeds 1,2 --timeout 4"
         yield f"sweep green-search --rate 10 --set speed_m_s=0.15 --backend {backend} --seeds 1,2 --timeout 12"
-        stuck = "--fault 'range stuck=1.5 after=3' --set duration_s=20"  # it runs into things
+        stuck = "--fault 'range stuck=1.5 after=3' --set duration_s=20"  # the robot hits obstacles
         yield f"sweep avoid-obstacles --backend {backend} {stuck} --seeds 1-4 --timeout 20"
         if backend != "virtualpi":
             yield f"sweep avoid-obstacles --robot bubblerob --backend {backend} {everywhere} --seeds 1,2 --timeout 8"
@@ -144,27 +147,27 @@ def _sweeps() -> Iterator[str]:
     yield "sweep avoid-obstacles --judge green-search --backend kinematic --seeds 1,2 --timeout 12"
 
 
-def _digests(command: str, recordings: Path) -> dict[str, Digest]:
-    """Return the digest of each run of a command; none, and print why, if it has no results."""
-    words, recording, digests = shlex.split(command), recordings / _name(command), dict[str, Digest]()
+def _compute_digests(command: str, recordings: Path) -> dict[str, Digest]:
+    """Return the digest of each run of a command. If it has no results, print the error and return none."""
+    words, recording, digests = shlex.split(command), recordings / _get_recording_name(command), dict[str, Digest]()
     with TemporaryDirectory() as folder:
         if is_sweep := words[0] == "sweep":
-            answer = _robotcore(*words, "--jobs", "1", "--out", f"{folder}/sweep")
+            answer = _run_robotcore(*words, "--jobs", "1", "--out", f"{folder}/sweep")
             file = Path(folder, "sweep", "results.jsonl")
             results = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
         else:
-            results = [answer := _robotcore(*words, "--record", str(recording))]
+            results = [answer := _run_robotcore(*words, "--record", str(recording))]
     for result in results:
         if result.get("trace_sha256"):
             key = f"{command}: {result['world']}, seed {result['seed']}" if is_sweep else command
-            digests[key] = {field: result.get(field) for field in FIELDS} | _channels(recording)
+            digests[key] = {field: result.get(field) for field in FIELDS} | _digest_channels(recording)
     if not digests:
         print(f"no results: robotcore {command}\n  {answer.get('error', answer)}")
     return digests
 
 
-def _channels(recording: Path) -> Digest:
-    """Return a digest of all that a recording holds in each channel; a sweep has none."""
+def _digest_channels(recording: Path) -> Digest:
+    """Return a digest of each channel of a recording; an empty dict if there is no recording."""
     digests: dict[str, Any] = defaultdict(sha256)
     try:
         with recording.open("rb") as stream:
@@ -177,8 +180,8 @@ def _channels(recording: Path) -> Digest:
     return {topic: digest.hexdigest()[:16] for topic, digest in sorted(digests.items()) if topic not in WORDS}
 
 
-def _robotcore(*words: str) -> dict[str, Any]:
-    """Return the line of JSON that a command prints; without any, what it printed instead."""
+def _run_robotcore(*words: str) -> dict[str, Any]:
+    """Return the line of JSON that a command prints, or an error with its output."""
     command = [sys.executable, "-m", "robotcore", *words, "--json"]
     try:
         ran = subprocess.run(command, capture_output=True, text=True, check=False, timeout=LIMIT_S)  # noqa: S603  our own
@@ -191,9 +194,9 @@ def _robotcore(*words: str) -> dict[str, Any]:
 
 
 def _is_equal(known: dict[str, Digest], commands: Sequence[str], recordings: Path, pool: Executor) -> bool:
-    """Do the runs and the replays, print what differs and the counts, and return whether all is equal."""
+    """Execute the runs and the replays, print the differences and the counts, and return whether all are equal."""
     with TemporaryDirectory() as folder:
-        tables = list(pool.map(lambda command: _digests(command, Path(folder)), commands))
+        tables = list(pool.map(lambda command: _compute_digests(command, Path(folder)), commands))
     now = {key: digest for table in tables for key, digest in table.items()}
     counts: dict[str, Counter[str]] = defaultdict(Counter)
     for key, digest in known.items():
@@ -204,38 +207,40 @@ def _is_equal(known: dict[str, Digest], commands: Sequence[str], recordings: Pat
         if verdict != "equal":
             print(f"{verdict}: robotcore {key}  # {', '.join(differing)}")
     recorded = [key for key in known if key.startswith("run ")]
-    replays = pool.map(lambda key: _replayed(recordings / _name(key), known[key]["trace_sha256"]), recorded)
+    replays = pool.map(
+        lambda key: _compare_replay(recordings / _get_recording_name(key), known[key]["trace_sha256"]), recorded
+    )
     for key, verdict in zip(recorded, replays, strict=True):
         counts[f"{known[key]['backend']}, replayed"][verdict] += 1
         if verdict != "equal":
-            print(f"{verdict}: robotcore replay {recordings / _name(key)}")
+            print(f"{verdict}: robotcore replay {recordings / _get_recording_name(key)}")
     verdicts = ("equal", "different", "missing")
     rows = sorted((backend, *(str(count[verdict]) for verdict in verdicts)) for backend, count in counts.items())
     print_table(("backend", *verdicts), rows)
     return all(set(count) == {"equal"} for count in counts.values())
 
 
-def _replayed(recording: Path, trace: str) -> str:
-    """Return whether a whole recording is replayed bit for bit, as a word of the table."""
+def _compare_replay(recording: Path, trace: str) -> str:
+    """Replay a recording, and return ``equal``, ``different`` or ``missing``."""
     if not recording.exists():
         return "missing"
-    answer = _robotcore("replay", str(recording))
+    answer = _run_robotcore("replay", str(recording))
     is_equal = answer["exit_status"] == 0 and answer.get("bit_equal") and answer.get("trace_sha256") == trace
     return "equal" if is_equal else "different"
 
 
-def _command(key: str) -> str:
-    """Return the command that a run belongs to; a sweep has many runs."""
+def _get_command(key: str) -> str:
+    """Return the command of a run. A sweep has many runs."""
     return key.partition(": ")[0]
 
 
-def _name(command: str) -> str:
+def _get_recording_name(command: str) -> str:
     """Return the name of a command's recording."""
     return re.sub(r"[^\w.]+", "-", command.removeprefix("run ")) + ".mcap"
 
 
 def _print_kinds(digests: dict[str, Digest]) -> None:
-    """Print how many runs and recordings there are of each backend and of each kind."""
+    """Print the number of runs and recordings of each backend and each kind."""
     runs, recordings = Counter[str](), Counter[str]()
     for key, digest in digests.items():
         kinds = {
@@ -244,8 +249,8 @@ def _print_kinds(digests: dict[str, Digest]) -> None:
             "randomised": "--randomise" in key,
             "safety stop": digest["exit_status"] == STOPPED,
         }
-        of_it = [kind for kind, is_so in kinds.items() if is_so] or ["plain"]
-        for kind in ("all", digest["backend"], *of_it):
+        matching = [kind for kind, is_matching in kinds.items() if is_matching] or ["plain"]
+        for kind in ("all", digest["backend"], *matching):
             runs[kind] += 1
             recordings[kind] += key.startswith("run ")
     rows = [(kind, str(runs[kind]), str(recordings[kind])) for kind in sorted(runs)]

@@ -1,11 +1,13 @@
-"""What the reader of an ultrasonic module makes of its echoes, and what reading it costs.
+"""Measure how an ultrasonic sensor's reader treats noisy and lost echoes, and what a read costs.
 
     python -m benchmarks.echoes
 
-The module is simulated on mocked pins and a stepped clock: distances from 5 cm to 2 m, each echo off by a normal error,
-a share of them lost (the module's own time-out comes instead), all drawn by a seed. Exit status 1 where a value is
-further off than 1 cm and the error that was drawn for it, where a lost echo is told as anything, or where a heard one
-is not told. The cost of a read is set against gpiozero's own DistanceSensor, in pairs.
+The module is simulated on mock pins and a stepped clock. Distances are from 5 cm to 2 m. Each echo has a normal error,
+and a share of the echoes is lost, in which case the module's own time-out comes. All is drawn from a seed. The cost of
+a read is compared with that of gpiozero's DistanceSensor, in pairs.
+
+The exit status is 1 if a value is off by more than 1 cm beside the drawn error, if a lost echo gives a value, or if an
+echo gives none.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ WRONG = (OFF, "heard, not told", "lost, told as a distance", "lost, told as inf"
 
 @dataclass(frozen=True)
 class Echo:
-    """How far away something is, and what the module hears of it: a distance, or nothing."""
+    """A true distance in metres, and the distance of the echo, or None if it is lost."""
 
     true: float
     heard: float | None
@@ -45,24 +47,24 @@ class Echo:
 
 
 def main() -> int:
-    """Print what came of the echoes, and what a read costs."""
+    """Print the results of the echoes, and the cost of a read."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cycles", type=at_least_one, default=20000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--pairs", type=at_least_one, default=40)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     print(machine())
-    counts, worst = _judged(asked.cycles, random.Random(asked.seed))
-    print_table((f"of {asked.cycles} cycles", ""), [(what, str(count)) for what, count in counts.items()])
+    counts, worst = _judge_echoes(options.cycles, random.Random(options.seed))
+    print_table((f"of {options.cycles} cycles", ""), [(what, str(count)) for what, count in counts.items()])
     print(f"furthest from the truth: {worst * 1000:.1f} mm; standard deviation of the echoes: {NOISE_M * 1000:g} mm")
-    ratio, low, high = _cost(asked.pairs)
+    ratio, low, high = _compare_cost(options.pairs)
     print(f"a read against gpiozero's DistanceSensor.distance: {ratio:.3f} ({low:.3f} to {high:.3f})")
     return int(any(counts[what] for what in WRONG))
 
 
-def _judged(cycles: int, draw: random.Random) -> tuple[Counter[str], float]:
-    """Return how many cycles came out how, and the greatest error of a distance in metres."""
-    echoes = [Echo(1.0, 1.0), *_echoes(cycles, draw)]
+def _judge_echoes(cycles: int, draw: random.Random) -> tuple[Counter[str], float]:
+    """Return the number of cycles with each result, and the largest error of a distance in metres."""
+    echoes = [Echo(1.0, 1.0), *_draw_echoes(cycles, draw)]
     bench = Bench([echo.edges for echo in echoes])
     counts, worst = Counter(dict.fromkeys(("heard, told", "lost, not told", *WRONG), 0)), 0.0
     sensor = bench.open()
@@ -70,7 +72,7 @@ def _judged(cycles: int, draw: random.Random) -> tuple[Counter[str], float]:
     for echo in echoes[1:]:
         bench.cycles()
         sample = sensor.read()
-        counts[_verdict(echo, sample.distance, is_new=sample.sequence > sequence)] += 1
+        counts[_judge_echo(echo, sample.distance, is_new=sample.sequence > sequence)] += 1
         if echo.heard is not None:
             worst = max(worst, abs(sample.distance - echo.true))
         sequence = sample.sequence
@@ -78,14 +80,14 @@ def _judged(cycles: int, draw: random.Random) -> tuple[Counter[str], float]:
     return counts, worst
 
 
-def _echoes(count: int, draw: random.Random) -> Iterator[Echo]:
+def _draw_echoes(count: int, draw: random.Random) -> Iterator[Echo]:
     for _ in range(count):
         true = draw.uniform(0.05, 1.98)
         error = draw.gauss(0.0, NOISE_M)
         yield Echo(true, None if draw.random() < LOST else true + error)
 
 
-def _verdict(echo: Echo, distance: float, *, is_new: bool) -> str:
+def _judge_echo(echo: Echo, distance: float, *, is_new: bool) -> str:
     if echo.heard is None:
         if not is_new:
             return "lost, not told"
@@ -95,8 +97,8 @@ def _verdict(echo: Echo, distance: float, *, is_new: bool) -> str:
     return "heard, told" if abs(distance - echo.heard) <= BOUND_M else OFF
 
 
-def _cost(pairs: int) -> tuple[float, float, float]:
-    """Return how long a read takes against gpiozero's own sensor, and the interval of it."""
+def _compare_cost(pairs: int) -> tuple[float, float, float]:
+    """Return the ratio of the times of a read and of gpiozero's, with its interval."""
     from gpiozero import DistanceSensor
     from gpiozero.pins.mock import MockFactory, MockPin, MockTriggerPin
 
@@ -107,10 +109,10 @@ def _cost(pairs: int) -> tuple[float, float, float]:
         theirs = DistanceSensor(ECHO, TRIGGER, max_distance=NOSE.max_range_m, pin_factory=pins)
     ours = Bench([echo_at(1.0)]).open()
     with theirs:
-        return paired_ratios(lambda: _seconds(ours.read), lambda: _seconds(lambda: theirs.distance), pairs)
+        return paired_ratios(lambda: _time_reads(ours.read), lambda: _time_reads(lambda: theirs.distance), pairs)
 
 
-def _seconds(read: Callable[[], object]) -> float:
+def _time_reads(read: Callable[[], object]) -> float:
     start = perf_counter()
     for _ in range(READS):
         read()

@@ -1,11 +1,11 @@
-"""What green-search does where one part of the robot fails: it finds the ball all the same, or stops and says why.
+"""Run green-search with one injected fault at a time. It has to find the ball, or to stop and name the fault.
 
     python -m benchmarks.faults --seeds 1-20 --backends kinematic,pybullet
 
-Each fault is on its own and of a moderate strength. A run is well where the simulator verifies its success without a
-contact, or where it was stopped (exit status 3 or 4) for a reason that names the part that failed. The others are told
-one by one. Exit status 1 where there are any, but for those that touched something before they were stopped, under a
-fault that makes this unavoidable: the table says why.
+Each fault is of a moderate strength. A run passes if the simulator verifies its success without a contact, or if it
+stopped (exit status 3 or 4) for a reason that names the faulty part. All other runs are listed. The exit status is 1 if
+there are any. A contact before a stop is excused under a fault that makes contacts unavoidable; the table has the
+reason.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ NAMING = (3, 4)
 
 @dataclass(frozen=True)
 class Case:
-    """A fault, and in words why a run may touch something under it, however careful the robot is; else nothing."""
+    """A fault, and the reason why it makes a contact unavoidable; the reason is empty if it does not."""
 
     spec: str
     touching: str = ""
@@ -48,13 +48,13 @@ CASES = (
     Case("range delay=0.15"),
     Case("range noise=0.03"),
     Case("range no_echo=0.3"),
-    Case("range spikes=0.05", "two false echoes in a row may wipe out what stands there"),
-    Case("range stuck=1.5 after=5", "who has not turned may be in a corridor, where echoes stay the same"),
+    Case("range spikes=0.05", "two false echoes in a row may erase an obstacle from the map"),
+    Case("range stuck=1.5 after=5", "a robot that does not turn may be in a corridor, where echoes stay the same"),
     Case("range lost=1 after=5"),
     Case("encoders drop=0.2"),
     Case("encoders freeze after=5"),
     Case("encoders delay=0.1"),
-    Case("encoders slip=0.05", "until an echo refutes the map, nobody knows that the robot is elsewhere"),
+    Case("encoders slip=0.05", "until an echo contradicts the map, the pose is wrong"),
     Case("left_encoder slip=1 after=5"),
     Case("left_motor weak=0.7"),
     Case("left_motor dead after=5"),
@@ -68,7 +68,7 @@ CASES = (
 
 @dataclass(frozen=True)
 class Tally:
-    """What the runs of one fault on one backend came to: each is in one of the first three, perhaps touching too."""
+    """The runs of one fault on one backend. Each is in one of the three lists, and may have contacts too."""
 
     case: Case
     backend: str
@@ -78,9 +78,9 @@ class Tally:
 
     @classmethod
     def of(cls, case: Case, backend: str, records: Sequence[Record]) -> Tally:
-        devices = _devices_of(case.spec)
+        devices = _list_devices(case.spec)
         succeeded = [record for record in records if _has_succeeded(record)]
-        named = [record for record in records if _names(record, devices)]
+        named = [record for record in records if _is_named(record, devices)]
         return cls(case, backend, succeeded, named, [each for each in records if each not in (*succeeded, *named)])
 
     @property
@@ -92,31 +92,31 @@ class Tally:
         return [record for record in self.records if record.result.contacts != 0]
 
     @property
-    def spoilt(self) -> list[Record]:
-        """The runs to look at."""
+    def suspicious(self) -> list[Record]:
+        """The runs that need a look: contacts, or neither a success nor a named fault."""
         return [record for record in self.records if record in self.others or record in self.touching]
 
     @property
     def is_passed(self) -> bool:
-        return all(self._is_excused(record) for record in self.spoilt)
+        return all(self._is_excused(record) for record in self.suspicious)
 
     def _is_excused(self, record: Record) -> bool:
         return bool(self.case.touching and record.result.contacts and record.result.exit_status in NAMING)
 
 
 def main() -> int:
-    """Run every fault on every backend and print how it went."""
+    """Run every fault on every backend, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1-20")
     parser.add_argument("--world", default="arena")
     parser.add_argument("--backends", default="kinematic")
     parser.add_argument("--jobs", type=int, default=count_cores())
     parser.add_argument("--fault", action="append", metavar="SPEC", help="one fault instead of all; may be repeated")
-    asked = parser.parse_args()
-    cases = tuple(map(Case, asked.fault)) if asked.fault else CASES
-    backends = tuple(asked.backends.split(","))
-    sweeps = {case: _sweep_of(case, backends, asked.world, parse_seeds(asked.seeds)) for case in cases}
-    tallies = [tally for case, sweep in sweeps.items() for tally in _tallies(case, sweep, asked.jobs)]
+    options = parser.parse_args()
+    cases = tuple(map(Case, options.fault)) if options.fault else CASES
+    backends = tuple(options.backends.split(","))
+    sweeps = {case: _build_sweep(case, backends, options.world, parse_seeds(options.seeds)) for case in cases}
+    tallies = [tally for case, sweep in sweeps.items() for tally in _run_case(case, sweep, options.jobs)]
     print(machine())
     columns = (
         "fault",
@@ -126,21 +126,21 @@ def main() -> int:
         "exit",
         "otherwise",
         "with contacts",
-        "the first one told",
-        "why it may touch",
+        "the first reason",
+        "why a contact is excused",
     )
-    print_table(columns, map(_row, tallies))
+    print_table(columns, map(_build_row, tallies))
     for tally in tallies:
-        for record in tally.spoilt:
+        for record in tally.suspicious:
             print(f"look at: {record.command}  # {format_failure(record)}")
     return int(not all(tally.is_passed for tally in tallies))
 
 
-def _sweep_of(case: Case, backends: tuple[str, ...], world: str, seeds: tuple[int, ...]) -> Sweep:
+def _build_sweep(case: Case, backends: tuple[str, ...], world: str, seeds: tuple[int, ...]) -> Sweep:
     return Sweep(RunRequest(APP, faults=(case.spec,)), backends, (world,), seeds)
 
 
-def _tallies(case: Case, sweep: Sweep, jobs: int) -> list[Tally]:
+def _run_case(case: Case, sweep: Sweep, jobs: int) -> list[Tally]:
     records = list(run_sweep(sweep, LocalEngine(jobs)).records())
     by_backend = {name: [each for each in records if each.result.backend == name] for name in sweep.backends}
     return [Tally.of(case, backend, found) for backend, found in by_backend.items()]
@@ -150,18 +150,18 @@ def _has_succeeded(record: Record) -> bool:
     return record.result.outcome is Outcome.SUCCESS and record.result.verified is True
 
 
-def _names(record: Record, devices: frozenset[str]) -> bool:
-    """Return whether the run was stopped, touching nothing, for a reason with the name of one of the devices in it."""
+def _is_named(record: Record, devices: frozenset[str]) -> bool:
+    """Return whether the run stopped without a contact, for a reason that names one of the devices."""
     result = record.result
     return result.exit_status in NAMING and not result.contacts and any(name in result.reason for name in devices)
 
 
-def _devices_of(spec: str) -> frozenset[str]:
+def _list_devices(spec: str) -> frozenset[str]:
     (planned,) = Plan.of(RunRequest(APP, faults=(spec,))).faults
     return planned.target.devices
 
 
-def _row(tally: Tally) -> tuple[str, ...]:
+def _build_row(tally: Tally) -> tuple[str, ...]:
     runs = len(tally.records)
     reasons = [record.result.reason for record in (*tally.named, *tally.others)]
     return (

@@ -1,11 +1,11 @@
-"""Whether the guardian stops the motors where the app's process cannot, and how soon.
+"""Measure how reliably and how soon the guardian stops the motors if the app's process cannot.
 
     python -m benchmarks.guardian
 
-A robot whose motors and cutoffs note what they are told, and when, by the machine's one monotonic clock, drives at
-20 Hz. Its process is killed (SIGKILL) at a random moment, once a trial; or one of its threads holds the interpreter
-lock for 0.5 s at random moments, as a vendor's call may. A trial counts where every motor was stopped, during the hold
-in the second case; its time is that of the last motor. Exit status 1 where one was not.
+The motors and cutoffs of a robot log each command with the machine's monotonic time, while the robot drives at 20 Hz.
+In each trial, the process is killed (SIGKILL) at a random moment, or one of its threads holds the interpreter lock for
+0.5 s, as a vendor's library may. A trial counts if every motor was stopped, in the second case during the hold. Its
+time is that of the last motor. The exit status is 1 if a motor was not stopped.
 """
 
 from __future__ import annotations
@@ -32,28 +32,28 @@ MOMENTS_S = 0.3
 
 
 def main() -> int:
-    """Make the trials and print what came of them."""
+    """Execute the trials, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=at_least_one, default=50)
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     with TemporaryDirectory() as folder:
-        killed = [_killed(Path(folder) / str(seed), Random(asked.seed + seed)) for seed in range(asked.trials)]
-        held = list(_held(Path(folder) / "held", asked.trials, asked.seed))
-    commanded = f"the last command; the lease is {_lease_ms():.0f} ms"
+        killed = [_kill_run(Path(folder) / str(seed), Random(options.seed + seed)) for seed in range(options.trials)]
+        held = list(_hold_lock(Path(folder) / "held", options.trials, options.seed))
+    commanded = f"the last command; the lease is {_compute_lease_ms():.0f} ms"
     print(machine())
     print_table(
-        (f"{asked.trials} trials each", "stopped", "median", "worst", "counted from"),
+        (f"{options.trials} trials each", "stopped", "median", "worst", "counted from"),
         [
             ("the process is killed (SIGKILL)", *_format_cells(killed), "the kill"),
             ("the interpreter lock is held for 0.5 s", *_format_cells(held), commanded),
         ],
     )
-    return int(None in killed + held or len(held) < asked.trials)
+    return int(None in killed + held or len(held) < options.trials)
 
 
-def _killed(diary: Path, random: Random) -> float | None:
-    """Return how long after the kill the last motor was stopped; None where one was not."""
+def _kill_run(diary: Path, random: Random) -> float | None:
+    """Return the seconds from the kill until the last motor was stopped; None if one was not."""
     process = subprocess.Popen(  # noqa: S603
         [sys.executable, "-m", "tests.robotcore.safety.guardian.guarded_run", "drives", str(diary)],
         stdout=subprocess.PIPE,
@@ -64,23 +64,23 @@ def _killed(diary: Path, random: Random) -> float | None:
     sleep(random.uniform(0.0, MOMENTS_S))
     at = monotonic()
     process.kill()
-    process.communicate()  # until the guardian has gone, which holds its standard error too
-    return _stopped_after(at, notes(diary))
+    process.communicate()  # waits for the guardian too, which inherited standard error
+    return _compute_delay(at, notes(diary))
 
 
-def _held(diary: Path, holds: int, seed: int) -> Iterator[float | None]:
-    """Yield how long after the last command the last motor was stopped, for each hold; None where one was not."""
+def _hold_lock(diary: Path, holds: int, seed: int) -> Iterator[float | None]:
+    """Yield the seconds from the last command until the last motor was stopped, for each hold; None if one was not."""
     subprocess.run([sys.executable, "-m", "benchmarks.held_run", str(diary), str(holds), str(seed)], check=True)  # noqa: S603
-    notes_read = notes(diary)
-    begins, ends = ([note.time for note in notes_read if note.what == what] for what in ("hold", "let go"))
+    entries = notes(diary)
+    begins, ends = ([note.time for note in entries if note.what == what] for what in ("hold", "let go"))
     for begin, end in zip(begins, ends, strict=True):
-        command = max(note.time for note in notes_read if note.what.startswith("turn") and note.time < begin)
-        yield _stopped_after(command, [note for note in notes_read if begin < note.time < end])
+        command = max(note.time for note in entries if note.what.startswith("turn") and note.time < begin)
+        yield _compute_delay(command, [note for note in entries if begin < note.time < end])
 
 
-def _stopped_after(time: float, notes_read: Sequence[Note]) -> float | None:
-    """Return how long after a time the last motor got its first stop."""
-    firsts = [[note.time for note in notes_read if note.what == f"stop {motor}"] for motor in MOTORS]
+def _compute_delay(time: float, entries: Sequence[Note]) -> float | None:
+    """Return the seconds from a time until each motor had its first stop; None if one had none."""
+    firsts = [[note.time for note in entries if note.what == f"stop {motor}"] for motor in MOTORS]
     return max(min(stops) for stops in firsts) - time if all(firsts) else None
 
 
@@ -91,7 +91,7 @@ def _format_cells(times: Sequence[float | None]) -> tuple[str, str, str]:
     return f"{len(stopped)}/{len(times)}", f"{statistics.median(stopped):.1f} ms", f"{max(stopped):.1f} ms"
 
 
-def _lease_ms() -> float:
+def _compute_lease_ms() -> float:
     ticks, rate_hz = load_robot("rover").safety.lease_ticks, RunRequest("app").rate_hz
     return 1000 * (max(ticks / rate_hz, MIN_LEASE_S) + LOCK_TIMEOUT_S)
 

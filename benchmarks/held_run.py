@@ -1,4 +1,4 @@
-"""A run, a thread of which holds Python's interpreter lock at random moments; `benchmarks.guardian` starts it."""
+"""A run with a thread that holds Python's interpreter lock at random moments. `benchmarks.guardian` starts it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BETWEEN_S = (0.3, 0.6)
 
 
 def main() -> int:
-    """Drive until all is held that is to be held; return the run's exit status."""
+    """Drive until all holds are done; return the exit status of the run."""
     file, holds, seed = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     holder = Thread(target=_hold, args=(Diary(file), holds, Random(seed)))
 

@@ -1,4 +1,4 @@
-"""What a hostile robot says and sends: each would harm a desk that takes it for more than data."""
+"""The answers and files of hostile robots. Each would harm a client that did not treat it as data."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from benchmarks.deploy_injection import CANARY, TOUCH
 RELEASE = "2026-11-21T22-40-03Z"
 RECORDING = f"{RELEASE}.mcap"
 ENDLESS = b"\0endless\0"
-"""Before a piece that is repeated without an end."""
+"""The start of an answer whose next piece is repeated without an end."""
 
 ESCAPES = f"\x1b]0;{CANARY}\x07\x1b[2J\x1b]52;c;cHduZWQ=\x07\r\x9b2J\u202e"
 FORGED = f"no\nerror: forged. run: {TOUCH}"
@@ -62,7 +62,7 @@ JUDGED: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class HostileRobot:
-    """One hostile robot: the command that meets it, its answer to each action, and what is in its home.
+    """A hostile robot: the command that meets it, its answer to each action, and the content of its home.
 
     ``furnish`` makes the robot's folder of recordings, ``desk`` the folder of the user; ``rsync`` is a script that
     answers in place of the robot's rsync.
@@ -77,12 +77,12 @@ class HostileRobot:
 
 
 def line(message: Any) -> bytes:
-    """Return a line of a robot."""
+    """Return a line of an answer."""
     return b"\x1e" + json.dumps(message).encode() + b"\n"
 
 
 def done(value: Any) -> bytes:
-    """Return all that a robot writes in answer to a call."""
+    """Return the whole answer to a call."""
     return line({"begun": "x"}) + line({"done": value})
 
 
@@ -93,14 +93,14 @@ def listed(*names: Any, size: Any = 4, **more: Any) -> bytes:
 
 
 def build_hostile_robots() -> list[HostileRobot]:
-    """Return all, those of different commands in turn, so that the first few are a sample."""
+    """Return all robots, those of different commands in turn, so that the first few are a sample."""
     groups = [list(group()) for group in (_files, _lists, _damaged, _words, _pushes, _transfers)]
     rounds = max(map(len, groups))
     return [group[number] for number in range(rounds) for group in groups if number < len(group)]
 
 
 def _files() -> Iterator[HostileRobot]:
-    """Yield what lies among the recordings of a robot that answers as it should."""
+    """Yield robots with hostile files among the recordings, and valid answers."""
     fetch = ("fetch",)
     names = (
         "evil.py", ".bashrc", ".hidden.mcap", "a b.mcap", f"$({TOUCH}).mcap", f"`{TOUCH}`.mcap", f"; {TOUCH};.mcap",
@@ -120,7 +120,7 @@ def _files() -> Iterator[HostileRobot]:
 
 
 def _lists() -> Iterator[HostileRobot]:
-    """Yield lists of recordings that lie."""
+    """Yield robots with false lists of recordings."""
     lies: dict[str, bytes] = {
         "name of ../": listed("../../../../../etc/hostname.mcap"),
         "absolute name": listed("/etc/hostname.mcap"),
@@ -148,7 +148,7 @@ def _lists() -> Iterator[HostileRobot]:
 
 
 def _damaged() -> Iterator[HostileRobot]:
-    """Yield answers that are none."""
+    """Yield robots with invalid answers."""
     said = line({"begun": "x"})
     raw: dict[str, bytes] = {
         "nothing": b"",
@@ -181,7 +181,7 @@ def _damaged() -> Iterator[HostileRobot]:
 
 
 def _words() -> Iterator[HostileRobot]:
-    """Yield words that a terminal would obey, or take for another line."""
+    """Yield robots whose texts have control characters or line breaks."""
     said = line({"begun": "x"})
     refusal = line({"refused": {"fault": FORGED + ESCAPES, "remedy": ESCAPES, "kind": ESCAPES}})
     for command in ("status", "logs", "fetch"):
@@ -204,7 +204,7 @@ def _words() -> Iterator[HostileRobot]:
 
 
 def _pushes() -> Iterator[HostileRobot]:
-    """Yield robots that a push meets, up to the step that is hostile."""
+    """Yield robots with a hostile step of a push."""
     good = {
         "probe": done(FACTS),
         "begin": done(BEGUN),

@@ -1,13 +1,14 @@
-"""What hostile recordings cost the commands that read them, and whether each ends in a result or a named error.
+"""Measure what hostile recordings cost the commands that read them. Each command has to end with a result or an error.
 
     python -m benchmarks.hostile_recordings
 
-The catalogue of `benchmarks.hostile_files.files` goes through `robotcore info` with all its outputs, `replay`,
-`replay --set` and `compare`, each in a process of its own. Then files that a seed changes at random go through
-`info --csv`, each tenth through `replay` and `info --picture --video` too, 500 in a process. Memory is the most that
-a process had resident, the interpreter and its libraries included, less the file's own size; time is the processor's.
-Exit status 1 if a bound is broken, a traceback is printed, a control character reaches the output, or an app is run
-that a recording names.
+The files of `benchmarks.hostile_files.files` go through `robotcore info` with all its outputs, `replay`,
+`replay --set` and `compare`, each in its own process. Then files with random changes go through `info --csv`, 500 in
+a process. Every tenth file goes through `replay` and `info --picture --video` too. Memory is the largest resident size
+of a process with its interpreter and libraries, less the size of the file. Time is processor time.
+
+The exit status is 1 if a bound is broken, if a traceback or a control character is printed, or if an app runs that a
+recording names.
 """
 
 from __future__ import annotations
@@ -40,13 +41,13 @@ MEMORY_BOUND_MB, TIME_BOUND_S = 300.0, 5.0
 HANGS_S = 120.0
 BATCH = 500
 STATUSES = (0, 1, 2, 3, 4)
-"""Of a command on a recording: a result, a difference, a named error, a damaged sample, a sample that is too old."""
+"""The exit statuses of a command: a result, a difference, a named error, a damaged sample, an old sample."""
 _CONTROL = re.compile(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]")
 _COMMAND = "from robotcore.cli.main import main; main()"
 
 
 class Cost(NamedTuple):
-    """What a command took on a file, and what is wrong with how it ended; empty if nothing is."""
+    """The cost of a command on a file, and the fault of its ending; empty if there is none."""
 
     file: str
     command: str
@@ -64,30 +65,30 @@ def main() -> int:
     parser.add_argument("--small", action="store_true", help="Take bombs that unpack to less.")
     parser.add_argument("--batch", nargs=3, metavar=("FILE", "FROM", "TO"), help=argparse.SUPPRESS)
     parser.add_argument("--make", nargs=3, metavar=("NAME", "BASE", "FILE"), help=argparse.SUPPRESS)
-    asked = parser.parse_args()
-    if asked.make:
-        name, base, file = asked.make
-        name_files(is_small=asked.small)[name](Path(base), Path(file))
+    options = parser.parse_args()
+    if options.make:
+        name, base, file = options.make
+        name_files(is_small=options.small)[name](Path(base), Path(file))
         return 0
-    if asked.batch:
-        base, begin, end = asked.batch
-        return _run_batch(Path(base), asked.seed, range(int(begin), int(end)))
+    if options.batch:
+        base, begin, end = options.batch
+        return _run_batch(Path(base), options.seed, range(int(begin), int(end)))
     print(machine())
     with tempfile.TemporaryDirectory() as folder:
         base = Path(folder) / "base.mcap"
         _record(base)
         costs = [
-            *_measure_catalogue(base, asked.kinds, is_small=asked.small),
-            *_measure_fuzzed(base, asked.seed, asked.files),
+            *_measure_catalogue(base, options.kinds, is_small=options.small),
+            *_measure_fuzzed(base, options.seed, options.files),
         ]
-    _print(costs, asked.files)
+    _print(costs, options.files)
     return int(any(each.fault for each in costs))
 
 
 def _record(file: Path) -> None:
-    asked = ["run", "green-search", "--seed", "7", "--timeout", "1", "--record", str(file), "--json"]
+    options = ["run", "green-search", "--seed", "7", "--timeout", "1", "--record", str(file), "--json"]
     with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
-        assert execute(asked) == 1
+        assert execute(options) == 1
 
 
 def _measure_catalogue(base: Path, kinds: int | None, *, is_small: bool) -> Iterator[Cost]:
@@ -104,9 +105,9 @@ def _measure_catalogue(base: Path, kinds: int | None, *, is_small: bool) -> Iter
 
 
 def _make_apart(name: str, base: Path, file: Path, *, is_small: bool) -> None:
-    """Make a file in a process of its own: a child's memory is counted from that of its parent on."""
-    asked = ["--make", name, str(base), str(file), *(["--small"] if is_small else [])]
-    subprocess.run([sys.executable, "-m", "benchmarks.hostile_recordings", *asked], check=True)  # noqa: S603  this module itself
+    """Make a file in another process, because the memory of a child is counted from that of its parent on."""
+    options = ["--make", name, str(base), str(file), *(["--small"] if is_small else [])]
+    subprocess.run([sys.executable, "-m", "benchmarks.hostile_recordings", *options], check=True)  # noqa: S603  this module itself
 
 
 def _measure(name: str, base: Path, file: Path, work: Path) -> Iterator[Cost]:
@@ -121,10 +122,10 @@ def _measure(name: str, base: Path, file: Path, work: Path) -> Iterator[Cost]:
 
 
 def _run_apart(name: str, command: list[str], file: Path, work: Path) -> Cost:
-    """Run a command in a process of its own."""
+    """Run a command in another process."""
     with tempfile.TemporaryFile("w+", errors="replace") as out:
-        asked = [sys.executable, "-c", _COMMAND, *command]
-        process = subprocess.Popen(asked, cwd=work, stdout=out, stderr=out)  # noqa: S603  robotcore's own command
+        options = [sys.executable, "-c", _COMMAND, *command]
+        process = subprocess.Popen(options, cwd=work, stdout=out, stderr=out)  # noqa: S603  robotcore's own command
         due = monotonic() + HANGS_S
         while not (ended := os.wait4(process.pid, os.WNOHANG))[0]:
             if monotonic() > due:
@@ -152,8 +153,8 @@ def _judge(name: str, command: str, megabytes: float, seconds: float, status: in
 
 def _measure_fuzzed(base: Path, seed: int, count: int) -> Iterator[Cost]:
     for begin in range(0, count, BATCH):
-        asked = ["--seed", str(seed), "--batch", str(base), str(begin), str(min(begin + BATCH, count))]
-        command = [sys.executable, "-m", "benchmarks.hostile_recordings", *asked]
+        options = ["--seed", str(seed), "--batch", str(base), str(begin), str(min(begin + BATCH, count))]
+        command = [sys.executable, "-m", "benchmarks.hostile_recordings", *options]
         ended = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603  this module itself
         if ended.returncode:
             fault = ended.stderr.strip()[-200:] or f"status {ended.returncode}"
@@ -163,7 +164,7 @@ def _measure_fuzzed(base: Path, seed: int, count: int) -> Iterator[Cost]:
 
 
 def _run_batch(base: Path, seed: int, numbers: range) -> int:
-    """Print the costs of files that are changed at random, as a line of JSON. Memory is that of all until there."""
+    """Print the costs of files with random changes, as a line of JSON. Memory is the peak of the process so far."""
     original, costs = Seed.of(base), []
     signal.signal(signal.SIGALRM, _give_up)
     with tempfile.TemporaryDirectory() as folder:

@@ -1,13 +1,18 @@
-"""Hostile robots: nothing of one runs at the desk, writes outside its folder of recordings, or ends in a traceback.
+"""Run `robotcore deploy` against hostile robots. They may not run, write or break anything at the client.
 
     python -m benchmarks.hostile_robot
     python -m benchmarks.hostile_robot --kinds 12
 
-Each kind is a robot that answers one command of ``robotcore deploy``, typed in a process of its own, over a real sshd
-on loopback. Counted are files that a hostile string would make (`executed`); changes at the desk outside of
-``recordings/HOST``, and what is no plain recording in it (`written`); tracebacks; control characters on stdout or
-stderr (`raw`); and commands that take longer than a minute (`hung`). Exit status 1 where any is not 0. It needs sshd,
-ssh and rsync.
+Each kind is a robot that answers one command of `robotcore deploy`. The command runs in another process, over a real
+sshd on loopback. The benchmark counts:
+
+- files that a hostile string made (`executed`)
+- changes at the client outside of ``recordings/HOST``, and anything but plain recordings in it (`written`)
+- tracebacks
+- control characters on stdout or stderr (`raw`)
+- commands that take longer than a minute (`hung`)
+
+The exit status is 1 if any is not 0. It needs sshd, ssh and rsync.
 """
 
 from __future__ import annotations
@@ -34,7 +39,7 @@ from tests.robotcore.deploy.sshd import Sshd, serving
 
 LIMIT_S = 60.0
 WELCOME = (RECORDING, "evil.mcap")
-"""The names of recordings that may come."""
+"""The names of recordings that are accepted."""
 
 TRACEBACK = "Traceback (most recent call last)"
 TROUBLES = ("executed", "written", "tracebacks", "raw", "hung")
@@ -91,7 +96,7 @@ except BrokenPipeError:
 
 @dataclass(frozen=True)
 class RobotResult:
-    """The result of one robot: its command, the seconds, and what is wrong."""
+    """The result of one robot: its command, the seconds, and the faults."""
 
     command: str
     seconds: float
@@ -99,15 +104,15 @@ class RobotResult:
 
 
 def main() -> bool:
-    """Print what came of each command; return whether nothing is wrong."""
+    """Print the results of each command; return whether there is no fault."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--kinds", type=int, metavar="N", help="only the first N; all if left out")
     parser.add_argument("--verbose", action="store_true", help="print what each command writes")
-    asked = parser.parse_args()
-    robots = build_hostile_robots()[: asked.kinds]
+    options = parser.parse_args()
+    robots = build_hostile_robots()[: options.kinds]
     print(machine())
     with TemporaryDirectory(prefix="hostile-robot-") as folder:
-        results = [_meet(Path(folder, str(number)), robot, asked) for number, robot in enumerate(robots)]
+        results = [_meet(Path(folder, str(number)), robot, options) for number, robot in enumerate(robots)]
     commands = sorted({result.command for result in results})
     print_table(
         ("command", "kinds", *TROUBLES, "median s", "worst s"),
@@ -123,8 +128,8 @@ def _row(name: str, results: Sequence[RobotResult]) -> list[str]:
     return [name, *map(str, (len(results), *counts)), f"{median(seconds):.1f}", f"{max(seconds):.1f}"]
 
 
-def _meet(folder: Path, robot: HostileRobot, asked: argparse.Namespace) -> RobotResult:
-    """Let one command meet one robot."""
+def _meet(folder: Path, robot: HostileRobot, options: argparse.Namespace) -> RobotResult:
+    """Run the command of one robot, and judge its effects."""
     folder.mkdir()
     desk = _make_desk(folder, robot)
     script = folder / "robot.py"
@@ -139,7 +144,7 @@ def _meet(folder: Path, robot: HostileRobot, asked: argparse.Namespace) -> Robot
         if dict(_digests(desk)) != before:
             troubles.append("written")
     shutil.rmtree(folder)
-    if troubles or asked.verbose:
+    if troubles or options.verbose:
         print(
             f"{robot.name}: {', '.join(troubles) or 'well'}, exit status {status}, {seconds:.1f} s: {written[:300]!a}"
         )
@@ -170,7 +175,7 @@ def _furnish(server: Sshd, robot: HostileRobot) -> None:
 
 
 def _type(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | None, float]:
-    """Type the command at the desk; return what it writes, its exit status (None where it hangs), and the seconds."""
+    """Run the command at the desk; return what it writes, its exit status (None if it hangs), and the seconds."""
     name, *options = robot.command
     command = (
         sys.executable,

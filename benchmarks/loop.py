@@ -1,12 +1,12 @@
-"""What the framework costs a real loop, and what a simulator without physics saves.
+"""Measure what the framework costs a real loop, and what a simulator without physics saves.
 
     python -m benchmarks.loop --backends pybullet,mujoco
 
-A picture of 320 × 240 at 20 Hz, the ball looked for in it, two motors, physics at 240 Hz: once written by hand with the
-simulator's own functions, once as an app under all layers, safety and odometry of a real run. The robots all but stand,
-so both see the same. Then the app's loop on every other simulator against the first, and green-search, the first
-seconds of it, on the kinematic simulator against the first. All is timed in pairs, in turn. Exit status 1 where a bound
-is broken.
+Each tick reads a picture of 320 × 240 at 20 Hz, looks for the ball in it, and commands two motors. Physics runs at
+240 Hz. The loop exists twice: written by hand with the simulator's own functions, and as an app with all layers, safety
+and odometry of a real run. The robots hardly move, so both get the same pictures. Then the app's loop on each other
+simulator is compared with the first one, and so are the first seconds of green-search on the kinematic simulator. All
+is timed in pairs. The exit status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ RAW_BOUND, KINEMATIC_BOUND, OTHER_BOUND = 0.98, 5.0, 3.0
 
 
 class LookRound(Behaviour):
-    """Drives, and looks for the ball, for as many ticks as it has left."""
+    """Drives and looks for the ball for ``left`` ticks."""
 
     needs = frozenset({Role.DRIVE, Role.CAMERA})
 
@@ -57,34 +57,34 @@ class LookRound(Behaviour):
 
 
 def main() -> int:
-    """Time the loops in pairs and print by how much they differ."""
+    """Time the loops in pairs, and print the ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--backends", default="pybullet,mujoco")
     parser.add_argument("--pairs", type=at_least_one, default=30)
     parser.add_argument("--ticks", type=at_least_one, default=20, help="ticks in a block")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     cv2.setNumThreads(1)
     robot = load_robot("rover")
     world = draw_world(load_world("clutter"), robot, SEED)
-    first, *others = backends = asked.backends.split(",")
-    framed = {backend: _seconds(_framed(backend, robot, world), asked.ticks) for backend in backends}
+    first, *others = backends = options.backends.split(",")
+    timers = {backend: _make_timer(_make_framework_block(backend, robot, world), options.ticks) for backend in backends}
     rows = []
     for backend in backends:
-        by_hand = _seconds(BY_HAND[backend](robot, world), asked.ticks)
-        raw = paired_ratios(by_hand, framed[backend], asked.pairs)
-        rows.append(_row(f"a loop on {backend}, against the same by hand", raw, RAW_BOUND))
+        by_hand = _make_timer(BY_HAND[backend](robot, world), options.ticks)
+        raw = paired_ratios(by_hand, timers[backend], options.pairs)
+        rows.append(_build_row(f"a loop on {backend}, against the same by hand", raw, RAW_BOUND))
     for other in others:
-        faster = paired_ratios(framed[first], framed[other], asked.pairs)
-        rows.append(_row(f"the loop on {other}, against {first}", faster, OTHER_BOUND))
-    saved = paired_ratios(_searches(first), _searches("kinematic"), asked.pairs)
-    rows.append(_row(f"green-search on the kinematic simulator, against {first}", saved, KINEMATIC_BOUND))
+        faster = paired_ratios(timers[first], timers[other], options.pairs)
+        rows.append(_build_row(f"the loop on {other}, against {first}", faster, OTHER_BOUND))
+    saved = paired_ratios(_make_search_timer(first), _make_search_timer("kinematic"), options.pairs)
+    rows.append(_build_row(f"green-search on the kinematic simulator, against {first}", saved, KINEMATIC_BOUND))
     print(machine())
-    print_table((f"speed, {asked.pairs} pairs", "median", "95 % interval of it", "bound"), [row[:-1] for row in rows])
+    print_table((f"speed, {options.pairs} pairs", "median", "95 % interval of it", "bound"), [row[:-1] for row in rows])
     return int(not all(row[-1] for row in rows))
 
 
-def _seconds(block: Block, ticks: int) -> Callable[[], float]:
-    """Return what times a block."""
+def _make_timer(block: Block, ticks: int) -> Callable[[], float]:
+    """Return a function that times a block."""
 
     def timed() -> float:
         start = perf_counter()
@@ -94,8 +94,8 @@ def _seconds(block: Block, ticks: int) -> Callable[[], float]:
     return timed
 
 
-def _searches(backend: str) -> Callable[[], float]:
-    """Return what times the beginning of a search, in a new world each time, and tells it for a simulated second."""
+def _make_search_timer(backend: str) -> Callable[[], float]:
+    """Return a function that times the first seconds of a search in a new world, per simulated second."""
     seeds = count(SEED)
 
     def search() -> float:
@@ -106,7 +106,7 @@ def _searches(backend: str) -> Callable[[], float]:
 
 
 class Row(NamedTuple):
-    """A claim, as it is printed, and whether it holds."""
+    """A printed claim, and whether it holds."""
 
     claim: str
     median: str
@@ -115,13 +115,13 @@ class Row(NamedTuple):
     holds: bool
 
 
-def _row(claim: str, measured: tuple[float, float, float], bound: float) -> Row:
+def _build_row(claim: str, measured: tuple[float, float, float], bound: float) -> Row:
     median, low, high = measured
     return Row(claim, f"{median:.3f}", f"{low:.3f} to {high:.3f}", f"≥ {bound:g}", median >= bound)
 
 
-def _framed(backend: str, robot: RobotDescription, world: WorldDescription) -> Block:
-    """Return a block of ticks under all that a run has."""
+def _make_framework_block(backend: str, robot: RobotDescription, world: WorldDescription) -> Block:
+    """Return a block of ticks with all layers of a run."""
     behaviour = LookRound()
     raw = load_backend(backend).open(Setup(robot, world, needed_devices(robot, behaviour.needs), RATE_HZ))
     loop = Loop(assemble(raw, robot, RATE_HZ), behaviour, RATE_HZ, timeout=math.inf)

@@ -1,12 +1,12 @@
-"""Whether the kinematic backend's painted camera shows what a physics engine's renderer does, and how much faster.
+"""Compare the kinematic backend's painted camera with a physics engine's renderer, in content and speed.
 
     python -m benchmarks.painted_camera --seed 0 --worlds arena,clutter
     python -m benchmarks.painted_camera --randomise
     python -m benchmarks.painted_camera --backend mujoco
 
-Both cameras look from the same random poses, in worlds drawn anew, and take turns in going first. A pose counts where
-the engine shows at least 200 pixels of the ball. Compared are the ball's place and area, and the mean colour of every
-thing. Exit status 1 where a bound is broken; how much faster is a bound against PyBullet only.
+Both cameras render the same random poses in random worlds, and take turns in going first. A pose counts if the engine
+shows at least 200 pixels of the ball. The benchmark compares the position and the area of the ball, and the mean colour
+of every object. The exit status is 1 if a bound is broken. The ratio of speeds has a bound against PyBullet only.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ EngineCamera = BulletCamera | MujocoCamera
 
 
 class Comparison(NamedTuple):
-    """One view: by how much the ball is shifted, its area and any thing's colour differ, and how long each took."""
+    """One view: the shift of the ball, the differences of its area and of colours, and the time of each camera."""
 
     shift_px: float
     area: float
@@ -74,13 +74,15 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--backend", default="pybullet", choices=ENGINES)
     parser.add_argument("--worlds", default="arena,clutter")
-    parser.add_argument("--poses", type=at_least_one, default=100, help="how many for each world")
+    parser.add_argument("--poses", type=at_least_one, default=100, help="the number of poses for each world")
     parser.add_argument("--randomise", action="store_true", help="with other light, colours and textures")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     print(machine())
     results = {
-        world: list(islice(_comparisons(asked.backend, world, asked.seed, is_random=asked.randomise), asked.poses))
-        for world in asked.worlds.split(",")
+        world: list(
+            islice(_compare_worlds(options.backend, world, options.seed, is_random=options.randomise), options.poses)
+        )
+        for world in options.worlds.split(",")
     }
     columns = (
         "world",
@@ -88,30 +90,32 @@ def main() -> None:
         "largest shift, px",
         "largest area, %",
         "largest colour, levels",
-        f"{asked.backend}, ms",
+        f"{options.backend}, ms",
         "painted, ms",
         "ratio",
     )
-    print_table(columns, [_row(world, compared) for world, compared in results.items()])
+    print_table(columns, [_build_row(world, compared) for world, compared in results.items()])
     is_kept = all(one.is_within for compared in results.values() for one in compared)
-    ratio = MIN_SPEED_UP_TEXTURED if asked.randomise else MIN_SPEED_UP
-    is_fast = asked.backend != "pybullet" or all(_speed_up(compared) >= ratio for compared in results.values())
+    ratio = MIN_SPEED_UP_TEXTURED if options.randomise else MIN_SPEED_UP
+    is_fast = options.backend != "pybullet" or all(
+        _compute_speed_up(compared) >= ratio for compared in results.values()
+    )
     sys.exit(not (is_kept and is_fast))
 
 
-def _comparisons(backend: str, world: str, seed: int, *, is_random: bool) -> Iterator[Comparison]:
+def _compare_worlds(backend: str, world: str, seed: int, *, is_random: bool) -> Iterator[Comparison]:
     robot = load_robot("rover")
     for number in count():
         drawn = draw_world(load_world(world), robot, 1000 * seed + number)
         drawn = randomise(drawn, 1000 * seed + number).world if is_random else drawn
         draw = random.Random(f"{seed}/{number}")
-        yield from islice(_in_world(backend, drawn, robot, draw), POSES_A_WORLD)
+        yield from islice(_compare_in_world(backend, drawn, robot, draw), POSES_A_WORLD)
 
 
-def _in_world(
+def _compare_in_world(
     backend: str, world: WorldDescription, robot: RobotDescription, draw: random.Random
 ) -> Iterator[Comparison]:
-    """Yield comparisons from random poses in one world; the engine is closed at the end."""
+    """Yield comparisons from random poses in one world. Closes the engine at the end."""
     eye = robot.first_of(CameraDescription)
     assert eye, "the robot has a camera"
     painter, surroundings = Painter(world), Clearance(robot.body.footprint, world)
@@ -119,40 +123,40 @@ def _in_world(
         camera = opened.camera
         assert isinstance(camera, EngineCamera)
         while True:
-            pose = _drawn_pose(world, draw)
+            pose = _draw_pose(world, draw)
             if surroundings.gaps(pose).min() < 0:
                 continue
             view = CameraView.of(eye.intrinsics, eye.mount, pose)
-            masks = _masks(camera, painter, view)
-            expected, got = masks[_ball(world).name]
+            masks = _compute_masks(camera, painter, view)
+            expected, got = masks[_get_ball(world).name]
             if expected.sum() >= MIN_PIXELS:
-                colour = _colour_difference(camera.picture(view), painter.picture(view), masks.values())
-                yield Comparison(*_difference(expected, got), colour, *_times(camera, painter, view, draw))
+                colour = _compute_colour_difference(camera.picture(view), painter.picture(view), masks.values())
+                yield Comparison(*_compute_difference(expected, got), colour, *_time_both(camera, painter, view, draw))
 
 
-def _ball(world: WorldDescription) -> Ball:
+def _get_ball(world: WorldDescription) -> Ball:
     assert world.target, "the world has a ball"
     return world.target
 
 
-def _drawn_pose(world: WorldDescription, draw: random.Random) -> Pose:
-    """Return a pose anywhere on the floor, turned roughly to the ball."""
+def _draw_pose(world: WorldDescription, draw: random.Random) -> Pose:
+    """Return a random pose on the floor that faces roughly to the ball."""
     half_length, half_width = world.floor.length_m / 2, world.floor.width_m / 2
     place = Pose(draw.uniform(-half_length, half_length), draw.uniform(-half_width, half_width), 0.0)
-    ball = _ball(world)
+    ball = _get_ball(world)
     return place._replace(heading=place.bearing_to(ball.x_m, ball.y_m) + draw.uniform(-0.7, 0.7))
 
 
-def _masks(camera: EngineCamera, painter: Painter, view: CameraView) -> dict[str, tuple[Mask, Mask]]:
-    """Return by name where the engine and where the painter shows each thing."""
+def _compute_masks(camera: EngineCamera, painter: Painter, view: CameraView) -> dict[str, tuple[Mask, Mask]]:
+    """Return the masks of the engine and the painter for each object, by name."""
     numbers, labels = camera.numbers(view), painter.labels(view)
     return {
         thing: (numbers == camera.things[thing], labels == label) for label, thing in enumerate(painter.things, start=1)
     }
 
 
-def _colour_difference(expected: Image, got: Image, masks: Iterable[tuple[Mask, Mask]]) -> float:
-    """Return by how much the mean colours of things that both show differ at most, in grey levels."""
+def _compute_colour_difference(expected: Image, got: Image, masks: Iterable[tuple[Mask, Mask]]) -> float:
+    """Return the largest difference of the mean colour of an object that both show, in grey levels."""
     return max(
         float(np.abs(expected[theirs].mean(axis=0) - got[ours].mean(axis=0)).max())
         for theirs, ours in masks
@@ -160,34 +164,34 @@ def _colour_difference(expected: Image, got: Image, masks: Iterable[tuple[Mask, 
     )
 
 
-def _difference(expected: Mask, got: Mask) -> tuple[float, float]:
-    """Return how far apart the masks' centroids are, in pixels, and by what part the area differs."""
+def _compute_difference(expected: Mask, got: Mask) -> tuple[float, float]:
+    """Return the distance of the masks' centroids, in pixels, and the relative difference of their areas."""
     if not got.any():
         return math.inf, -1.0
     centres = [np.argwhere(mask).mean(axis=0) for mask in (expected, got)]
     return float(np.linalg.norm(centres[1] - centres[0])), float(got.sum() / expected.sum() - 1)
 
 
-def _times(camera: EngineCamera, painter: Painter, view: CameraView, draw: random.Random) -> tuple[float, float]:
-    """Return how long each takes, in seconds; which goes first is drawn."""
+def _time_both(camera: EngineCamera, painter: Painter, view: CameraView, draw: random.Random) -> tuple[float, float]:
+    """Return the seconds that each takes. A random one goes first."""
     if draw.random() < 0.5:
-        engine = _seconds(camera.picture, view)
-        return engine, _seconds(painter.picture, view)
-    painted = _seconds(painter.picture, view)
-    return _seconds(camera.picture, view), painted
+        engine = _time_picture(camera.picture, view)
+        return engine, _time_picture(painter.picture, view)
+    painted = _time_picture(painter.picture, view)
+    return _time_picture(camera.picture, view), painted
 
 
-def _seconds(picture: Callable[[CameraView], object], view: CameraView) -> float:
+def _time_picture(picture: Callable[[CameraView], object], view: CameraView) -> float:
     start = perf_counter()
     picture(view)
     return perf_counter() - start
 
 
-def _speed_up(compared: list[Comparison]) -> float:
+def _compute_speed_up(compared: list[Comparison]) -> float:
     return statistics.median(one.engine_s / one.painter_s for one in compared)
 
 
-def _row(world: str, compared: list[Comparison]) -> list[str]:
+def _build_row(world: str, compared: list[Comparison]) -> list[str]:
     return [
         world,
         f"{sum(one.is_within for one in compared)}/{len(compared)}",
@@ -196,7 +200,7 @@ def _row(world: str, compared: list[Comparison]) -> list[str]:
         f"{max(one.colour for one in compared):.2f}",
         f"{1000 * statistics.median(one.engine_s for one in compared):.2f}",
         f"{1000 * statistics.median(one.painter_s for one in compared):.2f}",
-        f"{_speed_up(compared):.1f}",
+        f"{_compute_speed_up(compared):.1f}",
     ]
 
 

@@ -1,4 +1,4 @@
-"""How much one thing differs from another on a machine that is never quiet: measured in pairs."""
+"""Compare two durations on a busy machine, by measuring them in pairs."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 
 
 def paired_ratios(first: Callable[[], float], second: Callable[[], float], pairs: int) -> tuple[float, float, float]:
-    """Return the median of ``first() / second()`` and the 95 % interval of it.
+    """Return the median of ``first() / second()``, and its 95 % interval.
 
-    Both of a pair are measured right after each other, and take turns in going first, so that what else the machine
-    does falls on both alike.
+    first: returns a duration. second: returns the other one. Both of a pair are measured right after each other, and
+    take turns in going first, so that other load on the machine affects both.
     """
     ratios = []
     for pair in range(pairs):
@@ -25,10 +25,13 @@ def paired_ratios(first: Callable[[], float], second: Callable[[], float], pairs
 
 
 def median_with_interval(values: Sequence[float]) -> tuple[float, float, float]:
-    """Return the median, and the narrowest pair of values around it that hold it in 95 of 100 repetitions.
+    """Return the median, and the narrowest pair of values that contains it in 95 of 100 repetitions.
 
-    The number of values below the true median is binomial with p = 1/2 (the sign test); below six values no pair is
-    that sure, and the interval is from the least to the greatest.
+    The number of values below the true median is binomial with p = 1/2 (the sign test). With less than six values, no
+    pair is that certain, and the interval is from the least to the greatest value.
+
+    >>> median_with_interval([3.0, 1.0, 2.0, 5.0, 4.0, 6.0])
+    (3.5, 1.0, 6.0)
     """
     ordered = sorted(values)
     outside = _outside(len(ordered))
@@ -36,7 +39,7 @@ def median_with_interval(values: Sequence[float]) -> tuple[float, float, float]:
 
 
 def _outside(count: int) -> int:
-    """Return how many values at either end can be left out, their probability being at most 2.5 %."""
+    """Return the number of values at either end whose probability is at most 2.5 %."""
     left_out, below = 0, 1.0
     while 40 * below <= 2**count:
         left_out += 1

@@ -1,11 +1,11 @@
-"""What the drivers of motors and encoders cost beside gpiozero's own devices, on the same kind of mock pins.
+"""Compare the costs of robotcore's drivers for motors and encoders with those of gpiozero's devices, on mock pins.
 
     python -m benchmarks.pins
 
-Each of ours and of gpiozero's is timed right after the other, in turn, so that a ratio of the two is of one machine at
-one time. A command goes to two alternating velocities; `Motor.value` is given the duties that make them. An encoder is
-read once an instant, as an app does; `RotaryEncoder.steps` is a bare attribute, with neither time nor unit. An edge is
-the cost of the callback that a turning wheel makes, four of them a cycle. Exit status 1 where a bound is broken.
+Each driver is timed right after gpiozero's device, in turn, so that load on the machine affects both. A command sets
+two velocities in turn; `Motor.value` gets the same duty cycles. An encoder is read once an instant, as by an app.
+`RotaryEncoder.steps` is an attribute, without time and unit. An edge is the cost of the callback of a turning wheel,
+which has four edges a cycle. The exit status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -36,22 +36,22 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=at_least_one, default=41)
     parser.add_argument("--calls", type=at_least_one, default=4000)
-    asked = parser.parse_args()
-    motor, encoder, clock, pins = _ours()
+    options = parser.parse_args()
+    motor, encoder, clock, pins = _open_devices()
     theirs = MockFactory(pin_class=MockPWMPin)
     wheel, knob = Motor(17, 27, pin_factory=theirs), RotaryEncoder(5, 6, max_steps=0, pin_factory=theirs)
     cases: list[tuple[str, Work, Work]] = [
-        ("h-bridge set_velocity against Motor.value", _commands(motor), _values(wheel)),
-        ("h-bridge set_velocity against Motor.forward", _commands(motor), _forwards(wheel)),
-        ("h-bridge stop against Motor.stop", _calls(motor.stop), _calls(wheel.stop)),
-        ("quadrature edge against RotaryEncoder's", _edges(pins), _edges(theirs)),
-        ("quadrature read against RotaryEncoder.steps", _reads(encoder, clock), _steps(knob)),
+        ("h-bridge set_velocity against Motor.value", _make_commands(motor), _make_values(wheel)),
+        ("h-bridge set_velocity against Motor.forward", _make_commands(motor), _make_forwards(wheel)),
+        ("h-bridge stop against Motor.stop", _make_calls(motor.stop), _make_calls(wheel.stop)),
+        ("quadrature edge against RotaryEncoder's", _make_edges(pins), _make_edges(theirs)),
+        ("quadrature read against RotaryEncoder.steps", _make_reads(encoder, clock), _make_steps(knob)),
     ]
     rows, are_bound = [], []
     for name, our, other in cases:
         spent: tuple[list[float], list[float]] = ([], [])
         median, low, high = paired_ratios(
-            _timed(our, asked.calls, spent[0]), _timed(other, asked.calls, spent[1]), asked.pairs
+            _make_timer(our, options.calls, spent[0]), _make_timer(other, options.calls, spent[1]), options.pairs
         )
         rows.append((name, f"{min(spent[0]):.2f}", f"{min(spent[1]):.2f}", f"{median:.2f}", f"{low:.2f} to {high:.2f}"))
         are_bound.append(median <= BOUND)
@@ -61,12 +61,12 @@ def main() -> int:
     return int(not all(are_bound[:-1]))
 
 
-def _ours() -> tuple[OurMotor, Encoder, SteppedClock, MockFactory]:
-    """Return the rover's left motor and encoder, opened by our drivers."""
+def _open_devices() -> tuple[OurMotor, Encoder, SteppedClock, MockFactory]:
+    """Open the rover's left motor and encoder with robotcore's drivers."""
     robot, pins, opened = load_robot("rover"), MockFactory(pin_class=MockPWMPin), dict[str, Device]()
     section = {name: robot.backends["raspberrypi"][name] for name in ("left_motor", "left_encoder")}
     robot = robot.model_copy(update={"backends": {"raspberrypi": section}})
-    clock = SteppedClock(20.0, lambda _steps: None)
+    clock = SteppedClock(20.0, lambda _make_steps: None)
     open_devices(bind_devices(robot, "raspberrypi", section), Host(robot, clock, pins, opened), opened)
     motor, encoder = opened["left_motor"], opened["left_encoder"]
     assert isinstance(motor, OurMotor)
@@ -74,8 +74,8 @@ def _ours() -> tuple[OurMotor, Encoder, SteppedClock, MockFactory]:
     return motor, encoder, clock, pins
 
 
-def _timed(work: Work, calls: int, spent: list[float]) -> Callable[[], float]:
-    """Return what takes the microseconds of a call, and notes them."""
+def _make_timer(work: Work, calls: int, spent: list[float]) -> Callable[[], float]:
+    """Return a function that measures the microseconds of a call, and appends them to ``spent``."""
 
     def once() -> float:
         start = perf_counter()
@@ -86,7 +86,7 @@ def _timed(work: Work, calls: int, spent: list[float]) -> Callable[[], float]:
     return once
 
 
-def _commands(motor: OurMotor) -> Work:
+def _make_commands(motor: OurMotor) -> Work:
     def work(calls: int) -> None:
         for _ in range(calls // 2):
             motor.set_velocity(FASTER)
@@ -95,7 +95,7 @@ def _commands(motor: OurMotor) -> Work:
     return work
 
 
-def _values(motor: Motor) -> Work:
+def _make_values(motor: Motor) -> Work:
     def work(calls: int) -> None:
         for _ in range(calls // 2):
             motor.value = 0.61
@@ -104,7 +104,7 @@ def _values(motor: Motor) -> Work:
     return work
 
 
-def _forwards(motor: Motor) -> Work:
+def _make_forwards(motor: Motor) -> Work:
     def work(calls: int) -> None:
         for _ in range(calls // 2):
             motor.forward(0.61)
@@ -113,7 +113,7 @@ def _forwards(motor: Motor) -> Work:
     return work
 
 
-def _calls(call: Callable[[], object]) -> Work:
+def _make_calls(call: Callable[[], object]) -> Work:
     def work(calls: int) -> None:
         for _ in range(calls):
             call()
@@ -121,7 +121,7 @@ def _calls(call: Callable[[], object]) -> Work:
     return work
 
 
-def _edges(pins: MockFactory) -> Work:
+def _make_edges(pins: MockFactory) -> Work:
     a, b = pins.pin(5), pins.pin(6)
 
     def work(calls: int) -> None:
@@ -134,7 +134,7 @@ def _edges(pins: MockFactory) -> Work:
     return work
 
 
-def _reads(encoder: Encoder, clock: SteppedClock) -> Work:
+def _make_reads(encoder: Encoder, clock: SteppedClock) -> Work:
     def work(calls: int) -> None:
         for _ in range(calls):
             encoder.read()
@@ -143,7 +143,7 @@ def _reads(encoder: Encoder, clock: SteppedClock) -> Work:
     return work
 
 
-def _steps(encoder: RotaryEncoder) -> Work:
+def _make_steps(encoder: RotaryEncoder) -> Work:
     def work(calls: int) -> None:
         for _ in range(calls):
             encoder.steps  # noqa: B018  what is timed

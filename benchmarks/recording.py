@@ -1,11 +1,11 @@
-"""What a recording costs a loop, and what a process that is killed leaves of it.
+"""Measure what a recording costs a loop, and how much of it a killed process loses.
 
     python -m benchmarks.recording
 
-A robot with a camera of 320 × 240 at 20 Hz looks for a ball. From the moment that its step begins until the tick is
-noted, recorder included, once with a recording and once without: in pairs, in turn, at real time. Then whole searches
-as fast as the machine goes. Then processes that record are killed (SIGKILL) at moments that a seed draws: what of the
-time until then is in the file. Exit status 1 where a bound is broken.
+A robot with a camera of 320 × 240 searches for a ball at 20 Hz in real time. Each tick is timed from the begin of its
+step until the observers end, with a recording and without, in pairs. Then whole searches run at full speed. Then
+recording processes are killed (SIGKILL) at random moments, and the time that the file lacks is measured. The exit
+status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -38,10 +38,7 @@ KILLED = "tests.robotcore.recording.recording_run"
 
 @dataclass
 class Stopwatch:
-    """An observer, the last one: how long each tick took from one sleep to the next, and of that the thread's own work.
-
-    Both in ms.
-    """
+    """The last observer. It measures each tick in ms: its wall time from the step on, and the thread's own time."""
 
     def begin(self, run: Run) -> None:
         self.ticks: list[tuple[float, float]] = []
@@ -61,7 +58,7 @@ class Stopwatch:
 
 
 class Cost(NamedTuple):
-    """What a pair of runs tells, as medians over its ticks in ms: without a recording, and how much more with one."""
+    """The cost of a recording in a pair of runs, as medians over the ticks in ms."""
 
     bare: float
     more: float
@@ -69,29 +66,29 @@ class Cost(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """How long a tick with a recording is, in ticks without one."""
+        """The ratio of a tick with a recording to a tick without."""
         return 1 + self.more / self.bare
 
 
 def main() -> int:
-    """Measure all three and print them."""
+    """Measure and print all three."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=at_least_one, default=16)
     parser.add_argument("--kills", type=at_least_one, default=50)
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     print(machine())
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "run.mcap"
-        ratio = _tell_cost(file, asked.pairs)
-        lost_s = _tell_kills(file, asked.kills, random.Random(asked.seed))
+        ratio = _print_cost(file, options.pairs)
+        lost_s = _print_kills(file, options.kills, random.Random(options.seed))
     return int(ratio > COST_BOUND or lost_s > LOST_BOUND_S)
 
 
-def _tell_cost(file: Path, pairs: int) -> float:
-    """Print what a recording costs; return how long a tick is with one, in ticks without one."""
-    costs = [_cost(file, pair) for pair in range(pairs)]
-    ratio = paired_ratios(lambda: _search_s(file), lambda: _search_s(None), pairs)
+def _print_cost(file: Path, pairs: int) -> float:
+    """Print the cost of a recording; return the ratio of a tick with one to a tick without."""
+    costs = [_compare_pair(file, pair) for pair in range(pairs)]
+    ratio = paired_ratios(lambda: _time_search_s(file), lambda: _time_search_s(None), pairs)
     size = file.stat().st_size
     rows = [
         ("a tick without a recording, ms", *_format_cells([cost.bare for cost in costs]), ""),
@@ -99,28 +96,28 @@ def _tell_cost(file: Path, pairs: int) -> float:
         ("a tick with one ÷ a tick without", *_format_cells([cost.ratio for cost in costs]), f"≤ {COST_BOUND:g}"),
         ("of that the control thread's own work, ms", *_format_cells([cost.more_work for cost in costs]), ""),
         ("a whole simulated search, with ÷ without", f"{ratio[0]:.3f}", f"{ratio[1]:.3f} to {ratio[2]:.3f}", ""),
-        ("the file of that search, KB a simulated second", f"{size / 1e3 / _simulated_s(file):.0f}", "", ""),
+        ("the file of that search, KB a simulated second", f"{size / 1e3 / _read_duration_s(file):.0f}", "", ""),
     ]
     print_table((f"recording, {pairs} pairs", "median", "95 % interval of it", "bound"), rows)
     return statistics.median(cost.ratio for cost in costs)
 
 
-def _cost(file: Path, pair: int) -> Cost:
-    """Run the same twice, each time first what came second the last time; each tick is held to its like."""
+def _compare_pair(file: Path, pair: int) -> Cost:
+    """Run with and without a recording, and compare the same ticks. The order alternates."""
     order = (file, None) if pair % 2 else (None, file)
-    ticks = {where: _ticks_ms(where) for where in order}
+    ticks = {where: _time_ticks_ms(where) for where in order}
     pairs = list(zip(ticks[None], ticks[file], strict=True))
     more = (statistics.median(with_it[of] - bare[of] for bare, with_it in pairs) for of in (0, 1))
     return Cost(statistics.median(wall for wall, _ in ticks[None]), *more)
 
 
-def _ticks_ms(file: Path | None) -> list[tuple[float, float]]:
+def _time_ticks_ms(file: Path | None) -> list[tuple[float, float]]:
     watch = Stopwatch()
     _run(file, RunRequest("green-search", world="clutter", seed=1, timeout_s=WATCHED_S, realtime=True), watch)
     return watch.ticks[5:]
 
 
-def _search_s(file: Path | None) -> float:
+def _time_search_s(file: Path | None) -> float:
     start = perf_counter()
     _run(file, RunRequest("green-search", world="clutter", seed=1))
     return perf_counter() - start
@@ -132,7 +129,7 @@ def _run(file: Path | None, request: RunRequest, *watching: Stopwatch) -> None:
     assert recorder is None or recorder.failure is None
 
 
-def _simulated_s(file: Path) -> float:
+def _read_duration_s(file: Path) -> float:
     return read(file).ticks[-1].time
 
 
@@ -141,9 +138,9 @@ def _format_cells(values: list[float]) -> tuple[str, str]:
     return f"{median:.3f}", f"{low:.3f} to {high:.3f}"
 
 
-def _tell_kills(file: Path, kills: int, moments: random.Random) -> float:
-    """Print what killed processes left; return the most that was missing, in seconds."""
-    missing = list(_missing_s(file, kills, moments))
+def _print_kills(file: Path, kills: int, moments: random.Random) -> float:
+    """Print what killed processes lost; return the largest loss in seconds."""
+    missing = list(_measure_missing_s(file, kills, moments))
     opened = [each for each in missing if each is not None]
     rows = [
         (
@@ -158,9 +155,9 @@ def _tell_kills(file: Path, kills: int, moments: random.Random) -> float:
     return max(opened) if len(opened) == kills else float("inf")
 
 
-def _missing_s(file: Path, kills: int, moments: random.Random) -> Iterator[float | None]:
+def _measure_missing_s(file: Path, kills: int, moments: random.Random) -> Iterator[float | None]:
     for _ in range(kills):
-        last = _killed_at(file, moments.uniform(0.5, 3.0))
+        last = _kill_recording(file, moments.uniform(0.5, 3.0))
         try:
             recording = read(file)
         except RecordingError:
@@ -171,8 +168,8 @@ def _missing_s(file: Path, kills: int, moments: random.Random) -> Iterator[float
             yield last - (ticks[-1].time if ticks else 0.0)
 
 
-def _killed_at(file: Path, moment: float) -> float:
-    """Kill a process that has recorded for so long; return the time of its last tick."""
+def _kill_recording(file: Path, moment: float) -> float:
+    """Kill a process after ``moment`` seconds of recording; return the time of its last tick."""
     command = [sys.executable, "-m", KILLED, str(file)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:  # noqa: S603  our own
         assert process.stdout

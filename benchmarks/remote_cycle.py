@@ -1,13 +1,13 @@
-"""What a cycle of a robot costs over the remote APIs, against the same by hand, and a picture over the legacy one.
+"""Measure the cost of a robot's cycle over the remote APIs, and of a picture over the legacy API.
 
     python -m benchmarks.remote_cycle
     python -m benchmarks.remote_cycle --coppeliasim 127.0.0.1:23000
 
-A cycle is two motors, a time step, a range and a picture of 320 × 240: once by the backend's devices, once by plain
-calls of CoppeliaSim's own client, or by messages of the legacy API one by one. Both are measured in turn on the same
-server: the tests' doubles, each a process, unless real ones are named (one with an empty scene, and for V-REP one with
-the rover's objects). Round trips are counted on the line, and what is asked in them is compared. Exit status 1 where a
-bound is broken; that of a picture is for the double.
+A cycle has two motor commands, a time step, a range and a picture of 320 × 240. The devices of the backend are compared
+with plain calls of CoppeliaSim's own client, or with single messages of the legacy API. Both use the same server in
+turn: a test double in its own process, or the real server of the options. A real CoppeliaSim needs an empty scene, a
+real V-REP one with the rover's objects. The benchmark counts the round trips, and compares their requests. The exit
+status is 1 if a bound is broken. The bound of a picture is for the double.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ import cv2
 
 from benchmarks.pairs import median_with_interval, paired_ratios
 from benchmarks.remote.by_hand import plain_calls, raw_messages
-from benchmarks.remote.cycles import DEVICES, Cycle, blocking_pictures, framed, stepped_pictures
+from benchmarks.remote.cycles import DEVICES, Cycle, blocking_pictures, open_backend_cycle, stepped_pictures
 from benchmarks.remote.doubles import Double
 from benchmarks.remote.line import Line, calls_in, messages_in
 from benchmarks.report import at_least_one, machine, print_table
@@ -65,20 +65,22 @@ def main() -> int:
     """Measure both APIs, or those whose real servers are named, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=at_least_one, default=20)
-    parser.add_argument("--cycles", type=at_least_one, default=50, help="in each half of a pair, whose median counts")
-    parser.add_argument("--apis", default="coppeliasim,vrep", help="whose doubles are measured")
+    parser.add_argument("--cycles", type=at_least_one, default=50, help="cycles in a half of a pair")
+    parser.add_argument("--apis", default="coppeliasim,vrep", help="the APIs whose doubles are measured")
     for api in APIS:
         parser.add_argument(f"--{api.backend}", metavar="HOST:PORT", type=_server, help="a real server")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     cv2.setNumThreads(1)
-    named = {api.backend: server for api in APIS if (server := getattr(asked, api.backend))}
+    named = {api.backend: server for api in APIS if (server := getattr(options, api.backend))}
     with ExitStack() as stack:
-        servers = named or {api.backend: _doubled(api, stack) for api in APIS if api.backend in asked.apis.split(",")}
+        servers = named or {
+            api.backend: _start_double(api, stack) for api in APIS if api.backend in options.apis.split(",")
+        }
         print(machine())
         apis = [api for api in APIS if api.backend in servers]
-        results = [_compared(api, servers[api.backend], asked.pairs, asked.cycles) for api in apis]
+        results = [_compare_cycles(api, servers[api.backend], options.pairs, options.cycles) for api in apis]
         if "vrep" in servers:
-            results.append(_pictured(servers["vrep"], asked.pairs, asked.cycles, is_double=not named))
+            results.append(_compare_pictures(servers["vrep"], options.pairs, options.cycles, is_double=not named))
     return int(not all(results))
 
 
@@ -87,7 +89,7 @@ def _server(text: str) -> Server:
     return Server(host, int(port))
 
 
-def _doubled(api: Api, stack: ExitStack) -> Server:
+def _start_double(api: Api, stack: ExitStack) -> Server:
     double = stack.enter_context(Double(api.robot, seed=SEED))
     return Server("127.0.0.1", double.legacy_port if api.robot else double.zmq_port)
 
@@ -98,26 +100,28 @@ def _setup(server: Server) -> Setup:
     return Setup(robot, world, frozenset(DEVICES), RATE_HZ, SEED, options=server._asdict())
 
 
-def _compared(api: Api, server: Server, pairs: int, cycles: int) -> bool:
-    """Print what a cycle takes both ways; return whether that is within the bound, and the same was asked."""
-    ways: tuple[Way, Way] = partial(framed, api.backend), api.by_hand
-    asked = [_asked(way, api, server) for way in ways]
+def _compare_cycles(api: Api, server: Server, pairs: int, cycles: int) -> bool:
+    """Print the times of both ways; return whether the ratio meets the bound, and the requests are equal."""
+    ways: tuple[Way, Way] = partial(open_backend_cycle, api.backend), api.by_hand
+    requests = [_list_requests(way, api, server) for way in ways]
     times: tuple[list[float], list[float]] = ([], [])
-    first, second = (partial(_timed, way, server, cycles, noted) for way, noted in zip(ways, times, strict=True))
+    first, second = (partial(_time_cycles, way, server, cycles, noted) for way, noted in zip(ways, times, strict=True))
     ratio, low, high = paired_ratios(first, second, pairs)
     names = f"{api.backend}, the robot's devices", "by hand"
-    rows = [(name, str(len(words)), *_ms(noted)) for name, words, noted in zip(names, asked, times, strict=True)]
+    rows = [
+        (name, str(len(each)), *_format_ms(noted)) for name, each, noted in zip(names, requests, times, strict=True)
+    ]
     print()
     print_table((f"a cycle, {pairs} × {cycles}", "round trips", "ms, median", "95 % interval"), rows)
     print(f"\nratio {ratio:.3f}, 95 % interval {low:.3f} to {high:.3f}, bound {RATIO_BOUND:g}")
-    print("asked: " + " | ".join(asked[0]))
-    if asked[0] != asked[1]:
-        print("by hand: " + " | ".join(asked[1]))
-    return ratio <= RATIO_BOUND and asked[0] == asked[1]
+    print("requests: " + " | ".join(requests[0]))
+    if requests[0] != requests[1]:
+        print("by hand: " + " | ".join(requests[1]))
+    return ratio <= RATIO_BOUND and requests[0] == requests[1]
 
 
-def _asked(way: Way, api: Api, server: Server) -> list[str]:
-    """Return what is asked in one cycle, a request each."""
+def _list_requests(way: Way, api: Api, server: Server) -> list[str]:
+    """Return the requests of one cycle."""
     with Line(*server, api.words) as line, way(_setup(Server("127.0.0.1", line.port))) as cycle:
         for _ in range(WARMING):
             cycle()
@@ -126,15 +130,15 @@ def _asked(way: Way, api: Api, server: Server) -> list[str]:
         return line.requests[before:]
 
 
-def _timed(way: Way, server: Server, cycles: int, noted: list[float]) -> float:
-    """Return how long a cycle takes, in seconds, the median of many in a row; note each."""
-    times = _each(way, server, cycles)
+def _time_cycles(way: Way, server: Server, cycles: int, noted: list[float]) -> float:
+    """Return the median time of cycles in a row, in seconds; append each to ``noted``."""
+    times = _time_each(way, server, cycles)
     noted += times
     return statistics.median(times)
 
 
-def _pictured(server: Server, pairs: int, cycles: int, *, is_double: bool) -> bool:
-    """Print how long pictures take, in turn with whole cycles by hand; return whether that is within the bound."""
+def _compare_pictures(server: Server, pairs: int, cycles: int, *, is_double: bool) -> bool:
+    """Print the times of pictures, in turn with cycles by hand; return whether they meet the bound."""
     ways: dict[str, Way] = {
         "simxGetVisionSensorImage, blocking": blocking_pictures,
         "a time step, and our camera": stepped_pictures,
@@ -143,21 +147,21 @@ def _pictured(server: Server, pairs: int, cycles: int, *, is_double: bool) -> bo
     for name, way in ways.items():
         times, by_hand = list[float](), list[float]()
         first, second = (
-            partial(_timed, way, server, cycles, times),
-            partial(_timed, raw_messages, server, cycles, by_hand),
+            partial(_time_cycles, way, server, cycles, times),
+            partial(_time_cycles, raw_messages, server, cycles, by_hand),
         )
         ratio, low, high = paired_ratios(first, second, pairs)
         is_soon &= ratio <= PICTURE_BOUND
         bound = f"{PICTURE_BOUND:g}" if is_double else ""
-        rows.append((name, *_ms(times), f"{ratio:.2f}", f"{low:.2f} to {high:.2f}", bound))
+        rows.append((name, *_format_ms(times), f"{ratio:.2f}", f"{low:.2f} to {high:.2f}", bound))
     print()
     columns = ("ms, median", "95 % interval", "in cycles by hand", "95 % interval", "bound")
     print_table((f"a picture over the legacy API, {pairs} × {cycles}", *columns), rows)
     return is_soon or not is_double
 
 
-def _each(way: Way, server: Server, count: int) -> list[float]:
-    """Return how long each of so many cycles took, in seconds."""
+def _time_each(way: Way, server: Server, count: int) -> list[float]:
+    """Return the time of each of ``count`` cycles, in seconds."""
     times = []
     with way(_setup(server)) as cycle:
         for _ in range(WARMING):
@@ -169,7 +173,7 @@ def _each(way: Way, server: Server, count: int) -> list[float]:
     return times
 
 
-def _ms(times: list[float]) -> tuple[str, str]:
+def _format_ms(times: list[float]) -> tuple[str, str]:
     median, low, high = (1e3 * time for time in median_with_interval(times))
     return f"{median:.2f}", f"{low:.2f} to {high:.2f}"
 

@@ -1,11 +1,11 @@
-"""Whether an app whose simulator dies ends with a named error, soon, and whether the next one runs.
+"""Check that an app whose simulator dies ends soon with a named error, and that the next run works.
 
     python -m benchmarks.remote_deaths --trials 50
 
-Each trial is a run of the command line, in a process of its own, in a double of a CoppeliaSim, over either remote API.
-At a random moment while it drives, in real time or as fast as it can, the double is killed (SIGKILL), hangs (SIGSTOP),
-or is killed and started again at once. The time is that from there to the end of the process. Then the same is run
-again, on the same port: in a new double, or in the one that hung, which goes on. Exit status 1 where a bound is broken.
+Each trial runs the command line in its own process, in a double of CoppeliaSim, over either remote API. The app drives
+in real time or at full speed. At a random moment the double is killed (SIGKILL), hangs (SIGSTOP), or is killed and
+started again at once. The time is from there to the end of the process. Then the same command runs again on the same
+port, in a new double, or in the one that hung and continues. The exit status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ APP = Path(__file__).parent / "remote" / "driving.py"
 
 
 class Way(NamedTuple):
-    """How a double ends, and what has to be done so that there is one again."""
+    """A way to end a double, and the way to restore it."""
 
     strike: Callable[[Double], None]
     restore: Callable[[Double], None]
 
 
-class Ended(NamedTuple):
-    """A trial: the exit status (None: it hung) and the time to it, what was said, and the fault of the next run."""
+class TrialResult(NamedTuple):
+    """The result of a trial: its exit status (None: it hung), the delay, its output, and the fault of the next run."""
 
     status: int | None
     delay_s: float
-    said: str
+    output: str
     reason: str
     next_fault: str
 
@@ -58,20 +58,20 @@ class Ended(NamedTuple):
         return (
             self.status == FAILED
             and self.delay_s <= NAMED_BOUND_S
-            and "Traceback" not in self.said
+            and "Traceback" not in self.output
             and self.reason != ""
         )
 
 
 def main() -> int:
-    """Make the trials, and print what came of them."""
+    """Execute the trials, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=at_least_one, default=50, help="over each API")
     parser.add_argument("--apis", default="coppeliasim,vrep")
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     print(machine(), flush=True)
-    ended = {api: _struck(api, asked.trials, Random(asked.seed)) for api in asked.apis.split(",")}
+    ended = {api: _run_trials(api, options.trials, Random(options.seed)) for api in options.apis.split(",")}
     columns = (
         "server",
         f"named within {NAMED_BOUND_S:g} s",
@@ -81,43 +81,44 @@ def main() -> int:
         "next run works",
     )
     print_table(
-        columns, [_row(f"{api}, {way}", each) for api, ways in ended.items() for way, each in ways.items() if each]
+        columns,
+        [_build_row(f"{api}, {way}", each) for api, ways in ended.items() for way, each in ways.items() if each],
     )
     results = [result for ways in ended.values() for each in ways.values() for result in each]
-    for lines in sorted({_kind_of(result.reason) for result in results}):
-        print(f"said: {lines}")
+    for lines in sorted({_simplify_reason(result.reason) for result in results}):
+        print(f"reason: {lines}")
     return int(not all(result.is_named and not result.next_fault for result in results))
 
 
-def _struck(api: str, trials: int, random: Random) -> dict[str, list[Ended]]:
-    """Return the trials over an API, by how the double ended."""
-    ended: dict[str, list[Ended]] = {name: [] for name in WAYS}
+def _run_trials(api: str, trials: int, random: Random) -> dict[str, list[TrialResult]]:
+    """Return the results of the trials over an API, by the way in which the double ended."""
+    ended: dict[str, list[TrialResult]] = {name: [] for name in WAYS}
     with Double("rover" if api == "vrep" else None, seed=1) as double:
         for index in range(trials):
             name = list(WAYS)[index % len(WAYS)]
-            ended[name].append(result := _trial(api, double, WAYS[name], random))
+            ended[name].append(result := _run_trial(api, double, WAYS[name], random))
             if not result.is_named or result.next_fault:
                 print(f"failing: {api}, {name}, trial {index}: {result}", flush=True)
     return ended
 
 
-def _trial(api: str, double: Double, way: Way, random: Random) -> Ended:
-    with _running(api, double, 60.0, is_paced=random.random() < 0.5) as process:
+def _run_trial(api: str, double: Double, way: Way, random: Random) -> TrialResult:
+    with _start_run(api, double, 60.0, is_paced=random.random() < 0.5) as process:
         assert process.stderr
         lines = process.stderr.readline()
         sleep(random.uniform(0.0, MOMENTS_S))
         if lines.strip() != BEGUN or process.poll() is not None:
-            return Ended(process.poll(), 0.0, lines + process.communicate()[1], "", "not tried")
+            return TrialResult(process.poll(), 0.0, lines + process.communicate()[1], "", "not tried")
         event = monotonic()
         way.strike(double)
-        status = _status(process)
+        status = _await_status(process)
         delay = monotonic() - event
-        answer, said = process.communicate()
+        answer, output = process.communicate()
     way.restore(double)
-    return Ended(status, delay, said, _reason(answer), _next_fault(api, double))
+    return TrialResult(status, delay, output, _read_reason(answer), _find_next_fault(api, double))
 
 
-def _running(api: str, double: Double, duration_s: float, *, is_paced: bool) -> Popen[str]:
+def _start_run(api: str, double: Double, duration_s: float, *, is_paced: bool) -> Popen[str]:
     port = double.legacy_port if api == "vrep" else double.zmq_port
     where = ["--backend", api, "--port", str(port), "--world", "arena", "--seed", "1"]
     pace = ["--realtime"] if is_paced else []
@@ -125,15 +126,15 @@ def _running(api: str, double: Double, duration_s: float, *, is_paced: bool) -> 
     return Popen([*run, *where, *pace], stdin=DEVNULL, stdout=PIPE, stderr=PIPE, text=True, cwd=ROOT)  # noqa: S603  our own
 
 
-def _next_fault(api: str, double: Double) -> str:
-    """Run again; return what went wrong, if anything did."""
-    with _running(api, double, 0.5, is_paced=False) as process:
-        status = _status(process)
-        answer, said = process.communicate()
-    return "" if status == 0 else f"{status}: {_reason(answer) or said}"
+def _find_next_fault(api: str, double: Double) -> str:
+    """Run again; return the fault, empty if there is none."""
+    with _start_run(api, double, 0.5, is_paced=False) as process:
+        status = _await_status(process)
+        answer, output = process.communicate()
+    return "" if status == 0 else f"{status}: {_read_reason(answer) or output}"
 
 
-def _status(process: Popen[str]) -> int | None:
+def _await_status(process: Popen[str]) -> int | None:
     try:
         return process.wait(HANG_S)
     except TimeoutExpired:
@@ -141,19 +142,19 @@ def _status(process: Popen[str]) -> int | None:
         return None
 
 
-def _reason(answer: str) -> str:
+def _read_reason(answer: str) -> str:
     with suppress(ValueError):
         return str(json.loads(answer)["reason"])
     return ""
 
 
-def _kind_of(reason: str) -> str:
-    """Return what was said without the call, the port, and what could not be closed either."""
+def _simplify_reason(reason: str) -> str:
+    """Return a reason without its calls, ports and secondary errors."""
     line = reason.partition("; closing ")[0].partition("\n")[0]
     return re.sub(r"sim\.\w+", "sim.…", re.sub(r":\d{4,5}\b", ":…", line))
 
 
-def _row(name: str, ended: list[Ended]) -> tuple[str, ...]:
+def _build_row(name: str, ended: list[TrialResult]) -> tuple[str, ...]:
     delays = [each.delay_s for each in ended]
     return (
         name,

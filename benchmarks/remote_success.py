@@ -1,10 +1,11 @@
-"""Whether the app finds the ball through a server's remote API as it does in the simulator behind it.
+"""Compare green-search over the servers' remote APIs with green-search in the kinematic simulator.
 
     python -m benchmarks.remote_success --seeds 1-50
 
-Every seed is run in the built-in simulator; in CoppeliaSim's double, one for all seeds, where the scene is built by
-calls; and in V-REP's, one for each seed, whose scene has the robot and the world. Each double is a process. With
-`--coppeliasim HOST:PORT`, scenes are built there instead. Exit status 1 where a bound is broken.
+Every seed runs in the kinematic simulator, in a double of CoppeliaSim, and in a double of V-REP. One CoppeliaSim serves
+all seeds, and calls build its scenes. Each seed has its own V-REP, whose scene has the robot and the world. Each double
+is a process. With `--coppeliasim HOST:PORT`, a real server builds the scenes. The
+exit status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -33,47 +34,51 @@ REFERENCE = "kinematic"
 
 
 def main() -> int:
-    """Run the seeds, print what came of them."""
+    """Run the seeds, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1-50")
     parser.add_argument("--world", default="arena")
     parser.add_argument("--backends", default="coppeliasim,vrep")
     parser.add_argument("--coppeliasim", metavar="HOST:PORT", help="a real server with an empty scene")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     cv2.setNumThreads(1)
-    seeds = parse_seeds(asked.seeds)
+    seeds = parse_seeds(options.seeds)
     print(machine(), flush=True)
-    records = [_record(REFERENCE, asked.world, seed) for seed in seeds]
-    for backend in asked.backends.split(","):
-        runs = _joined(asked.world, seeds) if backend == "vrep" else _built(asked.world, seeds, asked.coppeliasim)
+    records = [_run_seed(REFERENCE, options.world, seed) for seed in seeds]
+    for backend in options.backends.split(","):
+        runs = (
+            _run_in_joined_scenes(options.world, seeds)
+            if backend == "vrep"
+            else _run_in_built_scenes(options.world, seeds, options.coppeliasim)
+        )
         records += runs
     groups = group_records(records)
-    print_table(("backend", "verified", "contacts", "median", "slowest"), map(_row, groups))
+    print_table(("backend", "verified", "contacts", "median", "slowest"), map(_build_row, groups))
     is_alike = _is_alike(records)
     return int(not (is_alike and all((group.verified_share or 0.0) >= VERIFIED for group in groups)))
 
 
-def _record(backend: str, world: str, seed: int, **options: object) -> Record:
+def _run_seed(backend: str, world: str, seed: int, **options: object) -> Record:
     return perform(RunRequest("green-search", backend, world=world, seed=seed, options=options)).record
 
 
-def _built(world: str, seeds: tuple[int, ...], server: str | None) -> Iterator[Record]:
-    """Yield the runs in scenes that are built, one after the other, in one simulator."""
+def _run_in_built_scenes(world: str, seeds: tuple[int, ...], server: str | None) -> Iterator[Record]:
+    """Yield the runs in one simulator whose scenes are built by calls."""
     with ExitStack() as stack:
         host, _, port = server.rpartition(":") if server else ("127.0.0.1", "", stack.enter_context(Double()).zmq_port)
         for seed in seeds:
-            yield _with_command(_record("coppeliasim", world, seed, host=host, port=int(port)), "")
+            yield _report_failure(_run_seed("coppeliasim", world, seed, host=host, port=int(port)), "")
 
 
-def _joined(world: str, seeds: tuple[int, ...]) -> Iterator[Record]:
-    """Yield the runs in scenes that have the robot, each in a simulator of its own."""
+def _run_in_joined_scenes(world: str, seeds: tuple[int, ...]) -> Iterator[Record]:
+    """Yield the runs in simulators whose scenes have the robot, one for each run."""
     for seed in seeds:
         with Double("rover", world, seed) as double:
-            yield _with_command(_record("vrep", world, seed, port=double.legacy_port), double.command)
+            yield _report_failure(_run_seed("vrep", world, seed, port=double.legacy_port), double.command)
 
 
-def _with_command(record: Record, beside: str) -> Record:
-    """Return a record; of a failing one, print how it is run again, ``beside`` what."""
+def _report_failure(record: Record, beside: str) -> Record:
+    """Return a record. If it failed, print the command that repeats it, and the server's command ``beside``."""
     if record.is_failure:
         print(
             f"failing: {record.command}  # {format_failure(record)}",
@@ -83,7 +88,7 @@ def _with_command(record: Record, beside: str) -> Record:
     return record
 
 
-def _row(group: Group) -> tuple[str, ...]:
+def _build_row(group: Group) -> tuple[str, ...]:
     return (
         group.backend,
         f"{group.verified}/{group.runs}",
@@ -94,7 +99,7 @@ def _row(group: Group) -> tuple[str, ...]:
 
 
 def _is_alike(records: list[Record]) -> bool:
-    """Print on how many seeds the milestones are as in the built-in simulator, and return whether these are enough."""
+    """Print the number of seeds with the milestones of the built-in simulator; return whether they meet the bound."""
     is_alike = True
     for agreement in compare_backends(records):
         if agreement.first == REFERENCE:

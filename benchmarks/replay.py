@@ -1,9 +1,9 @@
-"""Whether recorded runs are replayed to the bit, whatever they ran on and however they ended.
+"""Check that recorded runs are replayed bit for bit, on each backend and with each kind of ending.
 
     python -m benchmarks.replay --runs 100 --seed 1
 
-Each run is drawn from the seed: app, backend, world, faults, what disturbs it. It is recorded to a file, read back, and
-replayed. Every deviation is told with the run that it is of. Exit status 1 where one run is not equal.
+Each run is drawn from the seed: its app, backend, world, faults and disturbance. It is recorded to a file, read back,
+and replayed. The benchmark prints each deviation with its run. The exit status is 1 if a replay differs.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ DISTURBANCES = (EmergencyStop, EmergencyStopInTick, SignalBetween, SignalInTick)
 
 @dataclass(frozen=True)
 class Case:
-    """A run that was recorded and replayed; times in seconds."""
+    """A run that was recorded and replayed, with both times in seconds."""
 
     request: RunRequest
     replayed: ReplayResult
@@ -62,7 +62,7 @@ class Case:
 
     @property
     def ending(self) -> str:
-        """How it ended, and by what."""
+        """The outcome, and the class of the error."""
         result = self.replayed.recording.result
         assert result, "a run that is recorded here is recorded to its end"
         last = self.replayed.recording.ticks[-1].error
@@ -74,18 +74,18 @@ class Case:
 
 
 def main() -> int:
-    """Record and replay every run, and print how many were equal."""
+    """Record and replay every run, and print the number of equal ones."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=at_least_one, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--backends", default="kinematic,pybullet")
-    asked = parser.parse_args()
-    draw = random.Random(asked.seed)
+    options = parser.parse_args()
+    draw = random.Random(options.seed)
     with TemporaryDirectory() as folder:
         file = Path(folder) / "run.mcap"
-        cases = [_case(*_drawn(draw, asked.backends.split(",")), file) for _ in range(asked.runs)]
+        cases = [_run_case(*_draw_run(draw, options.backends.split(",")), file) for _ in range(options.runs)]
     print(machine())
-    print_table(("backend", "ended by", "runs", "faults", "interventions", "ticks", "bit-equal"), _rows(cases))
+    print_table(("backend", "ended by", "runs", "faults", "interventions", "ticks", "bit-equal"), _build_rows(cases))
     equal = sum(case.is_bit_equal for case in cases)
     pace = sum(case.recording_s for case in cases) / sum(case.replay_s for case in cases)
     print(f"{equal} of {len(cases)} bit-equal; a replay takes 1/{pace:.1f} of the time of its run")
@@ -95,7 +95,7 @@ def main() -> int:
     return int(equal != len(cases))
 
 
-def _drawn(draw: random.Random, backends: list[str]) -> tuple[RunRequest, Disturbance | None]:
+def _draw_run(draw: random.Random, backends: list[str]) -> tuple[RunRequest, Disturbance | None]:
     app = draw.choice(("green-search", "green-search", "avoid-obstacles", "mark-green", CLUMSY))
     backend, seed, timeout_s = draw.choice(backends), draw.randrange(1000), draw.uniform(4, 12)
     if app == "mark-green":
@@ -119,7 +119,7 @@ def _drawn(draw: random.Random, backends: list[str]) -> tuple[RunRequest, Distur
     return request, disturbance
 
 
-def _case(request: RunRequest, disturbance: Disturbance | None, file: Path) -> Case:
+def _run_case(request: RunRequest, disturbance: Disturbance | None, file: Path) -> Case:
     clock, recorder = MonotonicClock(), Recorder(file)
     others = [disturbance] if disturbance else []
     run(request, [recorder, *others], [*others, recorder.layer])
@@ -130,7 +130,7 @@ def _case(request: RunRequest, disturbance: Disturbance | None, file: Path) -> C
     return Case(request, replayed, recorded, clock.now() - recorded)
 
 
-def _rows(cases: list[Case]) -> Iterator[tuple[str, ...]]:
+def _build_rows(cases: list[Case]) -> Iterator[tuple[str, ...]]:
     groups: dict[tuple[str, str], list[Case]] = defaultdict(list)
     for case in cases:
         groups[case.request.backend, case.ending].append(case)

@@ -1,4 +1,4 @@
-"""What every benchmark prints: on which machine and when, by which command, and a table."""
+"""The output of every benchmark: the machine, the date, the command, and a table."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ def machine() -> str:
 
 
 def at_least_one(text: str) -> int:
-    """Return a size that was given on the command line; for argparse."""
+    """Return a size in a command-line option. For argparse."""
     if not (text.isdecimal() and (size := int(text))):
-        raise argparse.ArgumentTypeError(f"it is {text!r}; give a whole number from 1")
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from 1")
     return size
 
 
 def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    """Print a table in Markdown, ready for a page."""
+    """Print a table in Markdown."""
     cells = [list(columns), ["---"] * len(columns), *map(list, rows)]
     print("\n".join(f"| {' | '.join(row)} |" for row in cells))
 
 
 def _processor() -> str:
-    """Return the processor's own name where Linux tells it, else its kind."""
+    """Return the name and the number of the processors on Linux, else the kind of machine."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

@@ -1,12 +1,12 @@
-"""Whether a line is asked for more than it carries, and how old a command is when it has arrived.
+"""Measure how old commands are when they arrive over a serial line, and whether the line is overloaded.
 
     python -m benchmarks.serial_commands
 
-Numbered commands are told two hundred times a second, of the size that each board's have, into a line at that board's
-speed. A pty carries them, and its far end counts the time that the bytes would take on the wire. The age of a command
-is from when it was told until its last byte has left. For comparison stands how old the last one would be where each
-was written when it was told. On a busy machine the far end is late to listen, and finds several commands at once, which
-it takes to wait for each other. Exit status 1 where one waits longer than that explains, or comes after a newer one.
+Numbered commands of each board's size are set 200 times a second, for a line of that board's speed. A pty carries them,
+and its far end computes the time that the bytes would take on the wire. The age of a command is from its setting until
+its last byte has left. For comparison, the table has the age of the last command if each were written at once. On a
+busy machine the far end may read late, and then gets several commands at once. The exit status is 1 if a command waits
+longer than this delay explains, or arrives after a newer one.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ TIMES = ("age, median", "99 %", "most", "waited, most", "far end late, most", "a
 
 
 @dataclass(frozen=True)
-class Commanded:
-    """A board's line and what a command for both of its motors has in bytes."""
+class BoardLine:
+    """The line of a board, and the size in bytes of a command for both motors."""
 
     name: str
     baud: int
@@ -43,17 +43,17 @@ class Commanded:
 
 
 BOARDS = (
-    Commanded("sabertooth", 9600, 8),
-    Commanded("ros-arduino, summed", 57600, 12),
-    Commanded("waveshare", 115200, 52),
-    Commanded("hoverboard", 115200, 8),
-    Commanded("waveshare, were it slower", 9600, 52),
+    BoardLine("sabertooth", 9600, 8),
+    BoardLine("ros-arduino, summed", 57600, 12),
+    BoardLine("waveshare", 115200, 52),
+    BoardLine("hoverboard", 115200, 8),
+    BoardLine("waveshare, were it slower", 9600, 52),
 )
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Which commands were told when, what was heard of them, and how late the far end was to listen at most."""
+    """The times of the commands, the frames that arrived, and the longest delay of a read at the far end."""
 
     sent: list[float]
     heard: list[ReceivedFrame]
@@ -74,7 +74,7 @@ class Outcome:
 
 
 class Listener:
-    """The far end: hands what comes to a wire, and notes how late it was to listen at most."""
+    """The far end. It passes bytes to a wire, and stores the longest time between two reads."""
 
     def __init__(self, pty: Pty, wire: Wire, clock: MonotonicClock) -> None:
         self._pty, self._wire, self._clock = pty, wire, clock
@@ -91,22 +91,22 @@ def main() -> int:
     """Print a line for each board."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=10.0)
-    asked = parser.parse_args()
-    outcomes = [(board, _drive(board, asked.seconds)) for board in BOARDS]
+    options = parser.parse_args()
+    outcomes = [(board, _drive(board, options.seconds)) for board in BOARDS]
     print(machine())
     print_table(
         ("line", "told", "sent", "of what it carries", *TIMES),
-        [_row(board, outcome, asked.seconds) for board, outcome in outcomes],
+        [_build_row(board, outcome, options.seconds) for board, outcome in outcomes],
     )
-    print(f"told every {EVERY_S * 1000:g} ms for {asked.seconds:g} s; times in ms")
+    print(f"told every {EVERY_S * 1000:g} ms for {options.seconds:g} s; times in ms")
     return int(not all(_is_kept(board, outcome) for board, outcome in outcomes))
 
 
-def _is_kept(board: Commanded, outcome: Outcome) -> bool:
+def _is_kept(board: BoardLine, outcome: Outcome) -> bool:
     return outcome.is_in_order and outcome.waited_s <= outcome.latest_s + board.frame_s
 
 
-def _row(board: Commanded, outcome: Outcome, seconds: float) -> tuple[str, ...]:
+def _build_row(board: BoardLine, outcome: Outcome, seconds: float) -> tuple[str, ...]:
     ages = outcome.ages
     carried = len(outcome.heard) * board.frame_s / seconds
     piled_up = max(0.0, len(outcome.sent) * board.frame_s - seconds) + board.frame_s
@@ -116,7 +116,7 @@ def _row(board: Commanded, outcome: Outcome, seconds: float) -> tuple[str, ...]:
     return name, str(len(outcome.sent)), str(len(outcome.heard)), f"{carried:.0%}", *(f"{t * 1000:.1f}" for t in times)
 
 
-def _drive(board: Commanded, seconds: float) -> Outcome:
+def _drive(board: BoardLine, seconds: float) -> Outcome:
     clock, sent = MonotonicClock(), []
     wire, protocol = Wire(board.baud, board.size), NumberingProtocol(board.baud, board.size)
     with tempfile.TemporaryDirectory() as folder, Pty(Path(folder)) as pty:

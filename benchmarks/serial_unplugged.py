@@ -1,12 +1,12 @@
-"""Whether a board that is unplugged while it drives stands, and drives on when it is plugged in again.
+"""Check that a board that is unplugged while it drives stops, and drives again when it is plugged in.
 
     python -m benchmarks.serial_unplugged
 
-A run of an app that drives, in a process of its own as `robotcore run` starts it, on a double of each board at a
-pseudo-terminal, in real time. At random moments the port is taken away while the wheels turn: a stop is counted where
-the board's wheels were told to stand, by its own time-out, for nobody can tell it anything. Then, after a random while,
-the port is there again: a recovery is counted where the wheels turn as they are told, by the same run. The times are
-from the loss to the stop, and from the port to the first command that turns. Exit status 1 where one is missing.
+`robotcore run` drives a double of each board on a pseudo-terminal, in its own process and in real time. At random
+moments the port is removed while the wheels turn. A stop counts if the board's own time-out stops the wheels, because
+no command can reach it. After a random time the port comes back. A recovery counts if the same run turns the wheels
+again. The times are from the loss to the stop, and from the port's return to the first command that turns a wheel. The
+exit status is 1 if one is missing.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ from tests.doubles.serial.pty import Pty
 APP = Path(__file__).parent / "unplugged" / "on.py"
 LOOK_S = 0.002
 LONGEST_S = 20.0
-"""What has not happened by then does not happen."""
+"""The most seconds to wait for an event."""
 
 
 @dataclass
-class Seen:
-    """The seconds from each loss to its stop, and from each return to the first turn; how the run ended."""
+class UnplugResult:
+    """The seconds from each loss to its stop and from each return to the first turn, and the end of the run."""
 
     stops: list[float] = field(default_factory=list)
     recoveries: list[float] = field(default_factory=list)
@@ -44,42 +44,49 @@ class Seen:
 
 
 def main() -> int:
-    """Unplug every kind of board and print what came of it."""
+    """Unplug every kind of board, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--trials", type=at_least_one, default=50)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--board", choices=KINDS, action="append")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     rows, is_whole = [], True
-    for name in asked.board or KINDS:
-        seen = _unplugged(KINDS[name], asked.trials, Random(asked.seed))
+    for name in options.board or KINDS:
+        result = _unplug_board(KINDS[name], options.trials, Random(options.seed))
         rows.append(
-            (name, *_format_cells(seen.stops, asked.trials), *_format_cells(seen.recoveries, asked.trials), seen.ended)
+            (
+                name,
+                *_format_cells(result.stops, options.trials),
+                *_format_cells(result.recoveries, options.trials),
+                result.ended,
+            )
         )
-        is_whole &= len(seen.stops) == len(seen.recoveries) == asked.trials
+        is_whole &= len(result.stops) == len(result.recoveries) == options.trials
     print(machine())
     print_table(("board", "stops", "median", "worst", "recoveries", "median", "worst", "the run"), rows)
     return int(not is_whole)
 
 
-def _unplugged(kind: Kind, trials: int, random: Random) -> Seen:
-    clock, seen = MonotonicClock(), Seen()
+def _unplug_board(kind: Kind, trials: int, random: Random) -> UnplugResult:
+    clock, result = MonotonicClock(), UnplugResult()
     with TemporaryDirectory() as folder, Pty(Path(folder)) as pty:
         board = kind.make()
         powered = Powered(board, pty, clock)
         robot = Path(folder, "robot.toml")
         robot.write_text(robot_with(kind, pty.path), encoding="utf-8")
-        run = _started(robot)
+        run = _start_run(robot)
         try:
-            _try_all(pty, kind.wheels_of(board), clock, trials, random, seen)
+            _try_all(pty, kind.wheels_of(board), clock, trials, random, result)
         finally:
             run.send_signal(signal.SIGINT)
-            seen.ended = _end_of(run)
+            result.ended = _end_of(run)
             powered.off()
-    return seen
+    return result
 
 
-def _try_all(pty: Pty, wheels: Wheels, clock: MonotonicClock, trials: int, random: Random, seen: Seen) -> None:
+def _try_all(
+    pty: Pty, wheels: Wheels, clock: MonotonicClock, trials: int, random: Random, result: UnplugResult
+) -> None:
     if _takes(lambda: _turns(wheels), clock) is None:
         return
     for _ in range(trials):
@@ -89,8 +96,8 @@ def _try_all(pty: Pty, wheels: Wheels, clock: MonotonicClock, trials: int, rando
         _sleep(clock, random.uniform(0.0, 1.5))
         pty.plug_in()
         turned = _takes(lambda: _turns(wheels), clock)
-        seen.stops += [] if stopped is None else [stopped]
-        seen.recoveries += [] if turned is None else [turned]
+        result.stops += [] if stopped is None else [stopped]
+        result.recoveries += [] if turned is None else [turned]
 
 
 def _turns(wheels: Wheels) -> bool:
@@ -111,7 +118,7 @@ def _sleep(clock: MonotonicClock, seconds: float) -> None:
     clock.sleep_until(clock.now() + seconds)
 
 
-def _started(robot: Path) -> subprocess.Popen[str]:
+def _start_run(robot: Path) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "robotcore", "run", str(APP), "--backend", "serial", "--robot", str(robot)]
     return subprocess.Popen(  # noqa: S603
         [*command, "--timeout", "86400"], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True

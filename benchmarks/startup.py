@@ -1,9 +1,8 @@
-"""How long ``robotcore --help`` takes, against importing NumPy alone. The bound: no more than twice as long.
+"""Measure the time of ``robotcore --help`` against that of importing NumPy. The bound is a ratio of 2.
 
     python -m benchmarks.startup
 
-Both are started in turn, so that a busy machine is as busy for the one as for the other. Exit status 1 where the bound
-is broken.
+Both are started in turn, so that other load on the machine affects both. The exit status is 1 if the bound is broken.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""How often green-search finds the ball, by the simulators' own word, and whether two simulators tell the same.
+"""Measure how often green-search finds the ball, by the simulators' truth, and whether two simulators agree.
 
     python -m benchmarks.success --seeds 1-200 --worlds arena,clutter,occluded --backends kinematic,pybullet
 
-Every failing run is named with its cause. `--randomise` draws light, colours, textures, sensors and wheels too. The
-first seeds are run twice: the same seed must give the same digest. Stopped and started again, it goes on where it was.
-Exit status 1 where a bound is broken.
+Every failing run is listed with its cause. `--randomise` draws light, colours, textures, sensors and wheels too. The
+first seeds run twice, and have to give the same digests. A stopped benchmark resumes if it is started again. The exit
+status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -28,35 +28,37 @@ VERIFIED, RANDOMISED, AGREEING = 0.98, 0.95, 0.97
 
 
 def main() -> int:
-    """Run every combination and print how it went."""
+    """Run every combination, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1-20")
     parser.add_argument("--worlds", default="arena,clutter,occluded")
     parser.add_argument("--backends", default="kinematic,pybullet")
     parser.add_argument("--randomise", action="store_true")
     parser.add_argument("--jobs", type=int, default=count_cores())
-    parser.add_argument("--twice", type=int, default=3, help="how many seeds of each are run twice, for their digests")
-    asked = parser.parse_args()
+    parser.add_argument("--twice", type=int, default=3, help="the number of seeds that run twice")
+    options = parser.parse_args()
     sweep = Sweep(
-        RunRequest("green-search", randomise=asked.randomise),
-        tuple(asked.backends.split(",")),
-        tuple(asked.worlds.split(",")),
-        parse_seeds(asked.seeds),
+        RunRequest("green-search", randomise=options.randomise),
+        tuple(options.backends.split(",")),
+        tuple(options.worlds.split(",")),
+        parse_seeds(options.seeds),
     )
-    records = list(run_sweep(sweep, LocalEngine(asked.jobs)).records())
+    records = list(run_sweep(sweep, LocalEngine(options.jobs)).records())
     groups = group_records(records)
     print(machine())
-    print_table(("backend", "world", "verified", "95 % interval", "contacts", "median", "slowest"), map(_row, groups))
-    _tell_failures(records)
-    is_repeatable = _is_repeatable(sweep, records, asked.twice, asked.jobs)
-    bound = RANDOMISED if asked.randomise else VERIFIED
+    print_table(
+        ("backend", "world", "verified", "95 % interval", "contacts", "median", "slowest"), map(_build_row, groups)
+    )
+    _print_failures(records)
+    is_repeatable = _is_repeatable(sweep, records, options.twice, options.jobs)
+    bound = RANDOMISED if options.randomise else VERIFIED
     is_sure = all(
         (group.verified_share or 0.0) >= bound and group.contacts == 0 == group.contacts_unknown for group in groups
     )
     return int(not (is_sure and _is_agreed(records) and is_repeatable))
 
 
-def _row(group: Group) -> tuple[str, ...]:
+def _build_row(group: Group) -> tuple[str, ...]:
     low, high = group.verified_95 or (0.0, 1.0)
     return (
         group.backend,
@@ -69,14 +71,14 @@ def _row(group: Group) -> tuple[str, ...]:
     )
 
 
-def _tell_failures(records: list[Record]) -> None:
+def _print_failures(records: list[Record]) -> None:
     for record in sorted(records, key=lambda record: record.command):
         if record.is_failure:
             print(f"failing: {record.command}  # {format_failure(record)}")
 
 
 def _is_agreed(records: list[Record]) -> bool:
-    """Print on how many seeds each two simulators reach the same milestones in the same order, and the same outcome."""
+    """Print the number of seeds on which each two simulators agree; return whether they meet the bound."""
     is_agreed = True
     for agreement in compare_backends(records):
         same, pairs = len(agreement.pairs) - len(agreement.differing), len(agreement.pairs)
@@ -86,7 +88,7 @@ def _is_agreed(records: list[Record]) -> bool:
 
 
 def _is_repeatable(sweep: Sweep, records: list[Record], twice: int, jobs: int) -> bool:
-    """Run the first seeds again and print how many digests come out the same."""
+    """Run the first seeds again, and print the number of equal digests."""
     if not twice:
         return True
     known = {record.command: record.result.trace_sha256 for record in records}

@@ -1,11 +1,11 @@
-"""What a sweep costs beyond its runs, and how much quicker two processes are than one.
+"""Measure what a sweep costs beside its runs, and how much faster two processes are than one.
 
     python -m benchmarks.sweep_scaling
 
-Whole sweeps are timed, from the check to the tables, start of the processes included: the first ten seconds of runs, so
-that none is much longer than the others and both processes have work to the end. The overhead is measured with
-shorter runs, against the same ones by `robotcore.run`, one after another in one warm process. All
-take turns; the machine must have two cores to spare. Exit status 1 where a bound is broken.
+Whole sweeps are timed, from the check to the tables, with the start of the processes. Only the first ten seconds of
+each run count, so that no run is much longer than the others. The overhead is measured with shorter runs. They are
+compared with the same runs by `robotcore.run`, one after another in one warm process. All take turns. The machine needs
+two idle cores. The exit status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -29,28 +29,28 @@ MIN_SPEED_UP, MAX_OVERHEAD = 1.8, 3.0
 
 
 def main() -> int:
-    """Time the pairs and print what they say."""
+    """Time the pairs, and print the ratios."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--backend", default="kinematic")
     parser.add_argument("--world", default="clutter")
     parser.add_argument("--seeds", default="1-40")
-    parser.add_argument("--runs", type=at_least_one, default=100, help="how many short ones, for the overhead")
+    parser.add_argument("--runs", type=at_least_one, default=100, help="the number of short runs, for the overhead")
     parser.add_argument("--timeout", type=float, default=10.0)
     parser.add_argument("--pairs", type=at_least_one, default=30)
-    asked = parser.parse_args()
-    request = RunRequest("green-search", timeout_s=asked.timeout)
-    sweep = Sweep(request, (asked.backend,), (asked.world,), parse_seeds(asked.seeds))
+    options = parser.parse_args()
+    request = RunRequest("green-search", timeout_s=options.timeout)
+    sweep = Sweep(request, (options.backend,), (options.world,), parse_seeds(options.seeds))
     cv2.setNumThreads(1)
-    speed_up = paired_ratios(lambda: _swept(sweep, 1), lambda: _swept(sweep, 2), asked.pairs)
+    speed_up = paired_ratios(lambda: _time_sweep(sweep, 1), lambda: _time_sweep(sweep, 2), options.pairs)
     short = RunRequest("avoid-obstacles", settings={"duration_s": 2.0})
-    shorts = Sweep(short, (asked.backend,), (asked.world,), tuple(range(asked.runs)))
-    _alone(shorts)
+    shorts = Sweep(short, (options.backend,), (options.world,), tuple(range(options.runs)))
+    _time_runs(shorts)
     alone = list[float]()
-    overhead = paired_ratios(lambda: _swept(shorts, 1), lambda: _noted(_alone(shorts), alone), asked.pairs)
+    overhead = paired_ratios(lambda: _time_sweep(shorts, 1), lambda: _append(_time_runs(shorts), alone), options.pairs)
     run_ms = 1000 * statistics.median(alone) / len(shorts)
     print(machine())
     print_table(
-        (f"{asked.pairs} pairs", "median", "95 % interval", "bound"),
+        (f"{options.pairs} pairs", "median", "95 % interval", "bound"),
         [
             (
                 f"speed-up of two processes, {len(sweep)} runs",
@@ -67,19 +67,19 @@ def main() -> int:
     return int(speed_up[0] < MIN_SPEED_UP or overhead[0] > MAX_OVERHEAD)
 
 
-def _noted(seconds: float, noted: list[float]) -> float:
+def _append(seconds: float, noted: list[float]) -> float:
     noted.append(seconds)
     return seconds
 
 
-def _swept(sweep: Sweep, jobs: int) -> float:
+def _time_sweep(sweep: Sweep, jobs: int) -> float:
     start = perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         run_sweep(sweep, LocalEngine(jobs), Path(folder))
     return perf_counter() - start
 
 
-def _alone(sweep: Sweep) -> float:
+def _time_runs(sweep: Sweep) -> float:
     start = perf_counter()
     for request in sweep.requests():
         run(request)

@@ -1,11 +1,10 @@
-"""What a tick costs in the framework itself: a robot of null devices, a behaviour that does next to nothing.
+"""Measure what a tick costs in the framework itself, with devices and a behaviour that do almost nothing.
 
     python -m benchmarks.tick
 
-Two motors, a range sensor and a camera, read in each tick, under the layers of a real run; the clock is a stepped one
-whose steps take no time. The bare behaviour, which calls the same devices without any framework, is timed in turn with
-it. Exit status 1 where a tick takes more than the bound, in times of the bare behaviour: a machine's speed does not
-matter.
+Each tick commands two motors, and reads a range sensor and a camera, with the layers of a real run. The steps of the
+clock take no time. A loop that calls the same devices without the framework is timed in turn. The exit status is 1 if
+the ratio exceeds the bound. A ratio does not depend on the speed of the machine.
 """
 
 from __future__ import annotations
@@ -35,14 +34,14 @@ PICTURE = np.zeros((240, 320, 3), np.uint8)
 
 
 class NullMotor(Motor):
-    """Takes commands and does nothing."""
+    """A motor that ignores its commands."""
 
     def _apply(self, rad_s: float) -> None:
         pass
 
 
 class NullRange(RangeSensor):
-    """Always the same distance."""
+    """A range sensor that always measures 1 m."""
 
     def __init__(self, clock: Clock) -> None:
         super().__init__("nose", min_range=0.02, max_range=2.0, cone=0.5)
@@ -53,7 +52,7 @@ class NullRange(RangeSensor):
 
 
 class NullCamera(Camera):
-    """Always the same picture."""
+    """A camera that always returns the same picture."""
 
     def __init__(self, clock: Clock) -> None:
         super().__init__("eye", Intrinsics(320, 240, 1.0))
@@ -78,12 +77,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeats", type=at_least_one, default=60)
     parser.add_argument("--ticks", type=at_least_one, default=2000)
-    asked = parser.parse_args()
+    options = parser.parse_args()
     framework, bare = list[float](), list[float]()
     ratio = paired_ratios(
-        lambda: _microseconds(_framed(asked.ticks), asked.ticks, framework),
-        lambda: _microseconds(_bare(asked.ticks), asked.ticks, bare),
-        asked.repeats,
+        lambda: _time_tick_us(_make_framework_loop(options.ticks), options.ticks, framework),
+        lambda: _time_tick_us(_make_bare_loop(options.ticks), options.ticks, bare),
+        options.repeats,
     )
     rows = [
         ("the devices, called without the framework, µs", *_format_cells(median_with_interval(bare), 1)),
@@ -91,26 +90,26 @@ def main() -> int:
         (f"ratio within a pair, at most {BOUND:g}", *_format_cells(ratio, 2)),
     ]
     print(machine())
-    print_table((f"{asked.repeats} × {asked.ticks} ticks", "median", "95 % interval of it"), rows)
+    print_table((f"{options.repeats} × {options.ticks} ticks", "median", "95 % interval of it"), rows)
     return int(ratio[0] > BOUND)
 
 
-def _microseconds(work: Callable[[], object], ticks: int, noted: list[float]) -> float:
-    """Return how long a tick of this work takes, and note it."""
+def _time_tick_us(work: Callable[[], object], ticks: int, noted: list[float]) -> float:
+    """Return the CPU time of a tick in µs, and append it to ``noted``."""
     start = process_time()
     work()
     noted.append((process_time() - start) / ticks * 1e6)
     return noted[-1]
 
 
-def _raw() -> Robot:
+def _build_robot() -> Robot:
     clock = SteppedClock(RATE_HZ, lambda _steps: None)
     motors = NullMotor("left_motor", 12.0), NullMotor("right_motor", 12.0)
     return Robot("null", clock, [*motors, NullRange(clock), NullCamera(clock)])
 
 
-def _bare(ticks: int) -> Callable[[], object]:
-    robot = _raw()
+def _make_bare_loop(ticks: int) -> Callable[[], object]:
+    robot = _build_robot()
     left, right = robot.motors.values()
 
     def work() -> None:
@@ -124,8 +123,8 @@ def _bare(ticks: int) -> Callable[[], object]:
     return work
 
 
-def _framed(ticks: int) -> Callable[[], object]:
-    assembled = assemble(_raw(), load_robot("rover"), RATE_HZ)
+def _make_framework_loop(ticks: int) -> Callable[[], object]:
+    assembled = assemble(_build_robot(), load_robot("rover"), RATE_HZ)
     loop = Loop(assembled, Trivial(), RATE_HZ, timeout=(ticks - 1.5) / RATE_HZ)
 
     def work() -> None:

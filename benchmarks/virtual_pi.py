@@ -1,10 +1,10 @@
-"""Whether the app finds the ball through gpiozero as it does in the simulator, and how much memory that takes.
+"""Compare green-search on virtual Raspberry Pi pins with green-search in the simulator, and measure memory.
 
     python -m benchmarks.virtual_pi --seeds 1-50
 
-Every seed is run in the simulator, on the drivers of a real Pi with the same simulator behind their virtual pins, and
-once more there with some of the echoes lost. Memory is the most that a fresh process held (VmHWM, on Linux), by
-importing robotcore, and by a whole run. Exit status 1 where a bound is broken.
+Every seed runs in the simulator, on the Pi's drivers with the same simulator behind virtual pins, and there again with
+some echoes lost. Memory is the peak of a fresh process (VmHWM, on Linux) that imports robotcore, or executes a whole
+run. The exit status is 1 if a bound is broken.
 """
 
 from __future__ import annotations
@@ -33,33 +33,37 @@ PROCESSES = (
         120.0,
     ),
 )
-"""What a process does, its code, and the bound of its memory, in MB of 2^20 bytes."""
+"""The title, the code and the bound of memory of each process, in MB (2^20 bytes)."""
 
 HELD = "print([line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')][0])"
 
 
 def main() -> int:
-    """Weigh the processes, run the seeds, print what came of it."""
+    """Measure the processes, run the seeds, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="1-50")
     parser.add_argument("--world", default="arena")
     parser.add_argument("--lost", type=float, default=0.2, help="the share of echoes that are lost")
     parser.add_argument("--jobs", type=int, default=count_cores())
-    asked = parser.parse_args()
+    options = parser.parse_args()
     print(machine())
     is_small = _is_small()
-    return int(not (_is_sound(asked.world, parse_seeds(asked.seeds), asked.lost, LocalEngine(asked.jobs)) and is_small))
+    return int(
+        not (_is_sound(options.world, parse_seeds(options.seeds), options.lost, LocalEngine(options.jobs)) and is_small)
+    )
 
 
 def _is_sound(world: str, seeds: tuple[int, ...], lost: float, engine: LocalEngine) -> bool:
-    """Run every seed, print how the backends compare, and return whether virtual pins are as good as they must be."""
+    """Run every seed, print the results of the backends, and return whether virtual pins meet the bounds."""
     both = Sweep(RunRequest("green-search"), ("kinematic", "virtualpi"), (world,), seeds)
     lossy = RunRequest("green-search", options={"lost_echoes": lost})
     records = list(run_sweep(both, engine).records())
     deaf = list(run_sweep(Sweep(lossy, ("virtualpi",), (world,), seeds), engine).records())
     groups = {group.backend: group for group in group_records(records)}
     groups[f"virtualpi, {100 * lost:g} % of the echoes lost"] = group_records(deaf)[0]
-    print_table(("backend", "verified", "contacts", "median", "slowest"), [_row(*each) for each in groups.items()])
+    print_table(
+        ("backend", "verified", "contacts", "median", "slowest"), [_build_row(*each) for each in groups.items()]
+    )
     for record in [*records, *deaf]:
         if record.is_failure:
             print(f"failing: {record.command}  # {format_failure(record)}")
@@ -67,7 +71,7 @@ def _is_sound(world: str, seeds: tuple[int, ...], lost: float, engine: LocalEngi
     return _is_alike(records) and is_sure
 
 
-def _row(name: str, group: Group) -> tuple[str, ...]:
+def _build_row(name: str, group: Group) -> tuple[str, ...]:
     return (
         name,
         f"{group.verified}/{group.runs}",
@@ -78,7 +82,7 @@ def _row(name: str, group: Group) -> tuple[str, ...]:
 
 
 def _is_alike(records: list[Record]) -> bool:
-    """Print on how many seeds the milestones are those of the simulator, and return whether these are enough."""
+    """Print the number of seeds with the milestones of the simulator; return whether they meet the bound."""
     (agreement,) = compare_backends(records)
     same, pairs = agreement.same_milestones, len(agreement.pairs)
     print(f"the same milestones in the same order on {same} of {pairs} seeds")
@@ -86,15 +90,15 @@ def _is_alike(records: list[Record]) -> bool:
 
 
 def _is_small() -> bool:
-    """Print how much memory a fresh process held at most, and return whether that is little enough."""
-    held = [(name, _held_mb(code), bound) for name, code, bound in PROCESSES]
+    """Print the peak of memory of fresh processes, and return whether they meet their bounds."""
+    held = [(name, _measure_peak_mb(code), bound) for name, code, bound in PROCESSES]
     rows = [(name, f"{most:.1f} MB", f"{bound:g} MB") for name, most, bound in held]
     print_table(("a process that does", "held at most", "bound"), rows)
     return all(most <= bound for _, most, bound in held)
 
 
-def _held_mb(code: str) -> float:
-    """Return the most memory that a fresh process held that ran this code, in MB (2^20 bytes)."""
+def _measure_peak_mb(code: str) -> float:
+    """Return the peak of memory of a fresh process that runs this code, in MB (2^20 bytes)."""
     done = subprocess.run(  # noqa: S603  our own code
         [sys.executable, "-c", f"{code}; {HELD}"], check=True, capture_output=True, text=True
     )

@@ -1,15 +1,15 @@
-"""Every way out of a run stops the motors: how surely, and how soon.
+"""Check that every way out of a run stops the motors, and measure how soon.
 
     python -m benchmarks.ways_out --trials 200 --exhausted 100 --simulators 50
 
-Each trial is a process of its own: the command line runs an app on a robot in real time, whose motors note each command
-and when it came. At a random moment, while it drives, it is really signalled, raises, hangs (waits, burns, or swallows
-whatever is raised), or its camera fails. The time is that from the event, for a hang from the moment since which the
-app has not come back, to the stop of the last motor. Then the same for an app that uses up the threads or the memory
-of its process first, with a guardian or without: for one that goes on, the time is that from the last command. Then
-simulators in processes of their own, half of which are
-killed in the middle of a run, and half of which are suspended. Exit status 1 where a motor had no stop, or a bound is
-broken.
+Each trial is a process: the command line runs an app on a robot in real time, whose motors log each command with its
+time. At a random moment while the robot drives, the process gets a signal, the app raises or hangs, or the camera
+fails. A hanging app waits, computes, or catches every exception. The time is from the event to the stop of the last
+motor. For a hang, the event is the last return of the app.
+
+Then apps use up the threads or the memory of their process first, with a guardian or without. If such an app continues,
+the time is from the last command. Then half of the simulators in processes of their own are killed during a run, and
+half are suspended. The exit status is 1 if a motor was not stopped, or a bound is broken.
 """
 
 from __future__ import annotations
@@ -27,29 +27,29 @@ from tempfile import TemporaryDirectory
 from typing import TypeVar
 
 from benchmarks.report import at_least_one, machine, print_table
-from benchmarks.ways.trials import Ended, going_wrong, orphaned, register, run_exhausted, signalled
+from benchmarks.ways.trials import TrialResult, register, run_exhausted, run_failing, run_orphaned, run_signalled
 
 HANG_BOUND_S, NAMED_BOUND_S = 0.150, 2.0
 
 ResultT = TypeVar("ResultT")
-Trial = Callable[..., Ended]
+Trial = Callable[..., TrialResult]
 
 KINDS: dict[str, tuple[Trial, int]] = {
-    "interrupted (SIGINT)": (partial(signalled, number=signal.SIGINT), -signal.SIGINT),
-    "terminated (SIGTERM)": (partial(signalled, number=signal.SIGTERM), -signal.SIGTERM),
-    "hung up (SIGHUP)": (partial(signalled, number=signal.SIGHUP), -signal.SIGHUP),
-    "raises": (partial(going_wrong, way="raises"), 5),
-    "hangs": (partial(going_wrong, way="hangs"), 4),
-    "loses its camera": (partial(going_wrong, way="loses its camera"), 3),
+    "interrupted (SIGINT)": (partial(run_signalled, number=signal.SIGINT), -signal.SIGINT),
+    "terminated (SIGTERM)": (partial(run_signalled, number=signal.SIGTERM), -signal.SIGTERM),
+    "hung up (SIGHUP)": (partial(run_signalled, number=signal.SIGHUP), -signal.SIGHUP),
+    "raises": (partial(run_failing, way="raises"), 5),
+    "hangs": (partial(run_failing, way="hangs"), 4),
+    "loses its camera": (partial(run_failing, way="loses its camera"), 3),
 }
-"""The ways, and the exit status that each must have, as `subprocess` tells it."""
+"""The ways, and the exit status of each, as `subprocess` returns it."""
 
 EXHAUSTION_KINDS: Mapping[str, tuple[Trial, int]] = {
     f"uses up its {what}, {then}": (partial(run_exhausted, way=way, leaks=what), status)
     for what in ("threads", "memory")
     for then, way, status in (("hangs", "hangs", 4), ("raises", "raises", 5))
 } | {"uses up its threads, goes on": (partial(run_exhausted, way="goes on", leaks="threads"), 0)}
-"""The same for apps that use up what the system gives their process; each also answers in one line of JSON."""
+"""The ways of apps that use up threads or memory first. Each prints one line of JSON too."""
 
 
 def main() -> int:
@@ -58,19 +58,19 @@ def main() -> int:
     parser.add_argument("--exhausted", type=at_least_one, default=100)
     parser.add_argument("--simulators", type=at_least_one, default=50)
     parser.add_argument("--seed", type=int, default=1)
-    asked = parser.parse_args()
-    random = Random(asked.seed)
+    options = parser.parse_args()
+    random = Random(options.seed)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup, no trial could be hung up
     print(machine())
-    is_good = _print_ways(KINDS, asked.trials, random)
+    is_good = _print_ways(KINDS, options.trials, random)
     print()
-    is_good = _print_ways(EXHAUSTION_KINDS, asked.exhausted, random) and is_good
+    is_good = _print_ways(EXHAUSTION_KINDS, options.exhausted, random) and is_good
     print()
-    return int(not (_print_simulators(asked.simulators, random) and is_good))
+    return int(not (_print_simulators(options.simulators, random) and is_good))
 
 
 def _print_ways(kinds: Mapping[str, tuple[Trial, int]], trials: int, random: Random) -> bool:
-    ended: dict[str, list[Ended]] = {kind: [] for kind in kinds}
+    ended: dict[str, list[TrialResult]] = {kind: [] for kind in kinds}
     for index in range(trials):
         kind = list(kinds)[index % len(kinds)]
         ended[kind].append(_in_a_directory(partial(kinds[kind][0], random=random)))
@@ -85,7 +85,7 @@ def _print_ways(kinds: Mapping[str, tuple[Trial, int]], trials: int, random: Ran
     return all(result.is_stopped for result in results) and is_as_said and max(hangs, default=0.0) <= HANG_BOUND_S
 
 
-def _summarize(results: list[Ended], status: int) -> tuple[str, ...]:
+def _summarize(results: list[TrialResult], status: int) -> tuple[str, ...]:
     delays = [result.delay_s * 1e3 for result in results]
     stopped, as_said = sum(r.is_stopped for r in results), sum(r.status == status for r in results)
     count = len(results)
@@ -96,7 +96,7 @@ def _print_simulators(count: int, random: Random) -> bool:
     rows, is_good = [], True
     ways = (("killed", signal.SIGKILL, count - count // 2), ("suspended", signal.SIGSTOP, count // 2))
     for what, number, trials in ways[:count]:
-        ended = [_in_a_directory(partial(orphaned, random=random, number=number)) for _ in range(trials)]
+        ended = [_in_a_directory(partial(run_orphaned, random=random, number=number)) for _ in range(trials)]
         delays = [delay for _, delay, _ in ended]
         named = sum(status == 3 and delay <= NAMED_BOUND_S and _is_named(said) for status, delay, said in ended)
         hung = sum(status is None for status, _, _ in ended)
@@ -109,7 +109,7 @@ def _print_simulators(count: int, random: Random) -> bool:
 
 
 def _is_named(said: str) -> bool:
-    """Return whether the answer names what failed."""
+    """Return whether the answer names the device or backend that failed."""
     reports = json.loads(said) if said else {}
     return any(name in reports.get("reason", "") for name in ("_motor", "_encoder", "nose", "eye", "backend"))
 

@@ -1,10 +1,10 @@
-"""How exactly a simulator's wheels do as they are told: the way driven against the closed form.
+"""Compare the path that a simulator's wheels drive with the closed form.
 
     python -m benchmarks.wheels --backends pybullet,kinematic
 
-The robot drives on open ground, stops, and coasts to rest; a lag of its motors only shifts the way in time. Errors
-are in percent: of the length for the place, of the turn for the heading. Where there is none of one, it is given
-in millimetres or milliradians.
+The robot drives on open ground, stops, and coasts to rest. A lag of its motors shifts the path in time only. Errors of
+the position are in percent of the length, errors of the heading in percent of the turn. If the length or the turn is
+zero, errors are in millimetres or milliradians.
 """
 
 from __future__ import annotations
@@ -40,23 +40,27 @@ MANOEUVRES = (
 
 
 def main() -> None:
-    """Drive every manoeuvre on every backend and print how far off it ended."""
+    """Drive every manoeuvre on every backend, and print the errors."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--backends", default="pybullet,kinematic")
     parser.add_argument("--robot", default="rover", help="a robot's name or file")
     parser.add_argument("--rate", type=float, default=20.0, help="ticks a second")
-    parser.add_argument("--heading", type=float, default=0.3, help="in which direction it starts, rad")
-    asked = parser.parse_args()
+    parser.add_argument("--heading", type=float, default=0.3, help="the heading at the start, in rad")
+    options = parser.parse_args()
     print(machine())
     rows = [
-        [backend, manoeuvre.name, *_errors(backend, load_robot(asked.robot), manoeuvre, asked.rate, asked.heading)]
-        for backend in asked.backends.split(",")
+        [
+            backend,
+            manoeuvre.name,
+            *_measure_errors(backend, load_robot(options.robot), manoeuvre, options.rate, options.heading),
+        ]
+        for backend in options.backends.split(",")
         for manoeuvre in MANOEUVRES
     ]
     print_table(("backend", "manoeuvre", "place", "heading"), rows)
 
 
-def _errors(
+def _measure_errors(
     backend: str, description: RobotDescription, manoeuvre: Manoeuvre, rate: float, heading: float
 ) -> tuple[str, str]:
     assert description.drive, f"{description.name} has no drive to measure"
@@ -64,18 +68,18 @@ def _errors(
     world = WorldDescription(name="ground", floor=Floor(length_m=6.0, width_m=6.0), start=start)
     wheels = frozenset((description.drive.left, description.drive.right))
     with load_backend(backend).open(Setup(description, world, wheels, rate)) as robot:
-        reached = _driven(robot, description.drive, manoeuvre)
+        reached = _drive(robot, description.drive, manoeuvre)
     length, turn = manoeuvre.linear * manoeuvre.duration, manoeuvre.angular * manoeuvre.duration
     meant = start.pose.advanced(length, turn)
     return (
-        _relative(meant.distance_to(reached.x, reached.y), length, "mm"),
-        _relative(wrap_angle(reached.heading - meant.heading), turn, "mrad"),
+        _format_error(meant.distance_to(reached.x, reached.y), length, "mm"),
+        _format_error(wrap_angle(reached.heading - meant.heading), turn, "mrad"),
     )
 
 
-def _driven(robot: Robot, drive: Drive, manoeuvre: Manoeuvre) -> Pose:
-    """Drive, coast out, and return where the robot then truly is."""
-    assert robot.truth, "only a simulator knows where its robot is"
+def _drive(robot: Robot, drive: Drive, manoeuvre: Manoeuvre) -> Pose:
+    """Drive, coast to rest, and return the true pose."""
+    assert robot.truth, "only a simulator has the true pose"
     velocities = drive.geometry.to_wheels(manoeuvre.linear, manoeuvre.angular)
     for command, until in ((velocities, 0.0), (Wheels(0.0, 0.0), manoeuvre.duration)):
         robot.clock.sleep_until(until)
@@ -87,7 +91,7 @@ def _driven(robot: Robot, drive: Drive, manoeuvre: Manoeuvre) -> Pose:
     return robot.truth.pose()
 
 
-def _relative(error: float, whole: float, unit: str) -> str:
+def _format_error(error: float, whole: float, unit: str) -> str:
     return f"{100 * error / whole:+.3f} %" if whole else f"{1000 * error:+.3f} {unit}"
 
 

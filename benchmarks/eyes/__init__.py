@@ -1,1 +1,1 @@
-"""Pictures of balls with the truth about them, and the ways to find a ball that are measured on them."""
+"""Labelled pictures of balls, and the methods of finding a ball that are compared on them."""

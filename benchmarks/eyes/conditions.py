@@ -1,4 +1,4 @@
-"""Under which conditions a picture is taken: good days and bad ones."""
+"""The conditions under which a picture is taken, mild or harsh."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from random import Random
 
 Gains = tuple[float, float, float]
-"""What a channel is multiplied with: blue, green, red."""
+"""The factors of the channels: blue, green, red."""
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """Lengths are in pixels, noise and lamp in grey levels; ``quality`` is JPEG's, None for none."""
+    """The conditions of a picture: lengths in pixels, noise and lamp in grey levels, JPEG quality or None."""
 
     brightness: float
     gains: Gains
@@ -29,7 +29,7 @@ class Conditions:
 
     @classmethod
     def mild(cls, draw: Random) -> Conditions:
-        """Draw a good day: a sharp lens, a calm hand, an even light."""
+        """Draw mild conditions: a sharp lens, little motion, even light."""
         return cls(
             brightness=draw.uniform(0.7, 1.15),
             gains=drawn_gains(draw, 0.08),
@@ -47,7 +47,7 @@ class Conditions:
 
     @classmethod
     def harsh(cls, draw: Random, diameter_px: float) -> Conditions:
-        """Draw a bad day; blur stays within what a ball of this diameter, 0 for none, can bear and still be seen."""
+        """Draw harsh conditions. The blur leaves a ball of this diameter visible; 0 for no ball."""
         bearable = 0.3 * (diameter_px or draw.uniform(4, 60))
         return cls(
             brightness=draw.uniform(0.3, 1.3),
@@ -66,5 +66,5 @@ class Conditions:
 
 
 def drawn_gains(draw: Random, spread: float) -> Gains:
-    """Draw a white balance that has drifted, or a coloured lamp; green drifts half as far."""
+    """Draw the gains of a wrong white balance or a coloured lamp. Green changes half as much."""
     return 1 + draw.uniform(-spread, spread), 1 + draw.uniform(-spread, spread) / 2, 1 + draw.uniform(-spread, spread)

@@ -1,4 +1,4 @@
-"""The image set: frames with their truth, each drawn from a seed and its number; nothing is stored."""
+"""The labelled frames. Each is drawn from a seed and its number; none is stored."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from robotcore.autonomy.vision import HUES
 from robotcore.hal.devices import Image
 
 MIN_VISIBLE_PX = 12
-"""A ball counts when it shows this many pixels; a frame that shows fewer, but some, is drawn again."""
+"""A ball counts if this many pixels are visible. A frame with fewer, but some, is drawn again."""
 
 ABSENT = 0.3
-"""How many of the frames show no ball."""
+"""The share of frames without a ball."""
 
 GREENS, OTHERS = ("green",) * 6, ("red", "blue", "yellow", "magenta")
 
 
 class Labelled(NamedTuple):
-    """A frame, the hue that is looked for, the ball's visible pixels, and whether the frame is of the hard half."""
+    """A frame, the hue of the ball, its visible pixels, and whether the frame is hard."""
 
     image: Image
     hue: float
@@ -38,12 +38,12 @@ class Labelled(NamedTuple):
 
     @property
     def centroid(self) -> tuple[float, float]:
-        """Column and row of the middle of what is visible."""
+        """The column and the row of the centroid of the visible pixels."""
         rows, columns = np.nonzero(self.ball)
         return float(columns.mean()), float(rows.mean())
 
     def holds(self, u: float, v: float) -> bool:
-        """Whether a point is within the box round what is visible, to the pixels' outer edges."""
+        """Return whether a point is within the bounding box of the visible pixels."""
         if not self.has_ball:
             return False
         rows, columns = np.nonzero(self.ball)
@@ -52,7 +52,7 @@ class Labelled(NamedTuple):
 
 
 def frame(seed: int, number: int) -> Labelled:
-    """Return a frame of the set of a seed: odd numbers are hard; the renderers take turns."""
+    """Return a frame of a seed. Odd numbers are hard. The renderers take turns."""
     draw = Random(f"eyes/{seed}/{number}")
     is_hard = bool(number % 2)
     hue, has_ball = HUES[draw.choice(GREENS + OTHERS)], draw.random() > ABSENT

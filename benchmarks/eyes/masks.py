@@ -1,4 +1,4 @@
-"""Masks of a colour and what is found in them, for the rivals."""
+"""Masks of a colour, and the blobs in them, for the compared methods."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Plane = NDArray[np.uint8]
 
 
 def hsv_mask(image: Image, hue: float, tolerance: float, min_saturation: int, min_value: int) -> Plane:
-    """Return where a picture is within ``tolerance`` degrees of a hue; two ranges where that crosses red."""
+    """Return the pixels within ``tolerance`` degrees of a hue, in two ranges if they cross red."""
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
     low, high = math.ceil((hue - tolerance) / 2), math.floor((hue + tolerance) / 2)
     mask = np.zeros(image.shape[:2], np.uint8)
@@ -38,13 +38,13 @@ def outlines(mask: Plane) -> Sequence[Any]:
 
 
 def largest(mask: Plane, min_area: float) -> Place | None:
-    """Return the middle of the contour that encloses most, if it encloses ``min_area`` pixels."""
+    """Return the centroid of the largest contour, if it encloses ``min_area`` pixels."""
     best = max(outlines(mask), key=cv2.contourArea, default=None)
     return None if best is None or cv2.contourArea(best) < min_area else middle_of(best)
 
 
 def middle_of(contour: Any) -> Place:
-    """Return the centroid of what a contour encloses; of its points, where that is nothing."""
+    """Return the centroid of the area of a contour; of its points if the area is empty."""
     moments = cv2.moments(contour)
     if moments["m00"]:
         return moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]

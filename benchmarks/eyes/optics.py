@@ -1,4 +1,4 @@
-"""What light, lens, sensor and compression do to a picture; each step takes and returns float32, BGR, 0 to 255."""
+"""The effects of light, lens, sensor and compression. Each step takes and returns float32, BGR, 0 to 255."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Light = NDArray[np.float32]
 
 
 def taken(image: Image, ball: Mask, how: Conditions, draw: Random) -> Image:
-    """Return the picture as it comes out of a camera."""
+    """Return the picture with the effects of a camera."""
     light = image.astype(np.float32) * _row(how.gains)
     light = _with_lamp(_with_glare(light, ball, how.glare, draw), how.lamp, draw)
     light = _vignetted(light * np.float32(how.brightness), how.vignette)
@@ -26,7 +26,7 @@ def taken(image: Image, ball: Mask, how: Conditions, draw: Random) -> Image:
 
 
 def textured(image: Image, where: Mask, rgb: tuple[int, int, int], draw: Random) -> Image:
-    """Return the picture with blades of one colour, light and dark, where ``where`` is true."""
+    """Return the picture with light and dark blades of one colour in the mask ``where``."""
     dice, (height, width) = np.random.default_rng(draw.randrange(2**32)), where.shape
     shade = np.zeros((height, width))
     for size in (1, 3, 9):
@@ -42,7 +42,7 @@ def _row(gains: Gains) -> Light:
 
 
 def _with_glare(light: Light, ball: Mask, strength: float, draw: Random) -> Light:
-    """Put a lamp's reflection on the ball: a white spot about a third as wide."""
+    """Add the reflection of a lamp to the ball: a white spot of about a third of its width."""
     if not strength or not ball.any():
         return light
     rows, columns = np.nonzero(ball)
@@ -54,7 +54,7 @@ def _with_glare(light: Light, ball: Mask, strength: float, draw: Random) -> Ligh
 
 
 def _with_lamp(light: Light, strength: float, draw: Random) -> Light:
-    """Put a lamp into the picture, and its bloom: light added all round it, tinged."""
+    """Add a lamp and its coloured bloom to the picture."""
     if not strength:
         return light
     height, width = light.shape[:2]
@@ -93,13 +93,13 @@ def _path(length: float, heading: float) -> Light:
 
 
 def _developed(light: Light, how: Conditions) -> Light:
-    """Contrast about mid grey, then gamma."""
+    """Apply contrast about mid grey, then gamma."""
     light = np.clip((light - 128) * np.float32(how.contrast) + 128, 0, 255)
     return np.asarray(255 * (light / 255) ** how.gamma, np.float32)
 
 
 def _noisy(light: Light, sigma: float, draw: Random) -> Light:
-    """Shot noise, which grows with the root of the light, and read noise: ``sigma`` at mid grey."""
+    """Add shot noise, proportional to the root of the light, and read noise: ``sigma`` at mid grey."""
     dice = np.random.default_rng(draw.randrange(2**32))
     deviation = np.float32(sigma) * np.sqrt(0.3 + 0.7 * light / 128)
     return np.asarray(light + deviation * dice.standard_normal(light.shape, dtype=np.float32), np.float32)

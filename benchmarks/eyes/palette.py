@@ -1,4 +1,4 @@
-"""Colours for a ball of one hue and for what stands around it: like it, but not of its hue."""
+"""The colours of a ball and of the objects around it, which look similar but have another hue."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robotcore.description.world import Box, Cylinder
 Rgb = tuple[int, int, int]
 
 APART_DEGREES = 45.0
-"""What is nearer in hue than this to the ball is of its colour."""
+"""An object whose hue is nearer to the ball's has the colour of the ball."""
 
 
 def rgb(hue: float, saturation: float, value: float) -> Rgb:
@@ -21,12 +21,12 @@ def rgb(hue: float, saturation: float, value: float) -> Rgb:
 
 
 def ball_colour(hue: float, draw: Random) -> Rgb:
-    """Return a ball's own colour: saturated, and about of the hue that is asked for."""
+    """Return the colour of a ball: saturated, and near the given hue."""
     return rgb(hue + draw.uniform(-8, 8), draw.uniform(0.65, 0.95), draw.uniform(0.5, 0.9))
 
 
 def lookalike(hue: float, draw: Random) -> Rgb:
-    """Return what may be taken for the hue; beside green: yellow-green, cyan, olive, a pale wall."""
+    """Return a colour that is similar to the hue; for green, yellow-green, cyan, olive or a pale wall."""
     neighbour = rgb(
         hue + draw.choice((-1, 1)) * draw.uniform(48, 75), draw.uniform(0.5, 0.95), draw.uniform(0.35, 0.95)
     )
@@ -36,12 +36,12 @@ def lookalike(hue: float, draw: Random) -> Rgb:
 
 
 def grass(hue: float, draw: Random) -> Rgb:
-    """Return a lawn's mean colour, beside green: duller and yellower than a ball."""
+    """Return the mean colour of a lawn, which is duller and yellower than a green ball."""
     return rgb(hue - draw.uniform(22, 42), draw.uniform(0.25, 0.5), draw.uniform(0.3, 0.65))
 
 
 def recoloured(world: WorldDescription, hue: float, likeness: float, draw: Random) -> WorldDescription:
-    """Return a world where nothing but the ball is of the hue; a part ``likeness`` of the obstacles looks like it."""
+    """Return a world in which only the ball has the hue. A share ``likeness`` of the obstacles looks similar."""
 
     def painted(obstacle: Box | Cylinder) -> Box | Cylinder:
         if draw.random() < likeness:

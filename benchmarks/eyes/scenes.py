@@ -1,4 +1,4 @@
-"""Scenes: a ball of a drawn size in a drawn world, somewhere in the picture, perhaps half hidden, perhaps absent."""
+"""Draw scenes: a ball of a drawn size in a drawn world, which may be half hidden or absent."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from robotcore.optics import CameraView
 WORLDS = ("arena", "clutter", "occluded")
 DIAMETERS_PX = 4.0, 420.0
 HIDING = 0.3
-"""How often something is put before the ball."""
+"""The share of scenes with a screen before the ball."""
 
 
 class Scene(NamedTuple):
-    """A world, what looks at it, and the ball's diameter in pixels (of the whole ball, if there is one)."""
+    """A world, the camera's view, and the diameter of the whole ball in pixels, if there is one."""
 
     world: WorldDescription
     view: CameraView
@@ -38,7 +38,7 @@ class Scene(NamedTuple):
 
 
 def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> Scene:
-    """Return a scene for a ball of a hue in degrees; a part ``likeness`` of the obstacles looks like it."""
+    """Return a scene with a ball of a hue in degrees. A share ``likeness`` of the obstacles looks similar."""
     robot = load_robot("rover")
     world = draw_world(load_world(draw.choice(WORLDS)), robot, draw.randrange(1_000_000))
     world = recoloured(world, hue, likeness, draw)
@@ -58,7 +58,7 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
 
 
 def _free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -> Pose:
-    """Return where the robot touches nothing, turned roughly to the middle of the room."""
+    """Return a free pose of the robot that faces roughly to the middle of the room."""
     surroundings = Clearance(robot.body.footprint, world)
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     while True:
@@ -69,7 +69,7 @@ def _free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -
 
 
 def _drawn_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
-    """Return a ball whose diameter in the picture is drawn first, as often small as large, and that diameter."""
+    """Return a ball with a drawn diameter in the picture, and that diameter in pixels."""
     low, high = map(math.log, DIAMETERS_PX)
     diameter = math.exp(draw.uniform(low, high))
     focal = view.intrinsics.focal_length
@@ -81,7 +81,7 @@ def _drawn_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw:
 
 
 def _with_screen(world: WorldDescription, ball: Ball, eye: Pose, draw: Random) -> WorldDescription:
-    """Return the world with a thin box across the line of sight that leaves a part of the ball in view."""
+    """Return the world with a thin box across the line of sight that hides a part of the ball."""
     distance, bearing = eye.distance_to(ball.x_m, ball.y_m), eye.bearing_to(ball.x_m, ball.y_m)
     length, side = draw.uniform(0.05, 0.3), draw.choice((-1, 1))
     towards = eye._replace(heading=eye.heading + bearing)

@@ -1,4 +1,4 @@
-"""How well a finder does on labelled frames."""
+"""Score the answers of a finder on labelled frames."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from benchmarks.eyes.masks import Place
 from robotcore.hal.devices import Image
 
 Finder = Callable[[Image, float], "Place | None"]
-"""Takes a BGR picture and a hue in degrees; returns where the ball is, or None: one answer a frame."""
+"""Takes a BGR picture and a hue in degrees, and returns the position of the ball in pixels, or None."""
 
 
 class Verdict(NamedTuple):
-    """What a finder made of a frame; ``error_px`` is the centroid's, None where the ball was not hit."""
+    """The answer of a finder for a frame. ``error_px`` is the error of the centroid, None if the ball was missed."""
 
     has_ball: bool
     is_answered: bool
@@ -50,8 +50,8 @@ class Score(NamedTuple):
         return cls(precision, recall, *_middle_and_tail(errors))
 
 
-def judged(finder: Finder, frames: Iterable[Labelled]) -> list[Verdict]:
-    """Return a verdict for each frame; a ball is hit by a point in the box round what is visible of it."""
+def judge_frames(finder: Finder, frames: Iterable[Labelled]) -> list[Verdict]:
+    """Return a verdict for each frame. A ball is hit by a point in the bounding box of its visible pixels."""
     return [_verdict(frame, finder(frame.image, frame.hue)) for frame in frames]
 
 

@@ -1,4 +1,4 @@
-"""How long finders take on frames, in copies of the frame: a machine's speed apart, that is the same everywhere."""
+"""Measure the time of finders in copies of the frame, a unit that depends less on the machine."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from benchmarks.eyes.scoring import Finder
 from robotcore.hal.devices import Image
 
 IN_CACHE = 5
-"""How often each is called on a frame that is to be in the cache; the quickest call counts."""
+"""The number of calls on a cached frame. The quickest one counts."""
 
 
 class Interval(NamedTuple):
-    """A median, and what holds it 95 times in 100: order statistics, no assumption."""
+    """A median and its 95 % interval, by order statistics."""
 
     median: float
     low: float
@@ -35,7 +35,7 @@ class Interval(NamedTuple):
 
 
 def copies(finder: Finder, frames: Sequence[Labelled], *, in_cache: bool) -> tuple[Interval, float]:
-    """Return how many copies of a frame a call takes, and the median call in seconds.
+    """Return the time of a call in copies of a frame, and the median call in seconds.
 
     Copy and call take turns in going first. Frames come once, one after the other, as a camera delivers them; or,
     ``in_cache``, each of the two is repeated on every frame.
@@ -56,7 +56,7 @@ def _find(finder: Finder, hue: float, image: Image) -> None:
 
 
 def _seconds(work: Callable[[Image], object], image: Image, repeats: int) -> float:
-    """Return the quickest of some calls."""
+    """Return the seconds of the quickest call."""
     return min(_once(work, image) for _ in range(repeats))
 
 

@@ -16,7 +16,7 @@ import cv2
 
 from benchmarks.eyes.frames import frame
 from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlobs
-from benchmarks.eyes.scoring import Finder, Score, judged
+from benchmarks.eyes.scoring import Finder, Score, judge_frames
 from benchmarks.report import at_least_one
 
 
@@ -24,11 +24,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", default="11,12")
     parser.add_argument("--frames", type=at_least_one, default=600, help="how many for each seed")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     cv2.setNumThreads(1)
-    frames = [frame(int(seed), number) for seed in asked.seeds.split(",") for number in range(asked.frames)]
+    frames = [frame(int(seed), number) for seed in options.seeds.split(",") for number in range(options.frames)]
     for grid in (plain(), smoothed(), tracking(), blobs(), tables()):
-        score, best = max((Score.of(judged(finder, frames)).f1, str(finder)) for finder in grid)
+        score, best = max((Score.of(judge_frames(finder, frames)).f1, str(finder)) for finder in grid)
         print(f"F1 {score:.4f}  {best}", flush=True)
 
 

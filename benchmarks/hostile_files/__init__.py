@@ -1,1 +1,1 @@
-"""Files made to break what reads recordings."""
+"""Files that attack programs that read recordings."""

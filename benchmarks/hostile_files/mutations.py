@@ -1,4 +1,4 @@
-"""Recordings changed at random: their bytes, their lengths, their records in another order or with other values."""
+"""Recordings with random changes: of bytes, lengths, values, or the order of records."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Seed(NamedTuple):
 
 
 def mutate(seed: Seed, random: Random) -> bytes:
-    """Return the recording, changed: half of the time with all checksums right."""
+    """Return the recording with random changes, half of the time with valid checksums."""
     if random.random() < 0.5:
         content = bytearray(seed.content)
         for _ in range(random.randint(1, 3)):
@@ -84,7 +84,7 @@ def _lengthen(content: bytearray, random: Random) -> None:
 
 
 def _change_value(records: list[Raw], random: Random) -> None:
-    """Put another value into a message's JSON."""
+    """Change a value in the JSON of a message."""
     texts = [at for at, (_, body) in enumerate(records) if body[22:23] == b"{"]
     if not texts:
         return

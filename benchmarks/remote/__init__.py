@@ -1,1 +1,1 @@
-"""What the benchmarks of simulators that are servers are made of: doubles as processes, and a line that is counted."""
+"""The parts of the benchmarks of simulator servers: doubles in processes, and a line that counts round trips."""

@@ -1,4 +1,4 @@
-"""The cycle as one writes it by hand against either remote API, saying the very same as the framework does."""
+"""The cycle written by hand for either remote API, with the same requests as the framework's."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ def plain_calls(setup: Setup) -> Iterator[Cycle]:
     sim.startSimulation()
     try:
         sim.step()
-        yield _called(sim)
+        yield _make_call_cycle(sim)
     finally:
         sim.stopSimulation(True)
 
 
-def _called(sim: Any) -> Cycle:
+def _make_call_cycle(sim: Any) -> Cycle:
     rover = sim.getObject("/rover")
     left, right, nose, eye = (sim.getObject(f"/rover/{name}") for name in DEVICES)
-    turns, distance = speeds(), partial(_distance_of(sim, nose), sim, nose)
+    turns, distance = speeds(), partial(_choose_distance(sim, nose), sim, nose)
     for sensor in (nose, eye):
         sim.setExplicitHandling(sensor, 1)  # a scene that is kept has them handled by its main script
 
@@ -54,22 +54,22 @@ def _called(sim: Any) -> Cycle:
         near = distance()
         sim.handleVisionSensor(eye)
         pixels, (width, height) = sim.getVisionSensorImg(eye)
-        return near, _upright(pixels, width, height)
+        return near, _flip(pixels, width, height)
 
     return cycle
 
 
-def _distance_of(sim: Any, nose: int) -> Callable[[Any, int], object]:
+def _choose_distance(sim: Any, nose: int) -> Callable[[Any, int], object]:
     """Return how it is measured: the driver builds what the simulator has a plug-in for."""
-    return _detected if sim.getObjectType(nose) == sim.sceneobject_proximitysensor else _deep
+    return _read_detection if sim.getObjectType(nose) == sim.sceneobject_proximitysensor else _read_deep
 
 
-def _detected(sim: Any, nose: int) -> object:
+def _read_detection(sim: Any, nose: int) -> object:
     is_detected, _, point, *_ = sim.handleProximitySensor(nose)
     return np.linalg.norm(point) if is_detected == 1 else np.inf
 
 
-def _deep(sim: Any, nose: int) -> object:
+def _read_deep(sim: Any, nose: int) -> object:
     sim.handleVisionSensor(nose)
     depths, _ = sim.getVisionSensorDepth(nose, 1)
     return np.frombuffer(depths, np.float32).min()
@@ -83,13 +83,13 @@ def raw_messages(setup: Setup) -> Iterator[Cycle]:
         talk.ask(requests.SYNCHRONOUS_ON)
         talk.ask(requests.START)
         handles = [talk.ask(requests.object_handle(f"/rover/{name}"))[0] for name in DEVICES]
-        yield _exchanged(talk, *handles)
+        yield _make_message_cycle(talk, *handles)
         talk.ask(requests.STOP)
         while talk.is_running:
             talk.ask(requests.CLOCK)
 
 
-def _exchanged(talk: _Talk, left: int, right: int, nose: int, eye: int) -> Cycle:
+def _make_message_cycle(talk: _Talk, left: int, right: int, nose: int, eye: int) -> Cycle:
     turns = speeds()
     places = requests.object_position(left), requests.object_position(right)
     reads = (*places, requests.proximity(nose), requests.colour_image(eye))
@@ -99,7 +99,7 @@ def _exchanged(talk: _Talk, left: int, right: int, nose: int, eye: int) -> Cycle
         moved = requests.joint_target_velocity(left, forward), requests.joint_target_velocity(right, backward)
         talk.exchange(*moved, requests.TRIGGER)
         _, _, seen, pixels = talk.ask(*reads)
-        return np.linalg.norm(seen.point), _upright(pixels, pixels.shape[1], pixels.shape[0])
+        return np.linalg.norm(seen.point), _flip(pixels, pixels.shape[1], pixels.shape[0])
 
     return cycle
 
@@ -111,22 +111,22 @@ class _Talk:
         self._link, self._number = link, 0
         self.is_running = False
 
-    def exchange(self, *asked: Request[Any]) -> dict[tuple[int, bytes], Any]:
+    def exchange(self, *requests: Request[Any]) -> dict[tuple[int, bytes], Any]:
         """Send a message; return the answers that have come by then."""
         self._number += 1
-        server, pieces = self._link.exchange(self._number, [request.encode() for request in asked])
+        server, pieces = self._link.exchange(self._number, [request.encode() for request in requests])
         self.is_running = server.is_running
         return {(piece.command, piece.key): piece for piece in pieces}
 
-    def ask(self, *asked: Request[Any]) -> list[Any]:
+    def ask(self, *requests: Request[Any]) -> list[Any]:
         """Return what is answered; after a trigger, that is as of the end of the step."""
-        found = self.exchange(*asked)
-        while not all(request.identity in found for request in asked):
+        found = self.exchange(*requests)
+        while not all(request.identity in found for request in requests):
             found |= self.exchange()
-        return [request.read(found[request.identity]) for request in asked]
+        return [request.read(found[request.identity]) for request in requests]
 
 
-def _upright(pixels: Any, width: int, height: int) -> Any:
+def _flip(pixels: Any, width: int, height: int) -> Any:
     """Return pixels as a picture: BGR, with a top-left origin."""
     rgb = np.frombuffer(pixels, np.uint8).reshape(height, width, 3)
     return cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR)

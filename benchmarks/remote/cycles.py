@@ -1,4 +1,4 @@
-"""One cycle of a robot: two motors, a time step, a range and a picture."""
+"""One cycle of a robot: two motor commands, a time step, a range and a picture."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ DEVICES = ("left_motor", "right_motor", "nose", "eye")
 
 
 @contextmanager
-def framed(backend: str, setup: Setup) -> Iterator[Cycle]:
-    """The cycle of a backend's robot, bare of layers."""
+def open_backend_cycle(backend: str, setup: Setup) -> Iterator[Cycle]:
+    """Open the cycle of a backend's robot, without layers."""
     with load_backend(backend).open(setup) as robot:
         left, right = (robot.motors[name] for name in DEVICES[:2])
         clock, turns = robot.clock, speeds()
@@ -35,13 +35,13 @@ def framed(backend: str, setup: Setup) -> Iterator[Cycle]:
 
 
 def speeds() -> Iterator[tuple[float, float]]:
-    """Yield other speeds of the two wheels for each cycle: what has not changed need not be sent."""
+    """Yield new speeds of both wheels for each cycle. A driver need not send unchanged speeds."""
     return endless(((SPEED_RAD_S, -SPEED_RAD_S), (-SPEED_RAD_S, SPEED_RAD_S)))
 
 
 @contextmanager
 def stepped_pictures(setup: Setup) -> Iterator[Cycle]:
-    """A time step of V-REP's and the camera's picture, and nothing else."""
+    """Open a cycle of a V-REP time step and a camera picture."""
     with load_backend("vrep").open(replace(setup, devices=frozenset({"eye"}))) as robot:
         clock = robot.clock
 
@@ -54,7 +54,7 @@ def stepped_pictures(setup: Setup) -> Iterator[Cycle]:
 
 @contextmanager
 def blocking_pictures(setup: Setup) -> Iterator[Cycle]:
-    """A script's way to a picture, while the simulation goes on by itself."""
+    """Open a cycle that gets a picture as a script does, while the simulation runs by itself."""
     client = simx.simxStart(setup.options["host"], setup.options["port"], True, True, 5000, 5)
     _, eye = simx.simxGetObjectHandle(client, "/rover/eye", simx.simx_opmode_blocking)
     simx.simxStartSimulation(client, simx.simx_opmode_blocking)

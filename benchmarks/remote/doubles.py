@@ -1,4 +1,4 @@
-"""The tests' double of a CoppeliaSim, in a process of its own that can be killed, suspended and started again."""
+"""The tests' double of CoppeliaSim in its own process, which can be killed, suspended and restarted."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 
 @dataclass
 class Double:
-    """A context manager. A port of 0 is any free one, and the same one when it is started again.
+    """A double in its own process; a context manager. A port of 0 is any free port, and stays after a restart.
 
     Without a ``robot`` its scene is the one that the simulator begins with.
     """
@@ -38,7 +38,7 @@ class Double:
 
     @property
     def arguments(self) -> list[str]:
-        """What follows ``python`` on the line that starts it."""
+        """The arguments of ``python`` that start it."""
         ports = ["--zmq-port", str(self.zmq_port), "--legacy-port", str(self.legacy_port)]
         robot = ["--robot", self.robot, "--world", self.world] if self.robot else []
         seed = ["--seed", str(self.seed)] if self.seed is not None else []
@@ -46,33 +46,33 @@ class Double:
 
     @property
     def command(self) -> str:
-        """The line that starts it in a shell."""
+        """The shell command that starts it."""
         return shlex.join(["python", *self.arguments])
 
     def start(self) -> None:
-        """Return when it serves."""
+        """Start it, and return when it serves."""
         self.launch()
         self.await_serving()
 
     def launch(self) -> None:
-        """Begin to start."""
+        """Start it, and return at once."""
         self._process = Popen([sys.executable, *self.arguments], stdin=DEVNULL, stdout=PIPE, text=True, cwd=ROOT)  # noqa: S603
 
     def await_serving(self) -> None:
-        """Return when what was launched serves."""
+        """Return when the launched process serves."""
         assert self._process.stdout
         line = self._process.stdout.readline()
         self.zmq_port, self.legacy_port = (int(port) for port in re.findall(r"\d+", line))
 
     def kill(self) -> None:
-        """End it as nobody expects it, whatever it is at."""
+        """Kill it."""
         self._process.kill()
         self._process.communicate()
 
     def suspend(self) -> None:
-        """Let it hang: its lines stay open, and nothing is answered."""
+        """Suspend it. Its connections stay open, and it answers nothing."""
         self._process.send_signal(signal.SIGSTOP)
 
     def resume(self) -> None:
-        """End the hanging."""
+        """Resume it."""
         self._process.send_signal(signal.SIGCONT)

@@ -1,4 +1,4 @@
-"""A line through which a client speaks to a server, and on which its round trips are counted."""
+"""A proxy between a client and a server that counts the round trips."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.doubles.coppeliasim.legacy.codec import Code
 CHUNK_BYTES = 1 << 18
 
 Words = Callable[[bytes], str]
-"""Tells what a request says, from its bytes."""
+"""Returns the text of a request, given its bytes."""
 
 _CALL = re.compile(rb"(zmqRemoteApi\.\w+?|sim\.\w+?|_\*\w+?\*_)dargs")
 """A function's name in CBOR, before the text of four letters that its arguments come under."""
@@ -36,10 +36,10 @@ def messages_in(request: bytes) -> str:
 
 
 class Line:
-    """A port of this machine behind which is another one; a context manager.
+    """A port that forwards to another port; a context manager.
 
-    ``requests`` are what was asked, in order: all that a client sends until something comes back. Where it does not
-    wait for replies, these are fewer than its messages.
+    ``requests`` has each request: everything that a client sends until a reply comes. If the client does not wait for
+    replies, requests are fewer than its messages.
     """
 
     def __init__(self, host: str, port: int, words: Words) -> None:
@@ -68,8 +68,8 @@ class Line:
                 threading.Thread(target=self._relay, args=(client,), name="counted client", daemon=True).start()
 
     def _relay(self, client: socket.socket) -> None:
-        """Pass on what comes from either side, until one of them hangs up."""
-        asked = b""
+        """Forward bytes in both directions until one side closes."""
+        request = b""
         with client, socket.create_connection(self._server) as server, selectors.DefaultSelector() as ready:
             for one, other in ((client, server), (server, client)):
                 one.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -80,8 +80,8 @@ class Line:
                         if not (chunk := key.fileobj.recv(CHUNK_BYTES)):  # type: ignore[union-attr]
                             return
                         if key.fileobj is client:
-                            asked += chunk
-                        elif asked:
-                            self.requests.append(self._words(asked))
-                            asked = b""
+                            request += chunk
+                        elif request:
+                            self.requests.append(self._words(request))
+                            request = b""
                         key.data.sendall(chunk)

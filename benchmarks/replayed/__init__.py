@@ -1,1 +1,1 @@
-"""What happens to the runs that are recorded to be replayed."""
+"""The disturbances of runs that are recorded and replayed."""

@@ -1,4 +1,4 @@
-"""An app that fails on purpose: it raises, commands what is no number, or gives up, in a tick that is set."""
+"""An app that fails on purpose in a given tick: it raises, commands NaN, or gives up."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.runtime.behaviour import Status
 
 @dataclass
 class ClumsySearch(GreenSearch):
-    """Searches as green-search does, until tick ``at``."""
+    """Searches as green-search does, and fails in tick ``at``."""
 
     at: int = 50
     by: Literal["raise", "nan"] = "raise"

@@ -1,4 +1,4 @@
-"""What comes from outside: an e-stop or a signal, between two ticks or in the middle of one."""
+"""Disturbances from outside: an e-stop or a signal, between two ticks or during a tick."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from robotcore.runtime.trace import TickRecord
 
 
 class Disturbance(Tap):
-    """A tap and an observer in one: from tick ``at`` on, what a subclass does."""
+    """A tap and an observer that disturbs a run from tick ``at`` on, as its subclass does."""
 
     def __init__(self, at: int) -> None:
         self.at = at
         self.now = 0
 
     def begin(self, run: Run) -> None:
-        """It comes later."""
+        """Do nothing; the disturbance comes later."""
 
     def tick(self, record: TickRecord) -> None:
         self.now = record.tick + 1
 
     def end(self, result: RunResult) -> None:
-        """It has come, or the run was over before."""
+        """Do nothing; the disturbance has come, or the run ended before."""
 
 
 class EmergencyStop(Disturbance):
-    """Somebody presses the button between two ticks."""
+    """The e-stop is pressed between two ticks."""
 
     def begin(self, run: Run) -> None:
         self._button = run.emergency
@@ -41,7 +41,7 @@ class EmergencyStop(Disturbance):
 
 
 class EmergencyStopInTick(EmergencyStop):
-    """Somebody presses the button while the app is at work."""
+    """The e-stop is pressed during a step of the app."""
 
     def tick(self, record: TickRecord) -> None:
         self.now = record.tick + 1
@@ -56,7 +56,7 @@ class EmergencyStopInTick(EmergencyStop):
 
 
 class SignalInTick(Disturbance):
-    """A signal comes while the app is at work."""
+    """A signal comes during a step of the app."""
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         def reader() -> SampleT:

@@ -1,1 +1,1 @@
-"""Boards that lose their port while they drive: what is plugged in, the app that drives, and what is seen."""
+"""Boards that lose their port while they drive, and the app that drives them."""

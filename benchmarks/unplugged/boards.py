@@ -1,4 +1,4 @@
-"""The boards that are unplugged: their doubles, and the sections of a robot that has them."""
+"""The boards that are unplugged: their doubles, and the files of their robots."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Section = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of board: its double, the wheels behind it, and what a robot's file says of its motors and encoders."""
+    """A kind of board: its double, its wheels, and the sections of its devices in a robot's file."""
 
     make: Callable[[], BoardDouble]
     wheels_of: Callable[[Any], Wheels]
@@ -68,7 +68,7 @@ KINDS = {
 
 
 def robot_with(kind: Kind, port: Path) -> str:
-    """Return the file of a rover with that board at a port, that waits where it is lost."""
+    """Return the file of a rover with the board at a port. The rover waits if the port is lost."""
     rover = (resources.files("robotcore.description") / "robots" / "rover.toml").read_text(encoding="utf-8")
     body = rover.partition("[[devices]]")[0].replace("[safety]", f"[safety]\noutage_s = {PATIENCE_S}")
     if kind.encoder is None:

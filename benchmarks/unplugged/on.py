@@ -1,4 +1,4 @@
-"""An app that drives on, in wide arcs."""
+"""An app that drives in wide arcs without an end."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from robotcore import Behaviour, Robot, Role, Status
 
 
 class On(Behaviour):
-    """Drives, whatever happens."""
+    """Drives in wide arcs."""
 
     needs = frozenset({Role.DRIVE})
 

@@ -1,1 +1,1 @@
-"""What `benchmarks.ways_out` is made of: a robot that notes what it is told and when, and an app that ends badly."""
+"""The parts of `benchmarks.ways_out`: a robot that logs its commands, and an app that fails."""

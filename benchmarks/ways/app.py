@@ -1,4 +1,4 @@
-"""An app that drives, and after a while goes wrong as it is told to."""
+"""An app that drives, and fails after a while in a given way."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def leak(what: Literal["threads", "memory"]) -> None:
 
 @dataclass
 class GoWrong(Behaviour):
-    """Drives a curve; ``after_s`` seconds after its first tick it does as ``way`` says, and notes in ``log`` when.
+    """Drives a curve; ``after_s`` seconds after its first tick it fails as ``way`` names, and logs the time to ``log``.
 
     Before it does, it uses up what it ``leaks``, under a limit of the process's address space.
     """

@@ -1,4 +1,4 @@
-"""One trial: a run in a process of its own, which ends badly at a random moment while it drives."""
+"""One trial: a run in its own process that ends badly at a random moment."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ Note = tuple[str, float, float]
 """Event, value, time."""
 
 
-class Ended(NamedTuple):
-    """A trial: its exit status, whether every motor had its stop, and the delay of the last stop in seconds.
+class TrialResult(NamedTuple):
+    """The result of a trial: its exit status, whether every motor stopped, and the delay of the last stop in seconds.
 
     The status is None if the process hung, or if its answer is not one line of JSON with that status.
     """
@@ -36,20 +36,20 @@ class Ended(NamedTuple):
     delay_s: float
 
 
-def signalled(directory: Path, random: Random, number: int) -> Ended:
-    """Drive, and be sent a signal."""
+def run_signalled(directory: Path, random: Random, number: int) -> TrialResult:
+    """Run the app, and send its process a signal."""
     log = directory / "log"
-    with running(directory, [APP, "--backend", "witness", "--option", f"log={log}"]) as process:
-        while not (log.exists() and any(value for _, value, _ in notes(log))):
+    with run_robotcore(directory, [APP, "--backend", "witness", "--option", f"log={log}"]) as process:
+        while not (log.exists() and any(value for _, value, _ in read_log(log))):
             sleep(POLL_S)
         sleep(random.uniform(0.1, 1.0))
         event = monotonic()
         process.send_signal(number)
-        return _ended(process, log, lambda _: event)
+        return _await_end(process, log, lambda _: event)
 
 
-def going_wrong(directory: Path, random: Random, way: str) -> Ended:
-    """Drive, and go wrong from within."""
+def run_failing(directory: Path, random: Random, way: str) -> TrialResult:
+    """Run the app, which fails by itself."""
     log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
     options = ["--option", f"log={log}", "--set", f"log={log}"]
     if way == "loses its camera":
@@ -57,46 +57,46 @@ def going_wrong(directory: Path, random: Random, way: str) -> Ended:
     else:
         way = random.choice(["waits", "burns", "is deaf"]) if way == "hangs" else way
         options += ["--set", f"way={way}", "--set", f"after_s={after}"]
-    with running(directory, [APP, "--backend", "witness", *options]) as process:
-        return _ended(process, log)
+    with run_robotcore(directory, [APP, "--backend", "witness", *options]) as process:
+        return _await_end(process, log)
 
 
-def orphaned(directory: Path, random: Random, number: int) -> tuple[int | None, float, str]:
-    """Drive in a simulator that dies; return the exit status, how long it took to come to that, and what was said."""
+def run_orphaned(directory: Path, random: Random, number: int) -> tuple[int | None, float, str]:
+    """Run the app in a simulator that dies; return the exit status, the seconds until then, and the output."""
     serve = [sys.executable, "-m", "tests.faraway.server"]
     with Popen(serve, stdout=PIPE, stderr=DEVNULL, text=True) as server:  # noqa: S603  this project's own
         assert server.stdout
         port = server.stdout.readline().strip()
         arguments = ["green-search", "--backend", "faraway", "--port", port, "--realtime", "--json"]
-        with running(directory, arguments) as process:
+        with run_robotcore(directory, arguments) as process:
             sleep(random.uniform(1.5, 3.0))
             event = monotonic()
             server.send_signal(number)
-            status = _status(process)
+            status = _await_status(process)
             delay = monotonic() - event
             said = process.stdout.read() if process.stdout else ""
         server.kill()
     return status, delay, said
 
 
-def run_exhausted(directory: Path, random: Random, way: str, leaks: str) -> Ended:
-    """Drive, use up the process's threads or memory, and go wrong; with a guardian or without, as the seed has it."""
+def run_exhausted(directory: Path, random: Random, way: str, leaks: str) -> TrialResult:
+    """Drive, use up the process's threads or memory, and go wrong; with a guardian or without, at random."""
     log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
     way = random.choice(["waits", "burns", "leaks on", "is deaf"]) if way == "hangs" else way
     options = ["--option", f"log={log}", "--option", f"is_guarded={random.choice(['true', 'false'])}"]
     settings = [f"log={log}", f"way={way}", f"leaks={leaks}", f"after_s={after}"]
     arguments = [APP, "--backend", "witness", "--json", *options]
     arguments += [part for setting in settings for part in ("--set", setting)]
-    with running(directory, arguments) as process:
-        ended = _ended(process, log, _last_command if way == "goes on" else _event)
+    with run_robotcore(directory, arguments) as process:
+        ended = _await_end(process, log, _last_command if way == "goes on" else _find_event)
         said = process.stdout.read() if process.stdout else ""
     is_answered = said.count("\n") == 1 and json.loads(said)["exit_status"] == ended.status
     return ended if is_answered else ended._replace(status=None)
 
 
 @contextmanager
-def running(directory: Path, arguments: Sequence[str]) -> Iterator[Popen[str]]:
-    """Run robotcore in a process of its own, which finds the backends that are registered in the directory."""
+def run_robotcore(directory: Path, arguments: Sequence[str]) -> Iterator[Popen[str]]:
+    """Run robotcore in another process, with the backends that are registered in the directory."""
     path = os.pathsep.join([str(directory), str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     command = [*RUN, *arguments]
     with Popen(  # noqa: S603  this project's own command
@@ -109,7 +109,7 @@ def running(directory: Path, arguments: Sequence[str]) -> Iterator[Popen[str]]:
 
 
 def register(directory: Path) -> None:
-    """Let processes that have the directory on their path find the two backends, as those of installed packages."""
+    """Register the two backends for processes that have the directory on their path."""
     package = directory / "ways-0.dist-info"
     package.mkdir()
     (package / "METADATA").write_text("Metadata-Version: 2.1\nName: ways\nVersion: 0\n")
@@ -120,13 +120,13 @@ def register(directory: Path) -> None:
     )
 
 
-def notes(log: Path) -> list[Note]:
-    """Return what was noted: event, value, time."""
+def read_log(log: Path) -> list[Note]:
+    """Return the entries of a log: event, value, time."""
     lines = (line.split() for line in log.read_text().splitlines())
     return [(event, float(value), float(time)) for event, value, time in lines]
 
 
-def _status(process: Popen[str]) -> int | None:
+def _await_status(process: Popen[str]) -> int | None:
     try:
         return process.wait(HANG_S)
     except TimeoutExpired:
@@ -134,28 +134,30 @@ def _status(process: Popen[str]) -> int | None:
         return None
 
 
-def _event(noted: Sequence[Note]) -> float:
-    """Return when the app went wrong."""
+def _find_event(noted: Sequence[Note]) -> float:
+    """Return the time at which the app failed."""
     return next(time for what, _, time in noted if what == "event")
 
 
 def _last_command(noted: Sequence[Note]) -> float:
-    """Return when a wheel was last told to turn."""
+    """Return the time of the last command that turns a wheel."""
     return max(time for what, value, time in noted if what in MOTORS and value)
 
 
-def _ended(process: Popen[str], log: Path, since_of: Callable[[Sequence[Note]], float] = _event) -> Ended:
-    """Wait for the end, and read what the motors were told since."""
-    status = _status(process)
-    noted = notes(log)
+def _await_end(
+    process: Popen[str], log: Path, since_of: Callable[[Sequence[Note]], float] = _find_event
+) -> TrialResult:
+    """Wait for the end, and read the commands of the motors since then."""
+    status = _await_status(process)
+    noted = read_log(log)
     since = since_of(noted)
-    stops = [_stopped_at([(value, time) for what, value, time in noted if what == name]) for name in MOTORS]
+    stops = [_find_stop([(value, time) for what, value, time in noted if what == name]) for name in MOTORS]
     times = [stop for stop in stops if stop is not None]
-    return Ended(status, len(times) == len(MOTORS), max((max(0.0, stop - since) for stop in times), default=0.0))
+    return TrialResult(status, len(times) == len(MOTORS), max((max(0.0, stop - since) for stop in times), default=0.0))
 
 
-def _stopped_at(commands: Sequence[tuple[float, float]]) -> float | None:
-    """Return when a motor was told the first stop after which it was told nothing else; None where it was not."""
+def _find_stop(commands: Sequence[tuple[float, float]]) -> float | None:
+    """Return the time of the first stop after which a motor had stops only; None if there is none."""
     if not commands or commands[-1][0] != 0:
         return None
     last_drive = max((index for index, (value, _) in enumerate(commands) if value), default=-1)

@@ -1,4 +1,4 @@
-"""A robot in real time whose motors note every command, when it came, in a file that outlives the process."""
+"""A robot in real time whose motors log every command with its time to a file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FAR_M = 1.5
 
 
 class WitnessOptions(StrictModel):
-    """The file for what is noted, when the camera is lost, if it is, and whether the robot has a guardian."""
+    """The file of the log, the time at which the camera fails, and whether the robot has a guardian."""
 
     log: str
     lost_after_s: float = float("inf")
@@ -35,7 +35,7 @@ class WitnessOptions(StrictModel):
 
 
 class Log:
-    """Lines of an event, a value and the machine's monotonic time, which other processes have too."""
+    """A log file with an event, a value and the machine's monotonic time in each line."""
 
     def __init__(self, file: str) -> None:
         self._file = os.open(file, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
@@ -45,7 +45,7 @@ class Log:
 
 
 class WitnessBackend(Backend):
-    """Opens robots that are nothing but their notes."""
+    """Opens robots that only log their commands."""
 
     name = "witness"
     summary = "notes every command, in real time"
@@ -53,29 +53,29 @@ class WitnessBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(WitnessOptions)
         clock, log = MonotonicClock(), Log(options.log)
-        devices = [_opened(description, clock, log, options.lost_after_s) for description in setup.chosen]
-        cutoffs = [_cutoff(device.name, options.log) for device in devices if isinstance(device, Motor)]
+        devices = [_open_device(description, clock, log, options.lost_after_s) for description in setup.chosen]
+        cutoffs = [_build_cutoff(device.name, options.log) for device in devices if isinstance(device, Motor)]
         return Robot(setup.robot.name, clock, devices, cutoffs=cutoffs if options.is_guarded else ())
 
 
 class WitnessCutoff(Cutoff):
-    """Notes the guardian's stop as the motor notes its own."""
+    """Logs a stop by the guardian as the motor logs its own."""
 
     def __init__(self, device: str, log: str) -> None:
         self._device, self._log = device, Log(log)
 
     def open(self) -> None:
-        """Take nothing."""
+        """Do nothing."""
 
     def stop(self) -> None:
         self._log.note(self._device)
 
     def close(self) -> None:
-        """Give nothing back."""
+        """Do nothing."""
 
 
 class WitnessMotor(Motor):
-    """Notes what it is told."""
+    """Logs each command."""
 
     def __init__(self, description: MotorDescription, log: Log) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -86,7 +86,7 @@ class WitnessMotor(Motor):
 
 
 class WitnessRange(RangeSensor):
-    """Sees nothing near."""
+    """Always measures infinity."""
 
     def __init__(self, descriptions: RangeSensorDescription, clock: Clock) -> None:
         super().__init__(
@@ -102,7 +102,7 @@ class WitnessRange(RangeSensor):
 
 
 class WitnessCamera(Camera):
-    """Sees black; fails when its time has come, and notes that."""
+    """Returns black images; fails after a time, and logs that."""
 
     def __init__(self, description: CameraDescription, clock: Clock, log: Log, lost_after_s: float) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -119,7 +119,7 @@ class WitnessCamera(Camera):
 
 
 class WitnessEncoder(Encoder):
-    """Never turns."""
+    """Always measures zero."""
 
     def __init__(self, description: EncoderDescription, clock: Clock) -> None:
         super().__init__(description.name)
@@ -129,11 +129,11 @@ class WitnessEncoder(Encoder):
         return Angle(0.0, self._clock.now(), 0)
 
 
-def _cutoff(device: str, log: str) -> CutoffSpec:
+def _build_cutoff(device: str, log: str) -> CutoffSpec:
     return CutoffSpec(device, f"{__name__}:WitnessCutoff", {"device": device, "log": log})
 
 
-def _opened(description: AnyDevice, clock: Clock, log: Log, lost_after_s: float) -> Device:
+def _open_device(description: AnyDevice, clock: Clock, log: Log, lost_after_s: float) -> Device:
     match description:
         case MotorDescription():
             return WitnessMotor(description, log)

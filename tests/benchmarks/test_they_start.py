@@ -1,7 +1,7 @@
 """Every benchmark runs at its smallest size: it prints a table, and raises nothing.
 
-At that size a bound cannot always be held. What is timed differs from run to run, and a few pictures say little of how
-well they are looked at. Those benchmarks may end with status 1 here. The others hold their bounds at any size.
+At that size some bounds cannot be met: times vary from run to run, and a score of a few pictures is uncertain. Those
+benchmarks may end with status 1 here. The others meet their bounds at any size.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import pytest
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "benchmarks"
 LIMIT_S = 110
-"""Of a benchmark: a hang; shorter than the limit of a test."""
+"""The most seconds of a benchmark, less than the limit of a test."""
 
-STARTED_BY_OTHERS = {"benchmarks.held_run"}
+STARTED_BY_ANOTHER = {"benchmarks.held_run"}
 HELD = {
     "echoes": "--cycles 50 --pairs 1",
     "faults": "--seeds 1 --jobs 1 --fault 'camera drop=0.3'",
@@ -32,7 +32,7 @@ HELD = {
     "virtual_pi": "--seeds 1 --jobs 1",
     "wheels": "--backends kinematic",
 }
-"""The sizes of those that hold their bounds at any size."""
+"""The options of the benchmarks that meet their bounds at any size."""
 
 TIMED = {
     "guardian": "--trials 1",
@@ -54,27 +54,27 @@ TABLELESS = {"eyes.tuning"}
 
 
 def names() -> list[str]:
-    """Return every benchmark that can be started; those with no size here need root, or a folder of their own."""
+    """Return every benchmark that can be started. Those without a size here need root or a folder."""
     files = (file for file in FOLDER.rglob("*.py") if "__main__" in file.read_text())
     modules = (".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files)
-    return sorted(set(modules) - STARTED_BY_OTHERS)
+    return sorted(set(modules) - STARTED_BY_ANOTHER)
 
 
-def started(name: str, *options: str) -> subprocess.CompletedProcess[str]:
+def run_benchmark(name: str, *options: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", name, *options]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=LIMIT_S)
 
 
 @pytest.mark.parametrize("name", [name for name in names() if name.partition(".")[2] in SIZES])
-def test_it_runs_at_its_smallest_size(name: str) -> None:
+def test_a_benchmark_runs_at_its_smallest_size(name: str) -> None:
     short = name.partition(".")[2]
-    ran = started(name, *shlex.split(SIZES[short]))
+    ran = run_benchmark(name, *shlex.split(SIZES[short]))
     assert ran.returncode in ({0} if short in HELD else {0, 1}), ran.stdout + ran.stderr
     assert "Traceback" not in ran.stderr, ran.stderr
     assert short in TABLELESS or "| --- |" in ran.stdout
 
 
 @pytest.mark.parametrize("name", [name for name in names() if name.partition(".")[2] not in SIZES])
-def test_it_says_what_it_takes(name: str) -> None:
-    ran = started(name, "--help")
+def test_a_benchmark_has_a_help_text(name: str) -> None:
+    ran = run_benchmark(name, "--help")
     assert (ran.returncode, ran.stdout.partition(":")[0]) == (0, "usage")
