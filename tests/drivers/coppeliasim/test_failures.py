@@ -230,6 +230,6 @@ def test_signal_during_a_call_ends_the_run_and_restores_the_scene(
 
     pressing = Once(lambda: monkeypatch.setattr(simulator, "advance", advance_during_ctrl_c))
     result = drive(double.zmq_port, pressing)
-    assert (result.outcome, result.reason) == (Outcome.INTERRUPTED, "interrupted by SIGINT")
+    assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 128 + signal.SIGINT)
     assert {thing.handle for thing in simulator.graph} == before
     assert simulator.state is State.STOPPED

@@ -173,7 +173,7 @@ def test_signal_during_an_exchange_stops_wheels_and_simulation(
     )
     left = simulator.graph.find("/rover/left_motor")
     assert isinstance(left, Joint)
-    assert (result.outcome, result.reason) == (Outcome.INTERRUPTED, "interrupted by SIGINT")
+    assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 128 + signal.SIGINT)
     assert (left.target_velocity, simulator.state) == (0.0, State.STOPPED)
 
 
