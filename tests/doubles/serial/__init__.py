@@ -1,1 +1,1 @@
-"""Boards on a pseudo-terminal that speak the true protocols, with wheels behind."""
+"""Doubles of boards on a pseudo-terminal, with the real protocols and with wheels."""

@@ -1,4 +1,4 @@
-"""The conformance kit on a board's double: a rover whose devices are on a pty, in simulated time."""
+"""The conformance kit on a board's double: a rover with devices on a pty, in simulated time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.doubles.serial.pty import Pty
 
 
 class SerialBench(Bench):
-    """Say which ``devices`` of the rover are on the board, each with its section, but for the port; and the board.
+    """Subclasses set the ``devices`` of the rover on the board, each with its section without the port, and the board.
 
     >>> class TestMyBoard(SerialBench, ConformanceSuite):
     ...     devices = {"left_motor": {"driver": "my-motor", "side": "left"}}
@@ -37,7 +37,7 @@ class SerialBench(Bench):
     backend = SerialBackend
     devices: ClassVar[Mapping[str, Mapping[str, Any]]]
     extra: ClassVar[tuple[Any, ...]] = ()
-    """Descriptions of devices that the rover has not, such as a battery."""
+    """Descriptions of more devices, such as a battery."""
 
     lacks: ClassVar[Mapping[TestSupport, str]] = {
         TestSupport.WORLD: "there are wheels behind the board, and no world around them",
@@ -47,7 +47,7 @@ class SerialBench(Bench):
 
     @abstractmethod
     def board(self) -> BoardDouble:
-        """Return a new board, as it is when it gets power."""
+        """Return a new board, as after switching on."""
 
     @property
     def description(self) -> RobotDescription:
@@ -68,7 +68,7 @@ class SerialBench(Bench):
 def wired(
     robot: RobotDescription, devices: Mapping[str, Mapping[str, Any]], port: Path, extra: tuple[Any, ...] = ()
 ) -> RobotDescription:
-    """Return a robot with these devices alone, on one port; its drive where both motors are among them."""
+    """Return a robot with only these devices, on one port; it has a drive if both motors are among them."""
     kept = tuple(description for description in (*robot.devices, *extra) if description.name in devices)
     section = {name: {"port": str(port), **description} for name, description in devices.items()}
     drive = robot.drive if {"left_motor", "right_motor"} <= devices.keys() else None
@@ -78,7 +78,7 @@ def wired(
 
 
 class TickingBench(SerialBench):
-    """What a motor was told last it is told again in the next tick; the kit tells it once, and lets seconds pass."""
+    """Repeats the last command of each motor in each tick; the kit commands once, and lets seconds pass."""
 
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)
@@ -86,7 +86,7 @@ class TickingBench(SerialBench):
 
         def tick() -> None:
             for motor, spy in description.items():
-                if abs(spy.last) > 0:  # nothing was told where it is NaN
+                if abs(spy.last) > 0:  # NaN before the first command
                     with suppress(DeviceError):  # the kit has cut its wire
                         motor.set_velocity(spy.last)
 
@@ -110,7 +110,7 @@ class Rig:
 
     @property
     def robot(self) -> Robot:
-        """The robot, open from when it is first asked for."""
+        """The robot; the first access opens it."""
         if self._robot is None:
             self._robot = open_robot(self._setup, SECTION, self.clock)
         return self._robot
@@ -126,7 +126,7 @@ class Rig:
         return encoder.read().angle
 
     def drive(self, left: float, right: float, seconds: float) -> None:
-        """Command both wheels, rad/s, in each tick for so long."""
+        """Command both wheels in rad/s in each tick for some seconds."""
         for _ in range(round(seconds * RATE_HZ)):
             self.motor("left").set_velocity(left)
             self.motor("right").set_velocity(right)
@@ -137,7 +137,7 @@ class Rig:
         self.clock.sleep_until(self.clock.now() + seconds)
 
     def close(self) -> None:
-        """Close what is open; raises what closing the robot does."""
+        """Close the robot and the board; raises the errors of closing the robot."""
         try:
             if self._robot:
                 self._robot.close()

@@ -1,4 +1,4 @@
-"""What every board's double is: it hears, it says, and time passes for it, on a pty by whatever clock there is."""
+"""The base class of the boards' doubles, and a double at work on a pty."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ PERIOD_S = 0.002
 
 
 class BoardDouble(ABC):
-    """A board without its port. Times are in seconds, of the clock by which it runs."""
+    """A board without its port. Times are in seconds on the test's clock."""
 
     @abstractmethod
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take what was sent to it, in any pieces; return what it answers at once."""
+        """Take received bytes, cut anywhere; return the immediate answers."""
 
     def live(self, now: float, seconds: float) -> bytes:
-        """Let time pass up to ``now``: wheels turn, deadmen expire; return what it says unasked."""
+        """Let time pass up to ``now``, for wheels and time-outs; return the data that the board sends by itself."""
         return b""
 
-    def begin(self, now: float) -> None:  # noqa: B027  most have nothing to forget
-        """Begin anew, as when it was reset: it is called when its port is plugged in."""
+    def begin(self, now: float) -> None:  # noqa: B027  most boards have no state to reset
+        """Reset the board; this is called when its port is plugged in."""
 
 
 class Powered:
-    """A board at work on its port: pumped in simulated time, by a thread in real time."""
+    """A board at work on its port, by a periodic task in simulated time, by a thread in real time."""
 
     def __init__(self, board: BoardDouble, pty: Pty, clock: Clock) -> None:
         self.board, self._pty, self._clock = board, pty, clock
@@ -37,7 +37,7 @@ class Powered:
         self._polling: PeriodicTask = clock.every(PERIOD_S, self._pump, "board")
 
     def off(self) -> None:
-        """Take its power away. May be called again."""
+        """Switch the board off. May be called again."""
         self._polling.stop()
 
     def _pump(self) -> None:
@@ -61,7 +61,7 @@ LAG_S = 0.05
 
 @dataclass
 class Wheel:
-    """Turns towards the velocity that it is told, with a first-order lag; rad and rad/s."""
+    """A wheel that follows its command with a first-order lag; rad and rad/s."""
 
     command: float = 0.0
     velocity: float = 0.0

@@ -21,7 +21,7 @@ RPM = math.tau / 60
 
 @dataclass
 class Firmware:
-    """What config.h says: coefficients in 1/16384, and what a wheel turns at for a unit of its command, in rad/s."""
+    """The settings of config.h: coefficients in 1/16384, and the wheel speed in rad/s for one unit."""
 
     speed_coefficient: int = 16384
     steer_coefficient: int = 8192
@@ -36,14 +36,14 @@ class Input:
         self._limited = self._filtered = 0
 
     def passed(self, word: int) -> int:
-        """Return what comes out a main loop later."""
+        """Return the output of the next main loop."""
         self._limited += max(-RATE, min((word << 4) - self._limited, RATE))
         self._filtered += ((self._limited >> 4 << 4) - (self._filtered >> 12)) * FILTER >> 4
         return self._filtered >> 16
 
 
 class Hoverboard(BoardDouble):
-    """Has a battery of its own: what becomes of its port does not reset it."""
+    """A board with its own battery: plugging its port does not reset it."""
 
     def __init__(self, wheels: Wheels, firmware: Firmware | None = None) -> None:
         self.wheels, self._firmware = wheels, firmware or Firmware()
@@ -59,7 +59,7 @@ class Hoverboard(BoardDouble):
         self._is_enabled = False
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take what came between two pauses: eight bytes are a command, and anything else is nothing."""
+        """Take the bytes between two pauses: eight bytes are a command, and others are ignored."""
         if len(data) == 8:
             start, steer, speed, checksum = struct.unpack("<HhhH", data)
             if start == 0xABCD and checksum == (start ^ steer & 0xFFFF ^ speed & 0xFFFF):

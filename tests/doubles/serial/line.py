@@ -1,4 +1,4 @@
-"""Both ends of a line that is under test: protocols that ask or count, and doubles that answer them."""
+"""Both ends of a line for tests: protocols that ask or count, and doubles that answer them."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class ReceivedFrame(NamedTuple):
     at: float
     left_at: float
     waited: float
-    """How long it waited for what was on the wire before it."""
+    """The time that the command waited for earlier ones on the wire."""
 
 
 class Wire(BoardDouble):
-    """The far end of a line of so many ``baud``: it counts the time that commands of ``size`` bytes take on it."""
+    """The far end of a line: it measures the time of commands of ``size`` bytes at ``baud``."""
 
     def __init__(self, baud: int, size: int) -> None:
         self._frame_s = size * BITS_A_BYTE / baud
@@ -42,7 +42,7 @@ class Wire(BoardDouble):
 
 
 class NumberingProtocol(Protocol):
-    """Says what both motors were told last, a number, in frames of ``size`` bytes."""
+    """Sends the newest command of both motors, a number, in frames of ``size`` bytes."""
 
     is_ready = True
 
@@ -54,7 +54,7 @@ class NumberingProtocol(Protocol):
         self.command.clear()
 
     def receive(self, data: bytes, now: float) -> None:
-        """Nothing is answered."""
+        """There are no answers."""
 
     def data_to_send(self, now: float) -> bytes:
         wheels = self.command.take(now, timeout_s=0.5)
@@ -64,13 +64,13 @@ class NumberingProtocol(Protocol):
         return self.command.next_due
 
     def set(self, number: int, now: float) -> None:
-        """Tell both motors a number."""
+        """Set the command of both motors, a number."""
         self.command.set("left", number, now)
         self.command.set("right", number, now)
 
 
 class PollingProtocol(Protocol):
-    """Asks until it is answered, then says each word that it is told once; each is answered too."""
+    """Asks until the board answers, and then sends each word once; the board answers each word."""
 
     is_settled: bool = True
     timeout_notice = "The board stops by itself after 0.5 s"
@@ -107,7 +107,7 @@ class PollingProtocol(Protocol):
 
 
 class AnsweringBoard(BoardDouble):
-    """Answers whatever it hears, where it is not ``deaf``, and keeps it, with the times."""
+    """Answers all received bytes unless it is deaf, and keeps them with their times."""
 
     def __init__(self) -> None:
         self.heard = b""

@@ -1,4 +1,4 @@
-"""What comes from each board and sensor, as its parser takes it: a line for each, for what holds for all parsers."""
+"""The parsers of all boards and sensors, with frames of each."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from tests.doubles.serial.tfmini import frame
 
 
 class Parser(Protocol):
-    """What every parser offers."""
+    """The interface of every parser."""
 
     def feed(self, data: bytes) -> Sequence[object]:
-        """Take a piece of the stream, cut anywhere; return what it completes."""
+        """Take received bytes, cut anywhere; return the frames that they complete."""
 
 
 class Damage(Flag):
-    """What may happen to a stream."""
+    """A kind of damage to a stream."""
 
     NOISE = auto()
-    """Bytes that nobody sent, between frames."""
+    """Noise between frames."""
     CUT = auto()
-    """A frame without its beginning, or without its end."""
+    """A frame without its begin, or without its end."""
     CHANGED = auto()
-    """One byte of a frame is another one."""
+    """A frame with one wrong byte."""
 
 
 ANY = Damage.NOISE | Damage.CUT | Damage.CHANGED
@@ -41,9 +41,9 @@ ANY = Damage.NOISE | Damage.CUT | Damage.CHANGED
 
 @dataclass(frozen=True)
 class Spoken:
-    """A parser, frames as its board sends them, and ``marks``, the bytes that noise takes to be mistaken for them.
+    """A parser, frames of its board, and ``marks``, bytes that make noise look like frames.
 
-    ``seen`` is the damage that its frames show: of any other kind a wrong value may come, whoever parses them.
+    ``seen`` is the damage that the frames allow to detect; other damage may make wrong values in any parser.
     """
 
     name: str
@@ -84,7 +84,7 @@ def _line(draw: Random) -> bytes:
 
 
 NONE = Damage(0)
-"""An answer of ROSArduinoBridge has no sum; ours may have one, an XOR, which two equal letters more leave as it is."""
+"""An answer of ROSArduinoBridge has no checksum. That of robotcore_bridge is an XOR; two more equal letters keep it."""
 
 SPOKEN = (
     Spoken("tfmini", tfmini.Parser, _range, b"\x59\x00\x08", ANY),

@@ -1,4 +1,4 @@
-"""A serial port with the far end in our hands: a pseudo-terminal that can be unplugged and come back."""
+"""A serial port with its far end: a pseudo-terminal that can be unplugged and plugged in again."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from threading import RLock
 from robotcore.hal.wall_clock import MonotonicClock
 
 WAITING_S = 20.0
-"""The kernel hands bytes over some microseconds later, by a worker of its own; a busy machine took over a second."""
+"""The longest wait for the kernel, which passes bytes on some microseconds later; a busy machine took over a second."""
 
 FULL = 4000
-"""Some bytes fewer than the kernel keeps for who does not read (N_TTY_BUF_SIZE)."""
+"""A few bytes less than the kernel keeps unread (N_TTY_BUF_SIZE)."""
 
 
 class Pty:
-    """A port at ``path``, which stays the same when it is unplugged and plugged in again, as a by-id link does.
+    """A port at ``path``, which stays the same after replugging, like a by-id link.
 
-    It may be used from several threads.
+    Several threads may use it.
     """
 
     def __init__(self, folder: Path, name: str = "board") -> None:
@@ -35,7 +35,7 @@ class Pty:
         self.plug_in()
 
     def plug_in(self) -> None:
-        """Make the port; a new one, as the kernel does."""
+        """Make a new port."""
         with self._lock:
             self._far, self._near = os.openpty()
             tty.setraw(self._near)
@@ -44,7 +44,7 @@ class Pty:
             self.path.symlink_to(os.ttyname(self._near))
 
     def unplug(self) -> None:
-        """Take the port away; who has it open finds it hung up."""
+        """Remove the port; a process that has it open gets a hang-up."""
         with self._lock:
             self.path.unlink(missing_ok=True)
             for end in (self._far, self._near):
@@ -56,23 +56,23 @@ class Pty:
         return self._far >= 0
 
     def heard(self, wait_s: float = 0.0) -> bytes:
-        """Return what was sent to the board, waiting so long for a first byte."""
+        """Return the bytes for the board; wait ``wait_s`` for the first one."""
         with self._lock:
             if self.is_plugged_in and select.select([self._far], [], [], wait_s)[0]:
                 return os.read(self._far, 4096)
             return b""
 
     def say(self, data: bytes) -> int:
-        """Send as the board; return how many bytes the kernel took: what nobody reads is lost some time."""
+        """Send as the board; return the number of bytes that the kernel took, less than all if its buffer is full."""
         with self._lock, suppress(BlockingIOError):
             if self.is_plugged_in:
                 return os.write(self._far, data)
         return 0
 
     def all_heard(self) -> bytes:
-        """Return all that was sent to the board before, also what the kernel has not handed over yet.
+        """Return all bytes for the board, also those that the kernel has not passed on yet.
 
-        A mark is sent after it, by the same way. Only where nobody else sends meanwhile: in simulated time.
+        It sends a mark behind them. No other thread may send meanwhile, so this is for simulated time.
         """
         with self._lock:
             if not self.is_plugged_in:
@@ -91,7 +91,7 @@ class Pty:
             return heard.removesuffix(mark)
 
     def say_all(self, data: bytes) -> None:
-        """Send as the board, and wait until the kernel has handed it over; only where nobody reads meanwhile."""
+        """Send as the board, and wait until the kernel has passed it on; no other thread may read meanwhile."""
         with self._lock:
             if data and self.is_plugged_in:
                 before, clock = self._waiting, MonotonicClock()
@@ -105,12 +105,12 @@ class Pty:
 
     @property
     def _waiting(self) -> int:
-        """How many bytes whoever has the port open could read now."""
+        """The number of bytes that can be read from the port now."""
         count: bytes = fcntl.ioctl(self._near, termios.FIONREAD, bytes(4))
         return int(struct.unpack("i", count)[0])
 
     def close(self) -> None:
-        """Take it away for good. May be called again."""
+        """Remove the port for good. May be called again."""
         if self.is_plugged_in:
             self.unplug()
 

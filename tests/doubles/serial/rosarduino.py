@@ -1,6 +1,6 @@
-"""An Arduino with two wheels: as the true ROSArduinoBridge answers, and as our firmware does.
+"""Doubles of an Arduino with two wheels: with ROSArduinoBridge, and with robotcore_bridge.
 
-Its answers were compared with those of both firmwares on a simulated AVR, byte for byte.
+Their answers were compared with those of the firmwares on a simulated AVR, byte for byte.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from tests.doubles.serial.board import BoardDouble, Wheels
 
 REFUSED = "Invalid Command"
 STOPS = {"m 0 0", "o 0 0"}
-"""What our firmware obeys without a sum too."""
+"""The commands that robotcore_bridge always obeys without a checksum."""
 
 FULL_SPEED_RAD_S = 16.0
-"""How fast a wheel turns at full duty."""
+"""The velocity of a wheel at full duty."""
 
 
 class ArduinoDouble(BoardDouble):
-    """What both firmwares have in common; ``counts_per_turn`` are edges, as they count them."""
+    """The common part of both firmwares; ``counts_per_turn`` are edges."""
 
     frame_s: float
 
@@ -30,13 +30,13 @@ class ArduinoDouble(BoardDouble):
         self.wheels = wheels or Wheels()
         self.counts_per_turn, self.takes_duties = counts_per_turn, takes_duties
         self.commands: list[str] = []
-        """Every line that it has understood and obeyed, without sums."""
+        """Every obeyed line, without checksums."""
         self.refused = 0
         self.now = 0.0
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """Be reset: the wheels stand, and counts begin at zero where they are."""
+        """Reset the board: the wheels stop, and counts begin at zero."""
         self.wheels.set(0, 0)
         self.deadman_s, self._fed = 2.0, -math.inf
         self._zeros = self._counted()
@@ -62,7 +62,7 @@ class ArduinoDouble(BoardDouble):
 
     @abstractmethod
     def _obey(self, line: str) -> bytes:
-        """Return what is answered to a line."""
+        """Return the answer to a line."""
 
     def _drive(self, letter: str, left: int, right: int) -> str:
         self._fed = self.now
@@ -86,7 +86,7 @@ class ArduinoDouble(BoardDouble):
 
 
 class RosArduinoBridgeDouble(ArduinoDouble):
-    """ROSArduinoBridge: it takes whatever comes for some command, and a CR alone for an unknown one."""
+    """ROSArduinoBridge: it takes any line as some command, and a CR alone as an unknown one."""
 
     frame_s = 0.033
     echo_cm = 50
@@ -113,7 +113,7 @@ class RosArduinoBridgeDouble(ArduinoDouble):
 
 
 def _read(line: str) -> tuple[str, tuple[int, int]]:
-    """Read a line as its parser does: the last letter before a space, and two numbers as C's atoi does."""
+    """Parse a line like the firmware: the last letter before a space, and two numbers like C's atoi."""
     words = line.split(" ")
     texts = [*words[1:2], "".join(words[2:]), ""]
     numbers = [int(match[0]) if (match := re.match(r"[-+]?\d+", text)) else 0 for text in texts]
@@ -121,12 +121,12 @@ def _read(line: str) -> tuple[str, tuple[int, int]]:
 
 
 class RobotcoreBridgeDouble(ArduinoDouble):
-    """Our firmware: it takes nothing that is not as it must be, and sums its answers where it is asked so."""
+    """robotcore_bridge: it refuses malformed lines, and adds a checksum to an answer if the question has one."""
 
     frame_s = 1 / 30
     version = 1
     millimetres: int | None = 500
-    """What its module measures, None where no echo comes."""
+    """The distance that its module measures; None without an echo."""
     is_mute = False
 
     def __init__(self, *, millivolts: int = 7400, counts_per_turn: int = 960) -> None:

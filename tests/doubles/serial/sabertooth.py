@@ -1,4 +1,4 @@
-"""Sabertooths in packet serial mode, each at its address, on one line; they never say anything.
+"""Doubles of Sabertooths in packet serial mode, each at its address, on one line; they never answer.
 
 Written after Dimension Engineering's manuals: the baud rate is taken from the first byte, the time-out is off when the
 power comes on, begins anew with each packet to that address, and leaves when the motor is told anew.
@@ -10,7 +10,7 @@ from tests.doubles.serial.board import BoardDouble, Wheels
 
 
 class Sabertooth:
-    """One board; what turns is M1 as the left wheel and M2 as the right one, ``full_rad_s`` at 127."""
+    """One board; M1 turns the left wheel and M2 the right one, at ``full_rad_s`` for 127."""
 
     def __init__(self, wheels: Wheels, full_rad_s: float) -> None:
         self.wheels, self._full_rad_s = wheels, full_rad_s
@@ -33,7 +33,7 @@ class Sabertooth:
 
 
 class Sabertooths(BoardDouble):
-    """The line: deaf until it has heard its baud rate, and deaf for good where another byte came first."""
+    """The line: boards ignore all bytes before that of the baud rate, and all later ones if another byte came first."""
 
     def __init__(self, *, full_rad_s: float, addresses: tuple[int, ...] = (128,)) -> None:
         self.boards = {address: Sabertooth(Wheels(), full_rad_s) for address in addresses}
@@ -56,7 +56,7 @@ class Sabertooths(BoardDouble):
         return b""
 
     def _take(self, byte: int, now: float) -> None:
-        if byte >= 128:  # an address, wherever it comes
+        if byte >= 128:  # an address, at any place
             self.ignored += bool(self._kept)
             self._kept = bytes((byte,)) if byte in self.boards else b""
         elif self._kept:

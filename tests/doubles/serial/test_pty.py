@@ -1,4 +1,4 @@
-"""Whoever waits for what the kernel hands over is told in the end that it never will."""
+"""A wait for bytes that the kernel never passes on ends with an error."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def pty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
         yield pty
 
 
-def test_what_the_kernel_does_not_take_is_reported(pty: Pty) -> None:
+def test_bytes_that_the_kernel_does_not_take_are_reported(pty: Pty) -> None:
     termios.tcflow(pty._far, termios.TCOOFF)
     with pytest.raises(AssertionError, match=r"0 bytes waited to be read, the kernel took 0 of 5 more, .* 0 wait"):
         pty.say_all(b"hello")
 
 
-def test_what_somebody_else_has_read_is_reported(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bytes_that_another_reader_took_are_reported(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
     def read_by_another(_pty: Pty, data: bytes) -> int:
         termios.tcflush(_pty._near, termios.TCIFLUSH)
         return os.write(_pty._far, data)

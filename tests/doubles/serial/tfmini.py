@@ -1,4 +1,4 @@
-"""A TFmini-S at the other end of a line: a frame each hundredth of a second, of what is in front of it."""
+"""A double of a TFmini-S: a frame with the distance each hundredth of a second."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.doubles.serial.board import BoardDouble
 
 PERIOD_S = 0.01
 SLACK_S = 1e-9
-"""Times are no exact sums."""
+"""The tolerance of times, which are no exact sums."""
 
 REACH_M = 12.0
 STRONG, WEAK = 1000, 20
@@ -25,9 +25,9 @@ def frame(distance_cm: int, amplitude: int = STRONG, temperature: int = WARM) ->
 
 
 class TFminiS(BoardDouble):
-    """Says what ``distance`` is, in metres, `inf` for nothing; where it ``is_blind`` no light comes back.
+    """Sends the ``distance`` in metres, `inf` for nothing; if it ``is_blind`` no light comes back.
 
-    ``says`` takes the place of what it would say, where it is told.
+    ``says`` replaces its frames if it is set.
     """
 
     def __init__(self, distance: Callable[[], float] = lambda: math.inf) -> None:

@@ -1,6 +1,6 @@
-"""A UGV board at the other end of a line, as Waveshare's ugv_base_ros of September 2024 has it, with two wheels.
+"""A double of a UGV board with Waveshare's ugv_base_ros of September 2024, with two wheels.
 
-What it is told goes the way of uart_ctrl.h and movtion_module.h, what it tells that of ugv_advance.h; numbers are
+Commands follow uart_ctrl.h and movtion_module.h, feedback follows ugv_advance.h. Numbers are
 written as ArduinoJson 6 does (TextFormatter.hpp, FloatParts.hpp).
 """
 
@@ -19,19 +19,19 @@ PULSES = 660
 """ONE_CIRCLE_PLUSES of the UGV Rover."""
 
 BUFFER = 256
-"""So many bytes wait for a board that is busy starting; what comes after them is lost."""
+"""The receive buffer of a starting board in bytes; further bytes are lost."""
 
 ROM_S = 0.35
-"""Until then the ROM and the bootloader run, and what is sent is lost."""
+"""The time of the ROM and the bootloader after a reset, in which received bytes are lost."""
 
 STARTING_S = 2.0
-"""It takes 1.7 s and more until its loop begins."""
+"""The time until its loop starts, at least 1.7 s."""
 
 STARTED = b"Initialize LittleFS for Flash files ctrl.\r\nLittleFS mount succeed.\r\nServer Starts.\r\nUGV started.\r\n"
 
 
 class WaveshareBoard(BoardDouble):
-    """Its loop; it is on a battery of its own, so that unplugging does not reset it. ``received`` is what it took."""
+    """The board's loop. It has its own battery, so unplugging does not reset it. ``received`` has its commands."""
 
     def __init__(self, wheel_m: float = WHEEL_M) -> None:
         self._metres = wheel_m / 2
@@ -43,7 +43,7 @@ class WaveshareBoard(BoardDouble):
         self._forget(0.0)
 
     def reset(self, now: float) -> None:
-        """Begin anew: its motors stand, its odometers and all that it was told are gone."""
+        """Reset the board: its motors stop, and its odometers and settings are cleared."""
         self.wheels = Wheels()
         self.starts_at = now + STARTING_S
         self._forget(now)
@@ -112,7 +112,7 @@ class WaveshareBoard(BoardDouble):
         return self.feedback()
 
     def feedback(self) -> bytes:
-        """Return the line that it tells now."""
+        """Return a line of feedback."""
         left, right = self.wheels.left, self.wheels.right
         feedback: dict[str, float] = {"T": 1001, "L": left.velocity * self._metres, "R": right.velocity * self._metres}
         feedback |= dict(zip(("ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz"), (-112, 48, 8190) * 3, strict=True))
@@ -120,16 +120,16 @@ class WaveshareBoard(BoardDouble):
         return b"{%s}\r\n" % b",".join(b'"%s":%s' % (key.encode(), _written(value)) for key, value in feedback.items())
 
     def _centimetres(self, wheel: Wheel) -> int:
-        """Return the odometer, of whole pulses, cut towards zero."""
+        """Return the odometer in whole pulses, cut towards zero."""
         return int(int(wheel.angle / math.tau * PULSES) / PULSES * math.tau * self._metres * 100)
 
 
 TINY = 1e-37
-"""What is nearer to zero is none of a microcontroller's floats."""
+"""The smallest float of the microcontroller."""
 
 
 def _written(value: float) -> bytes:
-    """Return a number as ArduinoJson writes it: nine places of a double at most, exponents beyond 1e-5 and 1e7."""
+    """Return a number in ArduinoJson's format: nine digits of a double at most, exponents beyond 1e-5 and 1e7."""
     if isinstance(value, int) or abs(value) < TINY:
         return b"%d" % int(value)
     if 1e-5 < abs(value) < 1e7:

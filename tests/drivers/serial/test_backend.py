@@ -69,7 +69,7 @@ def test_a_robot_is_reported_by_its_devices_and_ports(robot: RobotDescription, p
     assert SerialBackend().check(robot) == f"2 devices on {pty.path}"
 
 
-def test_the_option_port_takes_the_place_of_the_robots_one_port(pty: Pty) -> None:
+def test_the_option_port_replaces_the_robots_only_port(pty: Pty) -> None:
     robot = robot_on("/dev/nowhere", motor("left"), motor("right"))
     with pytest.raises(DeviceError):
         SerialBackend().open(setup_of(robot))
@@ -92,7 +92,7 @@ def test_the_option_port_is_refused_if_the_robot_has_two_ports(raises: Raises) -
 
 
 def test_an_option_port_with_an_incomplete_usb_id_is_refused(robot: RobotDescription, raises: Raises) -> None:
-    with raises(UsageError):
+    with raises(UsageError, "invalid-option", option="port"):
         SerialBackend().open(setup_of(robot, port="usb:1a86"))
 
 

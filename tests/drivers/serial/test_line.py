@@ -57,7 +57,7 @@ def bench(pty: Pty) -> Iterator[Bench]:
     bench.line.close()
 
 
-def test_what_is_due_is_sent_and_what_comes_is_received(bench: Bench) -> None:
+def test_a_line_sends_due_data_and_receives(bench: Bench) -> None:
     bench.open()
     bench.protocol.say(b"go")
     bench.line.settle("wheel")
@@ -70,9 +70,7 @@ def test_the_last_word_is_sent_in_closing(bench: Bench, pty: Pty) -> None:
     assert pty.all_heard() == b"stop"
 
 
-def test_a_word_that_is_not_acknowledged_is_an_error_that_says_when_the_board_stops(
-    bench: Bench, raises: Raises
-) -> None:
+def test_a_command_without_acknowledgement_is_an_error_with_the_time_out(bench: Bench, raises: Raises) -> None:
     bench.open().board.is_deaf = True
     bench.protocol.say(b"stop")
     with raises(DeviceError, "not-acknowledged", device="wheel"):
@@ -90,13 +88,13 @@ def test_no_more_is_sent_than_the_line_carries(pty: Pty) -> None:
     assert gaps == pytest.approx([0.1, 0.1], abs=2 * PERIOD_S)
 
 
-def test_a_lost_port_is_an_error_by_name_that_says_when_the_board_stops(bench: Bench, raises: Raises) -> None:
+def test_a_lost_port_is_an_error_with_the_time_out(bench: Bench, raises: Raises) -> None:
     bench.open().lose()
     with raises(DeviceLostError, "port-lost", device="wheel"):
         bench.line.require("wheel")
 
 
-def test_a_lost_port_is_found_again_and_begun_anew(bench: Bench) -> None:
+def test_a_lost_port_is_reopened_and_its_protocol_reset(bench: Bench) -> None:
     bench.open().lose()
     bench.protocol.say(b"old")
     bench.pty.plug_in()
@@ -105,7 +103,7 @@ def test_a_lost_port_is_found_again_and_begun_anew(bench: Bench) -> None:
     assert bench.board.heard == b"??"
 
 
-def test_a_board_that_has_not_answered_since_it_came_back_is_lost_still(bench: Bench, raises: Raises) -> None:
+def test_a_reopened_port_is_lost_until_its_board_answers(bench: Bench, raises: Raises) -> None:
     bench.open().lose()
     bench.board.is_deaf = True
     bench.pty.plug_in()
@@ -114,9 +112,7 @@ def test_a_board_that_has_not_answered_since_it_came_back_is_lost_still(bench: B
         bench.line.require("wheel")
 
 
-def test_what_was_heard_before_the_port_was_lost_is_not_reported_as_if_it_had_never_been(
-    bench: Bench, raises: Raises
-) -> None:
+def test_a_sample_from_before_a_loss_is_not_read_after_it(bench: Bench, raises: Raises) -> None:
     bench.open()
     heard_at = bench.clock.now()
     bench.line.require_since_lost("wheel", heard_at)
@@ -143,7 +139,7 @@ def test_a_lost_port_is_tried_ever_more_seldom(bench: Bench, monkeypatch: pytest
     assert gaps == pytest.approx([0.2, 0.4, 0.8, 1.6, 2.0], abs=2 * PERIOD_S)
 
 
-def test_a_defect_of_a_talk_closes_the_line_and_is_reported(bench: Bench, raises: Raises) -> None:
+def test_an_exception_in_the_protocol_closes_the_line(bench: Bench, raises: Raises) -> None:
     bench.open().protocol.defect = KeyError("side")
     bench.pass_by(1.0)
     with raises(DeviceError, "protocol-defect", device="wheel") as caught:
@@ -152,13 +148,13 @@ def test_a_defect_of_a_talk_closes_the_line_and_is_reported(bench: Bench, raises
     assert not isinstance(caught.value, DeviceLostError)
 
 
-def test_a_port_on_which_nobody_answers_is_refused(bench: Bench, raises: Raises) -> None:
+def test_a_port_without_an_answer_is_refused(bench: Bench, raises: Raises) -> None:
     bench.board.is_deaf = True
     with raises(DeviceError, "board-silent", device="wheel"):
         bench.open()
 
 
-def test_whoever_does_not_wait_for_the_board_leaves_nothing_open(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupted_opening_leaves_no_file_open(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     before = _open_files()
     bench.board.is_deaf = True
 
@@ -227,7 +223,7 @@ class TestByAThread:
         yield clock
         clock.close()
 
-    def test_it_answers_is_lost_and_comes_back(self, pty: Pty, clock: MonotonicClock) -> None:
+    def test_a_board_answers_is_lost_and_comes_back(self, pty: Pty, clock: MonotonicClock) -> None:
         protocol, board = PollingProtocol(), AnsweringBoard()
         powered = Powered(board, pty, clock)
         line = Line(str(pty.path), protocol, clock)
@@ -268,7 +264,7 @@ class TestByAThread:
             line.require("wheel")
         line.close()
 
-    def test_what_is_due_at_a_time_is_sent_then_whatever_else_is_waited_for(
+    def test_data_with_a_due_time_is_sent_on_time_during_another_wait(
         self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         protocol, board = PollingProtocol(), AnsweringBoard()

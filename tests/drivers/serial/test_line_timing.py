@@ -1,4 +1,4 @@
-"""A line is asked for no more than it carries, and never for an old command."""
+"""A line sends no more than it carries, and only the newest command."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ SIZE = 8
 TOLD_EVERY_S = 0.005
 LASTING_S = 2.0
 LATER_S = 2 * PERIOD_S
-"""The far end is asked in turns with the line, so that it hears a command a turn later."""
+"""Line and far end take turns, so that a command arrives a turn later."""
 
 
 @dataclass
 class Driving:
-    """Commands, told two hundred times a second from 1 on, and what was heard of them."""
+    """Numbered commands, two hundred a second from 1 on, and those that arrived."""
 
     baud: int
     sent: dict[int, float] = field(default_factory=dict)
@@ -60,7 +60,7 @@ def test_no_command_waits_for_another_one_on_the_wire(driving: Driving) -> None:
     assert max(heard.waited for heard in driving.heard) <= LATER_S
 
 
-def test_what_is_sent_is_the_newest_command(driving: Driving) -> None:
+def test_only_the_newest_command_is_sent(driving: Driving) -> None:
     assert all(heard.number >= driving.newest_at(heard.at - LATER_S - PERIOD_S) for heard in driving.heard)
 
 
@@ -69,7 +69,7 @@ def test_no_command_is_sent_twice_or_after_a_newer_one(driving: Driving) -> None
     assert numbers == sorted(set(numbers))
 
 
-def test_the_age_of_what_arrives_is_bounded(driving: Driving) -> None:
+def test_the_age_of_arriving_commands_is_bounded(driving: Driving) -> None:
     bound = TOLD_EVERY_S + driving.frame_s + 2 * LATER_S
     assert max(heard.left_at - driving.sent[heard.number] for heard in driving.heard) <= bound
 

@@ -1,4 +1,4 @@
-"""What holds for every parser, whatever a line does to what was sent on it."""
+"""Rules of every parser, with any damage to the stream."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from hypothesis import strategies as st
 from tests.doubles.serial.protocols import ANY, SPOKEN, Damage, Parser, Spoken
 
 EXAMPLES = 25
-"""Of each rule and parser: there are many, and every run of the suite makes others."""
+"""The examples of each rule and parser; every run of the suite draws others."""
 
 KEPT = 2000
-"""So many bytes a parser is at most, pickled."""
+"""The largest size of a pickled parser in bytes."""
 
 every_parser = pytest.mark.parametrize("spoken", SPOKEN, ids=str)
 
 NOISE = 40
-"""So many bytes come between frames at most."""
+"""The most bytes between frames."""
 
 
 def frames_of(spoken: Spoken) -> st.SearchStrategy[bytes]:
@@ -28,7 +28,7 @@ def frames_of(spoken: Spoken) -> st.SearchStrategy[bytes]:
 
 
 def noise_for(spoken: Spoken) -> st.SearchStrategy[bytes]:
-    """Anything, often made of what frames begin with."""
+    """Any bytes, often with starts of frames."""
     marked = st.lists(st.sampled_from([bytes([mark]) for mark in spoken.marks]), max_size=NOISE).map(b"".join)
     return st.one_of(
         st.binary(max_size=NOISE), marked, st.lists(st.one_of(marked, st.binary(max_size=4))).map(b"".join)
@@ -36,7 +36,7 @@ def noise_for(spoken: Spoken) -> st.SearchStrategy[bytes]:
 
 
 def damaged(spoken: Spoken, frames: st.SearchStrategy[bytes], kinds: Damage = ANY) -> st.SearchStrategy[bytes]:
-    """What is left of a frame, or comes in place of one."""
+    """A damaged frame, or noise in its place."""
     made = {
         Damage.NOISE: noise_for(spoken),
         Damage.CUT: st.builds(_cut, frames, st.integers(1, 100), st.booleans()),
@@ -58,7 +58,7 @@ def test_cuts_of_the_stream_change_nothing(spoken: Spoken, data: st.DataObject) 
 
 
 @every_parser
-def test_bytes_that_come_one_by_one_change_nothing(spoken: Spoken) -> None:
+def test_single_bytes_make_the_same_frames(spoken: Spoken) -> None:
     draw = Random(1)
     stream = b"".join(spoken.frame(draw) + draw.randbytes(draw.randrange(20)) for _ in range(400))
     parser = spoken.parser()
@@ -87,7 +87,7 @@ def test_no_value_is_reported_that_no_frame_carried(spoken: Spoken, data: st.Dat
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_two_frames_after_the_damage_it_is_in_step(spoken: Spoken, data: st.DataObject) -> None:
+def test_the_second_frame_after_damage_is_found(spoken: Spoken, data: st.DataObject) -> None:
     frames = frames_of(spoken)
     before = data.draw(st.lists(st.one_of(frames, damaged(spoken, frames)), max_size=8))
     after = data.draw(st.lists(frames, min_size=3, max_size=5))
@@ -101,7 +101,7 @@ def test_two_frames_after_the_damage_it_is_in_step(spoken: Spoken, data: st.Data
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_whatever_comes_it_neither_raises_nor_keeps(spoken: Spoken, data: st.DataObject) -> None:
+def test_any_bytes_neither_raise_nor_fill_memory(spoken: Spoken, data: st.DataObject) -> None:
     parser = spoken.parser()
     for piece in data.draw(st.lists(noise_for(spoken), max_size=20)):
         parser.feed(piece)
@@ -119,7 +119,7 @@ def test_a_stream_of_nothing_but_beginnings_is_not_kept(spoken: Spoken, mark: st
 
 
 def _said(spoken: Spoken, frame: bytes) -> object:
-    """Return what a frame carries; the parser may want a second one to believe the first."""
+    """Return the values of a frame; the parser may need a second frame to accept the first one."""
     return spoken.parser().feed(2 * frame)[0]
 
 

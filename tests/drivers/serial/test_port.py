@@ -48,7 +48,7 @@ def test_a_port_is_found_by_its_usb_id_or_its_path(ports: list[Any], place: str,
     assert find_path(place) == path
 
 
-def test_a_board_that_was_plugged_in_elsewhere_is_found_under_its_new_name(ports: list[Any]) -> None:
+def test_a_board_in_another_plug_is_found_by_its_usb_id(ports: list[Any]) -> None:
     ports[-1].device = "/dev/ttyUSB0"
     assert find_path("usb:1a86:7523") == "/dev/ttyUSB0"
 
@@ -72,7 +72,7 @@ def test_a_computer_without_ports_is_reported(ports: list[Any], check_text: Chec
 
 
 @pytest.mark.parametrize("place", ["", "usb:", "usb:1a86", "usb:1a86:75234", "usb:1a86:7523:"])
-def test_what_is_no_place_is_refused(place: str) -> None:
+def test_an_invalid_place_is_refused(place: str) -> None:
     with pytest.raises(ValidationError):
         TypeAdapter(PortPlace).validate_python(place)
 
@@ -108,7 +108,7 @@ def test_the_remedy_names_a_group_only_if_its_members_may_use_the_port(
     check_text(text, hide=[f" {name} $USER"])
 
 
-def test_what_was_written_is_no_failure_however_long_the_processor_was_away(
+def test_a_finished_write_is_no_failure_after_a_long_suspension(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clock, write = MonotonicClock(), os.write

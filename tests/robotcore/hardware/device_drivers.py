@@ -1,4 +1,4 @@
-"""Device drivers without hardware: one that notes what is opened and closed, and one on a board with pins."""
+"""Device drivers without hardware: one that records opening and closing, and one on a board with pins."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from robotcore.hardware import Connection, DeviceBinding, DeviceDriver, Host, bi
 
 
 class NoSettings(StrictModel):
-    """Nothing to tell."""
+    """No settings."""
 
 
 class Noted(Device):
-    """Writes down when it is closed."""
+    """A device that records its closing."""
 
     def __init__(self, name: str, diary: list[str]) -> None:
         super().__init__(name)
@@ -36,7 +36,7 @@ class Noted(Device):
 
 
 class NotingDriver(DeviceDriver[Any, NoSettings]):
-    """Opens whatever there is, but for what is ``dead``."""
+    """Opens any device except the ``dead`` ones."""
 
     name = "noting"
     summary = "for tests"
@@ -63,7 +63,7 @@ def host(opened: dict[str, Device]) -> Host:
 
 
 class PlugSettings(StrictModel):
-    """``pin`` is its own, ``bus`` may be others' too."""
+    """``pin`` is for one device only, ``bus`` may be shared."""
 
     pin: Annotated[int, Field(ge=1, le=9, description="the number of a hole, 1 to 9")]
     spare: int | None = None
@@ -104,7 +104,7 @@ class MotorPlug(Plug):
 
 
 class PlugBoard(Backend):
-    """Has nine holes, of which two are drawn."""
+    """A board with nine holes, of which two are drawn."""
 
     name = "plugboard"
     summary = "for tests"
@@ -127,7 +127,7 @@ class PlugBoard(Backend):
 
 
 def register(monkeypatch: pytest.MonkeyPatch, **broken: str) -> None:
-    """Let the board, its drivers and those that are ``broken`` be installed, besides what is."""
+    """Register the board, its drivers and the ``broken`` ones, besides the installed ones."""
     drivers = {"plug": f"{__name__}:Plug", "motor-plug": f"{__name__}:MotorPlug", **broken}
     groups = (registry.APPS, registry.BACKENDS, registry.DEVICES, registry.FAULTS)
     points = {group: dict(registry._points(group)) for group in groups}
@@ -137,7 +137,7 @@ def register(monkeypatch: pytest.MonkeyPatch, **broken: str) -> None:
 
 
 def robot_file(section: str) -> str:
-    """Return a robot with a motor, a camera and a display, and what its file says of the board."""
+    """Return a robot's file with a motor, a camera and a display, and this section of the board."""
     body = "length_m = 0.2\nwidth_m = 0.2\nheight_m = 0.1\nclearance_m = 0.01\nmass_kg = 1.0\n"
     eye = "mount = { z_m = 0.1 }\nwidth_px = 320\nheight_px = 240\nhorizontal_fov_rad = 1.0\n"
     return (

@@ -19,7 +19,7 @@ models = st.builds(
 
 
 @given(models, st.floats(-1, 1))
-def test_a_duty_makes_the_velocity_that_it_was_chosen_for(model: MotorModel, share: float) -> None:
+def test_duty_and_velocity_are_inverse(model: MotorModel, share: float) -> None:
     velocity = share * model.reach(share)
     assert model.velocity(model.duty(velocity)) == pytest.approx(velocity, rel=1e-9, abs=1e-9)
 
@@ -33,7 +33,7 @@ def test_no_duty_is_beyond_the_greatest_and_each_has_the_sign_of_its_velocity(
     assert not velocity or math.copysign(1, duty) == math.copysign(1, velocity)
 
 
-def test_standing_is_no_duty_at_all_whatever_the_dead_band() -> None:
+def test_zero_velocity_is_zero_duty_for_any_dead_band() -> None:
     model = MotorModel(dead_band=0.3, forward_rad_s=10, backward_rad_s=10)
     assert model.duty(0.0) == 0
     assert model.duty(-0.0) == 0

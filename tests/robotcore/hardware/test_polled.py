@@ -74,7 +74,7 @@ def test_a_failure_ends_a_row_of_nothing() -> None:
     assert sampler.newest.get().time == 0.0
 
 
-def test_what_is_in_range_and_what_is_not() -> None:
+def test_distances_are_limited_to_the_range() -> None:
     sampler = RangeSampler(NOSE, 3)
     for number, (distance, reported) in enumerate([(0.0, 0.02), (0.5, 0.5), (2.0, 2.0), (2.001, math.inf)]):
         sampler.add_distance(distance, float(number))

@@ -18,7 +18,7 @@ TURN, STOP = b"go;", b"stop;"
 
 
 def main() -> None:
-    """Tell the board to turn until a line comes in."""
+    """Turn the motor until a line arrives on standard input."""
     port, clock = sys.argv[1], MonotonicClock()
     protocol = PollingProtocol()
     line = Line(port, protocol, clock)

@@ -1,4 +1,4 @@
-"""What holds for every board that answers, or tells by itself."""
+"""Rules of every board that answers, or sends data by itself."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tests.texts import CheckText
 
 STEP_S = 0.002
 LONG_S = 3.0
-"""Longer than any of them takes to be lost, or met."""
+"""Longer than any board takes to be lost, or to be ready."""
 
 BOARDS: dict[str, tuple[Callable[[], BoardProtocol], Callable[[], BoardDouble], float]] = {
     "ours": (lambda: ArduinoProtocol(57600), RobotcoreBridgeDouble, 20.0),
@@ -33,11 +33,11 @@ BOARDS: dict[str, tuple[Callable[[], BoardProtocol], Callable[[], BoardDouble], 
     "waveshare": (lambda: WaveshareProtocol(115200), WaveshareBoard, 0.2),
     "hoverboard": (lambda: HoverboardProtocol(115200), lambda: Hoverboard(Wheels()), 100.0),
 }
-"""The conversation, the board, and a command by which it turns."""
+"""A protocol, its board, and a command that turns a motor."""
 
 
 class Wired:
-    """A talk and its board; the wire between them may be cut."""
+    """A protocol and its board; the wire between them may be cut."""
 
     def __init__(self, protocol: BoardProtocol, board: BoardDouble, turning: float) -> None:
         self.protocol, self._board, self._turning = protocol, board, turning
@@ -59,7 +59,7 @@ class Wired:
         self.has_turned |= bool(wheels.left.command or wheels.right.command)
 
     def until(self, *, is_ready: bool) -> None:
-        """Let time pass until the board is there, or is lost."""
+        """Let time pass until the board is ready, or is lost."""
         end = self.now + LONG_S
         while self.protocol.is_ready is not is_ready:
             self.step()
@@ -84,10 +84,10 @@ def test_a_board_that_is_reported_to_turn_turns(wired: Wired) -> None:
     assert wired.has_turned
 
 
-def test_a_command_that_slips_in_as_the_board_is_lost_turns_no_wheel_when_it_is_back(wired: Wired) -> None:
+def test_a_command_during_a_loss_turns_no_wheel_after_it(wired: Wired) -> None:
     wired.is_cut = True
     wired.until(is_ready=False)
-    wired.set()  # by a thread that had looked just before
+    wired.set()  # another thread has checked the line just before the loss
     wired.is_cut = False
     wired.until(is_ready=True)
     wired.pass_by(1.0)
@@ -102,7 +102,7 @@ def test_the_shortest_time_out_of_all_motors_applies(check_text: CheckText) -> N
     assert protocol.timeout_s == 0.3
 
 
-def test_a_time_out_that_the_true_one_cannot_be_reported_is_its_own() -> None:
+def test_ros_arduino_bridge_keeps_its_own_time_out() -> None:
     protocol = ArduinoProtocol(57600)
     protocol.limit(0.3)
     assert protocol.timeout_s == 2.0
@@ -132,7 +132,7 @@ DEVICES_OF_BOARDS: dict[str, tuple[Callable[[], BoardDouble], dict[str, dict[str
 
 
 @pytest.mark.parametrize("name", DEVICES_OF_BOARDS)
-def test_nothing_that_was_sent_before_the_board_was_lost_is_read_when_it_is_back(tmp_path: Path, name: str) -> None:
+def test_no_sample_from_before_a_loss_is_read_after_it(tmp_path: Path, name: str) -> None:
     make, section = DEVICES_OF_BOARDS[name]
     with closing(Rig(tmp_path, make(), section, (BATTERY,))) as rig:
         sensors = [device for device in rig.robot.devices.values() if not isinstance(device, Motor)]

@@ -7,7 +7,7 @@ from drivers.serial.boards.command import GATHER_S, MAX_AGE_S, STOP_REPEAT_S, Co
 TIMEOUT_S = 0.5
 
 
-def test_a_command_is_taken_once_for_each_time_it_was_sent() -> None:
+def test_each_command_is_taken_once() -> None:
     command = CommandBuffer()
     for now in (0.0, 1.0):
         command.set("left", 2.0, now)
@@ -16,7 +16,7 @@ def test_a_command_is_taken_once_for_each_time_it_was_sent() -> None:
         assert command.take(now + 0.5, TIMEOUT_S) is None
 
 
-def test_one_motor_reported_alone_goes_when_it_has_waited_for_the_other() -> None:
+def test_a_single_command_is_sent_after_a_wait_for_the_other_motor() -> None:
     command = CommandBuffer()
     command.set("left", 2.0, 0.0)
     assert command.take(0.0, TIMEOUT_S) is None
@@ -24,14 +24,14 @@ def test_one_motor_reported_alone_goes_when_it_has_waited_for_the_other() -> Non
     assert command.next_due == math.inf
 
 
-def test_a_motor_reported_again_does_not_wait_longer() -> None:
+def test_a_repeated_command_does_not_prolong_the_wait() -> None:
     command = CommandBuffer()
     command.set("left", 2.0, 0.0)
     command.set("left", 3.0, GATHER_S / 2)
     assert command.take(GATHER_S, TIMEOUT_S) == WheelCommand(3.0, 0.0)
 
 
-def test_both_are_stopped_in_one_frame() -> None:
+def test_one_frame_stops_both_motors() -> None:
     command = CommandBuffer()
     command.set("left", 2.0, 0.0)
     command.set("right", 2.0, 0.0)
@@ -42,7 +42,7 @@ def test_both_are_stopped_in_one_frame() -> None:
     assert command.take(0.1, TIMEOUT_S) == WheelCommand()
 
 
-def test_one_motor_is_stopped_alone_and_at_once_where_the_other_one_stands() -> None:
+def test_a_stop_is_sent_at_once_if_the_other_motor_stands() -> None:
     command = CommandBuffer()
     command.set("left", 2.0, 0.0)
     command.take(GATHER_S, TIMEOUT_S)
@@ -50,7 +50,7 @@ def test_one_motor_is_stopped_alone_and_at_once_where_the_other_one_stands() -> 
     assert command.take(0.1, TIMEOUT_S) == WheelCommand()
 
 
-def test_a_stop_does_not_turn_the_other_motor_by_what_it_was_sent_long_ago() -> None:
+def test_a_stop_does_not_turn_the_other_motor_by_an_old_command() -> None:
     command = CommandBuffer()
     command.set("left", 2.0, 0.0)
     command.set("right", 2.0, 0.0)
@@ -59,7 +59,7 @@ def test_a_stop_does_not_turn_the_other_motor_by_what_it_was_sent_long_ago() -> 
     assert command.take(3 * MAX_AGE_S, TIMEOUT_S) == WheelCommand()
 
 
-def test_a_motor_that_was_sent_alone_turns_as_long_as_the_boards_time_out_whatever_the_other_one_is_reported() -> None:
+def test_a_motor_without_new_commands_turns_for_the_time_out_while_the_other_turns() -> None:
     command, taken = CommandBuffer(), []
     command.set("right", 2.0, 0.0)
     command.take(GATHER_S, TIMEOUT_S)
@@ -69,7 +69,7 @@ def test_a_motor_that_was_sent_alone_turns_as_long_as_the_boards_time_out_whatev
     assert taken == [WheelCommand(3.0, 2.0), WheelCommand(3.0, 2.0), WheelCommand(3.0, 0.0)]
 
 
-def test_nothing_is_left_of_what_is_forgotten() -> None:
+def test_clear_drops_the_command() -> None:
     command = CommandBuffer()
     command.set("left", 2.0, 0.0)
     command.clear()
@@ -78,14 +78,14 @@ def test_nothing_is_left_of_what_is_forgotten() -> None:
     assert command.take(1.0 + GATHER_S, TIMEOUT_S) == WheelCommand(0.0, 3.0)
 
 
-def test_what_could_not_be_sent_for_long_turns_nothing_any_more() -> None:
+def test_an_old_command_is_sent_as_zero() -> None:
     command = CommandBuffer()
     command.set("left", 2.0, 0.0)
     command.set("right", 2.0, 0.0)
     assert command.take(2 * MAX_AGE_S, TIMEOUT_S) == WheelCommand() == command.newest
 
 
-def test_who_stands_is_reported_so_again_and_who_turns_is_not() -> None:
+def test_only_a_stop_is_repeated() -> None:
     command = CommandBuffer()
     assert command.repeat_stop(0.0) == WheelCommand()
     assert command.repeat_stop(STOP_REPEAT_S / 2) is None

@@ -38,7 +38,7 @@ class Bench:
         self.program = subprocess.Popen(command, cwd=ROOT, stdin=pipe, stderr=pipe, text=True)
 
     def until_heard(self, frame: bytes, do: Callable[[], object] = bool) -> None:
-        """Do something, and wait until the board is told this."""
+        """Call a function, and wait until the board has received these bytes."""
         before = len(self.board.heard)
         do()
         while frame not in self.board.heard[before:]:
@@ -46,7 +46,7 @@ class Bench:
             assert self.clock.now() < END_S, self.board.heard[-50:]
 
     def over(self) -> str:
-        """Return what was said, once neither the program nor its guardian is there any more."""
+        """Return the output after the program and its guardian have ended."""
         return self.program.communicate(timeout=END_S)[1]
 
     def close(self) -> None:
@@ -72,7 +72,7 @@ def test_the_guardian_stops_the_board_of_a_killed_program(bench: Bench, check_te
     check_text(said, hide=[bench.program.pid])
 
 
-def test_the_board_of_a_suspended_program_is_reported_to_stop_and_turns_when_it_goes_on(bench: Bench) -> None:
+def test_a_suspended_programs_board_is_stopped_and_turns_when_it_resumes(bench: Bench) -> None:
     bench.until_heard(TURN)
     bench.until_heard(STOP, partial(bench.program.send_signal, signal.SIGSTOP))
     bench.until_heard(TURN, partial(bench.program.send_signal, signal.SIGCONT))
@@ -120,7 +120,7 @@ def powered(tmp_path: Path) -> Iterator[Powered]:
 
 
 def stopping(path: Path, answer: str | None) -> str | None:
-    """Stop as somebody who drives nothing."""
+    """Stop as a process without a run."""
     cutoff = StopFrame(str(path), 57600, STOP.hex(), answer, has_owner=False)
     cutoff.open()
     try:
@@ -129,14 +129,14 @@ def stopping(path: Path, answer: str | None) -> str | None:
         cutoff.close()
 
 
-def test_where_nobody_drives_the_board_is_reported_to_stop_and_confirms_it(tmp_path: Path, powered: Powered) -> None:
+def test_a_stop_without_a_run_is_confirmed_by_the_board(tmp_path: Path, powered: Powered) -> None:
     assert stopping(tmp_path / "board", "!") is None
     assert isinstance(powered.board, AnsweringBoard)
     assert powered.board.heard == 2 * STOP
 
 
 @pytest.mark.parametrize("is_deaf", [True, False])
-def test_a_board_that_does_not_confirm_a_stop_is_not_said_to_have_stopped(
+def test_a_stop_that_the_board_does_not_confirm_is_an_error(
     tmp_path: Path, powered: Powered, monkeypatch: pytest.MonkeyPatch, raises: Raises, *, is_deaf: bool
 ) -> None:
     monkeypatch.setattr("drivers.serial.boards.cutoff.ANSWER_TIMEOUT_S", 0.5)
@@ -184,7 +184,7 @@ def test_a_program_that_has_the_port_open_is_reported_after_the_stop(bench: Benc
     cutoff.close()
 
 
-def test_a_port_that_cannot_be_opened_is_reported_with_what_to_do(tmp_path: Path, raises: Raises) -> None:
+def test_a_port_that_cannot_be_opened_is_reported_with_a_remedy(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "board").touch()
     with raises(BackendError, "port-not-opened"):
         stopping(tmp_path / "board", None)

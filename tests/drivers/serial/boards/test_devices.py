@@ -12,7 +12,7 @@ def _counted(counter: CountAccumulator, *counts: float) -> float:
     return angle.angle
 
 
-def test_angles_begin_at_zero_wherever_the_board_counts_from() -> None:
+def test_angles_begin_at_zero_for_any_first_count() -> None:
     assert _counted(CountAccumulator(), 700) == 0
     assert _counted(CountAccumulator(), 700, 690) == -10
 

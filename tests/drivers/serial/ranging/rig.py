@@ -1,4 +1,4 @@
-"""A TFmini on a pty, and the driver that listens to it, in simulated time."""
+"""A TFmini on a pty, and its driver, in simulated time."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ NOSE = _NOSE.model_copy(update={"min_range_m": 0.1, "cone_rad": 0.063})
 
 
 def robot_with(*noses: RangeSensorDescription, **wires: Mapping[str, Any]) -> RobotDescription:
-    """Return the rover with these in place of its own, and these tables in its section [serial]."""
+    """Return the rover with these range sensors in place of its own, and these tables in [serial]."""
     rover = load_robot("rover")
     others = [device for device in rover.devices if not isinstance(device, RangeSensorDescription)]
     return rover.model_copy(update={"devices": (*others, *noses), "backends": {"serial": wires}})
 
 
 class Rig:
-    """A sensor that sends something flat at 0.5 m, until it is told to send something else."""
+    """A sensor that sends 0.5 m until `sends` changes its frames."""
 
     def __init__(self, folder: Path) -> None:
         self.pty, self.clock, self.double = Pty(folder), SteppedClock(500, lambda _steps: None), TFminiS()
@@ -45,7 +45,7 @@ class Rig:
         return sensor
 
     def sends(self, *frames: bytes, cycles: int = 0) -> None:
-        """From now on, every hundredth of a second, send these frames at once; let so many of these pass."""
+        """Send these frames together every hundredth of a second from now on; let ``cycles`` of these pass."""
         self.double.says = b"".join(frames)
         self.cycles(cycles)
 

@@ -6,7 +6,7 @@ from drivers.serial.ranging.protocol import Detection, Parser
 from tests.doubles.serial.tfmini import DAZZLED_CM, SATURATED_CM, STRONG, WEAK, WEAK_CM, frame
 
 OF_THE_FIRST = 7
-"""Where the later sensors have a temperature, the first TFmini has its mode."""
+"""The first TFmini sends its mode in place of the temperature."""
 
 FRAMES = [
     # TFmini-S manual, 5.3: header, distance, amplitude, temperature, sum; low bytes first
@@ -17,13 +17,13 @@ FRAMES = [
     # TFmini, 5.3: a mode and a spare byte in place of the temperature
     ("59 59 d8 00 1d 00 02 00 a9", Detection.TARGET, 2.16, None),
     ("59 59 ff ff 13 00 07 00 ca", Detection.NOTHING, None, None),
-    # TF-Luna, 6.8: no distance where the amplitude is too low
+    # TF-Luna, 6.8: no distance if the amplitude is too low
     ("59 59 00 00 0c 00 00 09 c7", Detection.NOTHING, None, 32.0),
 ]
 
 
 @pytest.mark.parametrize("sent, seen, distance, temperature", FRAMES)
-def test_frames_say_what_the_manuals_say(
+def test_frames_are_parsed_as_in_the_manuals(
     sent: str, seen: Detection, distance: float | None, temperature: float
 ) -> None:
     reading, _ = Parser().feed(2 * bytes.fromhex(sent))
@@ -47,7 +47,7 @@ def test_frames_say_what_the_manuals_say(
         (frame(0), Detection.TARGET),
     ],
 )
-def test_a_distance_counts_only_with_the_light_to_tell_it(sent: bytes, seen: Detection) -> None:
+def test_a_distance_needs_enough_light(sent: bytes, seen: Detection) -> None:
     assert [reading.detection for reading in Parser().feed(2 * sent)] == [seen, seen]
 
 
@@ -80,7 +80,7 @@ def test_a_header_in_the_words_costs_no_more_than_two_frames(cut: int) -> None:
 
 
 def test_a_frame_cut_out_of_two_that_never_change_is_not_believed() -> None:
-    """Its sum is right in every round: only its words are odd."""
+    """The checksum is right in every rotation of the frame; only the words are impossible."""
     still = frame(0x59, 0xF805, 0x08C9)
     assert still[-1] == 0x59 + 0x80
     assert {reading.amplitude for reading in Parser().feed(still[1:] + still * 3)} == {0xF805}
@@ -91,7 +91,7 @@ def test_a_lone_frame_in_noise_is_not_believed() -> None:
     assert parser.feed(b"\x00" + frame(50) + b"noise" + frame(51) + b"\x59") == []
 
 
-def test_what_no_sensor_sends_is_dropped() -> None:
+def test_impossible_words_are_dropped() -> None:
     too_far, too_hot = frame(2001), frame(50, STRONG, 4096)
     assert Parser().feed(too_far * 3 + too_hot * 3) == []
 

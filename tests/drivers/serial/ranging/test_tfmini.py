@@ -1,4 +1,4 @@
-"""A TFmini on a line keeps the kit's rules; a simulator is in front of it, and the rest of the robot is its own."""
+"""A TFmini passes the conformance kit in a simulator's world; the other devices are the simulator's."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
     rig.close()
 
 
-def test_a_sample_is_in_hand_when_it_is_open(rig: Rig) -> None:
+def test_an_open_sensor_has_a_sample(rig: Rig) -> None:
     assert rig.open().read().distance == 0.5
 
 
-def test_each_frame_is_a_new_sample_of_when_it_arrived(rig: Rig) -> None:
+def test_each_frame_is_a_sample_with_its_arrival_time(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
     rig.sends(frame(120), cycles=5)
@@ -76,7 +76,7 @@ def test_a_sensor_that_falls_silent_is_lost_until_its_next_frames(rig: Rig, rais
     assert (sensor.read().distance, sensor.read().time > before.time) == (0.7, True)
 
 
-def test_nothing_is_vouched_for_only_after_a_row_of_dark_frames(rig: Rig) -> None:
+def test_only_a_row_of_dark_frames_means_nothing_in_range(rig: Rig) -> None:
     sensor = rig.open(echo_free_cycles=10)
     before = sensor.read()
     rig.sends(DARK, cycles=9)
@@ -86,7 +86,7 @@ def test_nothing_is_vouched_for_only_after_a_row_of_dark_frames(rig: Rig) -> Non
 
 
 @pytest.mark.parametrize("between", [DAZZLED, frame(50)], ids=["too much light", "a target"])
-def test_what_is_seen_between_dark_frames_begins_their_row_anew(rig: Rig, between: bytes) -> None:
+def test_another_frame_restarts_the_row_of_dark_frames(rig: Rig, between: bytes) -> None:
     sensor = rig.open(echo_free_cycles=10)
     for _ in range(5):
         rig.sends(DARK, cycles=8)
@@ -139,7 +139,7 @@ def test_nothing_is_ever_sent_to_it(rig: Rig) -> None:
     assert rig.pty.heard() == b""
 
 
-def test_what_waited_in_a_full_buffer_is_of_an_unknown_age(rig: Rig) -> None:
+def test_frames_from_a_full_buffer_make_no_sample(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
     rig.sends(*[frame(90)] * 455, cycles=1)
@@ -167,7 +167,7 @@ def test_an_unplugged_sensor_is_lost_and_comes_back(rig: Rig, raises: Raises) ->
     assert (after.distance, after.sequence) == (0.7, before.sequence + 1)
 
 
-def test_a_thread_hears_it_at_the_machines_own_time(tmp_path: Path) -> None:
+def test_a_thread_reads_the_sensor_in_real_time(tmp_path: Path) -> None:
     clock = MonotonicClock()
     with Pty(tmp_path) as pty:
         talking = clock.every(PERIOD_S, lambda: pty.say(frame(50)), "TFmini")
@@ -232,6 +232,6 @@ class TestTFmini(LifecycleRules, RangeRules, SampleRules):
 
 
 def _distance(simulated: Robot) -> Callable[[], float]:
-    """Return how far away what is in front of the robot is; nobody asks where it has no range sensor open."""
+    """Return a function for the distance ahead; `inf` if the simulator has no range sensor open."""
     noses = [device for device in simulated.devices.values() if isinstance(device, RangeSensor)]
     return lambda: noses[0].read().distance if noses else math.inf

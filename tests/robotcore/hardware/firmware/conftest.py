@@ -10,6 +10,6 @@ from tests.robotcore.hardware.firmware.tools import Tools
 
 @pytest.fixture
 def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Tools:
-    """Nothing is installed but what a test puts there."""
+    """A PATH without tools; the test adds some."""
     monkeypatch.setattr(toolchain, "AVR_CORE", tmp_path / "nowhere")
     return Tools(tmp_path, monkeypatch)

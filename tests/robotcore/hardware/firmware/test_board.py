@@ -20,20 +20,20 @@ from tests.doubles.serial.pty import Pty
 from tests.texts import Raises
 
 
-def test_one_board_is_found_whichever_its_driver_is(tmp_path: Path) -> None:
+def test_the_only_board_is_found(tmp_path: Path) -> None:
     (tmp_path / "ttyACM3").touch()
     (tmp_path / "ttyS0").touch()
     assert find_only_port(tmp_path) == str(tmp_path / "ttyACM3")
 
 
-def test_of_two_boards_none_is_chosen(tmp_path: Path, raises: Raises) -> None:
+def test_two_boards_are_ambiguous(tmp_path: Path, raises: Raises) -> None:
     for name in ("ttyUSB0", "ttyACM0"):
         (tmp_path / name).touch()
     with raises(UsageError, "port-ambiguous"):
         find_only_port(tmp_path)
 
 
-def test_where_no_board_is_the_user_is_reported_so(tmp_path: Path, raises: Raises) -> None:
+def test_a_missing_board_is_reported(tmp_path: Path, raises: Raises) -> None:
     with raises(UsageError, "no-board"):
         find_only_port(tmp_path)
 
@@ -46,7 +46,7 @@ def test_free_port_may_be_used(tmp_path: Path) -> None:
         pty.unplug()
 
 
-def test_port_that_somebody_has_open_is_refused_by_name_and_number(tmp_path: Path, raises: Raises) -> None:
+def test_port_that_another_process_holds_is_refused(tmp_path: Path, raises: Raises) -> None:
     pty = Pty(tmp_path)
     holding = f"import sys; line = open({str(pty.path)!r}, 'rb'); print('open', flush=True); sys.stdin.read()"
     with subprocess.Popen([sys.executable, "-c", holding], stdin=-1, stdout=-1, text=True) as other:
@@ -62,7 +62,7 @@ def test_port_that_somebody_has_open_is_refused_by_name_and_number(tmp_path: Pat
 
 
 @pytest.mark.parametrize("made", [False, True])
-def test_what_is_no_port_is_refused(tmp_path: Path, raises: Raises, *, made: bool) -> None:
+def test_file_that_is_no_port_is_refused(tmp_path: Path, raises: Raises, *, made: bool) -> None:
     port = tmp_path / "ttyUSB0"
     if made:
         port.touch()
@@ -102,7 +102,7 @@ def test_folder_that_cannot_be_written_is_named(tmp_path: Path, raises: Raises) 
         copy_sketch(tmp_path / "file")
 
 
-def test_baud_is_what_the_sketch_says(tmp_path: Path) -> None:
+def test_baud_is_read_from_the_sketch(tmp_path: Path) -> None:
     assert read_baud(shipped_sketch()) == 57600
     config = copy_sketch(tmp_path) / "config.h"
     config.write_text(config.read_text().replace("#define BAUD 57600", "#define BAUD 115200"))

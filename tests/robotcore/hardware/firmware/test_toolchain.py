@@ -40,7 +40,7 @@ def test_mistakes_in_config_h_are_compiler_errors_by_macro(tmp_path: Path, check
     check_text("\n".join(sorted(set(re.findall(r"config\.h: [^ \"\n][^\"\n]*", str(caught.value))))))
 
 
-def test_arduino_cli_is_taken_where_it_has_the_core(tools: Tools, tmp_path: Path) -> None:
+def test_arduino_cli_builds_if_it_has_the_core(tools: Tools, tmp_path: Path) -> None:
     tools.put("arduino-cli", LISTS_CORE + COMPILES)
     (folder := tmp_path / "built").mkdir()
     built = build(shipped_sketch(), BOARDS["nano-old"], folder)
@@ -59,7 +59,7 @@ def test_arduino_cli_without_the_core_names_the_command_that_installs_it(
         build(shipped_sketch(), UNO, tmp_path)
 
 
-def test_where_no_tool_is_there_both_ways_to_one_are_named(tools: Tools, tmp_path: Path, raises: Raises) -> None:
+def test_without_a_tool_both_installations_are_named(tools: Tools, tmp_path: Path, raises: Raises) -> None:
     with raises(FirmwareError, "no-build-tool", board="uno"):
         build(shipped_sketch(), UNO, tmp_path)
 

@@ -1,4 +1,4 @@
-"""Tools on the PATH that write down how they were called: only their arguments are looked at."""
+"""Tools on the PATH that record the arguments of their calls."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 
 class Tools:
-    """A PATH of its own, with the tools that are put on it and what a shell needs."""
+    """A PATH with fake tools only."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self._folder, self._diary = folder / "bin", folder / "calls"
@@ -18,7 +18,7 @@ class Tools:
         monkeypatch.setenv("PATH", str(self._folder))
 
     def put(self, name: str, deed: str = "") -> None:
-        """Put a tool there; ``deed`` is what it does in /bin/sh, with what it was called by in $*."""
+        """Add a tool; ``deed`` is its script for /bin/sh, with its arguments in $*."""
         tool = self._folder / name
         tool.write_text(f'#!/bin/sh\nPATH={os.defpath}\necho "{name} $*" >> "{self._diary}"\n{deed}\n')
         tool.chmod(0o755)

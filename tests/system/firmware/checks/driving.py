@@ -101,7 +101,7 @@ def test_pulled_line_stops_the_wheels_by_the_boards_own_deadman(robot: Robot, bo
     assert BOARD_TIMEOUT_S - 0.001 <= stopped.time - commanded <= BOARD_TIMEOUT_S + FRAME_S
 
 
-def test_line_put_back_is_driven_again_and_stands_until_then(robot: Robot, board: Board) -> None:
+def test_replugged_board_stands_until_a_new_command(robot: Robot, board: Board) -> None:
     drive_for(robot, 0.5)
     board.pull()
     board.wait(lambda: is_lost(robot), "the loss to be told", 1.0)
@@ -112,7 +112,7 @@ def test_line_put_back_is_driven_again_and_stands_until_then(robot: Robot, board
     drive_until(robot, lambda: is_turning(board))
 
 
-def test_encoders_go_on_from_where_they_were_when_the_board_was_reset(robot: Robot, board: Board) -> None:
+def test_encoders_continue_after_a_reset_of_the_board(robot: Robot, board: Board) -> None:
     drive_for(robot, 1.0)
     encoder = robot["left_encoder"]
     assert isinstance(encoder, Encoder)
@@ -139,7 +139,7 @@ def test_hung_sketch_is_reset_by_its_watchdog_and_driven_again(robot: Robot, boa
 
 
 @pytest.mark.parametrize("share", [0.005, 0.02])
-def test_noise_both_ways_turns_no_wheel_otherwise_than_asked(robot: Robot, board: Board, share: float) -> None:
+def test_noise_in_both_directions_changes_no_command(robot: Robot, board: Board, share: float) -> None:
     board.make_noise(share)
     fastest = slowest = 0.0
     begun = robot.clock.now()

@@ -63,9 +63,7 @@ def test_hung_program_leaves_no_wheel_turning(board: Board, app: subprocess.Pope
     assert board.duties == (0.0, 0.0)
 
 
-def test_hung_program_whose_guardian_hangs_too_is_stopped_by_the_boards_own_deadman(
-    board: Board, app: subprocess.Popen[str]
-) -> None:
+def test_boards_deadman_stops_a_hung_program_with_a_hung_guardian(board: Board, app: subprocess.Popen[str]) -> None:
     hung = [*guardians(app), app.pid]
     assert len(hung) > 1, "the run has no guardian"
     try:

@@ -26,7 +26,7 @@ def test_answers(board: Board) -> None:
 
 
 @pytest.mark.parametrize("left,right", [(20, 20), (40, -15), (-30, 50)])
-def test_wheels_come_to_the_speed_asked_for_each_its_own(board: Board, left: int, right: int) -> None:
+def test_each_wheel_reaches_its_speed(board: Board, left: int, right: int) -> None:
     with RawLine(board) as line:
         assert line.ask(f"m {left} {right}") == "OK"
         board.pass_time(1.0)
@@ -96,7 +96,7 @@ def test_hung_sketch_is_stopped_by_the_watchdog(board: Board) -> None:
 
 
 @pytest.mark.parametrize("distance", [0.05, 0.83, 3.5, math.inf])
-def test_sonar_tells_what_is_ahead(board: Board, distance: float) -> None:
+def test_sonar_measures_the_range(board: Board, distance: float) -> None:
     board.put_ahead(distance)
     with RawLine(board) as line:
         board.pass_time(0.2)

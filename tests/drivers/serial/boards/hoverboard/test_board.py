@@ -1,4 +1,4 @@
-"""What is said to a hoverboard and when, and what is made of what it measures."""
+"""The protocol of a hoverboard: the times of its frames, and the integration of its speeds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ FRAME_S = 0.01
 
 
 class Conversation:
-    """A talk with a board that answers every hundredth of a second."""
+    """A protocol with a board that sends feedback every hundredth of a second."""
 
     def __init__(self) -> None:
         self.protocol = HoverboardProtocol(115200)
@@ -25,12 +25,12 @@ class Conversation:
         self.receive()
 
     def receive(self, left: float = 0, right: float = 0, steer: int = 0, speed: int = 0, frames: int = 1) -> None:
-        """Let the board tell its wheels' speeds, in rpm and as they turn forward, once or several times at once."""
+        """Receive feedback with the wheels' forward speeds in rpm, one frame or several at once."""
         speeds = math.floor(-right), math.floor(left)
         self.protocol.receive(feedback(steer, speed, *speeds, 3700, 300, 0) * frames, self.now)
 
     def pass_by(self, seconds: float) -> None:
-        """Let time pass in thousandths of a second, and send what is due."""
+        """Let time pass in thousandths of a second, and take the data to send."""
         for _ in range(round(seconds * 1000)):
             self.now += 0.001
             if frame := self.protocol.data_to_send(self.now):
@@ -61,7 +61,7 @@ def conversation() -> Conversation:
     return Conversation()
 
 
-def test_a_robot_that_stands_is_sent_zero_again_and_again(conversation: Conversation) -> None:
+def test_a_stop_is_repeated(conversation: Conversation) -> None:
     conversation.drive(0, 0, 1.0)
     assert set(conversation.frames) == {STOP}
     assert len(conversation.frames) == pytest.approx(1.0 / STOP_REPEAT_S, abs=1)
@@ -74,7 +74,7 @@ def test_a_command_that_turns_is_sent_once_so_that_the_boards_own_time_out_count
     assert conversation.frames[1:] == [command(-1, 101)]
 
 
-def test_two_frames_never_run_into_one_and_the_newer_one_is_sent(conversation: Conversation) -> None:
+def test_frames_are_apart_and_the_newer_command_is_sent(conversation: Conversation) -> None:
     conversation.set(100, 100)
     conversation.pass_by(0.001)
     conversation.set(200, 200)
@@ -95,7 +95,7 @@ def test_next_due_is_when_something_is_due(conversation: Conversation) -> None:
     assert protocol.next_due(conversation.now) == math.inf
 
 
-def test_a_stop_is_settled_when_the_board_tells_that_it_heard_it(conversation: Conversation) -> None:
+def test_a_stop_is_settled_when_feedback_confirms_it(conversation: Conversation) -> None:
     conversation.set(100, 100)
     conversation.drive(100, 100, 0.02)
     conversation.receive(100, 100)
@@ -110,7 +110,7 @@ def test_a_stop_is_settled_when_the_board_tells_that_it_heard_it(conversation: C
     assert conversation.protocol.is_settled
 
 
-def test_a_board_that_falls_silent_is_lost_and_stands_until_it_has_a_new_command(conversation: Conversation) -> None:
+def test_a_silent_board_is_lost_and_stands_until_a_new_command(conversation: Conversation) -> None:
     conversation.set(100, 100)
     conversation.drive(100, 100, 0.1)
     conversation.pass_by(SILENCE_S + 0.01)
@@ -134,14 +134,14 @@ def test_frames_that_come_at_once_count_as_long_as_they_took(conversation: Conve
     assert conversation.angles() == pytest.approx((0.2 * 60.5 * RPM,) * 2)
 
 
-def test_frames_that_were_kept_while_nobody_read_are_no_gap(conversation: Conversation) -> None:
+def test_frames_that_waited_in_the_buffer_are_no_gap(conversation: Conversation) -> None:
     conversation.receive(60.5, 60.5)
     conversation.now += 1.0
     conversation.receive(60.5, 60.5, frames=100)
     assert conversation.angles() == pytest.approx((60.5 * RPM,) * 2)
 
 
-def test_nothing_is_added_for_a_time_in_which_nobody_measured(conversation: Conversation) -> None:
+def test_nothing_is_added_for_a_time_without_feedback(conversation: Conversation) -> None:
     conversation.drive(60.5, 60.5, 1.0)
     before = conversation.angles()
     conversation.pass_by(SILENCE_S + 0.01)

@@ -1,4 +1,4 @@
-"""A hoverboard's devices keep the kit's rules, in the modes and with the mixers that its firmware may have."""
+"""A hoverboard's devices pass the conformance kit, with each mode and mixer of its firmware."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def robots(tmp_path: Path) -> Iterator[Robots]:
     opened.close()
 
 
-def test_wheels_turn_at_what_they_are_commanded_and_the_encoders_tell(robots: Robots) -> None:
+def test_wheels_turn_at_their_commands_and_encoders_agree(robots: Robots) -> None:
     board = Hoverboard(Wheels())
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, -2.0, 1.0)
@@ -97,7 +97,7 @@ def test_an_inverted_motor_turns_the_other_way(robots: Robots, motor: dict[str, 
     assert board.wheels.left.velocity < 0 > board.wheels.right.velocity
 
 
-def test_a_wheel_whose_model_is_wrong_is_held_by_what_the_board_measures(robots: Robots) -> None:
+def test_a_wheel_with_a_wrong_model_is_controlled_by_the_measured_speed(robots: Robots) -> None:
     board = Hoverboard(Wheels(), Firmware(is_tank=True, rad_s_per_unit=FULL_RAD_S / 1500))
     rig = robots.on(board, mode="duty", model=MODEL, tank_steering=True, control={})
     rig.drive(8.0, 4.0, 2.0)
@@ -166,7 +166,7 @@ def test_a_silent_board_is_refused(robots: Robots, raises: Raises) -> None:
         _ = robots.on(board, mode="speed").robot
 
 
-def test_closing_waits_until_the_board_has_heard_the_stop(robots: Robots) -> None:
+def test_closing_waits_until_the_board_has_received_the_stop(robots: Robots) -> None:
     board = Hoverboard(Wheels())
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, 4.0, 0.5)

@@ -1,4 +1,4 @@
-"""Frames as the firmware's own structs have them, compiled from its source and written out once."""
+"""Frames of the firmware's own structs, compiled from its source and recorded once."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ FEEDBACK = {
 
 
 @pytest.mark.parametrize("words", COMMANDS)
-def test_commands_are_what_the_firmware_takes(words: tuple[int, int]) -> None:
+def test_commands_are_frames_of_the_firmware(words: tuple[int, int]) -> None:
     assert command(*words).hex() == COMMANDS[words]
 
 
 @pytest.mark.parametrize("frame", FEEDBACK)
-def test_feedback_is_what_the_firmware_says(frame: bytes) -> None:
+def test_feedback_is_parsed_from_frames_of_the_firmware(frame: bytes) -> None:
     assert Parser().feed(frame) == [FEEDBACK[frame]]
 
 
@@ -58,7 +58,7 @@ def test_a_frame_that_was_cut_costs_no_other(kept: int) -> None:
     [(1600, 0, 0, 0, 3700, 300, 0), (0, 0, 0, -2100, 3700, 300, 0), (0, 0, 0, 0, -1, 300, 0), (0, 0, 0, 0, 0, 0, 256)],
     ids=["input", "speed", "voltage", "lamps"],
 )
-def test_what_no_board_says_is_dropped_though_its_checksum_is_right(words: tuple[int, ...]) -> None:
+def test_impossible_values_are_dropped_despite_a_right_checksum(words: tuple[int, ...]) -> None:
     from tests.doubles.serial.hoverboard import feedback
 
     parser = Parser()
@@ -95,7 +95,7 @@ MADE = """\
 24000 3000 -333 -777 -631 -346
 24000 3000 1000 1000 1000 1000
 24000 3000 1000 -1000 1000 1000"""
-"""SPEED_COEFFICIENT and STEER_COEFFICIENT, speed and steer, and what mixerFcn makes of them: left and right."""
+"""SPEED_COEFFICIENT and STEER_COEFFICIENT, speed and steer, and the result of mixerFcn: left and right."""
 
 
 @pytest.mark.parametrize("line", MADE.splitlines())
@@ -105,7 +105,7 @@ def test_mixer_is_the_firmwares(line: str) -> None:
     assert mixer.wheels(Steering(steer, speed)) == (left, right)
 
 
-def test_every_pair_of_wheels_in_reach_is_made_to_the_unit_by_the_firmware_as_it_comes() -> None:
+def test_every_reachable_pair_of_wheels_is_exact_with_default_coefficients() -> None:
     mixer = CoefficientMixer()
     some = (*range(-1000, 1001, 137), -1, 0, 1, 2)
     for left, right in product(some, some):
@@ -127,7 +127,7 @@ def test_with_other_coefficients_no_command_near_comes_nearer(mixer: Coefficient
 
 @pytest.mark.parametrize("mixer", [CoefficientMixer(), CoefficientMixer(0.9, 0.4), TankMixer()], ids=str)
 @pytest.mark.parametrize("wheels", [(1000, -1000), (1000, -200), (1800, 600), (-2000, 1000), (0, 1000)])
-def test_what_is_beyond_its_reach_keeps_its_path(mixer: Mixer, wheels: tuple[int, int]) -> None:
+def test_wheels_beyond_the_reach_keep_their_path(mixer: Mixer, wheels: tuple[int, int]) -> None:
     steering = mixer.steering(*wheels)
     left, right = mixer.wheels(steering) if isinstance(mixer, CoefficientMixer) else steering
     assert max(map(abs, steering)) <= 1000

@@ -38,7 +38,7 @@ MODEL = {"model": {"forward_rad_s": 16.0, "backward_rad_s": 16.0}}
 
 
 class Rig:
-    """Opens a robot on a board; ``board`` and ``pty`` are the other end."""
+    """Opens a robot; ``board`` and ``pty`` are the far end of its line."""
 
     def __init__(self, folder: Path, patch: pytest.MonkeyPatch) -> None:
         self.pty = Pty(folder)
@@ -80,7 +80,7 @@ def answered(text: str) -> bytes:
 
 
 class Conversation:
-    """Talks, with the test as the board; ``now`` goes on by a step with each turn."""
+    """A protocol, with the test as the board; ``now`` advances by a step with each exchange."""
 
     def __init__(self) -> None:
         self.protocol = ArduinoProtocol(BAUD)
@@ -88,7 +88,7 @@ class Conversation:
         self.protocol.begin(self.now)
 
     def sent(self, after: float = STEP_S) -> bytes:
-        """Return what is sent next, if anything, after so many seconds."""
+        """Return the data to send after some seconds."""
         self.now += after
         return self.protocol.data_to_send(self.now)
 
@@ -97,13 +97,13 @@ class Conversation:
         self.protocol.receive(data, self.now)
 
     def goes(self, *turns: tuple[bytes, bytes]) -> None:
-        """Hold it to a table of frames, sent and answered."""
+        """Check a sequence of frames, each with its answer."""
         for sent, received in turns:
             assert self.sent() == sent
             self.answer(received)
 
     def meet_ours(self) -> None:
-        """Come as far as where our firmware is known, and all but counts has been told."""
+        """Exchange frames until robotcore_bridge is identified and only counts are left to ask."""
         self.goes(
             (HELLO, OURS),
             (asked("m 0 0"), answered("OK")),
@@ -123,13 +123,13 @@ class Conversation:
         )
 
     def set(self, left: float, right: float) -> None:
-        """Tell both motors, as an app does in one tick."""
+        """Set the commands of both motors in one tick."""
         self.protocol.command.set("left", left, self.now)
         self.protocol.command.set("right", right, self.now)
 
     @property
     def angle(self) -> float:
-        """What the left wheel has turned, in counts."""
+        """The turns of the left wheel in counts."""
         sample = self.protocol.counts["left"].counter.angle(1.0)
         assert sample
         return sample.angle

@@ -9,7 +9,7 @@ from tests.drivers.serial.boards.rosarduino.rig import HELLO, OURS, TRUE, Conver
 from tests.texts import CheckText
 
 LOST_S = 0.11
-"""No answer comes after so long."""
+"""After this time an answer is lost."""
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def true_one() -> Conversation:
     return conversation
 
 
-def test_our_firmware_is_known_by_its_name(ours: Conversation) -> None:
+def test_robotcore_bridge_is_identified_by_its_name(ours: Conversation) -> None:
     assert ours.protocol.is_ready
     assert ours.protocol.firmware.is_robotcore_bridge
     assert ours.protocol.firmware.frame_s == pytest.approx(1 / 30)
@@ -40,13 +40,13 @@ def test_ros_arduino_bridge_is_identified_by_its_speed_alone(true_one: Conversat
     check_text(true_one.protocol.timeout_notice)
 
 
-def test_our_firmware_is_not_taken_for_the_true_one_where_noise_spoils_its_name() -> None:
+def test_one_noisy_answer_does_not_identify_ros_arduino_bridge() -> None:
     conversation = Conversation()
     conversation.goes((HELLO, TRUE), (HELLO, OURS), (asked("m 0 0"), answered("OK")))
     assert conversation.protocol.firmware.is_robotcore_bridge
 
 
-def test_our_firmware_taken_for_the_true_one_is_met_again_when_it_refuses(true_one: Conversation) -> None:
+def test_a_misidentified_robotcore_bridge_is_probed_again_after_refusals(true_one: Conversation) -> None:
     refused = b"Invalid Command\r\n"
     for _ in range(2):
         true_one.set(20, 20)
@@ -57,14 +57,14 @@ def test_our_firmware_taken_for_the_true_one_is_met_again_when_it_refuses(true_o
     true_one.goes((asked("m 20 20"), answered("OK")))
 
 
-def test_the_true_one_without_wheels_is_reported() -> None:
+def test_a_ros_arduino_bridge_without_wheels_is_reported() -> None:
     conversation = Conversation()
     refused = b"Invalid Command\r\n"
     conversation.goes((HELLO, TRUE), (HELLO, TRUE), (b"m 0 0\r", refused), (b"m 0 0\r", refused))
     assert not conversation.protocol.firmware.has_wheels
 
 
-def test_our_firmware_of_another_version_is_reported() -> None:
+def test_another_version_of_robotcore_bridge_is_reported() -> None:
     conversation = Conversation()
     conversation.goes((HELLO, b"OK\r\n" + answered("robotcore-bridge 2")))
     assert conversation.protocol.firmware.fault
@@ -96,9 +96,7 @@ def test_only_the_newest_command_is_sent_and_each_once(ours: Conversation) -> No
 
 
 @pytest.mark.parametrize("left, right", [(20, 20), (0, 20)])
-def test_a_command_that_turns_is_not_repeated_though_nobody_acknowledged_it(
-    ours: Conversation, left: int, right: int
-) -> None:
+def test_a_turning_command_without_acknowledgement_is_not_repeated(ours: Conversation, left: int, right: int) -> None:
     ours.set(left, right)
     assert ours.sent() == asked(f"m {left} {right}")
     assert ours.sent(LOST_S) == b"\r" + asked("v")
@@ -123,7 +121,7 @@ def test_a_command_is_not_settled_before_it_was_sent(ours: Conversation) -> None
     assert not ours.protocol.is_settled
 
 
-def test_a_stop_does_not_wait_for_an_answer_that_drags(ours: Conversation) -> None:
+def test_a_stop_does_not_wait_for_a_slow_answer(ours: Conversation) -> None:
     assert ours.sent(0.06) == asked("e")
     ours.set(0, 0)
     assert ours.sent() == b""
@@ -168,11 +166,11 @@ def test_a_board_that_is_slow_is_waited_for_longer_once_an_answer_was_late(ours:
     [b"8 8*00\r\n", b"8 8\r\n", b"OK*04\r\n", b"\xff8 8*10\r\n", b"\n\n\r\n", b"9" * 100 + b" 8*10\r\n", b"8 8*10"],
     ids=["wrong sum", "no sum", "other shape", "no letter", "empty", "too long", "cut"],
 )
-def test_what_is_no_answer_is_dropped(ours: Conversation, noise: bytes) -> None:
+def test_a_line_that_is_no_answer_is_dropped(ours: Conversation, noise: bytes) -> None:
     assert ours.sent(0.06) == asked("e")
     ours.answer(noise + b"\n")
     ours.answer(answered("5 5"))
-    if noise != b"8 8*10":  # its end came, and it was whole after all
+    if noise != b"8 8*10":  # the line was completed, and is valid
         assert ours.angle == 5
 
 
@@ -183,7 +181,7 @@ def test_a_count_beyond_32_bits_is_dropped(ours: Conversation, counts: str) -> N
     assert ours.angle == 0
 
 
-def test_a_board_that_was_reset_in_a_moment_has_its_time_out_again_before_it_turns(ours: Conversation) -> None:
+def test_a_board_after_a_short_reset_has_its_time_out_before_it_turns(ours: Conversation) -> None:
     ours.protocol.limit(0.5)
     ours.goes((asked("k 500"), answered("OK")))
     assert ours.sent(0.06) == asked("e")
@@ -193,7 +191,7 @@ def test_a_board_that_was_reset_in_a_moment_has_its_time_out_again_before_it_tur
     ours.goes((asked("k 500"), answered("OK")), (asked("m 20 20"), answered("OK")))
 
 
-def test_a_board_that_falls_silent_is_lost_and_what_it_was_sent_forgotten(ours: Conversation) -> None:
+def test_a_silent_board_is_lost_and_its_command_dropped(ours: Conversation) -> None:
     ours.set(20, 20)
     assert ours.sent() == asked("m 20 20")
     ours.set(30, 30)
@@ -206,7 +204,7 @@ def test_a_board_that_falls_silent_is_lost_and_what_it_was_sent_forgotten(ours: 
 
 
 @pytest.mark.parametrize("has_sonar, within_s", [(False, 0.55), (True, 1.65)])
-def test_a_board_whose_answers_alone_are_lost_is_stopped_however_the_app_drives_on(
+def test_a_board_whose_answers_are_lost_is_stopped_while_the_app_drives_on(
     true_one: Conversation, has_sonar: bool, within_s: float
 ) -> None:
     board, lost_at = RosArduinoBridgeDouble(), true_one.now

@@ -1,4 +1,4 @@
-"""Devices on an Arduino keep the kit's rules, with both firmwares, by counts and by duty."""
+"""Devices on an Arduino pass the conformance kit, with both firmwares, by counts and by duty."""
 
 from __future__ import annotations
 

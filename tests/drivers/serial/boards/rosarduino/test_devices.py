@@ -17,7 +17,7 @@ assert NOSE
 
 
 def pluralize(*counts: tuple[float, int]) -> float | None:
-    """Return what is made of counts at their times."""
+    """Return the total after these counts at their times."""
     wheel = Counts()
     for time, count in counts:
         wheel.take(count, time)
@@ -41,7 +41,7 @@ def pluralize(*counts: tuple[float, int]) -> float | None:
     ],
     ids=["first", "on", "wraps up", "wraps down", "lost digit", "not confirmed", "reset", "pause", "anew", "goes on"],
 )
-def test_what_a_wheel_has_turned(counts: list[tuple[float, int]], turned: float) -> None:
+def test_counts_are_added_up(counts: list[tuple[float, int]], turned: float) -> None:
     assert pluralize(*counts) == turned
 
 
@@ -71,12 +71,12 @@ def pings(sampler: RangeSampler) -> Pings:
     return Pings(NOSE, sampler)
 
 
-def test_a_range_is_as_old_as_the_board_says(ranges: Ranges, sampler: RangeSampler) -> None:
+def test_a_range_has_the_age_that_the_board_sends(ranges: Ranges, sampler: RangeSampler) -> None:
     ranges.take(Answer((830, 24)), 10.0)
     assert sampler.newest.get() == Range(0.83, 10.0 - 0.024, 0)
 
 
-def test_a_range_that_comes_twice_is_one_sample(ranges: Ranges, sampler: RangeSampler) -> None:
+def test_a_repeated_range_is_one_sample(ranges: Ranges, sampler: RangeSampler) -> None:
     ranges.take(Answer((830, 4)), 10.0)
     ranges.take(Answer((830, 36)), 10.03)
     assert sampler.newest.get().sequence == 0
@@ -104,7 +104,7 @@ def test_a_module_that_does_not_answer_is_a_fault(
     assert sampler.newest.get().distance == 0.83
 
 
-def test_what_the_board_refuses_is_no_sample(ranges: Ranges, pings: Pings, sampler: RangeSampler) -> None:
+def test_a_refusal_is_no_sample(ranges: Ranges, pings: Pings, sampler: RangeSampler) -> None:
     ranges.take(Answer(is_refusal=True), 10.0)
     pings.take(Answer(is_refusal=True), 10.0)
     assert not sampler.has_result

@@ -14,10 +14,10 @@ from tests.drivers.serial.boards.rosarduino.rig import ENCODERS, MODEL, MOTORS, 
 from tests.texts import CheckText, Raises
 
 COUNT_RAD_S = math.tau / 960 * 30
-"""A count in our firmware's frame."""
+"""The velocity of one count in a frame of robotcore_bridge."""
 
 TRUE_COUNT_RAD_S = math.tau / 960 / 0.033
-"""A count in the frame of the true one, which has 33 ms."""
+"""The velocity of one count in a frame of ROSArduinoBridge, which has 33 ms."""
 
 
 def motor(robot: Robot, side: str) -> Motor:
@@ -39,7 +39,7 @@ def angle(robot: Robot, side: str) -> float:
 @pytest.mark.parametrize(
     "board, unit", [(RobotcoreBridgeDouble(), COUNT_RAD_S), (RosArduinoBridgeDouble(), TRUE_COUNT_RAD_S)]
 )
-def test_the_velocity_returned_is_that_of_the_whole_counts_sent(rig: Rig, board: ArduinoDouble, unit: float) -> None:
+def test_set_velocity_returns_the_velocity_of_whole_counts(rig: Rig, board: ArduinoDouble, unit: float) -> None:
     with rig.open(board, WHEELS) as robot:
         assert motor(robot, "left").set_velocity(4.0) == pytest.approx(round(4.0 / unit) * unit)
         assert motor(robot, "right").set_velocity(-0.6 * unit) == pytest.approx(-unit)
@@ -48,7 +48,7 @@ def test_the_velocity_returned_is_that_of_the_whole_counts_sent(rig: Rig, board:
         assert [line for line in board.commands if line[0] == "m"][-1] == f"m {round(4.0 / unit)} -1"
 
 
-def test_less_than_half_a_count_stands_and_says_so(rig: Rig) -> None:
+def test_less_than_half_a_count_becomes_zero(rig: Rig) -> None:
     board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         assert motor(robot, "left").set_velocity(0.4 * COUNT_RAD_S) == 0
@@ -56,12 +56,12 @@ def test_less_than_half_a_count_stands_and_says_so(rig: Rig) -> None:
     assert {line for line in board.commands if line[0] == "m"} == {"m 0 0"}
 
 
-def test_the_limit_is_a_whole_number_of_counts_and_not_above_the_one_described(rig: Rig) -> None:
+def test_the_maximum_is_a_whole_number_of_counts_within_the_description(rig: Rig) -> None:
     with rig.open(RobotcoreBridgeDouble(), WHEELS) as robot:
         assert motor(robot, "left").max_velocity == pytest.approx(math.floor(12.0 / COUNT_RAD_S) * COUNT_RAD_S)
 
 
-def test_our_board_stops_by_itself_after_the_time_that_it_was_sent(rig: Rig) -> None:
+def test_robotcore_bridge_stops_after_the_time_out_of_the_settings(rig: Rig) -> None:
     board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
@@ -82,7 +82,7 @@ def test_closing_leaves_no_wheel_turning(rig: Rig) -> None:
     assert board.commands[-1] == "m 0 0" or board.wheels.left.command == board.wheels.right.command == 0
 
 
-def test_both_motors_of_a_tick_go_in_one_line(rig: Rig) -> None:
+def test_the_motors_of_a_tick_share_one_line(rig: Rig) -> None:
     board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
@@ -110,8 +110,8 @@ def test_an_unplugged_board_stands_until_a_new_command_and_its_angles_go_on(rig:
         assert angle(robot, "left") > before + 0.5
 
 
-def test_the_shipped_rover_drives_the_shipped_firmware_as_fast_as_it_is_reported(rig: Rig) -> None:
-    """The double's wheel has as many edges as FULL_SPEED in the firmware's config.h is of."""
+def test_the_shipped_rover_and_firmware_agree_on_the_speed(rig: Rig) -> None:
+    """The double's wheel has the counts per turn of FULL_SPEED in the firmware's config.h."""
     board, shipped = RobotcoreBridgeDouble(), load_robot("rover").backends["serial"]
     on_board = {name: {**table, "port": str(rig.pty.path)} for name, table in shipped.items() if name != "eye"}
     with rig.open(board, on_board) as robot:

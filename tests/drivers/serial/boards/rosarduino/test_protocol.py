@@ -45,13 +45,13 @@ REFUSED = "Invalid Command"
         (presence_question(57600, 1.0, is_summed=True), b"\rv*76\r", "57600", None),
     ],
 )
-def test_an_answer_is_known_by_its_shape(question: Question, sent: bytes, line: str, answer: Answer | None) -> None:
+def test_an_answer_is_matched_by_its_shape(question: Question, sent: bytes, line: str, answer: Answer | None) -> None:
     assert question.frame(is_summed=False) == sent
     assert question.answer(line) == answer
 
 
 @pytest.mark.parametrize("text", ["e", "m 20 -20", "118 -120", "OK"])
-def test_one_byte_that_differs_is_seen_by_the_sum(text: str) -> None:
+def test_the_checksum_detects_one_wrong_byte(text: str) -> None:
     line = frame_line(text, is_summed=True).removesuffix(b"\r")
     assert remove_sum(line.decode()) == text
     for place, change in product(range(len(line)), range(1, 128)):
@@ -61,7 +61,7 @@ def test_one_byte_that_differs_is_seen_by_the_sum(text: str) -> None:
 
 
 @pytest.mark.parametrize("noise", [b"9" * 100 + b"\r\n", b"5 \xff5\r\n"])
-def test_a_line_that_is_none_is_counted_and_dropped(noise: bytes) -> None:
+def test_an_invalid_line_is_counted_and_dropped(noise: bytes) -> None:
     parser = Parser()
     assert [line for byte in noise for line in parser.feed(bytes([byte]))] == []
     assert parser.dropped == 1

@@ -1,4 +1,4 @@
-"""Motors on a Sabertooth keep the kit's rules; how they turn is seen on the wheels, for the board does not tell."""
+"""Motors on a Sabertooth pass the conformance kit; the double's wheels measure the turns, for the board sends none."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class TestSabertooth(TickingBench, ConformanceSuite):
 
 
 def motors(**right: Any) -> dict[str, dict[str, Any]]:
-    """Return the sections of the two motors, and what is else with the right one."""
+    """Return the sections of both motors, with other settings for the right one."""
     motor = {"driver": "sabertooth-motor", "model": MODEL}
     return {"left_motor": {**motor, "motor": 1}, "right_motor": {**motor, "motor": 2, **right}}
 
@@ -104,7 +104,7 @@ def test_a_lost_port_is_reported_and_comes_back_standing(rig: Rig, line: Saberto
     assert line.boards[128].values == [32, 32]
 
 
-def test_a_board_that_heard_another_byte_first_stays_deaf_and_nobody_can_tell(rig: Rig, line: Sabertooths) -> None:
+def test_a_board_that_received_another_byte_first_ignores_commands(rig: Rig, line: Sabertooths) -> None:
     line.receive(b"\x80", 0.0)
     rig.drive(4.0, 4.0, 0.5)
     assert line.packets == []

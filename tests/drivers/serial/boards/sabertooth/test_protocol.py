@@ -1,4 +1,4 @@
-"""Packets as Dimension Engineering's manuals and Arduino library make them."""
+"""Packets of Dimension Engineering's manuals and Arduino library."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def protocol() -> SabertoothProtocol:
 
 
 def begun(protocol: SabertoothProtocol) -> SabertoothProtocol:
-    """Let a board take its rate, and be told once that it stands."""
+    """Let a board take its baud rate and its first stop."""
     assert [protocol.data_to_send(0.0), protocol.data_to_send(SETTLING_S)] == [BAUD_DETECTION, STANDING]
     return protocol
 
@@ -66,7 +66,7 @@ def test_the_baud_rate_goes_first_and_is_given_time(protocol: SabertoothProtocol
     assert protocol.is_ready
 
 
-def test_a_robot_that_stands_is_sent_zero_again_and_again(protocol: SabertoothProtocol) -> None:
+def test_a_stop_is_repeated(protocol: SabertoothProtocol) -> None:
     begun(protocol)
     assert protocol.next_due(1.0) == SETTLING_S + STOP_REPEAT_S
     assert protocol.data_to_send(SETTLING_S + STOP_REPEAT_S) == STANDING
@@ -100,7 +100,7 @@ def test_the_shortest_time_out_of_both_motors_applies(protocol: SabertoothProtoc
     check_text(protocol.timeout_notice)
 
 
-def test_boards_on_one_line_have_their_own_commands_and_who_stands_goes_first(protocol: SabertoothProtocol) -> None:
+def test_boards_on_one_line_have_their_own_commands_and_stops_go_first(protocol: SabertoothProtocol) -> None:
     protocol.board(135, 1.0)
     protocol.data_to_send(0.0)
     assert protocol.data_to_send(SETTLING_S) == STANDING + stop(135) + timeout(135, 1.0)
@@ -121,13 +121,13 @@ def test_while_one_board_turns_no_other_is_repeated(protocol: SabertoothProtocol
     assert protocol.data_to_send(9.0) == b""
 
 
-def test_what_was_commanded_before_a_port_was_lost_is_forgotten(protocol: SabertoothProtocol) -> None:
+def test_a_command_from_before_a_loss_is_dropped(protocol: SabertoothProtocol) -> None:
     begun(protocol).board(128, 0.5).command.set("left", 1.0, 1.0)
     protocol.begin(2.0)
     assert not protocol.is_ready
     assert [protocol.data_to_send(2.0), protocol.data_to_send(2.0 + SETTLING_S)] == [BAUD_DETECTION, STANDING]
 
 
-def test_what_comes_in_is_nothing(protocol: SabertoothProtocol) -> None:
+def test_received_bytes_are_ignored(protocol: SabertoothProtocol) -> None:
     begun(protocol).receive(bytes(range(256)), 1.0)
     assert protocol.data_to_send(1.0) == STANDING

@@ -23,7 +23,7 @@ RADIUS_M = 0.04
 
 
 def devices(**motors: Any) -> dict[str, Mapping[str, Any]]:
-    """Return the section of a robot that is all on one board; the motors have these settings besides."""
+    """Return a section with all devices on one board; ``settings`` are added to the motors."""
     return {
         **{f"{side}_motor": {"driver": "waveshare-motor", "side": side, **motors} for side in ("left", "right")},
         **{f"{side}_encoder": {"driver": "waveshare-encoder", "side": side} for side in ("left", "right")},
@@ -55,7 +55,7 @@ class Rig:
         return self
 
     def drive(self, left: float, right: float, seconds: float = 0.0) -> None:
-        """Command both wheels, rad/s, at 20 Hz for so long, once at least."""
+        """Command both wheels in rad/s at 20 Hz for some seconds, once at least."""
         for _ in range(max(1, round(20 * seconds))):
             self.motor("left").set_velocity(left)
             self.motor("right").set_velocity(right)

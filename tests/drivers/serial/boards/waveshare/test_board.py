@@ -1,4 +1,4 @@
-"""A rover on a Waveshare UGV board keeps the kit's rules in simulated time."""
+"""A rover on a Waveshare UGV board passes the conformance kit in simulated time."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from tests.texts import Raises
 
 
 def _metres(*feedback: tuple[int, float], every: float = 0.05) -> float:
-    """Return where it is after the board line centimetres and speeds, so often."""
+    """Return the odometer's angle after repeated lines with these centimetres and speeds."""
     odometer = Odometer()
     for nth, (centimetres, speed) in enumerate(feedback):
         odometer.move(Track(centimetres, speed), nth * every)
@@ -35,7 +35,7 @@ def _metres(*feedback: tuple[int, float], every: float = 0.05) -> float:
     return angle.angle
 
 
-def test_within_a_centimetre_it_goes_by_the_speed() -> None:
+def test_the_odometer_integrates_the_speed_within_a_centimetre() -> None:
     assert _metres((0, 0.06), (0, 0.06), (0, 0.06)) == pytest.approx(0.006)
 
 
@@ -43,12 +43,12 @@ def test_within_a_centimetre_it_goes_by_the_speed() -> None:
     "centimetres, speed, metres",
     [(3, 0.0, 0.03), (-3, 0.0, -0.03), (0, 5.0, 0.01), (0, -5.0, -0.01), (3, 5.0, 0.04), (-3, -5.0, -0.04)],
 )
-def test_it_never_leaves_the_centimetre_that_the_board_tells(centimetres: int, speed: float, metres: float) -> None:
+def test_the_odometer_stays_within_the_centimetre(centimetres: int, speed: float, metres: float) -> None:
     assert _metres((0, 0.0), (centimetres, speed)) == pytest.approx(metres)
 
 
 def test_no_error_adds_up() -> None:
-    """The speed is line twice too high, for 10 m."""
+    """The speed is twice too high, for 10 m."""
     assert _metres(*((n, 0.4) for n in range(1001))) == pytest.approx(10.0, abs=0.01)
 
 
@@ -56,7 +56,7 @@ def test_a_wheel_that_stands_does_not_creep() -> None:
     assert _metres((0, 0.1), (0, 0.1), (0, 0.0), (0, 0.0), (0, 0.0)) == _metres((0, 0.1), (0, 0.1), (0, 0.0))
 
 
-def test_after_a_restart_it_goes_on_from_where_it_was() -> None:
+def test_the_odometer_continues_after_a_restart() -> None:
     odometer = Odometer()
     for nth, centimetres in enumerate((0, 20, -1, 700, 720)):
         if centimetres in (-1, 700):
@@ -68,7 +68,7 @@ def test_after_a_restart_it_goes_on_from_where_it_was() -> None:
 
 
 @pytest.mark.parametrize("centimetres, is_likely", [(15, True), (-15, True), (1000, False), (-1000, False)])
-def test_what_no_track_can_do_in_the_time_is_not_likely(centimetres: int, is_likely: bool) -> None:
+def test_an_impossible_way_is_not_likely(centimetres: int, is_likely: bool) -> None:
     odometer = Odometer()
     assert odometer.is_likely(Track(1000, 0.0), 0.0)
     odometer.move(Track(0, 0.0), 0.0)
@@ -83,14 +83,14 @@ def rig(tmp_path: Path) -> Iterator[Rig]:
         rig.close()
 
 
-def test_the_boards_own_time_out_is_set_before_it_is_reported_to_turn(rig: Rig) -> None:
+def test_the_time_out_is_set_before_the_board_turns(rig: Rig) -> None:
     rig.open(board_timeout_s=0.3).drive(4.0, 4.0)
     for before, line in pairwise(rig.board.received):
         assert line["T"] != 1 or before["T"] == 136
     assert rig.board.heartbeat_s == 0.3
 
 
-def test_the_shortest_time_out_that_is_asked_for_counts(rig: Rig) -> None:
+def test_the_shortest_time_out_applies(rig: Rig) -> None:
     rig.open(board_timeout_s=5)
     rig.pass_by(0.01)
     assert rig.board.heartbeat_s == 0.5
@@ -98,7 +98,7 @@ def test_the_shortest_time_out_that_is_asked_for_counts(rig: Rig) -> None:
     assert rig.board.heartbeat_s == 5
 
 
-def test_both_motors_of_a_tick_go_in_one_line_and_once(rig: Rig) -> None:
+def test_the_motors_of_a_tick_share_one_line_that_is_sent_once(rig: Rig) -> None:
     rig.open()
     rig.pass_by(0.01)
     rig.board.received.clear()
@@ -107,14 +107,14 @@ def test_both_motors_of_a_tick_go_in_one_line_and_once(rig: Rig) -> None:
     assert [line for line in rig.board.received if line["T"] == 1] == [{"T": 1, "L": 0.2, "R": -0.1}]
 
 
-def test_where_the_app_falls_silent_the_board_stops(rig: Rig) -> None:
+def test_the_board_stops_if_the_app_is_silent(rig: Rig) -> None:
     rig.open().drive(5.0, 5.0)
     assert rig.board.wheels.left.command == 5.0
     rig.pass_by(0.6)
     assert rig.board.wheels.left.command == 0.0
 
 
-def test_a_stop_that_the_line_lost_is_said_again(rig: Rig) -> None:
+def test_a_lost_stop_is_repeated(rig: Rig) -> None:
     rig.open(board_timeout_s=5).drive(5.0, 5.0)
     rig.drive(0.0, 0.0)
     rig.board.wheels.set(5.0, 5.0)
@@ -140,19 +140,19 @@ def test_a_board_that_echoes_is_understood(rig: Rig) -> None:
     assert rig.board.wheels.left.command == 5.0
 
 
-def test_a_board_that_does_not_tell_by_itself_is_made_to(rig: Rig) -> None:
+def test_the_greeting_switches_feedback_on(rig: Rig) -> None:
     rig.board.is_flowing = False
     rig.open()
     assert rig.angles() == (0.0, 0.0)
 
 
-def test_a_board_that_reported_before_it_was_asked_takes_speeds_as_they_are(rig: Rig) -> None:
+def test_the_greeting_switches_scaling_off(rig: Rig) -> None:
     rig.board.rates = (0.5, 0.5)
     rig.open().drive(5.0, 5.0)
     assert rig.board.wheels.left.command == 5.0
 
 
-def test_what_was_sent_while_the_board_was_silent_is_not_sent_when_it_is_back() -> None:
+def test_a_command_during_a_silence_is_not_sent_after_it() -> None:
     protocol, feedback = WaveshareProtocol(115200), WaveshareBoard().feedback()
     for now in (0.0, 1.0):
         protocol.data_to_send(now)

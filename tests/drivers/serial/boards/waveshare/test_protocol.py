@@ -8,7 +8,7 @@ from tests.doubles.serial.waveshare import WaveshareBoard
 FEEDBACK_LINE = WaveshareBoard().feedback()
 
 OLDER = b'{"T":1001,"L":0,"R":0,"r":-89.1,"p":1.5,"y":36.5,"temp":40.2,"v":12.05}\r\n'
-"""What ugv_base_general of July 2024 tells: volts, and no odometer."""
+"""Feedback of ugv_base_general of July 2024: volts, and no odometer."""
 
 
 @pytest.mark.parametrize(
@@ -19,7 +19,7 @@ OLDER = b'{"T":1001,"L":0,"R":0,"r":-89.1,"p":1.5,"y":36.5,"temp":40.2,"v":12.05
         (heartbeat(0.5), b'{"T":136,"cmd":500}\n'),
     ],
 )
-def test_what_is_sent_is_as_json_cmd_h_has_it(sent: bytes, line: bytes) -> None:
+def test_lines_are_those_of_json_cmd_h(sent: bytes, line: bytes) -> None:
     assert sent == line
 
 
@@ -70,7 +70,7 @@ def test_feedback_is_read(line: bytes, left: Track, right: Track, centivolts: in
         OLDER,
     ],
 )
-def test_what_is_no_feedback_is_counted_and_the_next_line_is_read(line: bytes) -> None:
+def test_another_line_is_counted_and_the_next_one_parsed(line: bytes) -> None:
     parser = Parser()
     assert len(parser.feed(line + FEEDBACK_LINE)) == 1
     assert parser.dropped == 1
@@ -79,7 +79,7 @@ def test_what_is_no_feedback_is_counted_and_the_next_line_is_read(line: bytes) -
 @pytest.mark.parametrize(
     "line, is_older", [(OLDER, True), (FEEDBACK_LINE, False), (FEEDBACK_LINE[:40] + b"\r\n", False)]
 )
-def test_the_older_firmware_is_known_by_its_feedback(line: bytes, is_older: bool) -> None:
+def test_the_older_firmware_is_detected_by_its_feedback(line: bytes, is_older: bool) -> None:
     parser = Parser()
     parser.feed(line)
     assert parser.is_older is is_older
