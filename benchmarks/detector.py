@@ -16,11 +16,11 @@ from collections.abc import Mapping, Sequence
 
 import cv2
 
-from benchmarks.eyes.frames import Labelled, frame
-from benchmarks.eyes.masks import Place
+from benchmarks.eyes.frames import LabelledFrame, frame
+from benchmarks.eyes.masks import Point
 from benchmarks.eyes.rivals import BallTracking, ChromaTable, Classical, FindBlobs
 from benchmarks.eyes.scoring import Finder, Score, Verdict, judge_frames
-from benchmarks.eyes.timing import copies
+from benchmarks.eyes.timing import measure_copies
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.autonomy.navigation.ball import KEPT_PX
 from robotcore.autonomy.vision import ColourDetector
@@ -37,7 +37,7 @@ class Detector:
     def __init__(self) -> None:
         self._of_hue: dict[float, ColourDetector] = {}
 
-    def __call__(self, image: Image, hue: float) -> Place | None:
+    def __call__(self, image: Image, hue: float) -> Point | None:
         if hue not in self._of_hue:
             self._of_hue[hue] = ColourDetector(hue, min_area=KEPT_PX)
         blobs = self._of_hue[hue].find(image, INTRINSICS)
@@ -76,7 +76,7 @@ def main() -> int:
     return int(not _is_ahead(frames, verdicts) or ratio > BOUND_COPIES)
 
 
-def _build_row(name: str, frames: Sequence[Labelled], verdicts: Mapping[str, list[Verdict]]) -> tuple[str, ...]:
+def _build_row(name: str, frames: Sequence[LabelledFrame], verdicts: Mapping[str, list[Verdict]]) -> tuple[str, ...]:
     score = Score.of(verdicts[name])
     shared = [own for own, other in zip(verdicts[OWN], verdicts[name], strict=True) if own.is_hit and other.is_hit]
     also = [other for own, other in zip(verdicts[OWN], verdicts[name], strict=True) if own.is_hit and other.is_hit]
@@ -85,7 +85,7 @@ def _build_row(name: str, frames: Sequence[Labelled], verdicts: Mapping[str, lis
     return (name, *rates, _format_error(Score.of(also)), _format_error(Score.of(shared)))
 
 
-def _score_half(frames: Sequence[Labelled], verdicts: Sequence[Verdict], *, is_hard: bool) -> Score:
+def _score_half(frames: Sequence[LabelledFrame], verdicts: Sequence[Verdict], *, is_hard: bool) -> Score:
     return Score.of(verdict for one, verdict in zip(frames, verdicts, strict=True) if one.is_hard is is_hard)
 
 
@@ -93,14 +93,14 @@ def _format_error(score: Score) -> str:
     return f"{score.median_px:.2f}, 95 %: {score.p95_px:.1f}"
 
 
-def _print_times(frames: Sequence[Labelled]) -> float:
+def _print_times(frames: Sequence[LabelledFrame]) -> float:
     """Print the time of a call in copies of the frame; return the detector's median on uncached frames."""
     rows = []
     medians = []
     for name, finder in FINDERS.items():
         cells = []
         for in_cache in (False, True):
-            ratio, seconds = copies(finder, frames, in_cache=in_cache)
+            ratio, seconds = measure_copies(finder, frames, in_cache=in_cache)
             cells += [f"{ratio.median:.1f} ({ratio.low:.1f} to {ratio.high:.1f})", f"{1e6 * seconds:.0f}"]
             medians.append(ratio.median)
         rows.append((name, *cells))
@@ -108,7 +108,7 @@ def _print_times(frames: Sequence[Labelled]) -> float:
     return medians[0]
 
 
-def _is_ahead(frames: Sequence[Labelled], verdicts: Mapping[str, list[Verdict]]) -> bool:
+def _is_ahead(frames: Sequence[LabelledFrame], verdicts: Mapping[str, list[Verdict]]) -> bool:
     """Return whether the detector is no worse than the tuned classical pipeline, and better on hard frames."""
     own, rival = Score.of(verdicts[OWN]), Score.of(verdicts[CLASSICAL])
     own_hard, rival_hard = (_score_half(frames, verdicts[name], is_hard=True) for name in (OWN, CLASSICAL))

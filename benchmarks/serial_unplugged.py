@@ -105,7 +105,7 @@ def _turns(wheels: Wheels) -> bool:
 
 
 def _takes(is_so: Callable[[], bool], clock: MonotonicClock) -> float | None:
-    """Return how long it takes until something is so; None where it does not come."""
+    """Return the seconds until a condition is true; None if it does not become true in time."""
     began = clock.now()
     while not is_so():
         if clock.now() - began > LONGEST_S:

@@ -32,7 +32,7 @@ class Conditions:
         """Draw mild conditions: a sharp lens, little motion, even light."""
         return cls(
             brightness=draw.uniform(0.7, 1.15),
-            gains=drawn_gains(draw, 0.08),
+            gains=draw_gains(draw, 0.08),
             gamma=draw.uniform(0.9, 1.1),
             contrast=draw.uniform(0.92, 1.08),
             noise=draw.uniform(1.0, 3.0),
@@ -51,7 +51,7 @@ class Conditions:
         bearable = 0.3 * (diameter_px or draw.uniform(4, 60))
         return cls(
             brightness=draw.uniform(0.3, 1.3),
-            gains=drawn_gains(draw, 0.25),
+            gains=draw_gains(draw, 0.25),
             gamma=draw.uniform(0.75, 1.35),
             contrast=draw.uniform(0.75, 1.2),
             noise=draw.uniform(2.0, 10.0),
@@ -65,6 +65,6 @@ class Conditions:
         )
 
 
-def drawn_gains(draw: Random, spread: float) -> Gains:
+def draw_gains(draw: Random, spread: float) -> Gains:
     """Draw the gains of a wrong white balance or a coloured lamp. Green changes half as much."""
     return 1 + draw.uniform(-spread, spread), 1 + draw.uniform(-spread, spread) / 2, 1 + draw.uniform(-spread, spread)

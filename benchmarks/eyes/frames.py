@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.eyes.conditions import Conditions
-from benchmarks.eyes.optics import taken, textured
+from benchmarks.eyes.optics import add_texture, photograph
 from benchmarks.eyes.palette import grass
-from benchmarks.eyes.rendering import Mask, by_bullet, painted
+from benchmarks.eyes.rendering import Mask, render_with_bullet, render_with_painter
 from benchmarks.eyes.scenes import draw_scene
 from robotcore.autonomy.vision import HUES
 from robotcore.hal.devices import Image
@@ -24,7 +24,7 @@ ABSENT = 0.3
 GREENS, OTHERS = ("green",) * 6, ("red", "blue", "yellow", "magenta")
 
 
-class Labelled(NamedTuple):
+class LabelledFrame(NamedTuple):
     """A frame, the hue of the ball, its visible pixels, and whether the frame is hard."""
 
     image: Image
@@ -51,19 +51,19 @@ class Labelled(NamedTuple):
         return not (is_beside or v < rows.min() - 0.5 or v > rows.max() + 0.5)
 
 
-def frame(seed: int, number: int) -> Labelled:
+def frame(seed: int, number: int) -> LabelledFrame:
     """Return a frame of a seed. Odd numbers are hard. The renderers take turns."""
     draw = Random(f"eyes/{seed}/{number}")
     is_hard = bool(number % 2)
     hue, has_ball = HUES[draw.choice(GREENS + OTHERS)], draw.random() > ABSENT
     while True:
         scene = draw_scene(hue, 0.5 if is_hard else 0.1, draw, has_ball=has_ball)
-        image, ball, floor = (painted if number % 4 < 2 else by_bullet)(scene)
+        image, ball, floor = (render_with_painter if number % 4 < 2 else render_with_bullet)(scene)
         if not has_ball or ball.sum() >= MIN_VISIBLE_PX:
             break
     if is_hard and draw.random() < 0.3:
-        image = textured(image, floor, grass(hue, draw), draw)
+        image = add_texture(image, floor, grass(hue, draw), draw)
     how = Conditions.harsh(draw, scene.diameter_px) if is_hard else Conditions.mild(draw)
-    image = taken(image, ball, how, draw)
+    image = photograph(image, ball, how, draw)
     image.flags.writeable = False
-    return Labelled(image, hue, ball, is_hard)
+    return LabelledFrame(image, hue, ball, is_hard)

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from robotcore.hal.devices import Image
 
-Place = tuple[float, float]
+Point = tuple[float, float]
 """Column and row."""
 
 Plane = NDArray[np.uint8]
 
 
-def hsv_mask(image: Image, hue: float, tolerance: float, min_saturation: int, min_value: int) -> Plane:
+def compute_hsv_mask(image: Image, hue: float, tolerance: float, min_saturation: int, min_value: int) -> Plane:
     """Return the pixels within ``tolerance`` degrees of a hue, in two ranges if they cross red."""
     hsv = cv2.cvtColor(image, cv2.COLOR_BGR2HSV)
     low, high = math.ceil((hue - tolerance) / 2), math.floor((hue + tolerance) / 2)
@@ -32,18 +32,18 @@ def hsv_mask(image: Image, hue: float, tolerance: float, min_saturation: int, mi
     return mask
 
 
-def outlines(mask: Plane) -> Sequence[Any]:
+def find_outlines(mask: Plane) -> Sequence[Any]:
     """Return the outer contours."""
     return cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)[0]
 
 
-def largest(mask: Plane, min_area: float) -> Place | None:
+def find_largest(mask: Plane, min_area: float) -> Point | None:
     """Return the centroid of the largest contour, if it encloses ``min_area`` pixels."""
-    best = max(outlines(mask), key=cv2.contourArea, default=None)
-    return None if best is None or cv2.contourArea(best) < min_area else middle_of(best)
+    best = max(find_outlines(mask), key=cv2.contourArea, default=None)
+    return None if best is None or cv2.contourArea(best) < min_area else compute_centroid(best)
 
 
-def middle_of(contour: Any) -> Place:
+def compute_centroid(contour: Any) -> Point:
     """Return the centroid of the area of a contour; of its points if the area is empty."""
     moments = cv2.moments(contour)
     if moments["m00"]:
@@ -53,17 +53,17 @@ def middle_of(contour: Any) -> Place:
 
 
 @lru_cache
-def pure_lab(hue: float) -> NDArray[np.float64]:
+def compute_pure_lab(hue: float) -> NDArray[np.float64]:
     """Return a* and b* of a saturated colour of a hue, (2,)."""
-    return _pure(hue, cv2.COLOR_BGR2LAB)
+    return _convert_pure(hue, cv2.COLOR_BGR2LAB)
 
 
 @lru_cache
-def pure_chroma(hue: float) -> NDArray[np.float64]:
+def compute_pure_chroma(hue: float) -> NDArray[np.float64]:
     """Return U and V of a saturated colour of a hue, (2,), 0 for grey."""
-    return _pure(hue, cv2.COLOR_BGR2YUV)
+    return _convert_pure(hue, cv2.COLOR_BGR2YUV)
 
 
-def _pure(hue: float, space: int) -> NDArray[np.float64]:
+def _convert_pure(hue: float, space: int) -> NDArray[np.float64]:
     bgr = np.array([[colorsys.hsv_to_rgb(hue / 360, 0.85, 0.8)[::-1]]]) * 255
     return np.asarray(cv2.cvtColor(bgr.astype(np.uint8), space)[0, 0, 1:], np.float64) - 128

@@ -9,23 +9,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.eyes.conditions import Conditions, Gains, drawn_gains
+from benchmarks.eyes.conditions import Conditions, Gains, draw_gains
 from benchmarks.eyes.rendering import Mask
 from robotcore.hal.devices import Image
 
 Light = NDArray[np.float32]
 
 
-def taken(image: Image, ball: Mask, how: Conditions, draw: Random) -> Image:
+def photograph(image: Image, ball: Mask, how: Conditions, draw: Random) -> Image:
     """Return the picture with the effects of a camera."""
     light = image.astype(np.float32) * _row(how.gains)
-    light = _with_lamp(_with_glare(light, ball, how.glare, draw), how.lamp, draw)
-    light = _vignetted(light * np.float32(how.brightness), how.vignette)
-    light = _developed(_blurred(light, how), how)
-    return _compressed(_noisy(light, how.noise, draw), how.quality)
+    light = _add_lamp(_add_glare(light, ball, how.glare, draw), how.lamp, draw)
+    light = _add_vignette(light * np.float32(how.brightness), how.vignette)
+    light = _develop(_blur(light, how), how)
+    return _compress(_add_noise(light, how.noise, draw), how.quality)
 
 
-def textured(image: Image, where: Mask, rgb: tuple[int, int, int], draw: Random) -> Image:
+def add_texture(image: Image, where: Mask, rgb: tuple[int, int, int], draw: Random) -> Image:
     """Return the picture with light and dark blades of one colour in the mask ``where``."""
     dice, (height, width) = np.random.default_rng(draw.randrange(2**32)), where.shape
     shade = np.zeros((height, width))
@@ -41,7 +41,7 @@ def _row(gains: Gains) -> Light:
     return np.array(gains, np.float32)
 
 
-def _with_glare(light: Light, ball: Mask, strength: float, draw: Random) -> Light:
+def _add_glare(light: Light, ball: Mask, strength: float, draw: Random) -> Light:
     """Add the reflection of a lamp to the ball: a white spot of about a third of its width."""
     if not strength or not ball.any():
         return light
@@ -53,14 +53,14 @@ def _with_glare(light: Light, ball: Mask, strength: float, draw: Random) -> Ligh
     return light + (255 - light) * part
 
 
-def _with_lamp(light: Light, strength: float, draw: Random) -> Light:
+def _add_lamp(light: Light, strength: float, draw: Random) -> Light:
     """Add a lamp and its coloured bloom to the picture."""
     if not strength:
         return light
     height, width = light.shape[:2]
     place = draw.uniform(0, width), draw.uniform(0, height / 2)
     bloom = _spot((height, width), place, draw.uniform(15, 50)) + _spot((height, width), place, 4.0)
-    return light + np.float32(strength) * bloom[..., None] * _row(drawn_gains(draw, 0.2))
+    return light + np.float32(strength) * bloom[..., None] * _row(draw_gains(draw, 0.2))
 
 
 def _spot(shape: tuple[int, ...], place: tuple[float, float], size: float) -> Light:
@@ -69,13 +69,13 @@ def _spot(shape: tuple[int, ...], place: tuple[float, float], size: float) -> Li
     return np.asarray(np.exp(-squares / (2 * size**2)), np.float32)
 
 
-def _vignetted(light: Light, strength: float) -> Light:
+def _add_vignette(light: Light, strength: float) -> Light:
     height, width = light.shape[:2]
     rows, columns = np.ogrid[-1 : 1 : height * 1j, -1 : 1 : width * 1j]
     return light * np.asarray(1 - strength * (rows**2 + columns**2) / 2, np.float32)[..., None]
 
 
-def _blurred(light: Light, how: Conditions) -> Light:
+def _blur(light: Light, how: Conditions) -> Light:
     soft = cv2.GaussianBlur(light, (0, 0), how.defocus)
     if how.motion >= 2:
         soft = cv2.filter2D(soft, -1, _path(how.motion, how.heading))
@@ -92,20 +92,20 @@ def _path(length: float, heading: float) -> Light:
     return np.asarray(kernel / kernel.sum(), np.float32)
 
 
-def _developed(light: Light, how: Conditions) -> Light:
+def _develop(light: Light, how: Conditions) -> Light:
     """Apply contrast about mid grey, then gamma."""
     light = np.clip((light - 128) * np.float32(how.contrast) + 128, 0, 255)
     return np.asarray(255 * (light / 255) ** how.gamma, np.float32)
 
 
-def _noisy(light: Light, sigma: float, draw: Random) -> Light:
+def _add_noise(light: Light, sigma: float, draw: Random) -> Light:
     """Add shot noise, proportional to the root of the light, and read noise: ``sigma`` at mid grey."""
     dice = np.random.default_rng(draw.randrange(2**32))
     deviation = np.float32(sigma) * np.sqrt(0.3 + 0.7 * light / 128)
     return np.asarray(light + deviation * dice.standard_normal(light.shape, dtype=np.float32), np.float32)
 
 
-def _compressed(light: Light, quality: int | None) -> Image:
+def _compress(light: Light, quality: int | None) -> Image:
     image = np.clip(np.rint(light), 0, 255).astype(np.uint8)
     if quality is None:
         return image

@@ -40,7 +40,7 @@ def grass(hue: float, draw: Random) -> Rgb:
     return rgb(hue - draw.uniform(22, 42), draw.uniform(0.25, 0.5), draw.uniform(0.3, 0.65))
 
 
-def recoloured(world: WorldDescription, hue: float, likeness: float, draw: Random) -> WorldDescription:
+def recolour(world: WorldDescription, hue: float, likeness: float, draw: Random) -> WorldDescription:
     """Return a world in which only the ball has the hue. A share ``likeness`` of the obstacles looks similar."""
 
     def painted(obstacle: Box | Cylinder) -> Box | Cylinder:

@@ -18,14 +18,14 @@ Mask = NDArray[np.bool_]
 
 
 class Rendering(NamedTuple):
-    """A picture, (height, width, 3), BGR, and where it shows the ball and the floor, (height, width)."""
+    """A picture, (height, width, 3), BGR, and the masks of the ball and the floor, (height, width)."""
 
     image: Image
     ball: Mask
     floor: Mask
 
 
-def painted(scene: Scene) -> Rendering:
+def render_with_painter(scene: Scene) -> Rendering:
     """Render with the painter."""
     painter = Painter(scene.world)
     image, labels = painter.picture(scene.view), painter.labels(scene.view)
@@ -34,7 +34,7 @@ def painted(scene: Scene) -> Rendering:
     return Rendering(image, ball, (labels == 0) & ~is_sky)
 
 
-def by_bullet(scene: Scene) -> Rendering:
+def render_with_bullet(scene: Scene) -> Rendering:
     """Render with PyBullet's software renderer."""
     with load_backend("pybullet").open(Setup(load_robot("rover"), scene.world, frozenset({"eye"}))) as opened:
         camera = opened.camera

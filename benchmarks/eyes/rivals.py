@@ -11,7 +11,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.eyes.masks import Place, hsv_mask, largest, middle_of, outlines, pure_chroma, pure_lab
+from benchmarks.eyes.masks import (
+    Point,
+    compute_centroid,
+    compute_hsv_mask,
+    compute_pure_chroma,
+    compute_pure_lab,
+    find_largest,
+    find_outlines,
+)
 from robotcore.hal.devices import Image
 
 
@@ -29,14 +37,14 @@ class Classical:
     min_area: int = 0
     is_smoothed: bool = False
 
-    def __call__(self, image: Image, hue: float) -> Place | None:
+    def __call__(self, image: Image, hue: float) -> Point | None:
         if self.is_smoothed:
             image = np.asarray(cv2.GaussianBlur(image, (5, 5), 0), np.uint8)
-        mask = hsv_mask(image, hue, self.tolerance, self.min_saturation, self.min_value)
+        mask = compute_hsv_mask(image, hue, self.tolerance, self.min_saturation, self.min_value)
         if self.is_smoothed:
             kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (3, 3))
             mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, kernel), np.uint8)
-        return largest(mask, self.min_area)
+        return find_largest(mask, self.min_area)
 
 
 @dataclass(frozen=True)
@@ -55,18 +63,18 @@ class BallTracking:
     rounds: int = 2
     blur: int = 11
 
-    def __call__(self, image: Image, hue: float) -> Place | None:
+    def __call__(self, image: Image, hue: float) -> Point | None:
         scale = self.width / image.shape[1]
         image = np.asarray(cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), np.uint8)
         image = np.asarray(cv2.GaussianBlur(image, (self.blur, self.blur), 0), np.uint8)
-        mask = hsv_mask(image, hue, self.tolerance, self.min_saturation, self.min_value)
+        mask = compute_hsv_mask(image, hue, self.tolerance, self.min_saturation, self.min_value)
         kernel = np.ones((3, 3), np.uint8)
         mask = np.asarray(cv2.erode(mask, kernel, iterations=self.rounds), np.uint8)
         mask = np.asarray(cv2.dilate(mask, kernel, iterations=self.rounds), np.uint8)
-        best = max(outlines(mask), key=cv2.contourArea, default=None)
+        best = max(find_outlines(mask), key=cv2.contourArea, default=None)
         if best is None or cv2.minEnclosingCircle(best)[1] < self.min_radius:
             return None
-        u, v = middle_of(best)
+        u, v = compute_centroid(best)
         return (u + 0.5) / scale - 0.5, (v + 0.5) / scale - 0.5
 
 
@@ -83,12 +91,12 @@ class FindBlobs:
     min_lightness: float
     min_pixels: int
 
-    def __call__(self, image: Image, hue: float) -> Place | None:
+    def __call__(self, image: Image, hue: float) -> Point | None:
         lab = cv2.cvtColor(image, cv2.COLOR_BGR2LAB)
-        return largest(np.asarray(cv2.inRange(lab, *self._box(hue)), np.uint8), self.min_pixels)
+        return find_largest(np.asarray(cv2.inRange(lab, *self._box(hue)), np.uint8), self.min_pixels)
 
     def _box(self, hue: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        pure = pure_lab(hue)
+        pure = compute_pure_lab(hue)
         low = np.minimum(self.weakest * pure, pure) - self.slack + 128
         high = np.maximum(self.weakest * pure, pure) + self.slack + 128
         return np.array((self.min_lightness * 2.55, *low)), np.array((255.0, *high))
@@ -107,11 +115,11 @@ class ChromaTable:
     min_luma: int
     min_area: int
 
-    def __call__(self, image: Image, hue: float) -> Place | None:
-        pure = pure_chroma(hue)
+    def __call__(self, image: Image, hue: float) -> Point | None:
+        pure = compute_pure_chroma(hue)
         reach = float(np.linalg.norm(pure))
         low = np.minimum(self.nearest * pure, pure) - self.beside * reach + 128
         high = np.maximum(self.nearest * pure, pure) + self.beside * reach + 128
         yuv = cv2.cvtColor(image, cv2.COLOR_BGR2YUV)
         mask = cv2.inRange(yuv, np.array((float(self.min_luma), *low)), np.array((255.0, *high)))
-        return largest(np.asarray(mask, np.uint8), self.min_area)
+        return find_largest(np.asarray(mask, np.uint8), self.min_area)

@@ -6,7 +6,7 @@ import math
 from random import Random
 from typing import NamedTuple
 
-from benchmarks.eyes.palette import ball_colour, recoloured
+from benchmarks.eyes.palette import ball_colour, recolour
 from drivers.kinematic.clearance import Clearance
 from robotcore.description import (
     Ball,
@@ -41,8 +41,8 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
     """Return a scene with a ball of a hue in degrees. A share ``likeness`` of the obstacles looks similar."""
     robot = load_robot("rover")
     world = draw_world(load_world(draw.choice(WORLDS)), robot, draw.randrange(1_000_000))
-    world = recoloured(world, hue, likeness, draw)
-    pose = _free_pose(world, robot, draw)
+    world = recolour(world, hue, likeness, draw)
+    pose = _draw_free_pose(world, robot, draw)
     eye = robot.first_of(CameraDescription)
     assert eye, "the robot has a camera"
     mount = Mount(x_m=eye.mount.x_m, z_m=eye.mount.z_m * draw.uniform(0.7, 1.6), pitch_rad=draw.uniform(-0.06, 0.12))
@@ -50,14 +50,14 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
     looking = pose.moved(Pose(mount.x_m, mount.y_m, 0.0))
     if not has_ball:
         return Scene(world.model_copy(update={"targets": ()}), view, 0.0)
-    ball, diameter = _drawn_ball(view, looking, ball_colour(hue, draw), draw)
+    ball, diameter = _draw_ball(view, looking, ball_colour(hue, draw), draw)
     world = world.model_copy(update={"targets": (ball,)})
     if draw.random() < HIDING:
-        world = _with_screen(world, ball, looking, draw)
+        world = _add_screen(world, ball, looking, draw)
     return Scene(world, view, diameter)
 
 
-def _free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -> Pose:
+def _draw_free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -> Pose:
     """Return a free pose of the robot that faces roughly to the middle of the room."""
     surroundings = Clearance(robot.body.footprint, world)
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
@@ -68,7 +68,7 @@ def _free_pose(world: WorldDescription, robot: RobotDescription, draw: Random) -
             return pose
 
 
-def _drawn_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
+def _draw_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw: Random) -> tuple[Ball, float]:
     """Return a ball with a drawn diameter in the picture, and that diameter in pixels."""
     low, high = map(math.log, DIAMETERS_PX)
     diameter = math.exp(draw.uniform(low, high))
@@ -80,7 +80,7 @@ def _drawn_ball(view: CameraView, eye: Pose, colour: tuple[int, int, int], draw:
     return Ball(name="ball", radius_m=radius, colour=colour, x_m=x, y_m=y), 2 * radius * focal / away
 
 
-def _with_screen(world: WorldDescription, ball: Ball, eye: Pose, draw: Random) -> WorldDescription:
+def _add_screen(world: WorldDescription, ball: Ball, eye: Pose, draw: Random) -> WorldDescription:
     """Return the world with a thin box across the line of sight that hides a part of the ball."""
     distance, bearing = eye.distance_to(ball.x_m, ball.y_m), eye.bearing_to(ball.x_m, ball.y_m)
     length, side = draw.uniform(0.05, 0.3), draw.choice((-1, 1))

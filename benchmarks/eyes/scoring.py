@@ -7,11 +7,11 @@ import statistics
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from benchmarks.eyes.frames import Labelled
-from benchmarks.eyes.masks import Place
+from benchmarks.eyes.frames import LabelledFrame
+from benchmarks.eyes.masks import Point
 from robotcore.hal.devices import Image
 
-Finder = Callable[[Image, float], "Place | None"]
+Finder = Callable[[Image, float], "Point | None"]
 """Takes a BGR picture and a hue in degrees, and returns the position of the ball in pixels, or None."""
 
 
@@ -50,12 +50,12 @@ class Score(NamedTuple):
         return cls(precision, recall, *_middle_and_tail(errors))
 
 
-def judge_frames(finder: Finder, frames: Iterable[Labelled]) -> list[Verdict]:
+def judge_frames(finder: Finder, frames: Iterable[LabelledFrame]) -> list[Verdict]:
     """Return a verdict for each frame. A ball is hit by a point in the bounding box of its visible pixels."""
     return [_verdict(frame, finder(frame.image, frame.hue)) for frame in frames]
 
 
-def _verdict(frame: Labelled, place: Place | None) -> Verdict:
+def _verdict(frame: LabelledFrame, place: Point | None) -> Verdict:
     if place is None or not frame.holds(*place):
         return Verdict(frame.has_ball, place is not None, None)
     return Verdict(has_ball=True, is_answered=True, error_px=math.dist(place, frame.centroid))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.eyes.frames import Labelled
+from benchmarks.eyes.frames import LabelledFrame
 from benchmarks.eyes.scoring import Finder
 from robotcore.hal.devices import Image
 
@@ -34,7 +34,7 @@ class Interval(NamedTuple):
         return cls(statistics.median(ordered), ordered[max(0, low)], ordered[min(len(ordered) - 1, high)])
 
 
-def copies(finder: Finder, frames: Sequence[Labelled], *, in_cache: bool) -> tuple[Interval, float]:
+def measure_copies(finder: Finder, frames: Sequence[LabelledFrame], *, in_cache: bool) -> tuple[Interval, float]:
     """Return the time of a call in copies of a frame, and the median call in seconds.
 
     Copy and call take turns in going first. Frames come once, one after the other, as a camera delivers them; or,

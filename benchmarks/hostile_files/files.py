@@ -331,7 +331,7 @@ def _swollen_jpeg(message: bytes) -> bytes:
 
 
 def _filled_jpeg(message: bytes) -> bytes:
-    """Return a JPEG with two sizes: the true one where a reader is led that takes a fill byte for a segment."""
+    """Return a JPEG with two sizes. A reader that takes a fill byte for a segment finds the small one."""
     jpeg = message[message.index(b"\xff\xd8") :]
     at = jpeg.index(b"\xff\xc0")
     end = at + 2 + int.from_bytes(jpeg[at + 2 : at + 4], "big")
