@@ -19,6 +19,11 @@ SHUTDOWN_THREADS = 4
 """The calls that may hang on a forced exit, each in its own thread: latch, closing, observers, ``on_forced_exit``."""
 
 
+def print_reason(result: RunResult) -> None:
+    """Print the reason on standard error, past Python's stream: the hanging thread may hold its lock."""
+    os.write(2, f"error: {result.reason}\n".encode())
+
+
 class ForcedExit:
     """Ends the process of a run, after the result went to its receivers.
 

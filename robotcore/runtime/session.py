@@ -13,7 +13,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.robot import Robot
 from robotcore.hal.truth import Truth
 from robotcore.hal.wall_clock import MonotonicClock, PacedClock
-from robotcore.runtime.forced_exit import SHUTDOWN_GRACE_S, SHUTDOWN_THREADS, ForcedExit
+from robotcore.runtime.forced_exit import SHUTDOWN_GRACE_S, SHUTDOWN_THREADS, ForcedExit, print_reason
 from robotcore.runtime.layers import Assembled, assemble
 from robotcore.runtime.layers.base import Tap
 from robotcore.runtime.layers.guardian import guard_motors
@@ -35,6 +35,8 @@ from robotcore.runtime.verification import Verification, verify_run
 from robotcore.safety import ActivityMonitor, EmergencyStop, Watchdog
 from robotcore.safety.motor_stop import STOP_S
 from robotcore.safety.reserve import Reserve
+
+__all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
 
 WAKE_UP_S = 0.3
 """How long a sensor that was suspended needs for a new sample, in seconds."""
@@ -295,20 +297,12 @@ def _find_cause(error: BaseException) -> RobotcoreError | Interrupted | None:
     return None
 
 
-__all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
-
-
-def _print_reason(result: RunResult) -> None:
-    """Print the reason on standard error, past Python's stream: the hanging thread may hold its lock."""
-    os.write(2, f"error: {result.reason}\n".encode())
-
-
 def run(
     request: RunRequest,
     observers: Sequence[Observer] = (),
     taps: Sequence[Tap] = (),
     *,
-    on_forced_exit: Callable[[RunResult], object] = _print_reason,
+    on_forced_exit: Callable[[RunResult], object] = print_reason,
     timeout_scale: float = 1.0,
 ) -> RunResult:
     """Run an app and return its result.
