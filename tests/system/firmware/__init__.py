@@ -1,1 +1,1 @@
-"""Our firmware on a simulated AVR, with a robot's electronics around it and its line on a pty."""
+"""robotcore_bridge on a simulated AVR, with a robot's electronics and its line on a pty."""

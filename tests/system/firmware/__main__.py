@@ -1,4 +1,4 @@
-"""Run the checks on a simulated AVR with our firmware: python -m tests.system.firmware [NAME]."""
+"""Run the checks of robotcore_bridge on a simulated AVR: python -m tests.system.firmware [NAME]."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from tests.system.firmware import build as installing
 from tests.system.firmware.backend import BUILT
 
 SIDE_BY_SIDE = 2
-"""Each check has a board of its own; a board takes half a core."""
+"""Each check has its own board, which uses half a core."""
 
 
 def main(names: list[str]) -> bool:
-    """Build the firmware and the simulator, and run these files of checks, by default all; whether all were passed."""
+    """Build the firmware and the simulator, and run these files of checks, by default all; return if all passed."""
     with TemporaryDirectory(prefix="robotcore-firmware-") as folder:
         installing.install(Path(folder))
         os.environ[BUILT] = folder
-        os.environ["PYTHONPATH"] = os.pathsep.join([str(needs.ROOT), folder])  # so that the backend is found by name
+        os.environ["PYTHONPATH"] = os.pathsep.join([str(needs.ROOT), folder])  # for finding the backend by name
         spread = ["-n", str(SIDE_BY_SIDE), "--dist", "worksteal"]
         return checking.run(Path(__file__).parent / "checks", names, *spread)
 

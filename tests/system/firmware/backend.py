@@ -1,4 +1,4 @@
-"""A backend on simulated AVRs with our firmware, in the kinematic world: the drivers are those that ship."""
+"""A backend with the shipped drivers on simulated AVRs with robotcore_bridge, in the kinematic world."""
 
 from __future__ import annotations
 
@@ -32,20 +32,20 @@ def built() -> Path:
 
 
 def switched_on(change: Callable[[Wiring], Wiring] = lambda wiring: wiring) -> Board:
-    """Return a board that runs our firmware, its robot wired as the sketch says; ``change`` builds it otherwise."""
+    """Return a board with robotcore_bridge and a robot with the sketch's pins; ``change`` edits the robot."""
     sketch = built() / "robotcore_bridge"
     return Board(built() / "simulated-avr", built() / "firmware.elf", change(wiring(sketch)))
 
 
 class SimavrOptions(StrictModel):
-    """After how long without a command the board stops by itself; and where another process has one on, its folder."""
+    """The board's time-out, and the folder of a board that another process runs."""
 
     board_timeout_s: float = BOARD_TIMEOUT_S
     join: Path | None = None
 
 
 class SimavrBackend(Backend):
-    """Opens robots on a simulated board: one that it switches on, one that is on, or another process's."""
+    """Opens robots on a simulated board: a new one, an existing one, or another process's."""
 
     name = "simavr"
     summary = "our firmware on a simulated AVR, in the kinematic world"
@@ -69,7 +69,7 @@ class SimavrBackend(Backend):
         return open_robot(setup, SECTION, clock, release=release, truth=world, opened=_cameras(setup, world, clock))
 
     def _simulated(self, join: Path | None, opened: ExitStack) -> tuple[SimulatedRobot, ServerClock]:
-        """Return a robot and its clock, which holds it back where nobody else waits for its time."""
+        """Return a robot and its clock, which holds the AVR back if no other thread waits for its time."""
         if shared := self._board or (join and SimulatedRobot(join, joined(join))):
             return shared, ServerClock(shared.now)
         board = opened.enter_context(switched_on())

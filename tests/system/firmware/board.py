@@ -1,4 +1,4 @@
-"""A board with its robot, simulated: a process of its own, whose line is a pty and whose time is the AVR's."""
+"""A simulated board with its robot: a process with a pty for the line, in the AVR's time."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from tests.system.firmware.simulated import HZ, MEMORY, SimulatedRobot, Wiring, 
 from tests.system.speed import scaled
 
 STANDS = "0.0000 0.0000"
-"""What more is told of `duty` where neither motor is given any."""
+"""The text of a `duty` event if both duties are 0."""
 
 LOOK_S = 0.002
 HUNG_S = 300.0
-"""On the reference machine: what is waited for has come by then, or is too late by the AVR's time."""
+"""The longest wait in real time, on the reference machine."""
 
 
 class Event(NamedTuple):
-    """What happened (duty, line, plugged, pulled, reset, hangs, watchdog), at which of the AVR's times, in seconds."""
+    """An event (duty, line, plugged, pulled, reset, hangs, watchdog) and its time on the AVR in seconds."""
 
     time: float
     what: str
@@ -32,7 +32,7 @@ class Event(NamedTuple):
 
 
 class Board(SimulatedRobot):
-    """Runs a sketch. Switched on by its constructor, which returns when the line can be opened at ``port``."""
+    """Runs a sketch. The constructor returns when the line can be opened at ``port``."""
 
     def __init__(self, simulator: Path, sketch: Path, wiring: Wiring) -> None:
         self._made = TemporaryDirectory(prefix="robotcore-avr-")
@@ -51,16 +51,16 @@ class Board(SimulatedRobot):
         self.wait(lambda: bool(self._heard("plugged")), "the line to be plugged in")
 
     def events(self, what: str = "", since: float = 0.0) -> list[Event]:
-        """Return all that has happened since then until now, in order; of one kind, or all."""
+        """Return the events since a time, in order; of one kind, or all."""
         self._do("mark", "mark")
         return [event for event in self._heard(what) if event.time >= since]
 
     def pull(self) -> None:
-        """Pull the line out: whoever has it open finds the other end gone, and the port is no more."""
+        """Unplug the line: a process that has it open gets a hang-up, and the port is removed."""
         self._do("pull", "pulled")
 
     def plug(self) -> None:
-        """Put the line back: the port is there again, though it leads to another pty."""
+        """Plug the line in again: the port leads to another pty."""
         self._do("plug", "plugged")
 
     def reset(self) -> None:
@@ -68,16 +68,16 @@ class Board(SimulatedRobot):
         self._do("reset", "reset")
 
     def hang(self) -> None:
-        """Let the sketch hang where it is, until something resets it; interrupts are served if they were on."""
+        """Let the sketch hang until a reset; interrupts are served if they were on."""
         self._do("hang", "hangs")
 
     def pass_time(self, seconds: float) -> None:
-        """Let so much of the AVR's time pass."""
+        """Let some seconds pass on the AVR."""
         end = self.now() + seconds
         self.wait(lambda: self.now() >= end, f"{seconds:g} s to pass")
 
     def wait(self, is_so: Callable[[], bool], what: str, within_s: float = math.inf) -> None:
-        """Wait until something is so; raises AssertionError where it is not within so much of the AVR's time."""
+        """Wait until a condition is true; raises AssertionError if it is not within these seconds on the AVR."""
         wall, end, hung = MonotonicClock(), self.now() + within_s, scaled(HUNG_S)
         while not is_so():
             assert self._process.poll() is None, f"the simulator has ended with {self._process.returncode}"
@@ -86,14 +86,14 @@ class Board(SimulatedRobot):
             wall.sleep_until(wall.now() + LOOK_S)
 
     def wait_for_stop(self, within_s: float) -> Event:
-        """Wait until neither motor is given any duty, and return when that was."""
+        """Wait until both duties are 0, and return the time of that."""
         self.wait(lambda: self.duties == (0.0, 0.0), "the wheels to be stopped", within_s)
         stopped = self.events("duty")[-1]
         assert stopped.more == STANDS, f"they turn again: {stopped}"
         return stopped
 
     def close(self) -> None:
-        """Switch it off. May be called again."""
+        """Switch the board off. May be called again."""
         if self._process.stdin and not self._process.stdin.closed:
             self._process.stdin.close()
             self._process.wait(scaled(HUNG_S))
@@ -112,7 +112,7 @@ class Board(SimulatedRobot):
         return [event for event in list(self._events) if what in ("", event.what)]
 
     def _do(self, word: str, event: str) -> None:
-        """Tell the simulator a word, and wait until it has told that it was done."""
+        """Send a command to the simulator, and wait until it is done."""
         assert self._process.stdin
         before = len(self._heard(event))
         self._process.stdin.write(f"{word}\n")

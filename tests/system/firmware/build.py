@@ -1,4 +1,4 @@
-"""The firmware built for a simulated board, with a robot's own wiring."""
+"""Build the firmware for a simulated board, with the wiring of a robot."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from tests.system import needs
 from tests.system.firmware.config import ROVER
 
 STRICT = ("-Wall", "-Wextra", "-Werror")
-"""Our own sketch gives no warning."""
+"""The sketch compiles without a warning."""
 
 
 def build(folder: Path, config: Mapping[str, object] | None = None, sketch: Path | None = None) -> Path:
-    """Build a sketch, ours by default, in a folder; return the ELF.
+    """Build a sketch, by default robotcore_bridge, in a folder; return the ELF file.
 
-    ``config`` changes names in a copy of its config.h, as a user edits it: ``{"BATTERY_PIN": "A0"}``.
-    Needs what ``toolchain.is_here()`` looks for; raises FirmwareError with what the compiler said.
+    config: new values in a copy of its config.h, such as ``{"BATTERY_PIN": "A0"}``.
+    Raises FirmwareError with the compiler's output, or if avr-gcc is not installed.
     """
     source = sketch or shipped_sketch()
     copy = folder / source.name
@@ -53,7 +53,7 @@ METADATA = "Metadata-Version: 2.1\nName: robotcore-simavr\nVersion: 0\n"
 
 
 def install(folder: Path) -> None:
-    """Build all of it in a folder, which Python is to look in too; raises NotRunError where that cannot be done."""
+    """Build everything in a folder that is on Python's path too; raises NotRunError if that is impossible."""
     if not _is_here():
         needs.debian()
         needs.packages(*PACKAGES)
@@ -66,7 +66,7 @@ def install(folder: Path) -> None:
 
 
 def build_simulator(folder: Path) -> Path:
-    """Compile the simulator in a folder, and return where it is; see avr/main.c for what it is given."""
+    """Compile the simulator in a folder, and return its path; avr/main.c describes its arguments."""
     program = folder / "simulated-avr"
     sources = sorted(map(str, SOURCES.glob("*.c")))
     subprocess.run(["gcc", *FLAGS, "-o", program, *sources, "-lsimavr", "-lm"], check=True)
@@ -74,5 +74,5 @@ def build_simulator(folder: Path) -> Path:
 
 
 def _is_here() -> bool:
-    """Whether all that is needed is installed, on whatever system."""
+    """Return whether all needed tools are installed."""
     return all(map(shutil.which, ("gcc", "avr-g++"))) and all(map(os.path.exists, NEEDED))

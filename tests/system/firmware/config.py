@@ -1,4 +1,4 @@
-"""The sketch's config.h: what a user of the simulated robot edits in it, and which pins it names."""
+"""The sketch's config.h: its values for the simulated robot, and its pins."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ ROVER = {
     "START_DUTY": 26,  # a dead band of 0.1
     "FULL_SPEED": 71,  # 14 rad/s, 960 counts a turn
 }
-"""What a user edits for the robot that `Wiring` describes."""
+"""The values for the robot of `Wiring`."""
 
 FULL_V = 5.0
-"""An analog channel tells no more than the board's own supply."""
+"""The greatest voltage of an analog channel is the board's supply."""
 
 
 def wiring(sketch: Path) -> Wiring:
-    """Return a robot that is wired as a sketch's config.h says."""
+    """Return a robot with the pins of a sketch's config.h."""
     defines = dict(re.findall(r"(?m)^#define (\w+) (\w+)", (sketch / "config.h").read_text()))
 
     def pin(name: str) -> int:
@@ -44,7 +44,7 @@ def wiring(sketch: Path) -> Wiring:
 
 
 def _number(pin: str) -> int:
-    """Return the number of a pin that Arduino also calls A0 to A5."""
+    """Return the number of a pin, also of A0 to A5."""
     return 14 + int(pin[1:]) if pin.startswith("A") else int(pin)
 
 
@@ -62,7 +62,7 @@ CONNECTED: dict[str, dict[str, Any]] = {
 
 
 def with_battery() -> RobotDescription:
-    """Return the rover, with the battery that the board tells of."""
+    """Return the rover, with the battery that the board measures."""
     rover = load_robot("rover")
     battery = BatteryDescription(kind="battery", name="battery")
     return rover.model_copy(update={"devices": (*rover.devices, battery)})
@@ -78,7 +78,7 @@ def on_serial(robot: RobotDescription, port: Path, board_timeout_s: float) -> Ro
 
 
 def patient(path: Path) -> Path:
-    """Write the rover's file for a simulated robot that a busy machine keeps waiting, and return where it is."""
+    """Write the rover's file for a simulated robot, with time limits for a busy machine, and return its path."""
     rover = (files("robotcore.description") / "robots" / "rover.toml").read_text()
     patience = f"answer_s = {ANSWER_S}\nmax_age_s = {MAX_AGE_S}\n"
     path.write_text(rover.replace("max_age_s = 1.0\n", patience))

@@ -1,6 +1,6 @@
 """``robotcore`` with the serial drivers in the AVR's time: python -m tests.system.firmware.following FOLDER ARGUMENT...
 
-So a machine may simulate as slowly as it likes. FOLDER is the simulated robot's.
+So the simulation may be slower than real time. FOLDER is that of the simulated robot.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The line as pyserial has it, without any driver: a command, and what is answered."""
+"""The line through pyserial, without a driver: commands and answers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BOOTING_S = 3.0
 
 
 class RawLine:
-    """Opens a board's line and waits until the board listens."""
+    """Opens a board's line, and waits until the board takes commands."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -25,7 +25,7 @@ class RawLine:
         self._serial.reset_input_buffer()
 
     def ask(self, command: str, within_s: float = ANSWER_S) -> str:
-        """Send a command and return the answer; nothing where none came in so much of the AVR's time."""
+        """Send a command and return the answer; empty if none arrives within these seconds on the AVR."""
         self.send(f"{command}\r".encode())
         return self.hear(within_s)
 
@@ -33,7 +33,7 @@ class RawLine:
         self._serial.write(data)
 
     def hear(self, within_s: float = ANSWER_S) -> str:
-        """Return the next line that comes in, or as much of it."""
+        """Return the next line, or the part of it that has arrived."""
         end, got = self._board.now() + within_s, b""
         while not got.endswith(b"\n") and self._board.now() < end:
             got += self._serial.readline()

@@ -1,4 +1,4 @@
-"""What the simulated robot is and does: memory that this process shares with the simulator, as avr/bench.h has it."""
+"""The simulated robot: memory that this process shares with the simulator, in the layout of avr/bench.h."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from robotcore.hal.wall_clock import ServerClock
 
 HZ = 16_000_000
 MEMORY = "bench"
-"""The file in a robot's folder that holds it."""
+"""The name of the shared file in a robot's folder."""
 
 JUMPER = -1
-"""The enable pin of an L298N's channel whose jumper is on."""
+"""The enable pin of an L298N's channel with a jumper."""
 
 _INPUTS = ("forward", "backward", "enable", "a", "b")
 _MODEL = ("dead_band", "full_rad_s", "lag_s", "edges_per_turn")
@@ -25,7 +25,7 @@ _DOES = ("duty", "velocity_rad_s", "angle_rad")
 
 
 class Wheel(ctypes.Structure):
-    """A channel of an L298N, its motor, its wheel and the encoder on that; pins are Arduino's numbers."""
+    """A channel of an L298N with its motor, wheel and encoder; pins are Arduino's numbers."""
 
     forward: int
     backward: int
@@ -47,7 +47,7 @@ class Wheel(ctypes.Structure):
 
 
 class Bench(ctypes.Structure):
-    """The robot around the AVR: what it is wired to, what it is told, what it does."""
+    """The robot around the AVR: its wiring, its inputs and its state."""
 
     left: Wheel
     right: Wheel
@@ -76,13 +76,13 @@ class Bench(ctypes.Structure):
 
 
 def made(folder: Path) -> Bench:
-    """Make a bench of nothing but zeros in a folder, and return it; see `joined`."""
+    """Make a bench with zeros in a folder, and return it; see `joined`."""
     (folder / MEMORY).write_bytes(bytes(ctypes.sizeof(Bench)))
     return joined(folder)
 
 
 def joined(folder: Path) -> Bench:
-    """Return what is in that folder's bench, now and whenever it is looked at."""
+    """Return the bench in a folder, which always shows the current state."""
     with (folder / MEMORY).open("r+b") as file:
         return Bench.from_buffer(mmap.mmap(file.fileno(), 0))
 
@@ -91,7 +91,7 @@ SOUND_M_S = 343.0
 """In air of 20 °C."""
 
 SILENCE_S = 38e-3
-"""The pulse of an HC-SR04 that heard nothing. Source: its data sheet."""
+"""The pulse of an HC-SR04 without an echo. Source: its data sheet."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Motor:
-    """What a motor makes of a duty: nothing up to the dead band, then a velocity in a line, with a first-order lag."""
+    """A motor: zero velocity up to the dead band, a linear one above it, with a first-order lag."""
 
     dead_band: float = 0.10
     full_rad_s: float = 14.0
@@ -119,7 +119,7 @@ class Motor:
 class Wiring:
     """A robot's pins, by Arduino's numbers, its motors, and the divider before the battery's analog channel.
 
-    A board that ``resets_when_opened`` listens to nobody for ``bootloader_s`` whenever its port is opened, as every Uno
+    A board that ``resets_when_opened`` ignores all data for ``bootloader_s`` after its port is opened, as every Uno
     and Nano does.
     """
 
@@ -134,7 +134,7 @@ class Wiring:
     bootloader_s: float = 0.1
 
     def build(self, bench: Bench) -> None:
-        """Write it all down for the simulator."""
+        """Write these values into the bench."""
         for wheel, side in ((bench.left, self.left), (bench.right, self.right)):
             self._build_wheel(wheel, side)
         bench.trigger, bench.echo, bench.battery = self.trigger, self.echo, self.battery
@@ -150,9 +150,9 @@ FOREVER = 2**64 - 1
 
 
 class SimulatedRobot:
-    """A robot that is simulated by this process's child, or by another's: its files are in ``folder``.
+    """A robot that a child of this process, or another process, simulates; its files are in ``folder``.
 
-    ``port`` leads to the board's line while that is plugged in. Times are the AVR's, in seconds since it is on.
+    ``port`` leads to the board's line while that is plugged in. Times are seconds since the AVR was switched on.
     """
 
     def __init__(self, folder: Path, bench: Bench) -> None:
@@ -164,41 +164,41 @@ class SimulatedRobot:
         return self._bench.cycles / HZ
 
     def ask_until(self, time: float) -> None:
-        """Let the AVR run until then, and wait for whoever is to read its line; freely by `inf`, as it begins."""
+        """Let the AVR run until a time, then wait for the reader of its line; `inf`, the first value, never waits."""
         self._bench.asked = FOREVER if math.isinf(time) else round(time * HZ)
 
     @property
     def angles(self) -> Wheels:
-        """How far the wheels have turned, in radians."""
+        """The angles of the wheels in radians."""
         return Wheels(self._bench.left.angle_rad, self._bench.right.angle_rad)
 
     @property
     def velocities(self) -> Wheels:
-        """How fast they turn, in rad/s."""
+        """The velocities of the wheels in rad/s."""
         return Wheels(self._bench.left.velocity_rad_s, self._bench.right.velocity_rad_s)
 
     @property
     def duties(self) -> Wheels:
-        """What the pins give the motors, from -1 to 1."""
+        """The duties of the motors, from -1 to 1."""
         return Wheels(self._bench.left.duty, self._bench.right.duty)
 
     def put_ahead(self, distance: float) -> None:
-        """Put something so many metres in front of the sonar; `inf` is nothing that it hears."""
+        """Put a target at a distance in metres in front of the sonar; `inf` for none."""
         self._bench.echo_s = SILENCE_S if math.isinf(distance) else 2 * distance / SOUND_M_S
 
     def charge(self, volts: float) -> None:
-        """Let the battery have so many volts."""
+        """Set the voltage of the battery."""
         self._bench.battery_mv = volts * 1000 * self._bench.battery_ratio
 
     def make_noise(self, share: float) -> None:
-        """Let that share of all bytes be spoilt on the line, both ways: a bit turned over, one lost, one too many."""
+        """Damage a share of the bytes on the line, in both directions: flip a bit, drop a byte, add a byte."""
         self._bench.noise = share
 
 
 class AskedClock(ServerClock):
-    """Asks for as much of the AVR's time as somebody sleeps: a busy program finds hardly any gone.
+    """A clock that requests AVR time only while a thread sleeps, so that hardly any passes for a busy program.
 
-    Threads that wait beside the sleeper get theirs meanwhile; when all wait but nobody sleeps, the AVR creeps on.
+    Other waiting threads use that time too. If all threads wait but none sleeps, the AVR runs slowly.
     """
 
     def __init__(self, simulated: SimulatedRobot) -> None:

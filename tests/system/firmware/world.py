@@ -1,4 +1,4 @@
-"""The kinematic world, in which the body goes as far as the simulated AVR's wheels have turned."""
+"""The kinematic world, in which the wheels of the simulated AVR move the body."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from robotcore.simulation.sampling import SampleCache
 from tests.system.firmware.simulated import SimulatedRobot
 
 STEPS_S = 240
-"""The body takes a step for each 1/240 s in which wheels turned."""
+"""The step of the body: 1/240 s."""
 
 HEARD_M = 4.0
-"""The farthest thing that an HC-SR04 hears."""
+"""The range of an HC-SR04."""
 
 
 class FollowedWorld:
-    """Moves the body by the wheels of a simulated robot, and puts before its sonar what is ahead there.
+    """Moves the body by the wheels of a simulated robot, and sets the distance of its sonar.
 
-    It is the run's `TruthSource`. Any thread may ask it.
+    It is the run's `TruthSource`. Any thread may call it.
     """
 
     def __init__(self, setup: Setup, simulated: SimulatedRobot) -> None:
@@ -43,7 +43,7 @@ class FollowedWorld:
         self.follow()
 
     def follow(self) -> None:
-        """Let the body catch up with the wheels; to be called often, for between two calls it goes in an arc."""
+        """Move the body by the wheels; call this often, for the body moves in an arc between two calls."""
         with self._lock:
             angles, now = self._simulated.angles, self._simulated.now()
             self._roll(angles, max(1, math.ceil((now - self._at) * STEPS_S)))
@@ -52,7 +52,7 @@ class FollowedWorld:
                 self._simulated.put_ahead(self._heard(self._sonar))
 
     def fall_silent(self) -> None:
-        """Let no echo come back from now on, whatever is ahead."""
+        """Drop all echoes from now on."""
         self._is_silent = True
         self.follow()
 
@@ -69,14 +69,14 @@ class FollowedWorld:
             return self._simulation.contacts()
 
     def picture(self, view: Callable[[Pose], CameraView]) -> Image:
-        """Return what is to be seen from where the robot is."""
+        """Return the picture from the robot's place."""
         return self._simulation.painter.picture(view(self.pose()))
 
     def _heard(self, sonar: Sonar) -> float:
         return math.inf if self._is_silent else sonar.measure(self._simulation.pose()).distance
 
     def _roll(self, to: Wheels, steps: int) -> None:
-        """Roll the wheels to these angles, each step as far as the others."""
+        """Roll the wheels to these angles in equal steps."""
         if not self._drive:
             return
         clock, wheels = self._simulation.clock, self._simulation.wheels
@@ -89,7 +89,7 @@ class FollowedWorld:
 
 
 class FollowedCamera(Camera):
-    """Sees the world as it is when the camera is read."""
+    """A camera with the world at the time of reading."""
 
     def __init__(self, description: CameraDescription, world: FollowedWorld, clock: Clock) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -106,7 +106,7 @@ class FollowedCamera(Camera):
 
 
 def _without_lag(robot: RobotDescription) -> RobotDescription:
-    """Return the robot with wheels that follow at once: the board's have the lag."""
+    """Return the robot with wheels without a lag, for the board's wheels have one."""
     devices = (
         description.model_copy(update={"lag_s": 0.0}) if isinstance(description, MotorDescription) else description
         for description in robot.devices

@@ -23,7 +23,7 @@ static avr_cycle_count_t next_byte;
 static char text[64];
 static size_t written;
 
-/* What a byte becomes on the line: none, itself, itself with a bit turned over, or that and one more. */
+/* Damage a byte at random: drop it, flip a bit, or flip a bit and add a byte. */
 static size_t carried(unsigned char byte, unsigned char out[2])
 {
 	out[0] = byte;
@@ -40,7 +40,7 @@ static void sent(avr_irq_t *irq, uint32_t byte, void *given)
 	size_t length = carried(byte, out);
 
 	if (master >= 0 && is_open)
-		(void)!write(master, out, length); /* nobody reads it: lost, as on a wire */
+		(void)!write(master, out, length); /* lost if the buffer is full, as on a wire */
 }
 
 void line_wire(avr_t *avr, struct bench *robot)
@@ -63,7 +63,7 @@ void line_plug(avr_t *avr, const char *link)
 		err(1, "no pty");
 	cfmakeraw(&raw);
 	tcsetattr(master, TCSANOW, &raw);
-	close(open(ptsname(master), O_RDWR | O_NOCTTY)); /* from now on poll tells whether somebody has it open */
+	close(open(ptsname(master), O_RDWR | O_NOCTTY)); /* so that poll detects if a process has it open */
 	if (symlink(ptsname(master), link))
 		err(1, "%s", link);
 	tell(avr, "plugged");

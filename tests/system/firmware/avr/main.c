@@ -123,7 +123,7 @@ static void obey(avr_t *avr, const char *word, const char *link)
 		warnx("%s?", word);
 }
 
-/* Do what stdin says; returns whether there is more to come. */
+/* Execute the commands on stdin; return whether stdin is still open. */
 static int listen_outside(avr_t *avr, const char *link)
 {
 	char said[256];
@@ -151,7 +151,7 @@ static void slice(avr_t *avr)
 	bench->is_listening = avr->cycle >= boots_until;
 }
 
-/* Sleep while the AVR is ahead of real time; what it is behind, it does not make up for. */
+/* Sleep while the AVR is ahead of real time; it does not catch up if it is behind. */
 static void keep_real_time(avr_cycle_count_t cycle)
 {
 	static double zero;
@@ -166,14 +166,14 @@ static void keep_real_time(avr_cycle_count_t cycle)
 		nanosleep(&nap, NULL);
 }
 
-/* Whether the program that drives has yet to come: nobody waits for more of the AVR's time, or what was sent lies there. */
+/* Return whether the AVR must wait for the driving program: it has not requested this time, or has not read the line. */
 static int is_ahead(avr_cycle_count_t cycle)
 {
 	return bench->asked != UINT64_MAX && (cycle > bench->asked || line_is_unread());
 }
 
-/* Then go on at a fraction of the pace: time stands all but still for a program that is busy, or that a busy machine
- * keeps waiting; and who waits for an answer gets it. */
+/* Then run at a fraction of the speed: hardly any time passes for a busy program, or one that a busy machine
+ * delays, and a program that waits for an answer gets it. */
 static void creep(avr_cycle_count_t cycle)
 {
 	static const struct timespec nap = { .tv_nsec = NAP_NS };

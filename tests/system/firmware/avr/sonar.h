@@ -8,7 +8,7 @@
 
 void sonar_wire(avr_t *avr, struct bench *bench);
 
-/* Raise or lower the echo's pin where that is due. */
+/* Raise or lower the pin of the echo if that is due. */
 void sonar_pass(avr_t *avr, struct bench *bench);
 
 #endif

@@ -1,4 +1,4 @@
-/* A line on stdout for each thing that happened: the AVR's time in cycles, and what. */
+/* Print an event as a line on stdout: the time of the AVR in cycles, and the event. */
 #ifndef TELL_H
 #define TELL_H
 

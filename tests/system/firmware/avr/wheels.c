@@ -5,7 +5,7 @@
 #include "pins.h"
 #include "tell.h"
 
-/* Both inputs alike brake, which here is to turn at no velocity, with the motor's lag. */
+/* Equal inputs brake: the target is zero velocity, with the lag of the motor. */
 static double duty(avr_t *avr, const struct wheel *wheel)
 {
 	double enable = wheel->enable < 0 ? 1 : pin_output(avr, wheel->enable);

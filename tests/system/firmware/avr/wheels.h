@@ -6,8 +6,8 @@
 
 #include "bench.h"
 
-/* Let them turn for so long, by what the pins say now, and feed the edges of their encoders.
- * Call it so often that an encoder has no more than one edge in between. Tells `duty` when one changes. */
+/* Let the wheels turn for some seconds by the present levels of the pins, and feed the edges of their encoders.
+ * Call it so often that an encoder has at most one edge in between. It prints `duty` if one changes. */
 void wheels_turn(avr_t *avr, struct bench *bench, double seconds);
 
 #endif

@@ -1,1 +1,1 @@
-"""The checks, each on a board of its own."""
+"""The checks, each on its own board."""

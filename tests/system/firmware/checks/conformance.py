@@ -1,4 +1,4 @@
-"""The kit's rules, on the drivers that ship and a firmware that runs."""
+"""The conformance kit, with the shipped drivers and the running firmware."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tests.system.firmware.world import FollowedWorld
 
 
 class TestOnTheFirmware(ConformanceSuite):
-    """Some rules tell the wheels once, and look on for 2.5 s: for so long the board's own deadman has to wait."""
+    """Some rules command the wheels once, and watch them for 2.5 s, so the board's time-out must be longer."""
 
     backend = SimavrBackend
     options: ClassVar = {"board_timeout_s": 5.0}
@@ -30,7 +30,7 @@ class TestOnTheFirmware(ConformanceSuite):
         return with_battery()
 
     def test_angles_are_in_radians(self) -> None:
-        """By the samples' own times: a busy machine's newest one is older than a quiet machine's."""
+        """Compares by the samples' own times, for on a busy machine the newest sample is older."""
         with self.opened(None, Role.DRIVE) as robot:
             encoders = self.encoders(robot)
             self.command(robot, SPEED_RAD_S, SPEED_RAD_S)

@@ -1,4 +1,4 @@
-"""What the checks share."""
+"""Fixtures of the checks."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ from tests.system.firmware.board import Board
 
 @pytest.fixture
 def board() -> Iterator[Board]:
-    """A board that runs our firmware."""
+    """A board with robotcore_bridge."""
     with switched_on() as made:
         yield made

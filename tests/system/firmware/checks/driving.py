@@ -1,4 +1,4 @@
-"""What goes wrong while the drivers drive: the firmware stops the wheels, the drivers say so, and go on."""
+"""Failures during a drive: the firmware stops the wheels, and the drivers raise and go on."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NOISY_S = 6.0
 STANDING_RAD_S = 0.05
 OVERSHOOT = 1.25
 BACK_S = 10.0
-"""By then a board that is back is driven again: the back-off, its bootloader, the first answers."""
+"""The longest time until a replugged board is driven again: back-off, bootloader, first answers."""
 
 
 @pytest.fixture
@@ -34,12 +34,12 @@ def robot(board: Board) -> Iterator[Robot]:
     try:
         yield opened
     finally:
-        with suppress(DeviceError, DeviceGroupError):  # a board that is gone cannot be told to stop, which is said
+        with suppress(DeviceError, DeviceGroupError):  # an unplugged board takes no stop, which is raised
             opened.close()
 
 
 def drive(robot: Robot, left: float = SPEED_RAD_S, right: float = SPEED_RAD_S) -> None:
-    """Tell both wheels their velocity, as an app does in a tick."""
+    """Command both wheels, as an app does in a tick."""
     robot.motors["left_motor"].set_velocity(left)
     robot.motors["right_motor"].set_velocity(right)
 
@@ -52,7 +52,7 @@ def drive_for(robot: Robot, seconds: float, left: float = SPEED_RAD_S, right: fl
 
 
 def drive_until(robot: Robot, is_so: Callable[[], bool], within_s: float = BACK_S) -> None:
-    """Go on driving, whatever is raised, until something is so."""
+    """Drive on, despite errors, until a condition is true."""
     end = robot.clock.now() + within_s
     while not is_so():
         assert robot.clock.now() < end, f"waited {within_s} s"
@@ -74,7 +74,7 @@ def is_turning(board: Board) -> bool:
 
 
 def last_turning_command(board: Board, before: float = math.inf) -> float:
-    """Return when the last command came in whole that feeds the deadman."""
+    """Return the time of the last whole command that feeds the deadman."""
     commands = [event for event in board.events("line") if event.more[:2] in ("m ", "o ") and event.time < before]
     return commands[-1].time
 

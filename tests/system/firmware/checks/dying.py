@@ -1,4 +1,4 @@
-"""The program that drives is stopped, killed or ended: no wheel goes on turning."""
+"""No wheel turns on after the driving program is stopped, killed or ended."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from tests.system.firmware.config import BOARD_TIMEOUT_S, patient
 from tests.system.speed import scaled
 
 STARTED_S, ENDED_S = 30.0, 20.0
-"""How long a run takes to drive and to end, at most, on the reference machine."""
+"""The longest time of a run until it drives, and until it ends, on the reference machine."""
 
 BOOTING_S = 0.5
 FRAME_S = 1 / 30
@@ -31,7 +31,7 @@ def is_over(process: subprocess.Popen[str]) -> bool:
 
 @contextmanager
 def running(board: Board, *asked: str, program: Sequence[str] = ("robotcore",)) -> Iterator[subprocess.Popen[str]]:
-    """Let a robot drive over open ground, by a process of its own."""
+    """Let another process drive a robot over open ground."""
     command = [sys.executable, "-m", *program, "run", "avoid-obstacles", *asked]
     with subprocess.Popen(command, text=True) as process:
         try:
@@ -52,7 +52,7 @@ def app(board: Board, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def guardians(app: subprocess.Popen[str]) -> list[int]:
-    """Return the processes that a run has started."""
+    """Return the child processes of a run."""
     return [int(pid) for pid in Path(f"/proc/{app.pid}/task/{app.pid}/children").read_text().split()]
 
 
@@ -90,9 +90,9 @@ def test_program_that_ends_leaves_no_wheel_turning(
 
 
 def test_run_on_the_serial_backend_drives_and_leaves_the_wheels_at_rest(tmp_path: Path) -> None:
-    """By the section that the shipped rover has for its board.
+    """Uses the shipped rover's section for its board.
 
-    The board is not reset when its port is opened: it has a range when it is asked for one.
+    Opening the port does not reset the board, so it has a range at the first question.
     """
     rover = str(patient(tmp_path / "rover.toml"))
     with switched_on(lambda wiring: replace(wiring, resets_when_opened=False)) as board:

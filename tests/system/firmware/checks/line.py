@@ -14,7 +14,7 @@ from tests.system.firmware.raw import RawLine
 FRAME_S = 1 / 30
 COUNTS_A_TURN = 960
 COASTED = 20
-"""So many counts at most, after a bootloader's tenth of a second."""
+"""The most counts after the tenth of a second of a bootloader."""
 
 
 def test_answers(board: Board) -> None:
@@ -64,7 +64,7 @@ def test_pulled_line_stops_both_wheels_and_put_back_they_stand(board: Board) -> 
     assert stopped.time - received == pytest.approx(0.5, abs=FRAME_S)
     board.plug()
     with RawLine(board) as line:
-        assert line.ask("e") == "0 0"  # it was reset when the port was opened
+        assert line.ask("e") == "0 0"  # opening the port has reset the board
         board.pass_time(0.3)
     assert board.events("duty")[-1] == stopped
 

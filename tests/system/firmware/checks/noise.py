@@ -1,4 +1,4 @@
-"""A line that spoils bytes both ways: no wheel turns at a velocity that was not asked for."""
+"""A line that damages bytes in both directions: no wheel turns at another velocity than commanded."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.system.firmware.board import Board
 from tests.system.firmware.raw import RawLine
 
 RAD_S = math.tau / 960 * 30
-"""What a count a frame is."""
+"""The velocity of one count a frame."""
 
 OVERSHOOT = 1.2
 
