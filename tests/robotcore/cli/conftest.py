@@ -78,7 +78,7 @@ class Odd(Behaviour):
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
+def requests(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
     """Run the runs of a sweep in this process, and return their requests."""
     requests: list[RunRequest] = []
 

@@ -41,7 +41,7 @@ def test_takes_the_physics_simulator_that_needs_no_opengl(
     check_text(why)
 
 
-def test_takes_mujoco_if_pybullet_is_missing_and_says_why(
+def test_takes_mujoco_if_pybullet_is_missing_with_the_reason(
     monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     set_missing(monkeypatch, PyBulletBackend)
@@ -51,7 +51,7 @@ def test_takes_mujoco_if_pybullet_is_missing_and_says_why(
     check_text(why)
 
 
-def test_takes_no_simulator_that_does_not_work(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+def test_takes_no_simulator_that_fails(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
     set_missing(monkeypatch, PyBulletBackend)
     set_working(monkeypatch, MujocoBackend, failure="eye: there is no OpenGL. Install libegl1")
     backend, why = choose_simulator()
@@ -59,9 +59,7 @@ def test_takes_no_simulator_that_does_not_work(monkeypatch: pytest.MonkeyPatch, 
     check_text(why)
 
 
-def test_says_why_it_takes_the_built_in_simulator_instead(
-    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
-) -> None:
+def test_takes_the_built_in_simulator_with_the_reasons(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
     set_missing(monkeypatch, PyBulletBackend, MujocoBackend)
     backend, why = choose_simulator()
     assert backend == "kinematic"

@@ -93,7 +93,7 @@ def test_check_names_the_optional_sections_of_a_world(cli: Cli, tmp_path: Path, 
     check_text(cli("check", str(file)).out)
 
 
-def test_check_tells_a_fault_in_one_line(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_check_prints_a_fault_in_one_line(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "yard.toml"
     file.write_text('name = "yard"\n[floor]\nlength_m = -3.0\nwidth_m = 2.0\n')
     answer = cli("check", str(file))

@@ -1,4 +1,4 @@
-"""The e-stop in a terminal: on a real pty, in a job of a real session."""
+"""The e-stop key of a terminal, on a real pty and in a job of a real session."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from robotcore.errors import Interrupted
 
 ROOT = Path(__file__).parents[3]
 DRIVE = ("avoid-obstacles", "--realtime", "--set", "duration_s=60", "--world", "open")
-PATIENCE_S = 60.0
-IMPERVIOUS = """
+LIMIT_S = 60.0
+HANGING = """
 from contextlib import suppress
 from threading import Event
 from robotcore import Behaviour, Role, Status
 
-class Impervious(Behaviour):
+class Hanging(Behaviour):
     needs = frozenset({Role.DRIVE})
 
     def step(self, robot):
@@ -46,12 +46,12 @@ class Reading(Behaviour):
 
     def step(self, robot):
         if robot.clock.now() > 0.5:
-            print("heard", repr(input("go on? ")), flush=True)
+            print("line read:", repr(input("go on? ")), flush=True)
             return Status.SUCCESS
         return Status.RUNNING
 """
 
-DEBUGGED = READING.replace('print("heard", repr(input("go on? ")), flush=True)', "breakpoint()")
+DEBUGGED = READING.replace('print("line read:", repr(input("go on? ")), flush=True)', "breakpoint()")
 
 JUST_BEHIND = """
 from robotcore.cli import estop_key, main
@@ -59,18 +59,18 @@ estop_key._is_in_foreground = lambda terminal: True
 estop_key.EmergencyStopKey._take = lambda self: None
 main.main()
 """
-"""A job that has just gone behind, and has not noticed."""
+"""A job that is in the background, and still reads the terminal."""
 
 
 class Terminal:
-    """A terminal, and a shell in it that runs one job."""
+    """A terminal with a shell that runs one job."""
 
     def __init__(self) -> None:
         self.master, self.slave = os.openpty()
         self.before = termios.tcgetattr(self.slave)
         self._control, self._resume = os.pipe()
         self._shell: subprocess.Popen[str] | None = None
-        self.shown = b""
+        self.output = b""
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -95,33 +95,33 @@ class Terminal:
     def resume(self) -> None:
         os.write(self._resume, b"!")
 
-    def hear(self) -> str:
+    def read_line(self) -> str:
         assert self._shell
         assert self._shell.stdout
         return self._shell.stdout.readline().strip()
 
     @property
     def is_raw(self) -> bool:
-        """Whether keys come at once."""
+        """Whether keys are read at once."""
         return not termios.tcgetattr(self.slave)[3] & termios.ICANON
 
     @property
-    def is_as_it_was(self) -> bool:
+    def is_restored(self) -> bool:
         return termios.tcgetattr(self.slave) == self.before
 
     def close(self) -> None:
         if self._shell:
-            self._shell.kill()  # and the job in front is hung up
+            self._shell.kill()  # the job in the foreground gets SIGHUP
             self._shell.communicate()
         os.close(self.slave)
-        self._reader.join(PATIENCE_S)
+        self._reader.join(LIMIT_S)
         for each in (self.master, self._control, self._resume):
             os.close(each)
 
     def _read(self) -> None:
         with suppress(OSError):
-            while shown := os.read(self.master, 4096):
-                self.shown += shown
+            while chunk := os.read(self.master, 4096):
+                self.output += chunk
 
 
 @pytest.fixture
@@ -132,135 +132,133 @@ def terminal() -> Iterator[Terminal]:
 
 
 def wait_for(is_so: Callable[[], bool]) -> None:
-    patience = threading.Event()
-    for _ in range(round(PATIENCE_S / 0.02)):
+    timer = threading.Event()
+    for _ in range(round(LIMIT_S / 0.02)):
         if is_so():
             return
-        patience.wait(0.02)
-    pytest.fail("it has not come to that")
+        timer.wait(0.02)
+    pytest.fail(f"the condition was not met within {LIMIT_S:g} s")
 
 
-def answered(terminal: Terminal) -> bool:
-    """Type a line, since the listener may have read the one before; return whether the app has read one."""
+def type_line(terminal: Terminal) -> bool:
+    """Type a line, since the key's thread may have read the last one. Return whether the app has read a line."""
     terminal.type(b"\n")
-    return b"heard" in terminal.shown
+    return b"line read:" in terminal.output
 
 
-def ended(terminal: Terminal) -> tuple[dict[str, Any], str]:
-    """Return what the job told, and how it exited."""
-    return json.loads(terminal.hear()), terminal.hear()
+def read_end(terminal: Terminal) -> tuple[dict[str, Any], str]:
+    """Return the job's JSON and its exit line."""
+    return json.loads(terminal.read_line()), terminal.read_line()
 
 
 def test_the_space_bar_stops_the_run(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
-    wait_for(lambda: b"space: stop" in terminal.shown)
+    wait_for(lambda: b"space: stop" in terminal.output)
     terminal.type(b"x ")
-    answer, exited = ended(terminal)
+    answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("stopped", "exited 4")
-    assert answer["reason"] == "e-stop: the space bar was pressed in the terminal"
-    assert terminal.is_as_it_was
+    assert answer["kind"] == "emergency-stop"
+    assert terminal.is_restored
 
 
-def test_other_keys_do_nothing_and_ctrl_c_is_what_it_was(terminal: Terminal) -> None:
+def test_other_keys_do_nothing_and_ctrl_c_still_interrupts(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
     terminal.type(b"stop!\n")
     terminal.type(b"\x03")
-    answer, exited = ended(terminal)
+    answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("interrupted", "exited -2")
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_the_terminal_is_put_back_by_a_process_that_ends_itself(terminal: Terminal, tmp_path: Path) -> None:
-    app = tmp_path / "impervious.py"
-    app.write_text(IMPERVIOUS)
+def test_a_process_that_ends_itself_restores_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
+    app = tmp_path / "hanging.py"
+    app.write_text(HANGING)
     terminal.run(str(app))
-    answer, exited = ended(terminal)
+    answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("stopped", "exited 4")
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_an_app_that_reads_the_terminal_gets_what_it_reads_and_the_run_ends(terminal: Terminal, tmp_path: Path) -> None:
+def test_an_app_can_read_from_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
     app = tmp_path / "reading.py"
     app.write_text(READING)
     terminal.run(str(app))
-    wait_for(lambda: b"go on?" in terminal.shown)
-    wait_for(lambda: answered(terminal))
-    answer, exited = ended(terminal)
+    wait_for(lambda: b"go on?" in terminal.output)
+    wait_for(lambda: type_line(terminal))
+    answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("success", "exited 0")
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_a_debugger_has_the_terminal_to_itself(terminal: Terminal, tmp_path: Path) -> None:
+def test_a_debugger_gets_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
     app = tmp_path / "debugged.py"
     app.write_text(DEBUGGED)
     terminal.run(str(app))
-    wait_for(lambda: b"(Pdb)" in terminal.shown)
-    wait_for(lambda: terminal.is_as_it_was)
+    wait_for(lambda: b"(Pdb)" in terminal.output)
+    wait_for(lambda: terminal.is_restored)
     terminal.type(b"p 6 * 7\n")
-    wait_for(lambda: b"42" in terminal.shown)
+    wait_for(lambda: b"42" in terminal.output)
     terminal.type(b"continue\n")
-    answer, exited = ended(terminal)
+    answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("success", "exited 0")
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_suspended_it_leaves_the_terminal_to_the_shell_and_takes_it_again(terminal: Terminal) -> None:
+def test_a_suspended_run_restores_the_terminal_and_takes_it_again(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
     terminal.type(b"\x1a")
-    assert terminal.hear() == "stopped"
-    assert terminal.is_as_it_was
+    assert terminal.read_line() == "stopped"
+    assert terminal.is_restored
     terminal.resume()
     wait_for(lambda: terminal.is_raw)
     terminal.type(b" ")
-    answer, exited = ended(terminal)
+    answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("stopped", "exited 4")
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_in_the_background_it_leaves_the_terminal_alone(terminal: Terminal) -> None:
+def test_a_run_in_the_background_does_not_change_the_terminal(terminal: Terminal) -> None:
     terminal.run("avoid-obstacles", "--realtime", "--timeout", "1", place="behind")
     terminal.type(b"  \n")
-    answer, exited = ended(terminal)
+    answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("timeout", "exited 1")
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_what_is_typed_just_after_it_went_behind_stops_no_job_that_drives(terminal: Terminal) -> None:
+def test_keys_in_the_background_stop_no_run(terminal: Terminal) -> None:
     drive = ("avoid-obstacles", "--realtime", "--timeout", "2", "--world", "open")
     terminal.run(*drive, place="behind", program=("-c", JUST_BEHIND))
     terminal.type(b"  \n")
-    answer, exited = ended(terminal)
+    answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("timeout", "exited 1")
 
 
 @pytest.fixture
 def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.EmergencyStopKey]:
-    """A space bar in this process, which is in front of the terminal."""
+    """Make an e-stop key in this process, as if it were in the foreground."""
     with os.fdopen(os.dup(terminal.slave)) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         monkeypatch.setattr(keys, "_is_in_foreground", lambda _: True)
         yield keys.EmergencyStopKey()
 
 
-def test_paused_it_leaves_the_terminal_alone_though_it_still_listens(
-    terminal: Terminal, bar: keys.EmergencyStopKey
-) -> None:
-    terminal.type(b" ")  # so that it need not wait
+def test_a_paused_key_does_not_change_the_terminal(terminal: Terminal, bar: keys.EmergencyStopKey) -> None:
+    terminal.type(b" ")  # so that the read does not wait
     bar.pause()
     with keys._open_keys(terminal.slave) as there:
         bar._read_keys(there)
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
     bar.resume()
     assert terminal.is_raw
     bar.close()
     bar.resume()
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_the_key_is_offered_only_while_the_terminal_is_ours(
+def test_the_hint_is_shown_only_while_the_key_works(
     bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert not bar.hint()
@@ -273,7 +271,7 @@ def test_the_key_is_offered_only_while_the_terminal_is_ours(
     assert not bar.hint()
 
 
-def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
+def test_the_terminal_is_restored_after_an_interrupt_while_it_is_taken(
     terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def take_and_be_interrupted(*answer: Any) -> None:
@@ -285,10 +283,10 @@ def test_an_interrupt_just_after_the_terminal_was_taken_leaves_it_as_it_was(
         bar.resume()
     assert terminal.is_raw
     bar.close()
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_an_interrupt_just_before_the_terminal_is_put_back_leaves_it_as_it_was(
+def test_the_terminal_is_restored_after_an_interrupt_while_it_is_restored(
     terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def be_interrupted(*answer: Any) -> None:
@@ -301,10 +299,10 @@ def test_an_interrupt_just_before_the_terminal_is_put_back_leaves_it_as_it_was(
             bar.close()
     assert terminal.is_raw
     bar.close()
-    assert terminal.is_as_it_was
+    assert terminal.is_restored
 
 
-def test_where_standard_input_is_no_terminal_nobody_can_press(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_terminal_there_is_no_key(monkeypatch: pytest.MonkeyPatch) -> None:
     with Path(os.devnull).open() as nothing:
         monkeypatch.setattr(sys, "stdin", nothing)
         assert not keys.can_listen()

@@ -31,7 +31,7 @@ def _pictured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.mujoco.backend.MujocoBackend.export", export)
 
 
-def test_writes_urdf_where_no_format_is_named(cli: Cli, tmp_path: Path) -> None:
+def test_writes_urdf_by_default(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "rover.urdf"
     assert cli("export", "rover", "--output", str(file)) == (0, "", "")
     assert '<robot name="rover"' in file.read_text()
@@ -39,7 +39,7 @@ def test_writes_urdf_where_no_format_is_named(cli: Cli, tmp_path: Path) -> None:
     assert cli("export", "rover", "--format", "urdf").out == file.read_text()
 
 
-def test_puts_the_robot_into_a_world_that_a_seed_draws(cli: Cli) -> None:
+def test_a_seed_draws_the_world_around_the_robot(cli: Cli) -> None:
     still, drawn, again, other = (
         cli("export", "rover", "--world", "arena", *seed).out
         for seed in ((), ("--seed", "7"), ("--seed", "7"), ("--seed", "8"))
@@ -59,7 +59,7 @@ def test_puts_pictures_beside_the_file(cli: Cli, tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("_pictured")
-def test_names_no_picture_by_what_is_no_unicode(cli: Cli, tmp_path: Path) -> None:
+def test_bytes_that_are_not_unicode_are_left_out_of_names(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / os.fsdecode(b"hall\xff.xml")
     assert cli("export", "rover", "--format", "mjcf", "--output", str(file)).status == 0
     assert file.read_text() == "<model>hall_textures/floor.png</model>\n"
@@ -67,13 +67,13 @@ def test_names_no_picture_by_what_is_no_unicode(cli: Cli, tmp_path: Path) -> Non
 
 
 @pytest.mark.usefixtures("_pictured")
-def test_says_what_is_left_out_beside_what_goes_to_stdout(cli: Cli, check_text: CheckText) -> None:
+def test_notes_go_to_stderr(cli: Cli, check_text: CheckText) -> None:
     answer = cli("export", "rover", "--format", "mjcf")
     assert (answer.status, answer.out) == (0, "<model/>\n")
     check_text(answer.err)
 
 
-def test_says_that_urdf_knows_no_patterns(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_notes_that_urdf_has_no_patterns(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     (tmp_path / "hall.toml").write_text(TEXTURED)
     answer = cli("export", "rover", "--world", str(tmp_path / "hall.toml"))
     assert answer.status == 0
@@ -81,14 +81,18 @@ def test_says_that_urdf_knows_no_patterns(cli: Cli, tmp_path: Path, check_text: 
     assert cli("export", "rover", "--world", "arena").err == ""
 
 
-@pytest.mark.parametrize("asked, status", [(["--format", "mjfc"], 2), (["--world", "aren"], 2), (["--seed", "7"], 2)])
-def test_tells_in_a_line_what_cannot_be(cli: Cli, asked: list[str], status: int, check_text: CheckText) -> None:
-    answer = cli("export", "rover", *asked)
+@pytest.mark.parametrize(
+    "arguments, status", [(["--format", "mjfc"], 2), (["--world", "aren"], 2), (["--seed", "7"], 2)]
+)
+def test_wrong_arguments_are_reported_in_one_line(
+    cli: Cli, arguments: list[str], status: int, check_text: CheckText
+) -> None:
+    answer = cli("export", "rover", *arguments)
     assert (answer.status, answer.out) == (status, "")
     check_text(answer.err)
 
 
-def test_tells_how_to_install_a_simulator_that_is_missing(
+def test_a_missing_simulator_is_reported_with_its_remedy(
     cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     monkeypatch.setattr("drivers.mujoco.backend.MujocoBackend.modules", ("no_such_simulator",))
@@ -97,14 +101,14 @@ def test_tells_how_to_install_a_simulator_that_is_missing(
     check_text(answer.err)
 
 
-def test_says_where_it_cannot_write(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_a_file_that_cannot_be_written_is_named(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     answer = cli("export", "rover", "--output", str(tmp_path / "missing" / "rover.urdf"))
     assert answer.status == 2
     check_text(answer.err)
 
 
 @pytest.mark.usefixtures("_pictured")
-def test_says_which_file_is_in_the_way_of_the_pictures(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_a_file_with_the_name_of_the_folder_is_named(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     (tmp_path / "hall_textures").touch()
     answer = cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))
     assert answer.status == 2
@@ -113,13 +117,13 @@ def test_says_which_file_is_in_the_way_of_the_pictures(cli: Cli, tmp_path: Path,
 
 
 @pytest.mark.usefixtures("_pictured")
-def test_leaves_no_model_without_the_pictures_that_it_names(cli: Cli, tmp_path: Path) -> None:
+def test_a_model_without_its_pictures_is_not_written(cli: Cli, tmp_path: Path) -> None:
     (tmp_path / "hall_textures").touch()
     cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))
     assert not (tmp_path / "hall.xml").exists()
 
 
-def test_leaves_no_half_of_a_model_on_a_full_disk(
+def test_a_full_disk_leaves_no_partial_model(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     file = tmp_path / "rover.urdf"
@@ -136,9 +140,7 @@ def test_leaves_no_half_of_a_model_on_a_full_disk(
     assert not file.exists()
 
 
-def test_leaves_a_file_that_it_may_not_write_as_it_was(
-    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_without_permission_is_not_changed(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "rover.urdf"
     file.write_text("old")
 
@@ -151,7 +153,7 @@ def test_leaves_a_file_that_it_may_not_write_as_it_was(
 
 
 @pytest.mark.parametrize("read", ["robot", "world"])
-def test_writes_over_no_description_that_it_reads(cli: Cli, tmp_path: Path, read: str, check_text: CheckText) -> None:
+def test_a_description_is_not_overwritten(cli: Cli, tmp_path: Path, read: str, check_text: CheckText) -> None:
     robot, world = tmp_path / "robot.toml", tmp_path / "world.toml"
     robot.write_text(files.ROVER, encoding="utf-8")
     world.write_text(files.ARENA, encoding="utf-8")
@@ -162,7 +164,7 @@ def test_writes_over_no_description_that_it_reads(cli: Cli, tmp_path: Path, read
     assert (robot.read_text(), world.read_text()) == (files.ROVER, files.ARENA)
 
 
-def test_writes_over_its_own_model_that_is_called_as_the_robot_is(
+def test_an_older_model_with_the_robots_name_is_overwritten(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

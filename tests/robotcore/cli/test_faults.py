@@ -16,7 +16,7 @@ SHORT = ("avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 ROVER = load_robot("rover")
 
 
-def test_a_run_tells_its_faults_in_their_canonical_form(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_a_run_shows_its_faults_in_canonical_form(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "faults.toml"
     file.write_text('[[fault]]\ntarget = "left_motor"\neffect = "weak"\nvalue = 0.60\n')
     asked = ("--fault", str(file), "--fault", "range  no-echo=0.10  after=60")
@@ -38,22 +38,22 @@ def test_a_wrong_fault_is_refused_before_anything_runs(
     assert cli(command, *SHORT, "--fault", spec, "--json").json["exit_status"] == 2
 
 
-def test_a_run_that_does_not_begin_answers_with_the_faults_it_was_asked_for(cli: Cli) -> None:
+def test_a_run_that_does_not_begin_answers_with_its_faults(cli: Cli) -> None:
     answer = cli("run", "avoid-obstacles", "--world", "nowhere", "--fault", "range  drop=0.50", "--json")
     assert (answer.status, answer.json["faults"]) == (2, ["range drop=0.5"])
 
 
-def test_a_run_that_never_came_back_is_reported_with_its_faults() -> None:
+def test_a_lost_run_is_reported_with_its_faults() -> None:
     request = RunRequest("avoid-obstacles", world="open", faults=("range drop=0.5",))
     assert make_failed_output(request, BackendError("died")).record.result.faults == ["range drop=0.5"]
 
 
-def test_a_sweep_has_them_in_every_run_its_command_and_its_table(
-    cli: Cli, asked: list[RunRequest], tmp_path: Path
+def test_a_sweep_has_its_faults_in_every_run_its_command_and_its_table(
+    cli: Cli, requests: list[RunRequest], tmp_path: Path
 ) -> None:
     arguments = ("sweep", *SHORT, "--seeds", "1-2", "--out", str(tmp_path / "out"))
     assert cli(*arguments, "--fault", "left_motor weak=0.6", "--fault", "loop stall=0.2").status == 0
-    assert [request.faults for request in asked] == 2 * [("left_motor weak=0.6", "loop stall=0.2")]
+    assert [request.faults for request in requests] == 2 * [("left_motor weak=0.6", "loop stall=0.2")]
     record = (tmp_path / "out" / "results.jsonl").read_text().splitlines()[0]
     assert "--fault 'left_motor weak=0.6' --fault 'loop stall=0.2'" in record
     assert "left_motor weak=0.6; loop stall=0.2" in (tmp_path / "out" / "results.csv").read_text()
@@ -67,7 +67,7 @@ def test_every_example_in_the_list_is_a_fault(cli: Cli) -> None:
     assert [str(fault.spec) for fault in planned] == examples
 
 
-def test_a_fault_is_listed_with_what_it_is_on_and_its_units_and_limits(cli: Cli, check_text: CheckText) -> None:
+def test_a_fault_is_listed_with_its_targets_units_and_limits(cli: Cli, check_text: CheckText) -> None:
     faults = [fault for fault in cli("faults", "--json").json if fault["name"] == "noise"]
     assert [(fault["on"], fault["parameters"][0]["unit"]) for fault in faults] == [
         (["camera"], "grey levels"),

@@ -38,7 +38,7 @@ def _answer(answer: Answer) -> tuple[str, str, int]:
         ([], "usage"),
     ],
 )
-def test_what_cannot_begin_is_reported_in_one_line_of_json_and_on_stderr(
+def test_a_wrong_command_is_reported_in_json_and_on_stderr(
     cli: Cli, command: str, arguments: list[str], kind: str, check_text: CheckText
 ) -> None:
     answer = cli(command, *arguments, "--json")
@@ -73,15 +73,14 @@ def test_a_missing_backend_is_reported_with_its_remedy(
     check_text(error)
 
 
-def test_a_folder_that_is_refused_and_a_backend_that_fails_in_the_middle_are_reported(
-    cli: Cli, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_refused_folder_and_a_failing_backend_are_reported(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object) -> None:
         raise BackendError("the simulator has gone")
 
     Path("thesis").mkdir()
     Path("thesis/chapter.tex").touch()
-    assert "thesis holds something" in _answer(cli("sweep", "green-search", "--out", "thesis", "--json"))[1]
+    refused = cli("sweep", "green-search", "--out", "thesis", "--json")
+    assert (refused.status, refused.json["error"].split()[0]) == (2, "thesis")
     monkeypatch.setattr("robotcore.sweep.local.LocalEngine.perform", fail)
     assert _answer(cli("sweep", "green-search", "--json")) == ("green-search", "the simulator has gone", 3)
 
@@ -95,7 +94,7 @@ def test_without_json_nothing_is_on_stdout(cli: Cli, command: str, check_text: C
 
 @BOTH
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_before_the_first_run_has_its_line_too(
+def test_a_signal_before_the_first_run_is_reported_in_json(
     cli: Cli, command: str, number: signal.Signals, check_text: CheckText
 ) -> None:
     process = {"run": "os.getpid()", "sweep": SWEEP}[command]  # a sweep looks at the app in another process
@@ -107,16 +106,14 @@ def test_a_signal_before_the_first_run_has_its_line_too(
 
 
 @BOTH
-def test_what_an_app_prints_while_it_is_looked_at_does_not_get_into_the_json(
-    cli: Cli, command: str, check_text: CheckText
-) -> None:
+def test_prints_of_an_imported_app_stay_out_of_the_json(cli: Cli, command: str, check_text: CheckText) -> None:
     Path("odd.py").write_text("print('hello')\n1 / 0\n")
     answer = cli(command, "odd.py", "--json")
     assert answer.json["exit_status"] == 5
     check_text(answer.plain_err)
 
 
-def test_a_line_that_nobody_reads_leaves_the_exit_status_as_it_is() -> None:
+def test_a_full_disk_does_not_change_the_exit_status() -> None:
     command = [sys.executable, "-m", "robotcore", "sweep", "green-serch", "--json"]
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -125,7 +122,7 @@ def test_a_line_that_nobody_reads_leaves_the_exit_status_as_it_is() -> None:
     assert done.stderr.startswith("error: unknown app 'green-serch'")
 
 
-def test_a_class_is_collected_with_the_one_whose_file_is_broken(cli: Cli) -> None:
+def test_a_class_is_graded_with_a_broken_file_among_its_apps(cli: Cli) -> None:
     works = "from robotcore import Behaviour, Status\nclass Ready(Behaviour):\n"
     Path("ann.py").write_text(f"{works}    def step(self, robot):\n        return Status.SUCCESS\n")
     Path("bob.py").write_text(f"{works}    def step(self, robot)\n")

@@ -38,7 +38,7 @@ def test_a_broken_plugin_does_not_hide_the_others(cli: Cli, monkeypatch: pytest.
         assert "no_such_package" in answer.out
 
 
-def test_apps_tell_needs_settings_and_milestones(cli: Cli) -> None:
+def test_apps_have_needs_settings_and_milestones(cli: Cli) -> None:
     apps = {app["name"]: app for app in cli("apps", "--json").json}
     search = apps["green-search"]
     assert search["needs"] == ["camera", "drive", "range"]
@@ -47,20 +47,20 @@ def test_apps_tell_needs_settings_and_milestones(cli: Cli) -> None:
     assert search["summary"].endswith(".")
 
 
-def test_robots_tell_their_devices(cli: Cli) -> None:
+def test_robots_have_devices(cli: Cli) -> None:
     robots = {robot["name"]: robot for robot in cli("robots", "--json").json}
     assert robots["lookout"]["devices"] == ["eye", "screen"]
     assert (robots["lookout"]["drives"], robots["rover"]["drives"]) == (False, True)
 
 
-def test_worlds_tell_their_size_and_what_is_in_them(cli: Cli) -> None:
+def test_worlds_have_a_size_and_objects(cli: Cli) -> None:
     worlds = {world["name"]: world for world in cli("worlds", "--json").json}
     assert worlds["open"]["floor_m"] == [6.0, 6.0]
     assert (worlds["clutter"]["obstacles"], worlds["clutter"]["targets"]) == (12, 1)
 
 
 @pytest.mark.parametrize("name", ["apps", "backends", "faults", "robots", "worlds"])
-def test_a_table_has_a_row_for_each_that_json_has(cli: Cli, name: str) -> None:
+def test_a_table_has_the_rows_of_the_json(cli: Cli, name: str) -> None:
     names = [each["name"] for each in json.loads(cli(name, "--json").out)]
     table = cli(name).out.splitlines()
     for each in names:

@@ -19,7 +19,7 @@ from tests.texts import CheckText
 HEAVY = ("numpy", "cv2", "pydantic", "rich")
 
 
-def test_help_lists_every_command_with_a_whole_line_about_it(cli: Cli) -> None:
+def test_help_lists_every_command_with_a_complete_sentence(cli: Cli) -> None:
     answer = cli("--help")
     context = click.Context(robotcore)
     assert answer.status == 0
@@ -85,7 +85,7 @@ def test_unknown_option_is_reported_in_two_lines(cli: Cli) -> None:
     assert "robotcore run --help" in answer.err.splitlines()[1]
 
 
-def test_a_pipe_that_is_closed_early_is_no_noise() -> None:
+def test_a_closed_pipe_prints_no_error() -> None:
     command = [sys.executable, "-m", "robotcore", "worlds"]
     read, write = os.pipe()
     os.close(read)
@@ -103,14 +103,14 @@ def test_interrupted_outside_a_run_is_128_plus_sigint(cli: Cli, monkeypatch: pyt
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_process_that_was_interrupted_dies_of_the_signal_with_all_reported(app_file: AppFile, number: int) -> None:
+def test_an_interrupted_process_reports_and_dies_of_the_signal(app_file: AppFile, number: int) -> None:
     command = [sys.executable, "-m", "robotcore", "run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (-number, "")
     assert json.loads(done.stdout)["exit_status"] == 128 + number
 
 
-def test_what_an_app_has_half_written_is_not_lost_with_the_process(app_file: AppFile) -> None:
+def test_buffered_output_is_written_before_the_process_ends(app_file: AppFile) -> None:
     halves = "import sys; sys.stdout.write('half'); sys.stderr.write('half')"
     deed = f"{halves}; os.kill(os.getpid(), {signal.SIGTERM:d})"
     command = [sys.executable, "-m", "robotcore", "run", app_file(deed)]

@@ -25,7 +25,7 @@ def address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return path
 
 
-def test_a_run_tells_systemd_and_hides_it_from_what_the_app_starts(
+def test_a_run_notifies_systemd_and_hides_the_socket_from_the_app(
     cli: Cli, app_file: AppFile, address: str, check_text: CheckText
 ) -> None:
     app = app_file("raise ValueError(sorted(each for each in os.environ if each.startswith(('NOTIFY', 'WATCHDOG'))))")
@@ -60,7 +60,7 @@ HANGS = {
 
 
 @pytest.mark.parametrize("deed", HANGS.values(), ids=HANGS)
-def test_a_service_that_hangs_is_reported_from_one_that_the_safety_stage_stopped(
+def test_a_service_that_hangs_has_another_status_than_a_safety_stop(
     app_file: AppFile, hasty: str, address: str, deed: str
 ) -> None:
     """systemd starts what ended with 5 again, and never what ended with 4."""
@@ -70,12 +70,12 @@ def test_a_service_that_hangs_is_reported_from_one_that_the_safety_stage_stopped
     assert answer.returncode == 5
 
 
-def test_what_the_safety_stage_found_keeps_its_status_in_a_service(cli: Cli, app_file: AppFile, address: str) -> None:
+def test_a_safety_stop_keeps_its_exit_status_in_a_service(cli: Cli, app_file: AppFile, address: str) -> None:
     assert cli("run", app_file("robot.drive.set_velocity(float('nan'), 0.0)"), "--world", "open").status == 4
 
 
 @pytest.mark.parametrize("deed", ["return Status.FAILURE", "os.mkdir('run.png'); return Status.SUCCESS"])
-def test_a_service_that_ended_by_itself_has_a_status_that_python_never_gives(
+def test_a_failed_service_has_a_status_that_python_does_not_use(
     cli: Cli, app_file: AppFile, address: str, deed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Python has 1 where an import fails, say of a file that a worn card does not give: such a robot tries again."""

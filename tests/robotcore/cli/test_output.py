@@ -24,7 +24,7 @@ def require_harmless(written: str) -> None:
     assert not any(line.startswith("error: forged") for line in written.splitlines())
 
 
-def test_a_line_is_one_line_without_a_character_that_a_terminal_obeys(capsys: pytest.CaptureFixture[str]) -> None:
+def test_control_characters_of_a_line_are_escaped(capsys: pytest.CaptureFixture[str]) -> None:
     write_line(f"The picture: {HOSTILE}")
     written = capsys.readouterr().out
     require_harmless(written)
@@ -32,7 +32,7 @@ def test_a_line_is_one_line_without_a_character_that_a_terminal_obeys(capsys: py
 
 
 @pytest.mark.parametrize("is_terminal", [False, True])
-def test_words_keep_none_of_their_own_colours_beside_ours(
+def test_colours_in_a_text_are_escaped(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *, is_terminal: bool
 ) -> None:
     monkeypatch.setattr("click.utils.should_strip_ansi", lambda *_: not is_terminal)
@@ -42,7 +42,7 @@ def test_words_keep_none_of_their_own_colours_beside_ours(
     assert f"\\x1b[31m{SHOWN}\n  error: forged\n" in written
 
 
-def test_what_rich_draws_has_its_words_escaped(capsys: pytest.CaptureFixture[str]) -> None:
+def test_texts_of_rich_are_escaped(capsys: pytest.CaptureFixture[str]) -> None:
     words = HOSTILE.partition("\n")[0].replace("\x07", "")
     write(Group(Text(words, "red"), words))
     written = capsys.readouterr().out
@@ -50,14 +50,14 @@ def test_what_rich_draws_has_its_words_escaped(capsys: pytest.CaptureFixture[str
     assert all(each.isprintable() or each == "\n" for each in written)
 
 
-def test_a_table_has_its_cells_escaped_and_their_lines_kept(capsys: pytest.CaptureFixture[str]) -> None:
+def test_cells_of_a_table_are_escaped_and_keep_their_lines(capsys: pytest.CaptureFixture[str]) -> None:
     write_table(("name", "what"), [("one", HOSTILE)])
     written = capsys.readouterr().out
     require_harmless(written)
     assert [line.split() for line in written.splitlines()][-1] == ["error:", "forged"]
 
 
-def test_a_finding_has_its_words_escaped(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_texts_of_a_finding_are_escaped(capsys: pytest.CaptureFixture[str]) -> None:
     write_finding(Finding.error("nose", HOSTILE, HOSTILE, kind="hostile"))
     require_harmless(capsys.readouterr().out)
 
@@ -80,7 +80,7 @@ def test_the_reasons_of_a_sweep_forge_no_line(cli: Cli, app_file: AppFile, tmp_p
     require_harmless(result.out)
 
 
-def test_every_command_writes_through_one_place() -> None:
+def test_every_command_writes_by_one_module() -> None:
     """`robotcore deploy` has its own terminal lines."""
     files = [file for file in CLI.rglob("*.py") if file.name != "output.py"]
     calls = [node for file in files for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]

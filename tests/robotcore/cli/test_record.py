@@ -27,7 +27,7 @@ RUN = RunResult("an-app", "kinematic", "rover", "open", 1, Outcome.SUCCESS, 0)
 SHORT = ("run", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.5")
 
 
-def test_a_run_is_recorded_and_says_where(cli: Cli, tmp_path: Path) -> None:
+def test_a_run_is_recorded_and_the_file_is_named(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     answer = cli(*SHORT, "--record", str(file))
     assert answer.status == 0
@@ -37,7 +37,7 @@ def test_a_run_is_recorded_and_says_where(cli: Cli, tmp_path: Path) -> None:
     assert recording.metadata.settings["duration_s"] == 0.5
 
 
-def test_with_json_the_file_is_named_apart(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_with_json_the_file_is_named_on_stderr(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     answer = cli(*SHORT, "--record", str(tmp_path / "run.mcap"), "--json")
     assert answer.json["outcome"] == "success"
     assert answer.json["dropped_pictures"] == 0
@@ -57,9 +57,7 @@ def test_pictures_that_were_dropped_are_counted(
     assert cli("info", str(file), "--json").json["dropped_pictures"] == answer.json["dropped_pictures"]
 
 
-def test_an_app_that_never_comes_back_leaves_its_recording_and_is_reported_with_what_stopped_it(
-    app_file: AppFile, tmp_path: Path
-) -> None:
+def test_an_app_that_hangs_leaves_a_recording_with_its_interventions(app_file: AppFile, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     command = [sys.executable, "-m", "robotcore", "run", app_file(DEAF), "--record", str(file), "--json"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -69,7 +67,7 @@ def test_an_app_that_never_comes_back_leaves_its_recording_and_is_reported_with_
     assert json.loads(ended.stdout)["interventions"] == len(in_ticks) + 1
 
 
-def test_a_recording_whose_end_was_not_awaited_says_so(tmp_path: Path, check_text: CheckText) -> None:
+def test_a_recording_without_its_end_is_reported_as_cut(tmp_path: Path, check_text: CheckText) -> None:
     is_written = threading.Event()
     recorder = Recorder(tmp_path / "run.mcap")
     recorder._thread = threading.Thread(target=is_written.wait)
@@ -80,9 +78,7 @@ def test_a_recording_whose_end_was_not_awaited_says_so(tmp_path: Path, check_tex
     recorder._thread.join()
 
 
-def test_a_recording_that_has_its_limit_is_reported_and_is_no_fault(
-    cli: Cli, tmp_path: Path, check_text: CheckText
-) -> None:
+def test_a_recording_at_its_limit_is_no_failure(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "run.mcap"
     answer = cli(*SHORT, "--record", str(file), "--record-limit", "1 kB")
     assert (answer.status, answer.err) == (0, "")
@@ -113,7 +109,7 @@ def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path, check_text: C
         ("--record-jpeg",),
     ],
 )
-def test_what_could_not_be_recorded_is_refused_before_the_run(
+def test_a_recording_that_cannot_be_written_is_refused_before_the_run(
     cli: Cli,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -126,7 +122,7 @@ def test_what_could_not_be_recorded_is_refused_before_the_run(
     check_text(answer.err)
 
 
-def test_the_recording_that_is_replayed_is_not_written_over(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_the_replayed_recording_is_not_overwritten(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "run.mcap"
     cli(*SHORT, "--record", str(file))
     before = file.read_bytes()
@@ -138,7 +134,7 @@ def test_the_recording_that_is_replayed_is_not_written_over(cli: Cli, tmp_path: 
     assert cli(*replayed, "--record", str(tmp_path / "again.mcap"), "--set", "duration_s=0.5").status == 0
 
 
-def test_a_recording_that_is_not_whole_is_a_failure_that_is_reported(
+def test_an_incomplete_recording_is_a_failure(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     def full(*_: object) -> None:

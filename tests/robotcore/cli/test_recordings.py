@@ -50,7 +50,7 @@ def test_another_setting_is_evaluated_and_drawn(cli: Cli, search: Path, tmp_path
     assert not (drawn[:130, :, ::-1] == GOOD).all(axis=2).any()
 
 
-def test_app_that_needs_another_sensor_is_refused_by_its_name(cli: Cli, brief: Path, check_text: CheckText) -> None:
+def test_app_that_needs_another_device_is_refused(cli: Cli, brief: Path, check_text: CheckText) -> None:
     answers = cli("replay", str(brief), "--app", "green-search")
     assert answers.status == 2
     check_text(answers.err)
@@ -100,7 +100,7 @@ def test_error_without_a_text_is_reported_without_a_colon(cli: Cli, app_file: Ap
 
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("content", [None, b"", b"no recording", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n\x89MCAP0\r\n"])
-def test_what_is_no_recording_is_reported_by_its_file(
+def test_a_file_that_is_no_recording_is_named(
     cli: Cli, tmp_path: Path, command: str, content: Any, check_text: CheckText
 ) -> None:
     file = tmp_path / "odd.mcap"
@@ -121,7 +121,7 @@ def test_missing_extra_is_named_with_its_remedy(
     check_text(answers.err)
 
 
-def test_damage_is_reported_by_its_time_and_what_came_before_is_replayed(
+def test_a_damaged_recording_is_replayed_up_to_the_damage(
     cli: Cli, search: Path, tmp_path: Path, check_text: CheckText
 ) -> None:
     file = tmp_path / "damaged.mcap"
@@ -199,14 +199,14 @@ def _damage(content: bytes, damage: list[tuple[str, float, int]]) -> bytes:
     return bytes(damaged)
 
 
-def test_info_names_what_it_has_made_also_where_the_next_fails(cli: Cli, search: Path, tmp_path: Path) -> None:
+def test_info_names_the_table_even_if_the_video_fails(cli: Cli, search: Path, tmp_path: Path) -> None:
     table = tmp_path / "run.csv"
     answers = cli("info", str(search), "--csv", str(table), "--video", str(tmp_path / "gone" / "run.mp4"))
     assert answers.status == 2
     assert answers.out.endswith(f"The table: {table}\n")
 
 
-def test_info_makes_all_that_it_is_asked_for(cli: Cli, recorded: Recorded, tmp_path: Path) -> None:
+def test_info_writes_table_picture_and_video(cli: Cli, recorded: Recorded, tmp_path: Path) -> None:
     picture, film = tmp_path / "a.png", tmp_path / "a.mp4"
     files = ["--picture", str(picture), "--csv", str(tmp_path), "--video", str(film)]
     answers = cli("info", str(recorded.file), *files, "--json")
@@ -234,7 +234,7 @@ def test_device_without_a_film_is_refused(cli: Cli, search: Path, check_text: Ch
     ],
     ids=" ".join,
 )
-def test_no_output_is_written_over_the_recording_that_is_read(
+def test_the_recording_is_not_overwritten_by_an_output(
     cli: Cli, brief: Path, tmp_path: Path, arguments: tuple[str, ...], check_text: CheckText
 ) -> None:
     file, link, twin = tmp_path / "run.mcap", tmp_path / "link.csv", tmp_path / "twin.png"
@@ -257,7 +257,7 @@ def test_recording_named_as_a_table_is_not_written_over_by_its_table_in_its_fold
 
 
 @pytest.mark.parametrize("option, name", [("--video", "v.txt"), ("--video", "v"), ("--csv", "t.xlsx")])
-def test_output_of_an_ending_that_does_not_fit_is_refused_before_it_is_made(
+def test_output_with_a_wrong_suffix_is_refused(
     cli: Cli, brief: Path, tmp_path: Path, option: str, name: str, check_text: CheckText
 ) -> None:
     answers = cli("info", str(brief), option, str(tmp_path / name))
@@ -349,7 +349,7 @@ def test_output_takes_the_place_of_the_one_before_and_leaves_nothing_beside_it(
 
 @pytest.mark.parametrize("mode", [0o600, 0o664])
 @pytest.mark.parametrize("option, name", OUTPUTS)
-def test_output_keeps_the_permissions_of_the_file_that_it_replaces(
+def test_output_has_the_permissions_of_the_replaced_file(
     cli: Cli, brief: Path, tmp_path: Path, option: str, name: str, mode: int
 ) -> None:
     output = tmp_path / name
@@ -359,7 +359,7 @@ def test_output_keeps_the_permissions_of_the_file_that_it_replaces(
     assert output.stat().st_mode & 0o777 == mode
 
 
-def test_film_of_more_pictures_than_a_film_can_have_is_refused(
+def test_film_with_too_many_pictures_is_refused(
     cli: Cli, brief: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     file, film = tmp_path / "long.mcap", tmp_path / "v.mp4"

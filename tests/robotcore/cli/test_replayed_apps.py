@@ -73,7 +73,7 @@ def hide_samples(output: str) -> str:
     return re.sub(r"read in this tick:[^)]*\)(;[^)]*\))*", "read in this tick: …", re.sub(r"\d+\.\d{4,}", "…", output))
 
 
-def test_own_app_that_has_changed_since_is_reported_where(
+def test_own_app_that_has_changed_is_reported_with_the_first_difference(
     cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
@@ -111,7 +111,7 @@ def test_own_app_that_is_the_same_but_decides_otherwise_may_depend_on_chance(
     check_text(answers.out.splitlines()[-1])
 
 
-def test_own_app_that_is_gone_is_named_with_what_to_do(
+def test_missing_own_app_is_named_with_the_remedy(
     cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
     app, file = app_file("pass"), str(tmp_path / "own.mcap")
@@ -142,7 +142,9 @@ def test_app_that_raised_in_the_recording_is_replayed_silently(cli: Cli, app_fil
     assert (answers.status, answers.err) == (0, "")
 
 
-def test_run_that_a_signal_ended_says_so(cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText) -> None:
+def test_run_that_a_signal_ended_names_the_signal(
+    cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
+) -> None:
     file = str(tmp_path / "own.mcap")
     app = app_file("os.kill(os.getpid(), signal.SIGTERM)")
     assert cli("run", app, "--record", file).status == 143
@@ -152,7 +154,7 @@ def test_run_that_a_signal_ended_says_so(cli: Cli, app_file: AppFile, tmp_path: 
     check_text(answers.out, hide=re.findall("[0-9a-f]{64}", answers.out))
 
 
-def test_end_that_alone_differs_is_reported_beside_what_was_decided(
+def test_different_end_is_reported_after_equal_decisions(
     cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
     app, file = app_file("return Status.SUCCESS"), str(tmp_path / "own.mcap")
@@ -162,9 +164,7 @@ def test_end_that_alone_differs_is_reported_beside_what_was_decided(
     check_text(hide_samples(answers.out))
 
 
-def test_app_that_changed_within_a_second_and_is_as_long_is_taken_as_it_is(
-    cli: Cli, app_file: AppFile, tmp_path: Path
-) -> None:
+def test_changed_app_of_equal_time_and_size_is_imported_anew(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, file = app_file("return Status.SUCCESS"), str(tmp_path / "own.mcap")
     before = Path(app).stat()
     cli("run", app, "--record", file)
@@ -203,7 +203,7 @@ def test_file_that_holds_another_text_than_was_recorded_is_not_run(
     assert not proof.exists()
 
 
-def test_file_whose_text_was_not_recorded_is_not_run(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_file_without_a_recorded_text_is_not_run(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app, own, file = app_file("return Status.SUCCESS"), tmp_path / "own.mcap", tmp_path / "run.mcap"
     cli("run", app, "--record", str(own))
     file.write_bytes(change_json(own, "/run", lambda _, event: {**event, "source": None}))
@@ -211,7 +211,7 @@ def test_file_whose_text_was_not_recorded_is_not_run(cli: Cli, app_file: AppFile
     assert cli("replay", str(file), "--app", app).status == 0
 
 
-def test_own_app_that_was_moved_is_verified_where_it_is_named(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_moved_own_app_is_verified_by_its_new_name(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     file, elsewhere = str(tmp_path / "own.mcap"), tmp_path / "elsewhere"
     app = Path(app_file("return Status.SUCCESS"))
     cli("run", str(app), "--record", file)
@@ -264,7 +264,7 @@ def test_numbers_choices_and_defaults_of_a_recording_are_set(
     assert cli("replay", set_in(chosen, settings)).status == 0
 
 
-def test_text_of_a_recording_is_set_where_the_user_names_the_app(cli: Cli, project: Path, chosen: Path) -> None:
+def test_text_of_a_recording_is_set_if_the_user_names_the_app(cli: Cli, project: Path, chosen: Path) -> None:
     assert cli("replay", set_in(chosen, {"log": "other.log"}), "--app", "choosing.py").status == 0
     assert (project / "other.log").exists()
 

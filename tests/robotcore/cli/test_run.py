@@ -28,14 +28,14 @@ def test_json_is_one_line_with_every_key(cli: Cli) -> None:
     assert answer.err == ""
 
 
-def test_randomise_tells_in_json_what_was_drawn_and_runs_alike_twice(cli: Cli) -> None:
+def test_randomise_has_the_drawn_conditions_in_json_and_repeats(cli: Cli) -> None:
     one, again = (cli(*SHORT, "--seed", "4", "--randomise", "--json").json for _ in range(2))
     assert one["conditions"]["floor_pattern"]
     assert one["conditions"] == again["conditions"]
     assert one["trace_sha256"] == again["trace_sha256"]
 
 
-def test_what_an_app_prints_does_not_get_into_the_json(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_prints_of_an_app_stay_out_of_the_json(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     app = tmp_path / "talkative.py"
     app.write_text(
         "from robotcore import Behaviour, Status\n"
@@ -55,7 +55,7 @@ def test_without_json_the_outcome_comes_first(cli: Cli) -> None:
     assert answer.err == ""
 
 
-def test_a_success_that_the_simulator_does_not_see_is_not_one(
+def test_a_success_that_the_simulator_does_not_confirm_is_a_failure(
     cli: Cli, app_file: AppFile, tmp_path: Path, check_text: CheckText
 ) -> None:
     judge = tmp_path / "judge.py"
@@ -92,7 +92,7 @@ def test_timeout_is_a_failure(cli: Cli) -> None:
         ([], "usage"),
     ],
 )
-def test_what_cannot_be_run_is_reported_on_stderr_and_in_json(
+def test_a_wrong_run_is_reported_on_stderr_and_in_json(
     cli: Cli, arguments: list[str], kind: str, check_text: CheckText
 ) -> None:
     answer = cli("run", *arguments, "--json")
@@ -114,7 +114,7 @@ def test_an_app_that_raises_shows_its_own_part_of_the_traceback(
     ]
 
 
-def test_a_traceback_goes_on_from_the_app_into_what_it_calls(cli: Cli, app_file: AppFile) -> None:
+def test_a_traceback_begins_in_the_app(cli: Cli, app_file: AppFile) -> None:
     answer = cli("run", app_file("robot.drive.set_velocity('fast', 0)"))
     first, second = [line for line in answer.err.splitlines() if "File " in line][:2]
     assert ("odd.py" in first, "robotcore" in second) == (True, True)
@@ -128,7 +128,7 @@ def test_an_app_that_exits_when_it_is_imported_is_reported(cli: Cli, tmp_path: P
     check_text(answer.err)
 
 
-def test_an_app_that_exits_when_it_is_made_has_raised(cli: Cli, app_file: AppFile, check_text: CheckText) -> None:
+def test_an_app_that_exits_in_its_constructor_has_raised(cli: Cli, app_file: AppFile, check_text: CheckText) -> None:
     app = Path(app_file("pass"))
     app.write_text(app.read_text() + "\n    def __init__(self):\n        exit(0)\n")
     answer = cli("run", str(app))
@@ -170,7 +170,7 @@ def test_defaults_are_those_of_a_request(cli: Cli, monkeypatch: pytest.MonkeyPat
     assert requests == [RunRequest("a")]
 
 
-def test_every_field_of_a_request_can_be_asked_for() -> None:
+def test_every_field_of_a_request_has_an_option() -> None:
     assert set(RunRequest.__dataclass_fields__) <= {parameter.name for parameter in command.params}
 
 
@@ -182,7 +182,7 @@ def test_picture_is_a_png_of_the_run(cli: Cli, tmp_path: Path) -> None:
     assert picture.shape == (1000, 1600, 3)
 
 
-def test_where_the_picture_is_does_not_get_into_the_json(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_the_name_of_the_picture_stays_out_of_the_json(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     answer = cli(*SHORT, "--picture", str(tmp_path / "run.png"), "--json")
     assert answer.json["exit_status"] == 0
     check_text(answer.err)
@@ -205,14 +205,14 @@ def test_a_run_that_did_not_begin_leaves_no_picture(cli: Cli, tmp_path: Path) ->
     assert not file.exists()
 
 
-def test_a_run_that_did_not_begin_keeps_the_picture_that_was_there(cli: Cli, tmp_path: Path) -> None:
+def test_a_run_that_did_not_begin_keeps_an_older_picture(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "run.png"
     file.write_bytes(b"precious")
     cli("run", "green-serch", "--picture", str(file))
     assert file.read_bytes() == b"precious"
 
 
-def test_watching_changes_nothing_of_what_is_decided(cli: Cli, tmp_path: Path) -> None:
+def test_a_picture_does_not_change_the_decisions(cli: Cli, tmp_path: Path) -> None:
     plain = cli("run", "green-search", "--world", "open", "--seed", "2", "--timeout", "3", "--json").json
     arguments = ("--timeout", "3", "--json", "--picture", str(tmp_path / "run.png"))
     watched = cli("run", "green-search", "--world", "open", "--seed", "2", *arguments).json

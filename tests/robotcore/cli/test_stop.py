@@ -37,7 +37,7 @@ def given(monkeypatch: pytest.MonkeyPatch, backend: Unopened) -> Unopened:
     return backend
 
 
-def test_every_motor_is_stopped_and_nothing_else_is_asked_for(
+def test_every_motor_is_stopped_and_no_other_device_is_opened(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     backend = given(monkeypatch, Unopened(diary))
@@ -59,7 +59,7 @@ def test_a_motor_that_cannot_be_stopped_is_named_and_the_others_are_stopped(
     check_text(answer.err)
 
 
-def test_a_motor_of_which_nobody_can_tell_is_not_said_to_be_stopped(
+def test_an_unconfirmed_stop_is_not_reported_as_done(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     given(monkeypatch, Unopened(diary, failing="left_motor", manner="is unsure"))
@@ -69,9 +69,7 @@ def test_a_motor_of_which_nobody_can_tell_is_not_said_to_be_stopped(
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "virtualpi", "mock"])
-def test_where_motors_turn_no_longer_than_their_run_there_is_nothing_to_stop(
-    cli: Cli, backend: str, check_text: CheckText
-) -> None:
+def test_a_simulator_has_nothing_to_stop(cli: Cli, backend: str, check_text: CheckText) -> None:
     answer = cli("stop", "--backend", backend)
     assert (answer.status, answer.err) == (0, "")
     check_text(answer.out)
@@ -86,7 +84,7 @@ def test_where_motors_turn_no_longer_than_their_run_there_is_nothing_to_stop(
         ("--backend", "raspberrypi", "--option", "port=7"),
     ],
 )
-def test_what_is_asked_for_wrongly_is_refused(cli: Cli, arguments: tuple[str, ...], check_text: CheckText) -> None:
+def test_wrong_arguments_are_refused(cli: Cli, arguments: tuple[str, ...], check_text: CheckText) -> None:
     answer = cli("stop", *arguments)
     assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)

@@ -30,10 +30,10 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_every_combination_is_run_and_reported(cli: Cli, asked: list[RunRequest]) -> None:
+def test_every_combination_is_run_and_reported(cli: Cli, requests: list[RunRequest]) -> None:
     done = cli("sweep", "avoid-obstacles", "--world", "open,arena", "--seeds", "1,3-4", "--set", "duration_s=0.2")
     assert done.status == 0
-    assert {(request.world, request.seed) for request in asked} == {
+    assert {(request.world, request.seed) for request in requests} == {
         (w, s) for w in ("open", "arena") for s in (1, 3, 4)
     }
     rows = [line.split() for line in done.out.splitlines() if line.startswith("kinematic")]
@@ -41,7 +41,7 @@ def test_every_combination_is_run_and_reported(cli: Cli, asked: list[RunRequest]
     assert done.err == ""
 
 
-def test_json_is_one_line(cli: Cli, asked: list[RunRequest]) -> None:
+def test_json_is_one_line(cli: Cli, requests: list[RunRequest]) -> None:
     done = cli(*SHORT, "--seeds", "1-2", "--json", "--out", "here")
     assert (done.status, done.err) == (0, "")
     assert (done.json["runs"], done.json["done"], done.json["failing"], done.json["missed"]) == (2, 2, 0, [])
@@ -51,21 +51,21 @@ def test_json_is_one_line(cli: Cli, asked: list[RunRequest]) -> None:
     assert (group["verified_share"], group["success_share"]) == (None, 1.0)
 
 
-def test_json_repeats_what_was_asked_for(cli: Cli, asked: list[RunRequest]) -> None:
+def test_json_repeats_the_request(cli: Cli, requests: list[RunRequest]) -> None:
     arguments = ("sweep", "green-search", "--timeout", "0.1", "--judge", "green-search", "--world", "open,arena")
     done = cli(*arguments, "--seeds", "5,1-2", "--json").json
     assert (done["app"], done["judge"], done["seeds"]) == ("green-search", "green-search", "5,1-2")
     assert (done["backends"], done["worlds"]) == (["kinematic"], ["open", "arena"])
 
 
-def test_the_guide_explains_every_key(cli: Cli, asked: list[RunRequest]) -> None:
+def test_the_guide_explains_every_key(cli: Cli, requests: list[RunRequest]) -> None:
     done = cli(*SHORT, "--seeds", "1", "--json").json
     guide = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text(encoding="utf-8")
     assert [key for key in (*done, *done["groups"][0]) if f"`{key}`" not in guide] == []
 
 
 def test_json_has_no_more_digits_than_make_sense(
-    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     times = iter((26.4, 26.500000000000007))
     monkeypatch.setattr("tests.robotcore.cli.conftest.perform", lambda request: _passing(request, next(times)))
@@ -80,8 +80,8 @@ def _passing(request: RunRequest, time: float) -> RunOutput:
     return RunOutput(replace(ended.record, result=result))
 
 
-def test_what_a_cluster_that_fails_has_reached_is_reported_beside_the_error(
-    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+def test_a_failing_engine_is_reported_with_the_finished_runs(
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     def perform_one(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[RunOutput]:
         yield perform(next(iter(missing)))
@@ -100,7 +100,7 @@ def test_what_a_cluster_that_fails_has_reached_is_reported_beside_the_error(
     assert not Path("page").exists()
 
 
-def test_the_folder_has_the_record_of_each_run(cli: Cli, asked: list[RunRequest]) -> None:
+def test_the_folder_has_the_record_of_each_run(cli: Cli, requests: list[RunRequest]) -> None:
     cli("sweep", "green-search", "--timeout", "0.6", "--seeds", "5", "--world", "open", "--out", "here")
     (record,) = map(Record.from_json, Path("here/results.jsonl").read_text().splitlines())
     assert record.result.outcome is Outcome.TIMEOUT
@@ -112,7 +112,7 @@ def test_the_folder_has_the_record_of_each_run(cli: Cli, asked: list[RunRequest]
 
 
 def test_failing_runs_are_reported_by_reason_with_a_command_and_all_of_them_by_a_file(
-    cli: Cli, asked: list[RunRequest]
+    cli: Cli, requests: list[RunRequest]
 ) -> None:
     done = cli("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-22", "--world", "open", "--out", "here")
     assert done.status == 0
@@ -126,7 +126,7 @@ def test_failing_runs_are_reported_by_reason_with_a_command_and_all_of_them_by_a
 
 
 def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(
-    cli: Cli, asked: list[RunRequest], check_text: CheckText
+    cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
     arguments = ("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-2", "--world", "open")
     done = cli(*arguments, "--require", "verified>=0.5", "--require", "contacts<=0")
@@ -158,18 +158,18 @@ def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(
         (["green-serch", "--report", "new/page"], "unknown-app"),
     ],
 )
-def test_what_cannot_be_run_is_refused_before_anything_is(
-    cli: Cli, asked: list[RunRequest], arguments: list[str], kind: str, check_text: CheckText
+def test_a_wrong_sweep_is_refused_before_the_first_run(
+    cli: Cli, requests: list[RunRequest], arguments: list[str], kind: str, check_text: CheckText
 ) -> None:
     done = cli("sweep", *arguments, "--json")
-    assert (done.status, asked, list(Path().iterdir())) == (2, [], [])
+    assert (done.status, requests, list(Path().iterdir())) == (2, [], [])
     assert done.json["kind"] == kind
     check_text(done.err)
     assert len(done.err.splitlines()) <= 2
 
 
 @pytest.mark.parametrize("backend, at_a_time", [("coppeliasim", 1), ("kinematic,vrep", 1), ("kinematic", 7)])
-def test_simulator_that_serves_one_is_given_one_run_at_a_time(
+def test_an_exclusive_simulator_has_one_run_at_a_time(
     cli: Cli, monkeypatch: pytest.MonkeyPatch, backend: str, at_a_time: int, check_text: CheckText
 ) -> None:
     given: list[int] = []
@@ -213,14 +213,14 @@ def test_ctrl_c_in_a_terminal_stops_at_once(tmp_path: Path) -> None:
     assert err == "interrupted by SIGINT: 0 of 20 runs are saved; the same command resumes the sweep.\n"
 
 
-def test_every_field_of_a_request_can_be_asked_for_but_a_window_and_real_time() -> None:
+def test_every_field_of_a_request_has_an_option_except_gui_and_realtime() -> None:
     fields = set(RunRequest.__dataclass_fields__) - {"gui", "realtime"}
     plural = {"backend": "backends", "world": "worlds", "seed": "seeds"}
     assert {plural.get(name, name) for name in fields} <= {parameter.name for parameter in command.params}
 
 
 def test_a_report_is_written_of_all_that_is_there(
-    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     done = _report(monkeypatch)
     assert cli(*SHORT, "--seeds", "1-2", "--out", "here", "--report", "page").out.endswith(
@@ -233,27 +233,29 @@ def test_a_report_is_written_of_all_that_is_there(
     assert done["command"] == line
 
 
-def test_a_report_is_given_the_requirements(cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_report_is_given_the_requirements(
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
+) -> None:
     done = _report(monkeypatch)
     cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "page", "--require", "contacts<=0")
     assert [str(each) for each in done["requirements"]] == ["contacts<=0"]
 
 
 def test_a_report_that_cannot_be_written_is_reported_before_the_sweep(
-    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     _report(monkeypatch, BackendMissingError("no Jinja2"))
     answer = cli(*SHORT, "--report", "page")
     assert (answer.status, answer.out) == (3, "")
     check_text(answer.err)
-    assert asked == []
+    assert requests == []
 
 
 def test_a_report_into_a_folder_that_cannot_be_is_refused_before_the_sweep(
-    cli: Cli, asked: list[RunRequest], check_text: CheckText
+    cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
     done = cli(*SHORT, "--report", "/proc/nope")
-    assert (done.status, asked) == (2, [])
+    assert (done.status, requests) == (2, [])
     check_text(done.err)
 
 

@@ -22,20 +22,20 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_the_same_again_runs_nothing_and_says_when_it_was(
-    cli: Cli, asked: list[RunRequest], check_text: CheckText
+def test_a_complete_sweep_runs_nothing_and_shows_its_date(
+    cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
     first = cli(*SHORT, "--seeds", "1-2")
     done = cli(*SHORT, "--seeds", "1-2")
-    assert len(asked) == 2
+    assert len(requests) == 2
     assert done.out.endswith(first.out)
     check_text(re.sub(r"\d", "0", done.out.splitlines()[0]))
     assert cli(*SHORT, "--seeds", "1-2", "--fresh").status == 0
-    assert len(asked) == 4
+    assert len(requests) == 4
 
 
-def test_what_is_kept_is_reported_before_the_rest_is_run(
-    cli: Cli, asked: list[RunRequest], check_text: CheckText
+def test_finished_runs_are_reported_before_the_others(
+    cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
     arguments = (*SHORT, "--seeds", "1-3", "--out", "here")
     cli(*arguments)
@@ -44,31 +44,31 @@ def test_what_is_kept_is_reported_before_the_rest_is_run(
     os.utime(file, (0, 10**9))
     date = datetime.fromtimestamp(10**9, tz=timezone.utc).astimezone()
     check_text(cli(*arguments).out.splitlines()[0], hide=[f"{date:%Y-%m-%d %H:%M}"])
-    assert len(asked) == 4
+    assert len(requests) == 4
 
 
-def test_more_seeds_go_on_and_fewer_are_shown_at_once(cli: Cli, asked: list[RunRequest]) -> None:
+def test_more_seeds_continue_a_sweep_and_fewer_run_nothing(cli: Cli, requests: list[RunRequest]) -> None:
     cli(*SHORT, "--seeds", "1-2")
     done = cli(*SHORT, "--seeds", "1-3", "--json").json
-    assert [request.seed for request in asked] == [1, 2, 3]
+    assert [request.seed for request in requests] == [1, 2, 3]
     assert (done["runs"], done["done"]) == (3, 3)
     done = cli(*SHORT, "--seeds", "3", "--json").json
-    assert (done["runs"], done["done"], done["groups"][0]["runs"], len(asked)) == (1, 1, 1, 3)
+    assert (done["runs"], done["done"], done["groups"][0]["runs"], len(requests)) == (1, 1, 1, 3)
 
 
-def test_how_to_go_on_after_an_interrupt_does_not_forget_what_was_done_afresh(
-    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+def test_the_hint_after_an_interrupted_fresh_sweep_leaves_fresh_out(
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     monkeypatch.setattr("robotcore.sweep.summary.SweepProgress.show", lambda *_: signal.raise_signal(signal.SIGTERM))
     done = cli(*SHORT, "--seeds", "1-3", "--fresh", "--out", "here")
     check_text(done.err)
 
 
-def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(
-    cli: Cli, asked: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+def test_an_interrupt_keeps_finished_runs_and_shows_a_hint(
+    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     def interrupted(_: object, record: Record) -> None:
-        if len(asked) == 2:
+        if len(requests) == 2:
             raise Interrupted(signal.SIGINT)
 
     monkeypatch.setattr("robotcore.sweep.summary.SweepProgress.show", interrupted)

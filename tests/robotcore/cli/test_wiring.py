@@ -21,7 +21,7 @@ def post(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return str(file)
 
 
-def test_each_wire_has_a_row_and_a_place_on_the_board(cli: Cli, post: str) -> None:
+def test_each_wire_has_a_row_and_a_pad(cli: Cli, post: str) -> None:
     answer = cli("wiring", post, "--backend", "plugboard")
     assert (answer.status, answer.err) == (0, "")
     lines = answer.out.splitlines()
@@ -34,17 +34,17 @@ def test_each_wire_has_a_row_and_a_place_on_the_board(cli: Cli, post: str) -> No
     assert pads.replace("│", " ").split() == shown
 
 
-def test_where_there_is_no_connector_there_is_no_column_for_its_pads(cli: Cli) -> None:
+def test_a_table_without_a_connector_has_no_column_of_pads(cli: Cli) -> None:
     answer = cli("wiring", "rover", "--backend", "serial").out.splitlines()
     assert answer[0].split() == ["device", "signal", "goes", "to", "what", "it", "is"]
     assert answer[2].split() == ["left_motor", "port", "serial", "/dev/ttyACM0", "motor,", "ros-arduino-motor"]
 
 
-def test_a_note_is_reported_once_with_all_devices_that_it_belongs_to(cli: Cli, post: str) -> None:
+def test_a_note_is_printed_once_with_all_its_devices(cli: Cli, post: str) -> None:
     assert "- neck, eye: Push it in all the way.\n" in cli("wiring", post, "--backend", "plugboard").out
 
 
-def test_json_tells_wires_pads_and_notes(cli: Cli, post: str) -> None:
+def test_json_has_wires_pads_and_notes(cli: Cli, post: str) -> None:
     answer = cli("wiring", post, "--backend", "plugboard", "--json").json
     assert (answer["robot"], answer["backend"]) == (post, "plugboard")
     assert answer["wires"][0] == {
@@ -58,22 +58,20 @@ def test_json_tells_wires_pads_and_notes(cli: Cli, post: str) -> None:
     assert answer["notes"][0] == {"device": "neck", "note": "Push it in all the way."}
 
 
-def test_a_backend_without_wires_says_which_has_some(cli: Cli, check_text: CheckText) -> None:
+def test_a_backend_without_wires_is_refused(cli: Cli, check_text: CheckText) -> None:
     answer = cli("wiring", "rover", "--backend", "kinematic")
     assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)
 
 
-def test_a_robot_that_is_connected_wrongly_is_reported_all_its_faults(
-    cli: Cli, post: str, check_text: CheckText
-) -> None:
+def test_a_wrong_connection_is_reported(cli: Cli, post: str, check_text: CheckText) -> None:
     Path(post).write_text(robot_file(NECK + EYE.replace("2", "1")))
     answer = cli("wiring", post, "--backend", "plugboard")
     assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)
 
 
-def test_a_robot_without_the_section_says_what_is_missing(cli: Cli, post: str, check_text: CheckText) -> None:
+def test_a_missing_section_is_reported(cli: Cli, post: str, check_text: CheckText) -> None:
     Path(post).write_text(robot_file(""))
     answer = cli("wiring", post)
     assert answer.status == 2
@@ -104,7 +102,7 @@ def test_a_wire_is_drawn_at_its_best_pad_only() -> None:
     assert drawn.count(FREE) == 2
 
 
-def test_a_place_is_refused_by_a_backend_that_takes_none(cli: Cli, post: str, check_text: CheckText) -> None:
+def test_an_unknown_option_is_refused(cli: Cli, post: str, check_text: CheckText) -> None:
     answer = cli("wiring", post, "--backend", "plugboard", "--port", "7")
     assert answer.status == 2
     check_text(answer.err)

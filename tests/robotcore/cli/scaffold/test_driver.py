@@ -47,7 +47,7 @@ def test_passes_the_conformance_kit_and_runs_an_app(package: Path, typed: Typed)
     assert "failed" not in answer
 
 
-def test_its_tests_say_what_is_filled_in_wrong_and_how_to_install_it(package: Path, typed: Typed) -> None:
+def test_its_tests_report_a_wrong_sign_and_a_missing_installation(package: Path, typed: Typed) -> None:
     devices = package / "tiny_board" / "devices.py"
     devices.write_text(devices.read_text().replace("turn(self._wheel, rad_s)", "turn(self._wheel, -rad_s)"))
     answer = typed(package, *TESTS).stdout

@@ -97,9 +97,7 @@ def test_a_name_that_holds_the_templates_own_is_put_once(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("cache", ["__pycache__", ".ruff_cache", ".pytest_cache"])
-def test_what_installers_and_linters_leave_is_left_out(
-    cache: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_caches_are_not_copied(cache: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     installed = tmp_path / "installed"
     (installed / "tests" / cache).mkdir(parents=True)
     (installed / "tests" / cache / "test_search.pyc").write_bytes(b"\xcb\r\r\n")
