@@ -207,7 +207,7 @@ def _print(costs: list[Cost], files: int) -> None:
         ],
         f"{files} files changed at random": [each for each in costs if _is_random(each)],
     }
-    rows = [(name, *_summed(group)) for name, group in groups.items() if group]
+    rows = [(name, *_build_row(group)) for name, group in groups.items() if group]
     print_table(("read", "commands", "most memory, MB", "of", "most time, s", "of", "broken"), rows)
     print(f"\nBounds: {MEMORY_BOUND_MB:g} MB and {TIME_BOUND_S:g} s a command, interpreter included; 0 broken.")
     for each in costs:
@@ -219,14 +219,14 @@ def _is_random(cost: Cost) -> bool:
     return cost.file.startswith("random ")
 
 
-def _summed(costs: list[Cost]) -> tuple[str, ...]:
+def _build_row(costs: list[Cost]) -> tuple[str, ...]:
     largest, slowest = max(costs, key=lambda each: each.megabytes), max(costs, key=lambda each: each.seconds)
     broken = sum(bool(each.fault) for each in costs)
     memory, time = f"{largest.megabytes:.0f}", f"{slowest.seconds:.2f}"
-    return str(len(costs)), memory, _named(largest), time, _named(slowest), str(broken)
+    return str(len(costs)), memory, _format_source(largest), time, _format_source(slowest), str(broken)
 
 
-def _named(cost: Cost) -> str:
+def _format_source(cost: Cost) -> str:
     return f"{cost.command}, {cost.file}"
 
 

@@ -79,7 +79,7 @@ def _unplug_board(kind: Kind, trials: int, random: Random) -> UnplugResult:
             _try_all(pty, kind.wheels_of(board), clock, trials, random, result)
         finally:
             run.send_signal(signal.SIGINT)
-            result.ended = _end_of(run)
+            result.ended = _read_end(run)
             powered.off()
     return result
 
@@ -87,27 +87,27 @@ def _unplug_board(kind: Kind, trials: int, random: Random) -> UnplugResult:
 def _try_all(
     pty: Pty, wheels: Wheels, clock: MonotonicClock, trials: int, random: Random, result: UnplugResult
 ) -> None:
-    if _takes(lambda: _turns(wheels), clock) is None:
+    if _await_condition(lambda: _are_wheels_turning(wheels), clock) is None:
         return
     for _ in range(trials):
         _sleep(clock, random.uniform(0.1, 1.0))
         pty.unplug()
-        stopped = _takes(lambda: not _turns(wheels), clock)
+        stopped = _await_condition(lambda: not _are_wheels_turning(wheels), clock)
         _sleep(clock, random.uniform(0.0, 1.5))
         pty.plug_in()
-        turned = _takes(lambda: _turns(wheels), clock)
+        turned = _await_condition(lambda: _are_wheels_turning(wheels), clock)
         result.stops += [] if stopped is None else [stopped]
         result.recoveries += [] if turned is None else [turned]
 
 
-def _turns(wheels: Wheels) -> bool:
+def _are_wheels_turning(wheels: Wheels) -> bool:
     return bool(wheels.left.command or wheels.right.command)
 
 
-def _takes(is_so: Callable[[], bool], clock: MonotonicClock) -> float | None:
+def _await_condition(is_met: Callable[[], bool], clock: MonotonicClock) -> float | None:
     """Return the seconds until a condition is true; None if it does not become true in time."""
     began = clock.now()
-    while not is_so():
+    while not is_met():
         if clock.now() - began > LONGEST_S:
             return None
         _sleep(clock, LOOK_S)
@@ -125,11 +125,11 @@ def _start_run(robot: Path) -> subprocess.Popen[str]:
     )
 
 
-def _end_of(run: subprocess.Popen[str]) -> str:
-    """Return its exit status, and what it says of losses."""
-    said, _ = run.communicate(timeout=LONGEST_S)
-    notes = [line.removeprefix("note: ") for line in said.splitlines() if " was lost " in line]
-    return f"{run.returncode}: {'; '.join(notes) or said.strip()}"
+def _read_end(run: subprocess.Popen[str]) -> str:
+    """Return the exit status of a run, and its notes about losses."""
+    output, _ = run.communicate(timeout=LONGEST_S)
+    notes = [line.removeprefix("note: ") for line in output.splitlines() if " was lost " in line]
+    return f"{run.returncode}: {'; '.join(notes) or output.strip()}"
 
 
 def _format_cells(seconds: list[float], trials: int) -> tuple[str, str, str]:
