@@ -1,4 +1,4 @@
-"""What holds for every test: none leaves a thread or a child process behind."""
+"""Fixtures of every test: no test may leave a thread or a child process."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from tests.texts import pytest_addoption as pytest_addoption  # noqa: PLC0414  a
 from tests.texts import raises as raises  # noqa: PLC0414  a fixture
 
 GRACE_S = 2.0
-"""A thread that was told to end may take this long."""
+"""Seconds for the end of a thread after the test."""
 
 KEPT = "Dask-Callback-Thread"
-"""Dask keeps one from its first callback to the end of the process."""
+"""Dask keeps a thread of this name from its first callback to the end of the process."""
 
 
 @pytest.fixture(autouse=True)
@@ -36,13 +36,13 @@ def _nothing_is_left_running() -> Iterator[None]:
 
 
 def _children() -> set[int]:
-    """Return the process ids of this process's children; nothing where the system does not tell."""
+    """Return the process ids of this process's children, or none on a system without ``/proc``."""
     files = Path(f"/proc/{os.getpid()}/task").glob("*/children")
     return {int(child) for file in files for child in _read(file).split()}
 
 
 def _read(file: Path) -> str:
-    """Return what a file of ``/proc`` tells; nothing where its thread has just ended."""
+    """Return the text of a file of ``/proc``, or nothing if its thread has ended."""
     with suppress(FileNotFoundError, ProcessLookupError):
         return file.read_text()
     return ""
@@ -50,6 +50,6 @@ def _read(file: Path) -> str:
 
 @pytest.fixture(scope="session", autouse=True)
 def no_lock_of_coverage() -> None:
-    """Let coverage take no lock: a run that is called back while it is held would never let it go."""
+    """Remove the lock of coverage, which an interrupted run would never release."""
     if (measuring := coverage.Coverage.current()) and (collector := measuring._collector):
         collector.data_lock = None

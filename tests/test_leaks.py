@@ -31,7 +31,7 @@ def test_a_test_that_leaks_a_thread_fails(pytester: pytest.Pytester) -> None:
     _run(pytester, LEAKS_A_THREAD).stdout.fnmatch_lines("*left threads running: forgotten*")
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="this system does not tell a process's children")
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="this system has no /proc/self/task")
 def test_a_test_that_leaks_a_child_process_fails(pytester: pytest.Pytester) -> None:
     _run(pytester, LEAKS_A_PROCESS).stdout.fnmatch_lines("*left child processes: *")
 

@@ -1,4 +1,4 @@
-"""The snapshots of texts belong to tests that exist, and errors are told apart by kind."""
+"""Each snapshot of a text belongs to a test, and the fixture `raises` compares kinds and fields."""
 
 from __future__ import annotations
 

@@ -20,6 +20,8 @@ class Gate:
     The fake calls `pass_through` at each place at which the real hardware takes time.
 
     >>> gate = Gate()
+    >>> gate
+    Gate(open)
     >>> gate.holds_up(gate.pass_through)
     True
     >>> gate.holds_up(lambda: None)
@@ -31,6 +33,9 @@ class Gate:
         self._is_open.set()
         self._settled = threading.Event()
         self._caller: int | None = None
+
+    def __repr__(self) -> str:
+        return f"Gate({'open' if self._is_open.is_set() else 'shut'})"
 
     def pass_through(self) -> None:
         """Wait until the gate is open."""
@@ -65,6 +70,9 @@ class MotorSpy:
         self.sent: list[float] = []
         self._apply = motor._apply  # noqa: SLF001  the hook that every driver implements
         setattr(motor, "_apply", self._record)  # noqa: B010  on this one motor, not on its class
+
+    def __repr__(self) -> str:
+        return f"MotorSpy(sent={self.sent})"
 
     @property
     def last(self) -> float:
