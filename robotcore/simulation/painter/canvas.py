@@ -1,4 +1,4 @@
-"""The canvas: colours under the lamp, packed as 32-bit inks, and convex polygons filled with them."""
+"""The canvas: shades colours, packs them as 32-bit inks, and fills convex polygons with them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from robotcore.description import Light
 from robotcore.simulation.painter.planes import Array
 
 Canvas = NDArray[np.uint32]
-"""Height x width; a pixel is an ink: blue, green, red and a spare byte in memory, or a thing's number."""
+"""(height, width). A pixel is an ink, which holds blue, green, red and a spare byte, or the number of a body."""
 
 
 class Palette(NamedTuple):
-    """The inks of everything: of each face by its number, of each ball by its part, from edge-on to the lamp."""
+    """The inks of a world: of each face, by its number, and of each ball, from edge-on to facing the lamp."""
 
     sky: int
     ground: int
@@ -26,9 +26,10 @@ class Palette(NamedTuple):
 
 
 class Stroke(Protocol):
-    """A face or a ball in a picture; ``columns`` are the first and the last that it may touch.
+    """A face or a ball in a picture.
 
-    ``part`` is whose it is: blocks are numbered first, then balls.
+    ``columns`` are the first and the last column that it may touch. ``part`` is the number of its block or ball. Balls
+    follow blocks.
     """
 
     @property
@@ -45,16 +46,17 @@ SHADES = 256
 
 
 def shade_inks(colours: Array, cosines: Array, light: Light) -> Inks:
-    """Return the inks, (n,), of faces of these colours, (n, 3) red, green, blue.
+    """Return the inks of faces, (n,).
 
-    ``cosines``, (n,), are of the angles between the faces and the lamp.
+    colours: red, green and blue of each face, (n, 3).
+    cosines: the cosine of the angle between each face's normal and the lamp, (n,).
     """
     shade = np.minimum(light.ambient + light.diffuse * np.maximum(cosines, 0.0), 1.0) * light.brightness
     return pack_inks(colours * shade[:, None])
 
 
 def shade_colours(colours: Array, cosines: Array, light: Light) -> Inks:
-    """Return the inks of faces as `shade_inks`, from nothing of their colour to all of it, (n, SHADES)."""
+    """Return the inks of faces as `shade_inks`, in shades from black to the full colour, (n, SHADES)."""
     parts = np.linspace(0.0, 1.0, SHADES)[:, None]
     darkened = (colours[:, None] * parts).reshape(-1, 3)
     return shade_inks(darkened, np.repeat(cosines, SHADES), light).reshape(-1, SHADES)
@@ -66,7 +68,7 @@ def shade_ramp(colour: tuple[int, int, int], light: Light) -> Inks:
 
 
 def pack_inks(colours: Array) -> Inks:
-    """Return colours, (n, 3) red, green, blue, as inks, (n,); what is too bright is as bright as can be."""
+    """Return colours, (n, 3) red, green, blue, as inks, (n,). Values above 255 are cut to 255."""
     pixels = np.zeros((len(colours), 4), dtype=np.uint8)
     pixels[:, :3] = np.rint(np.minimum(colours, 255.0))[:, ::-1]
     return pixels.view(np.uint32)[:, 0]
@@ -77,14 +79,14 @@ Point = Sequence[float]
 SEAM = 1e-6
 """Neighbouring polygons overlap by this part of a pixel, so that rounding leaves no gap between them.
 
-A level edge is looked at from as far inside, where it is no edge of either flank.
+Horizontal edges are moved inside by as much, so that each row crosses both flanks.
 """
 
 
 def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], ink: int) -> None:
-    """Give ``ink`` to the pixels of a polygon whose corners, (u, v), go round clockwise as seen.
+    """Fill a convex polygon with an ink. The corners, (u, v), are clockwise in the picture.
 
-    `cv2.fillConvexPoly` will not do: it paints half a pixel beyond each edge, and cannot be asked not to.
+    `cv2.fillConvexPoly` always paints half a pixel beyond each edge, so it cannot be used.
     """
     columns, rows = (
         _span(axis, size) for axis, size in zip(zip(*polygon, strict=True), canvas.shape[::-1], strict=True)
@@ -96,7 +98,7 @@ def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], ink: int) -> None
 
 
 def _span(places: Sequence[float], size: int) -> range:
-    """Return the lines of the canvas that lie between the first and the last of some places."""
+    """Return the rows, or columns, of the canvas between the least and the greatest of some coordinates."""
     return range(max(math.ceil(min(places)), 0), min(math.floor(max(places)), size - 1) + 1)
 
 
@@ -113,7 +115,7 @@ def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: ran
 
 
 def _flanks(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
-    """Return the corners from top to bottom, on the left and on the right."""
+    """Return the corners of the left and of the right flank, from top to bottom."""
     top = heights.index(min(heights))
     ring = [*polygon[top:], *polygon[: top + 1]]
     bottom = (heights.index(max(heights)) - top) % len(polygon)

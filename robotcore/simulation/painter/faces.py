@@ -1,4 +1,4 @@
-"""The prisms of a world as blocks that do not overlap, and their faces in a picture."""
+"""Splits the prisms of a world into blocks that do not overlap, and projects their faces."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from robotcore.simulation.painter.canvas import Canvas, Inks, Palette, fill, sha
 from robotcore.simulation.painter.planes import Array, half_planes, run_starts
 
 TOUCHING_M = 1e-9
-"""Things that overlap by less are side by side."""
+"""Bodies with a smaller overlap count as side by side."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """A convex prism on the floor; ``thing`` is the place among the world's prisms of the one it is part of."""
+    """A convex part of a prism. ``thing`` is the index of the prism in the world's prisms."""
 
     outline: Outline
     height: float
@@ -31,7 +31,7 @@ class Block:
 
 
 def split_into_blocks(world: WorldDescription) -> list[Block]:
-    """Return the world's prisms, cut where they overlap."""
+    """Return the blocks of the world's prisms. Where prisms overlap, the taller one keeps the space."""
     blocks: list[Block] = []
     tallest_first = sorted(enumerate(world.prisms), key=lambda entry: -entry[1].height_m)
     for thing, prism in tallest_first:
@@ -43,7 +43,7 @@ def split_into_blocks(world: WorldDescription) -> list[Block]:
 
 
 def clip(polygon: Sequence[Array], depths: Sequence[float]) -> list[Array]:
-    """Return the corners of that part of a convex polygon where the depth, given at its corners, is not negative.
+    """Return the corners of the part of a convex polygon in which the depth, given at its corners, is 0 or more.
 
     Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
     """
@@ -58,7 +58,7 @@ def clip(polygon: Sequence[Array], depths: Sequence[float]) -> list[Array]:
 
 
 def _outside(outline: Outline, hole: Outline) -> Iterator[Outline]:
-    """Yield convex parts that make up what of an outline lies outside another."""
+    """Yield convex parts of an outline that together cover its area outside another outline."""
     if gap_between(outline, hole) > -TOUCHING_M:
         yield outline
         return
@@ -73,14 +73,14 @@ def _outside(outline: Outline, hole: Outline) -> Iterator[Outline]:
 Polygon = list[list[float]]
 
 NEAR_M = 1e-9
-"""Nothing nearer than this is seen. Nearer than any robot comes, so that a wall it touches hides the rest."""
+"""The near plane. It is nearer than a robot can come to a wall, so that a touched wall hides all behind it."""
 
 BEHIND, LEFT, RIGHT, ABOVE, BELOW = (1 << bit for bit in range(5))
 
 
 @dataclass(frozen=True)
 class Facet:
-    """A face in the picture: its corners in pixels, clockwise; ``face`` numbers it, ``part`` its block."""
+    """A face in the picture: its corners in pixels, clockwise, its number and the number of its block."""
 
     polygon: Polygon
     face: int
@@ -93,7 +93,7 @@ class Facet:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, top, right and bottom of what it may touch, in pixels."""
+        """Left, top, right and bottom of the face, in pixels."""
         (left, right), down = self.columns, [v for _, v in self.polygon]
         return left, min(down), right, max(down)
 
@@ -102,9 +102,9 @@ class Facet:
 
 
 class Faces:
-    """All sides and tops of blocks; ``owners``, (n,), tells for each face which block it is of.
+    """All sides and tops of blocks. ``owners``, (n,), holds the number of each face's block.
 
-    A face lies in the plane where ``normals``, (n, 3), times a point are ``offsets``, (n,).
+    A face lies in the plane of the points p with ``normals @ p == offsets``, (n, 3) and (n,).
     """
 
     def __init__(self, blocks: Sequence[Block]) -> None:
@@ -128,7 +128,7 @@ class Faces:
         return shade_inks(self.colours, self.normals @ np.array(light.direction), light)
 
     def facets(self, view: CameraView) -> Iterator[Facet]:
-        """Yield the faces that are turned to the eye and not wholly outside the picture."""
+        """Yield the faces that point to the camera and are not completely outside the picture."""
         if not len(self.owners):
             return
         corners = view.to_camera(self._corners)
@@ -152,13 +152,13 @@ def _faces_of(block: Block) -> Iterator[Array]:
 
 
 def _normal(loop: Array) -> Array:
-    """Return the unit normal of a polygon, by Newell's method: no single corner decides it."""
+    """Return the unit normal of a polygon, by Newell's method."""
     normal = np.cross(np.roll(loop, -1, axis=0) - loop[0], loop - loop[0]).sum(axis=0)
     return np.asarray(normal / np.linalg.norm(normal))
 
 
 def _sides_outside(view: CameraView, corners: Array) -> NDArray[np.uint8]:
-    """Return for each corner in camera coordinates, (n, 3), which planes of the picture it is beyond, as bits."""
+    """Return bits for the picture's planes beyond which each corner, (n, 3) in the camera's frame, lies."""
     i = view.intrinsics
     right, down, forward = corners.T
     half_width = i.width / 2 / i.focal_length * forward
@@ -172,7 +172,7 @@ def _sides_outside(view: CameraView, corners: Array) -> NDArray[np.uint8]:
 
 
 def _cut(view: CameraView, corners: Array) -> Polygon:
-    """Return in pixels what of a face in camera coordinates, (n, 3), lies ahead of the near plane."""
+    """Return, in pixels, the part of a face ahead of the near plane; corners are in the camera's frame, (n, 3)."""
     ahead = np.array(clip(list(corners), (corners[:, 2] - NEAR_M).tolist()))
     polygon: Polygon = view.to_pixels(ahead).tolist()
     return polygon

@@ -1,7 +1,7 @@
-"""Which thing to paint first, so that what is nearer hides what is farther.
+"""Finds the order in which to paint bodies, so that near ones hide far ones.
 
-Sorting by distance is wrong where things are long. Here, of two parts with an upright plane between them, the one
-on the eye's side is painted later; a topological sort makes one order of all pairs that meet in the picture.
+Sorting by distance is wrong for long bodies. Of two parts with an upright plane between them, the one on the
+camera's side is painted later. A topological sort combines all pairs that meet in the picture.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class OcclusionPlanes:
         self._normals, self._offsets, self._behind, self._before = normals, offsets, behind, before
 
     def hidden_by(self, eye: Array) -> Matrix:
-        """Return at [a, b] whether b may hide a, and a cannot hide b, from an eye at (x, y, …)."""
+        """Return at [a, b] whether b may hide a and a cannot hide b, from a camera at (x, y, …)."""
         is_before = self._normals @ eye[:2] > self._offsets
         nearer = self._behind.T @ (self._before & is_before[:, None])
         farther = self._behind.T @ (self._before & ~is_before[:, None])
@@ -40,10 +40,10 @@ class OcclusionPlanes:
 
 
 def back_to_front(hidden_by: Matrix) -> list[int]:
-    """Return an order in which whatever hides another comes after it.
+    """Return an order in which each part comes after the parts that it hides.
 
-    Upright things in a level picture never hide one another in a ring; where a steep picture makes it look so, the
-    ring is broken where it is weakest.
+    Upright bodies in a level picture never hide one another in a cycle. A cycle in a steep picture is broken at the
+    part with the fewest predecessors.
     """
     waits_for = hidden_by.sum(axis=0)
     order: list[int] = []
@@ -56,7 +56,7 @@ def back_to_front(hidden_by: Matrix) -> list[int]:
 
 
 def side_by_side(columns: Sequence[Sequence[tuple[float, float]]]) -> Matrix:
-    """Return at [a, b] whether things share no column of the picture, given those of the parts of each."""
+    """Return at [a, b] whether two bodies share no column of the picture, from the columns of their parts."""
     begins = np.array([min(begin for begin, _ in parts) for parts in columns])
     ends = np.array([max(end for _, end in parts) for parts in columns])
     is_left: Matrix = ends[:, None] < begins
@@ -67,7 +67,7 @@ Planes = tuple[Array, Array, Matrix, Matrix]
 
 
 def _along_prisms(outlines: Sequence[Outline], discs: Array) -> Planes:
-    """Return the planes of all sides: normals, offsets, what is behind and what before."""
+    """Return the planes of all sides: normals, offsets, and the parts behind and before each plane."""
     normals, offsets = half_planes(edges_of(outlines))
     corners = np.array([corner for outline in outlines for corner in outline]).reshape(-1, 2)
     past = corners @ normals.T - offsets
@@ -80,7 +80,7 @@ def _along_prisms(outlines: Sequence[Outline], discs: Array) -> Planes:
 
 
 def _around_discs(outlines: Sequence[Outline], discs: Array) -> Planes:
-    """Return, for each disc and each other thing, the plane that touches the disc where that thing is nearest."""
+    """Return for each disc and each other body the plane that touches the disc at the point nearest to the body."""
     shapes: list[Array] = [edges_of([outline]) for outline in outlines]
     shapes += [np.array(((x, y, 0.0, 0.0),)) for x, y, _ in discs]
     numbers = range(len(outlines), len(shapes))
@@ -92,7 +92,7 @@ def _around_discs(outlines: Sequence[Outline], discs: Array) -> Planes:
 
 
 def _touching(disc: Array, edges: Array) -> tuple[Array, float]:
-    """Return normal and offset of the plane that touches a disc towards the nearest of some edges."""
+    """Return the normal and the offset of the plane that touches a disc on the side of the nearest edge."""
     centre, radius = disc[:2], float(disc[2])
     ways = nearest_on(edges, centre[None])[0] - centre
     way = ways[np.linalg.norm(ways, axis=1).argmin()]

@@ -1,4 +1,4 @@
-"""The painter: sky and ground, then the things of a world from the farthest to the nearest."""
+"""The painter: paints sky and ground, then the bodies of a world from the farthest to the nearest."""
 
 from __future__ import annotations
 
@@ -60,11 +60,11 @@ class Painter:
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
     def labels(self, view: CameraView) -> Labels:
-        """Return for each pixel, (height, width), what it shows: its place in ``things`` plus 1; 0 is none."""
+        """Return for each pixel the index of its body in ``things`` plus 1, (height, width); 0 without a body."""
         return _painted(view, self._back_to_front(view), self._numbers)
 
     def _back_to_front(self, view: CameraView) -> Iterator[Stroke]:
-        """Yield what shows, so that whatever hides another comes after it."""
+        """Yield the visible strokes. A stroke comes after those that it hides."""
         shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
             shown[stroke.part].append(stroke)
@@ -110,7 +110,7 @@ def _painted(view: CameraView, strokes: Iterable[Stroke], palette: Palette) -> C
 
 
 def _primed(view: CameraView, palette: Palette) -> Canvas:
-    """Return a canvas with ground below the horizon and sky above; cameras have no roll."""
+    """Return a canvas with ground below the horizon and sky above it. Cameras have no roll."""
     i = view.intrinsics
     rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]
     canvas = np.empty((i.height, i.width), dtype=np.uint32)

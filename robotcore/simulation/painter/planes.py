@@ -21,7 +21,7 @@ def half_planes(edges: Array) -> tuple[Array, Array]:
 
 
 def nearest_on(edges: Array, points: Array) -> Array:
-    """Return for each point, (n, 2), the nearest one on each edge, (n, m, 2)."""
+    """Return for each point, (n, 2), the nearest point on each edge, (n, m, 2)."""
     starts, ways = edges[:, :2], edges[:, 2:]
     lengths = np.maximum((ways * ways).sum(axis=1), np.finfo(np.float64).tiny)
     along = ((points[:, None] - starts) * ways).sum(axis=2) / lengths
@@ -29,5 +29,5 @@ def nearest_on(edges: Array, points: Array) -> Array:
 
 
 def run_starts(lengths: Iterable[int]) -> NDArray[np.intp]:
-    """Return where each run begins when runs of these lengths follow one another, as ``reduceat`` takes it."""
+    """Return the start index of each run for runs of these lengths, for ``numpy.ufunc.reduceat``."""
     return np.cumsum([0, *lengths], dtype=np.intp)[:-1]

@@ -1,4 +1,4 @@
-"""Balls in a picture: every pixel asks whether its ray meets the ball, and under which light."""
+"""Paints balls. For each pixel it computes if the ray meets the ball, and the light there."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robotcore.simulation.painter.canvas import Canvas, Palette
 from robotcore.simulation.painter.planes import Array
 
 BAND_ROWS = 32
-"""A ball is drawn in bands, so that what is reckoned for each pixel stays in the processor's cache."""
+"""A ball is painted in bands, so that the arrays stay in the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball before a camera: ``centre`` and the direction to the ``lamp`` are in camera coordinates, (3,)."""
+    """A ball in the camera's frame. ``centre`` and ``lamp``, the direction to the lamp, are (3,)."""
 
     centre: Array
     radius: float
@@ -51,12 +51,12 @@ class Sphere:
 
     @classmethod
     def of(cls, ball: Ball, view: CameraView, lamp: Array, part: int) -> Sphere:
-        """Return a ball of the world, lit from the direction ``lamp``, as the camera has it before it."""
+        """Return a ball of the world in a camera's frame. ``lamp`` is the direction to the lamp."""
         centre = view.to_camera(np.array(((ball.x_m, ball.y_m, ball.radius_m),)))[0]
         return cls(centre, ball.radius_m, view.rotation @ lamp, part)
 
     def bands(self, lens: Intrinsics) -> Iterator[Band]:
-        """Yield the ball as it appears, from top to bottom; nothing where it is out of the picture."""
+        """Yield the bands of the ball from top to bottom; none outside the picture."""
         right, down, forward = self.centre.tolist()
         if forward <= -self.radius:
             return
@@ -66,7 +66,7 @@ class Sphere:
             yield self._band(lens, range(top, min(top + BAND_ROWS, rows.stop)), columns)
 
     def _band(self, lens: Intrinsics, rows: range, columns: range) -> Band:
-        """Ask every pixel of a window.
+        """Compute the ball in a window.
 
         A ray d from the eye meets a ball at c where (d·c)² ≥ (|c|² - r²)|d|² and d·c > 0, a conic in the picture, at
         t·d with t = (d·c - √((d·c)² - (|c|² - r²)|d|²)) / |d|². There the surface faces along (t·d - c) / r.
@@ -84,7 +84,7 @@ class Sphere:
 
 
 def _extent(across: float, forward: float, radius: float) -> tuple[float, float]:
-    """Return the slopes of the two planes through the eye that touch a ball from either side.
+    """Return the slopes of the two planes through the camera that touch a ball.
 
     From |across - m·forward| = radius·√(1 + m²).
     """

@@ -1,4 +1,4 @@
-"""Patterns on the ground and on faces: every pixel asks where on a tile its ray meets their plane."""
+"""Paints patterns on the ground and on faces. For each pixel it computes the texel that the ray meets."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from robotcore.simulation.painter.faces import Block, Faces, Facet
 UP = (0.0, 0.0, 1.0)
 
 VANISHED_PX, FADING_PX = 2.0, 6.0
-"""A tile that takes fewer pixels shows its mean only; one that takes so many more, all of its contrast."""
+"""A tile narrower than VANISHED_PX shows its mean only. From FADING_PX more on, it shows its full contrast."""
 
 EDGE_ON = -1e-3
-"""What is seen more edge-on shows in no pixel; this keeps the division within bounds."""
+"""A limit on the slope that bounds a division. Surfaces beyond it are so edge-on that no pixel shows them."""
 
 WINDOW_PX = 8192
-"""What is reckoned for each pixel stays in the processor's cache."""
+"""The most pixels of a window, so that its arrays stay in the processor's cache."""
 
 Singles = NDArray[np.float32]
 Window = tuple[slice, slice]
 
 
 class Texturing:
-    """Paints the patterns of the ground and of faces, where they have one.
+    """Paints the patterns of the ground and of faces that have one.
 
     ``numbers`` are those of the surfaces that have a pattern, from 1, for the ground and then each face; 0 is none.
     """
@@ -72,7 +72,7 @@ class Texturing:
                 np.copyto(canvas[window], self._shades[at].take(levels), where=is_shown)
 
     def _windows(self, facets: Iterable[Facet], size: tuple[int, ...]) -> Iterator[tuple[int, Window]]:
-        """Yield the numbers of surfaces that may show, and where."""
+        """Yield the numbers of surfaces that may be visible, and their windows."""
         height, width = size
         ground, *faces = self.numbers
         boxes = [(ground, (0.0, 0.0, width, height)), *((faces[facet.face], facet.box) for facet in facets)]
@@ -85,7 +85,7 @@ class Texturing:
                     yield number, (slice(first, min(first + step, rows.stop)), columns)
 
     def _seen_from(self, view: CameraView) -> tuple[Singles, Singles]:
-        """Return for each surface how pixels (u, v) map to texels, (n, 3, 3), and how sharp they are, (n,).
+        """Return for each surface the maps from pixels (u, v) to texels, (n, 3, 3), and the sharpness, (n,).
 
         A ray e + t·d meets the plane n·p = o at t = k / n·d where k = o - n·e. Its place there, a·p + s, is
         ((a·e + s) n·d + k a·d) / n·d, of which all parts are linear in the pixel. From one pixel to the next it moves
@@ -102,7 +102,7 @@ class Texturing:
 
 
 def _levels(maps: Singles, sharpness: np.float32, tile: Singles, window: Window) -> NDArray[np.intp]:
-    """Return what a pattern leaves of its colour, in 255ths, at the pixels of a window."""
+    """Return the factor of a pattern on its colour, times 255, at the pixels of a window."""
     rows, columns = window
     u = np.arange(columns.start, columns.stop, dtype=np.float32)
     v = np.arange(rows.start, rows.stop, dtype=np.float32)[:, None]
