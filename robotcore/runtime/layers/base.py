@@ -46,6 +46,7 @@ class Layer:
     """
 
     def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
         if removed := _REMOVED_HOOKS & vars(cls).keys():
             raise TypeError(f"{cls.__name__}.{min(removed)} is never called. Define sensor(self, sensor, read) instead")
 

@@ -12,7 +12,7 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble, needed_devices
-from robotcore.runtime.layers.base import Reader, Show, Tap
+from robotcore.runtime.layers.base import Layer, Reader, Show, Tap
 from robotcore.safety import CommandFilter
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
 
@@ -301,3 +301,9 @@ def test_the_app_does_not_get_the_truth() -> None:
 
 def _is_closed(device: Device) -> bool:
     return device._is_closed
+
+
+@pytest.mark.parametrize("hook", ["camera", "range_sensor", "encoder", "battery"])
+def test_layer_with_a_hook_that_is_never_called_is_refused(hook: str) -> None:
+    with pytest.raises(TypeError):
+        type("Fog", (Layer,), {hook: lambda self, sensor, read: read})
