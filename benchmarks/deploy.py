@@ -25,8 +25,8 @@ from time import monotonic
 
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.deploy.agent.releases import PROJECT, SITE, Release
-from robotcore.deploy.answers import ProbeAnswer
 from robotcore.deploy.host import Host
+from robotcore.deploy.robot_answers import ProbeAnswer
 from robotcore.deploy.rpc import Link
 from robotcore.deploy.wheels import Target, fetch_wheels
 from tests.system import needs

@@ -11,15 +11,15 @@ from pydantic import Field, PositiveFloat
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.builder import SceneBuilder
 from drivers.coppeliasim.connection import LOADING_S, Connection
-from drivers.coppeliasim.lease import Lease
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from drivers.coppeliasim.sensors import proximity_works
 from drivers.coppeliasim.simulation import Simulation, build_scene, clear_scene, leave_scene
+from drivers.coppeliasim.simulation_lease import Lease
 from robotcore.description import RobotDescription, StrictModel, WorldDescription
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup
+from robotcore.hal.check_finding import Finding
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.simulation.remote_scene import Owner, State, inspect_scene, open_in_scene, read_bindings
 from robotcore.text import pluralize

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from drivers.coppeliasim.connection import LOADING_S, Connection, RefusedError
-from drivers.coppeliasim.lease import Lease
+from drivers.coppeliasim.simulation_lease import Lease
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.simulation.remote_scene import (

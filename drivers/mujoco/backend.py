@@ -89,7 +89,7 @@ class MujocoBackend(Backend):
     def export(
         self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None
     ) -> Exported:
-        from drivers.mujoco.mjcf import mjcf
+        from drivers.mujoco.mjcf_export import mjcf
 
         self.require_installed()
         return mjcf(robot, world, folder)

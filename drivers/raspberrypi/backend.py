@@ -18,7 +18,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.hardware import DeviceBinding, batteries_in, bind_devices, open_robot, static_cutoffs
 
 if TYPE_CHECKING:
-    from robotcore.hal.finding import Finding
+    from robotcore.hal.check_finding import Finding
     from robotcore.hal.wiring import Wiring
 
 SECTION = "raspberrypi"
@@ -69,7 +69,7 @@ class RaspberryPiBackend(Backend):
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
         from drivers.raspberrypi.doctor import examine
-        from robotcore.hal.finding import findings_of
+        from robotcore.hal.check_finding import findings_of
         from robotcore.hardware.diagnosis import diagnose_batteries
 
         batteries = [("battery", partial(diagnose_batteries, self, robot))] if robot and self.is_native_host else []

@@ -17,7 +17,7 @@ from robotcore.hal.wiring import Wire, Wiring
 from robotcore.hardware import DeviceBinding, batteries_in, bind_devices, open_robot, static_cutoffs
 
 if TYPE_CHECKING:
-    from robotcore.hal.finding import Finding
+    from robotcore.hal.check_finding import Finding
 
 
 SECTION = "serial"

@@ -12,8 +12,8 @@ from drivers.serial.port import Port, PortError, describe_ports, find_other_user
 from robotcore.description import RobotDescription
 from robotcore.errors import DeviceError, DeviceGroupError, RobotcoreError
 from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.check_finding import Check, Finding, Level, findings_of
 from robotcore.hal.devices import Angle, Device, Frame, Range, Sensor, Voltage
-from robotcore.hal.finding import Check, Finding, Level, findings_of
 from robotcore.hardware import DeviceBinding, bind_devices
 from robotcore.hardware.diagnosis import check_batteries, check_description
 

@@ -10,8 +10,8 @@ from pydantic import Field
 
 from robotcore.description import RobotDescription, StrictModel
 from robotcore.hal.backend import Backend, Capability, Setup
+from robotcore.hal.check_finding import Finding
 from robotcore.hal.cutoff import CutoffSpec
-from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.simulation.remote_scene import Owner, Scene, inspect_scene, open_in_scene, read_bindings
 from robotcore.text import pluralize

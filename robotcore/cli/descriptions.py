@@ -81,7 +81,7 @@ def _check_robot(file: str, robot: RobotDescription) -> int:
 def _inspect_scene(file: str, robot: RobotDescription, name: str, options: Mapping[str, str]) -> int:
     """Print which devices of a robot are in the open scene of a simulator."""
     from robotcore.hal.backend import Setup, load_backend
-    from robotcore.hal.finding import Level
+    from robotcore.hal.check_finding import Level
 
     backend = load_backend(name)
     backend.require_installed()

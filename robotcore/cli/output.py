@@ -17,7 +17,7 @@ from robotcore.text import escape
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
 
-    from robotcore.hal.finding import Finding
+    from robotcore.hal.check_finding import Finding
 
 
 PIPED_WIDTH = 160

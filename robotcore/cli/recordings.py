@@ -43,7 +43,7 @@ def info(
     _require_outputs(file, picture, table, video)
     recording = read(file)
     if as_json:
-        from robotcore.recording.contents import summarise_contents
+        from robotcore.recording.summary import summarise_contents
 
         write_json({"file": str(file), "bytes": file.stat().st_size, **summarise_contents(recording)})
     else:
@@ -73,8 +73,8 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     Exit status: 0 if both have the same milestones in the same order and the same outcome, else 1.
     """
     from robotcore.recording import read
-    from robotcore.recording.comparison import Comparison, RunSummary
-    from robotcore.view.comparison import format_comparison
+    from robotcore.recording.run_comparison import Comparison, RunSummary
+    from robotcore.view.comparison_view import format_comparison
     from robotcore.view.picture import require_writable
 
     require_apart("--picture", picture, first, second)
@@ -86,7 +86,7 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
     else:
         write(format_comparison(comparison))
     if picture:
-        from robotcore.view.comparison import draw_comparison
+        from robotcore.view.comparison_view import draw_comparison
         from robotcore.view.picture import encode_png, save_png
 
         save_png(encode_png(draw_comparison(comparison)), picture)

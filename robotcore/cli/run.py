@@ -229,7 +229,7 @@ def _find_failure(backend: Backend) -> str:
     if not backend.is_installed:
         return f"{backend.name} is not installed. {backend.remedy}."
     from robotcore.cli.doctor.smoke_test import diagnose
-    from robotcore.hal.finding import Level
+    from robotcore.hal.check_finding import Level
 
     errors = (finding for finding in diagnose(backend) if finding.level is Level.ERROR)
     return next((f"{backend.name}: {finding.said}." for finding in errors), "")

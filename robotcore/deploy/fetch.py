@@ -13,8 +13,8 @@ from pathlib import Path
 from types import TracebackType
 
 from robotcore.deploy.agent.files import format_bytes, hash_file, measure_free_space, measure_size
-from robotcore.deploy.answers import EraseAnswer, Recordings, RemoteFile
 from robotcore.deploy.progress import OnStep, Step, begin_step
+from robotcore.deploy.robot_answers import EraseAnswer, Recordings, RemoteFile
 from robotcore.deploy.rpc import Link
 from robotcore.deploy.rsync import RECORDING
 from robotcore.errors import DeployError, UsageError

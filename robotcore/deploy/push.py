@@ -15,14 +15,15 @@ from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from robotcore.deploy import checks, health, simulation
+from robotcore.deploy import checks, simulation
+from robotcore.deploy import health_progress as health
 from robotcore.deploy.agent.files import format_bytes, measure_size
 from robotcore.deploy.agent.releases import NAME_FORMAT, WHEELS, Release
-from robotcore.deploy.answers import BeginAnswer, EmptyAnswer, Finding, InstallAnswer, ProbeAnswer
 from robotcore.deploy.bundle import Bundle, build_bundle
 from robotcore.deploy.host import Host
 from robotcore.deploy.progress import OnStep, Step, begin_step
 from robotcore.deploy.project import Project
+from robotcore.deploy.robot_answers import BeginAnswer, EmptyAnswer, Finding, InstallAnswer, ProbeAnswer
 from robotcore.deploy.rpc import Link
 from robotcore.deploy.staging import build_git_environment
 from robotcore.deploy.wheels import Target, fetch_wheels

@@ -15,10 +15,10 @@ from typing import IO, TYPE_CHECKING, Any, Generic
 
 from robotcore.deploy import rsync
 from robotcore.deploy.agent.rpc import MARK
-from robotcore.deploy.answers import AnswerT, EmptyAnswer, Notice, Refusal, parse, validate
 from robotcore.deploy.errors import explain_damaged_answer, explain_failed_call
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import MalformedError, ProcessOutput, split_lines
+from robotcore.deploy.robot_answers import AnswerT, EmptyAnswer, Notice, Refusal, parse, validate
 from robotcore.deploy.rsync import OnPoll, OnProgress, Transfer
 from robotcore.deploy.ssh import Connection
 from robotcore.errors import DeployError

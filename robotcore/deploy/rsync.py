@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import IO
 
 from robotcore.deploy.agent.files import FOLDER
-from robotcore.deploy.answers import REMOTE_FOLDER
 from robotcore.deploy.errors import explain_failed_transfer, explain_missing_program
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import ProcessOutput
+from robotcore.deploy.robot_answers import REMOTE_FOLDER
 from robotcore.deploy.ssh import Connection
 
 OnProgress = Callable[[int, float], object]

@@ -17,10 +17,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from zipfile import ZipFile
 
-from robotcore.deploy.answers import ProbeAnswer
 from robotcore.deploy.progress import Say
 from robotcore.deploy.project import FILE, Project
 from robotcore.deploy.requirements import Requirement, SpecifierSet, canonicalize_name
+from robotcore.deploy.robot_answers import ProbeAnswer
 from robotcore.errors import DeployError, DescriptionError
 
 OLDEST_GLIBC = {"x86_64": 5, "aarch64": 17}

@@ -13,8 +13,7 @@ from robotcore.description.devices import (
     SimulatedDevice,
 )
 from robotcore.description.generation.clearance import require_room, require_start
-from robotcore.description.generation.layout import draw_world
-from robotcore.description.generation.randomisation import (
+from robotcore.description.generation.domain_randomisation import (
     DrawnValues,
     Randomised,
     describe_conditions,
@@ -22,6 +21,7 @@ from robotcore.description.generation.randomisation import (
     describe_picture,
     randomise,
 )
+from robotcore.description.generation.random_layout import draw_world
 from robotcore.description.generation.reachability import is_solvable
 from robotcore.description.loading import (
     is_own,

@@ -27,7 +27,7 @@ from robotcore.hal.robot import Robot
 from robotcore.plugins import BACKENDS, backend_names, load_registered
 
 if TYPE_CHECKING:
-    from robotcore.hal.finding import Finding
+    from robotcore.hal.check_finding import Finding
     from robotcore.hal.wiring import Wiring
 
 

@@ -4,7 +4,7 @@ from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from robotcore.hardware.binding import batteries_in, bind_devices
 from robotcore.hardware.driver import Connection, DeviceBinding, DeviceDriver, Host, Shared
 from robotcore.hardware.opening import encoder_of, motor_of, open_devices, open_robot, static_cutoffs
-from robotcore.hardware.polled import LatestSample
+from robotcore.hardware.polled_samples import LatestSample
 
 __all__ = [
     "Connection",

@@ -8,8 +8,8 @@ from contextlib import suppress
 from robotcore.description import BatteryDescription, RobotDescription
 from robotcore.errors import DescriptionError, DeviceError
 from robotcore.hal.backend import Backend, Setup
+from robotcore.hal.check_finding import Finding
 from robotcore.hal.devices import Battery
-from robotcore.hal.finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hardware import DeviceBinding
 

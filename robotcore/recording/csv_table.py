@@ -10,9 +10,9 @@ from typing import Any
 from robotcore.errors import RecordingError
 from robotcore.files import replace_file
 from robotcore.hal.devices import Angle, Range, Voltage
-from robotcore.recording.contents import find_last_reads
 from robotcore.recording.events import Read, Tick
 from robotcore.recording.recording import Recording
+from robotcore.recording.summary import find_last_reads
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """The first characters of a formula in a spreadsheet: https://owasp.org/www-community/attacks/CSV_Injection."""

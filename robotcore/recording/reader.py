@@ -12,11 +12,11 @@ from mcap.records import Channel, Schema
 
 from robotcore.errors import RecordingError
 from robotcore.hal.devices import Angle, Frame, Image, Range, Voltage
-from robotcore.recording import foxglove as channels
+from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.chunks import ChunkedFile, ChunkLocation, Message, Record
 from robotcore.recording.codec import decode_compressed_image, decode_raw_image, from_json
 from robotcore.recording.events import GroundTruthSample, RecordedSample, SampleKey, Tick
-from robotcore.recording.foxglove import DEVICE
+from robotcore.recording.foxglove_channels import DEVICE
 from robotcore.recording.limits import DAMAGE, Allowance, format_damage
 from robotcore.recording.recording import Metadata, Recording
 from robotcore.recording.validation import UnknownFormatError, parse_metadata, parse_number, parse_result, parse_tick

@@ -10,10 +10,11 @@ from robotcore.description import CameraDescription, RangeSensorDescription, Rob
 from robotcore.geometry import DifferentialGeometry, Pose, Wheels
 from robotcore.hal.devices import Frame
 from robotcore.hal.drive import Odometry
-from robotcore.recording import foxglove as channels
+from robotcore.recording import foxglove_channels as channels
 from robotcore.recording.codec import to_json, to_plain
+from robotcore.recording.event_log import Level, LogLine, RunLog, build_last_line
 from robotcore.recording.events import GroundTruthSample, RecordedError, Tick, WheelAngles
-from robotcore.recording.foxglove import (
+from robotcore.recording.foxglove_channels import (
     BODY,
     ODOMETRY,
     TRUE,
@@ -26,10 +27,9 @@ from robotcore.recording.foxglove import (
     to_pose_message,
     to_timestamp,
 )
-from robotcore.recording.log import Level, LogLine, RunLog, build_last_line
 from robotcore.recording.mcap_file import McapFile
+from robotcore.recording.message_schemas import END_SCHEMA, RESULT_SCHEMA, RUN_SCHEMA, TICK_SCHEMA, TRUTH_SCHEMA
 from robotcore.recording.recording import Metadata
-from robotcore.recording.schemas import END_SCHEMA, RESULT_SCHEMA, RUN_SCHEMA, TICK_SCHEMA, TRUTH_SCHEMA
 from robotcore.recording.tap import TickEvents
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run

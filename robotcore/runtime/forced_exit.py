@@ -10,7 +10,7 @@ from robotcore.errors import DeviceClosedError, Interrupted, RobotcoreError
 from robotcore.runtime.layers import Assembled
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.signals import SignalGuard
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 
 SHUTDOWN_GRACE_S = 0.2
 """On a forced exit, closing the robot and each receiver of the result get this time, in seconds."""

@@ -27,7 +27,7 @@ from robotcore.runtime.behaviour import Behaviour
 from robotcore.runtime.faults import PlannedFault, plan_faults
 from robotcore.runtime.layers import needed_devices
 from robotcore.runtime.settings import configure
-from robotcore.runtime.verification import load_judge
+from robotcore.runtime.success_verification import load_judge
 from robotcore.safety import stopping_distance
 
 DEFAULT_WORLD = "arena"

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from robotcore.runtime.behaviour import Behaviour
     from robotcore.runtime.loop import Loop
     from robotcore.runtime.plan import Plan, RunRequest
-    from robotcore.runtime.verification import Verification
+    from robotcore.runtime.success_verification import Verification
 
 
 class RunEnd(NamedTuple):

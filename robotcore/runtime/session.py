@@ -23,6 +23,7 @@ from robotcore.runtime.plan import Plan, RunRequest
 from robotcore.runtime.result import Outcome, RunResult, get_outcome
 from robotcore.runtime.run_end import RunEnd, build_result
 from robotcore.runtime.signals import SignalGuard, WatchdogInterrupt
+from robotcore.runtime.success_verification import Verification, verify_run
 from robotcore.runtime.time_limits import (
     SIMULATION_FACTOR,
     close_limit,
@@ -31,10 +32,9 @@ from robotcore.runtime.time_limits import (
     open_limit,
     step_limit,
 )
-from robotcore.runtime.verification import Verification, verify_run
 from robotcore.safety import ActivityMonitor, EmergencyStop, Watchdog
 from robotcore.safety.motor_stop import STOP_S
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 
 __all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
 

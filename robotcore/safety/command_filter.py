@@ -14,7 +14,7 @@ from robotcore.hal.devices import VelocityOutput, invalid_velocity
 from robotcore.safety.deadman import Deadman, TimedLock
 from robotcore.safety.latch import Latch
 from robotcore.safety.motor_stop import StopGroup
-from robotcore.safety.rules import STOPPED, Intervention, Rule
+from robotcore.safety.velocity_limits import STOPPED, Intervention, Rule
 
 LOST = "lost device"
 """The cause of the interventions that stop the robot while it waits for a lost device."""

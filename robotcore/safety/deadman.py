@@ -7,7 +7,7 @@ from functools import partial
 from threading import RLock
 
 from robotcore.hal.clock import Clock
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import is_out_of_memory
 
 LOCK_TIMEOUT_S = 0.05

@@ -9,8 +9,8 @@ from typing import NoReturn
 
 from robotcore.errors import EmergencyStopError, RobotcoreError, SafetyStop
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety.reserve import Reserve
-from robotcore.safety.rules import STOPPED, Intervention
+from robotcore.safety.thread_reserve import Reserve
+from robotcore.safety.velocity_limits import STOPPED, Intervention
 from robotcore.threads import is_out_of_memory
 
 

@@ -10,7 +10,7 @@ from typing import TypeVar
 from robotcore.errors import DeviceError, DeviceLostError
 from robotcore.hal.devices import VelocityOutput
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety.reserve import BackgroundCall, Reserve
+from robotcore.safety.thread_reserve import BackgroundCall, Reserve
 from robotcore.threads import is_out_of_memory
 
 T = TypeVar("T")

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeVar
 
 from robotcore.errors import RobotcoreError
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import start_thread
 
 T = TypeVar("T")

@@ -15,7 +15,7 @@ from robotcore.files import replace_file, require_replaceable
 from robotcore.hal.devices import Frame, Image
 from robotcore.hal.robot import Robot
 from robotcore.recording import Recording, SampleKey, Tick
-from robotcore.recording.contents import build_odometry_path, build_result, build_true_path
+from robotcore.recording.summary import build_odometry_path, build_result, build_true_path
 from robotcore.runtime.layers.devices import AppDisplay, AppSensor
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run

@@ -12,7 +12,9 @@ from rich.text import Text
 
 from robotcore.errors import RobotcoreError
 from robotcore.recording import Recording
-from robotcore.recording.contents import (
+from robotcore.recording.replay.evaluation import Evaluation
+from robotcore.recording.replay.verification import ReplayResult
+from robotcore.recording.summary import (
     build_result,
     count_interventions,
     explain_missing_end,
@@ -20,8 +22,6 @@ from robotcore.recording.contents import (
     measure_rate,
     summarise_devices,
 )
-from robotcore.recording.replay.evaluation import Evaluation
-from robotcore.recording.replay.verification import ReplayResult
 from robotcore.runtime.apps import app_path
 from robotcore.runtime.faults.spec import Spec
 from robotcore.runtime.result import Outcome, RunResult

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.docs.listings import CODE, listings, rows
-from tests.robotcore.recording.test_foxglove import SCHEMAS
+from tests.robotcore.recording.test_foxglove_channels import SCHEMAS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "recording.md").read_text()
 

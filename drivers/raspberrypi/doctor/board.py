@@ -7,7 +7,7 @@ import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 
 MODEL = "proc/device-tree/model"
 BITS = {1: 32, 2: 64}

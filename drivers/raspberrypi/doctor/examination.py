@@ -18,7 +18,7 @@ from drivers.raspberrypi.doctor.pins import check_library, check_persistence, ch
 from drivers.raspberrypi.doctor.ports import check_bus, check_cameras, check_permissions, check_picamera2, check_serial
 from drivers.raspberrypi.header import count_wires, resolve_pins
 from robotcore.description import RobotDescription
-from robotcore.hal.finding import Check, Finding, findings_of
+from robotcore.hal.check_finding import Check, Finding, findings_of
 from robotcore.hardware import DeviceBinding, bind_devices
 from robotcore.hardware.diagnosis import check_description
 

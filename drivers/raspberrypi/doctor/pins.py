@@ -10,7 +10,7 @@ from drivers.raspberrypi.doctor.board import read_text
 from drivers.raspberrypi.lg import find_header_driver
 from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendError, UsageError
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from robotcore.hardware import Connection, DeviceBinding
 
 PINS = "pins"

@@ -11,7 +11,7 @@ from pathlib import Path
 from drivers.raspberrypi.cameras.csi import OTHER_NUMPY
 from drivers.raspberrypi.doctor.board import read_model, read_text
 from drivers.raspberrypi.header import HEADER_PORTS
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from robotcore.hardware import DeviceBinding
 
 PERMISSIONS = "permissions"

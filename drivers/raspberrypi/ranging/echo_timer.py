@@ -9,7 +9,7 @@ from enum import Enum, auto
 from typing import Any
 
 from robotcore.errors import DeviceError
-from robotcore.hardware.polled import RangeSampler
+from robotcore.hardware.polled_samples import RangeSampler
 
 LONGEST_ECHO_S = 0.027
 """The module's range is 4 m, which takes 26 ms at −40 °C. A longer pulse may be no echo.

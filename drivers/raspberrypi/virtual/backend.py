@@ -14,7 +14,7 @@ from drivers.raspberrypi.backend import SECTION, RaspberryPiBackend
 from robotcore.description import AnyDevice, RobotDescription, StrictModel
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Backend, Capability, Setup, load_backend
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
 

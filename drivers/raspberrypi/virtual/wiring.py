@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable
 from drivers.raspberrypi.cameras.source import CameraSettings
 from drivers.raspberrypi.encoders import EncoderSettings, PulsesSettings, QuadratureSettings
 from drivers.raspberrypi.motors.boards import HBridgeSettings, PhaseEnableSettings
-from drivers.raspberrypi.ranging.timeofflight import TimeOfFlightSettings
-from drivers.raspberrypi.ranging.ultrasonic import UltrasonicSettings, speed_of_sound
+from drivers.raspberrypi.ranging.time_of_flight_driver import TimeOfFlightSettings
+from drivers.raspberrypi.ranging.ultrasonic_driver import UltrasonicSettings, speed_of_sound
 from drivers.raspberrypi.virtual.models import (
     Disc,
     QuadratureDisc,

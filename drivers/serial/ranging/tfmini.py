@@ -16,7 +16,7 @@ from drivers.serial.ranging.protocol import Detection, Parser, Reading
 from robotcore.description import RangeSensorDescription, RobotDescription
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware import Connection, Host
-from robotcore.hardware.polled import NOTHING_YET, RangeSampler, require_timely
+from robotcore.hardware.polled_samples import NOTHING_YET, RangeSampler, require_timely
 
 _FULL = 4000
 """The kernel keeps little more unread data, and drops the rest. Source: Linux, N_TTY_BUF_SIZE."""

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from robotcore.autonomy.navigation.grid_search import Angles, Cell, are_straight_ways
+from robotcore.autonomy.navigation.grid_paths import Angles, Cell, are_straight_ways
 from robotcore.autonomy.navigation.planner import NO_PATH, Path, Traversability
 from robotcore.geometry import Pose, Twist, wrap_angle
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.autonomy.navigation.grid_search import (
+from robotcore.autonomy.navigation.grid_paths import (
     UNREACHED,
     Angles,
     Cell,

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from robotcore.autonomy.navigation.grid_search import Cell, Mask
+from robotcore.autonomy.navigation.grid_paths import Cell, Mask
 from robotcore.geometry import Pose
 
 FREE_EVIDENCE = -1.5

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from robotcore.autonomy.navigation.grid_search import (
+from robotcore.autonomy.navigation.grid_paths import (
     UNREACHED,
     Cell,
     Mask,

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import cv2
 
-from robotcore.autonomy.vision.colour import Blob
+from robotcore.autonomy.vision.colour_detector import Blob
 from robotcore.hal.devices import Image
 
 YELLOW = (0, 255, 255)

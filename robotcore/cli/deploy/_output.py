@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from rich.live import Live
     from rich.spinner import Spinner
 
-    from robotcore.deploy.answers import State
     from robotcore.deploy.host import Host
+    from robotcore.deploy.robot_answers import State
 
 
 class StepDisplay:
@@ -109,7 +109,7 @@ def format_state(host: Host, ssh_config: Path | None, state: State) -> Iterator[
 
 
 def _format_empty_robot(state: State) -> str:
-    from robotcore.deploy.health import UNHEALTHY
+    from robotcore.deploy.health_progress import UNHEALTHY
 
     if state.on_trial:
         return f"the health check of {state.on_trial} is running, and the robot has no release before it"

@@ -17,8 +17,8 @@ from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, rob
 from robotcore.cli.output import as_json, write_json, write_line, write_table
 
 if TYPE_CHECKING:
-    from robotcore.deploy.answers import ListedRelease, UnreadableRelease
     from robotcore.deploy.host import Host
+    from robotcore.deploy.robot_answers import ListedRelease, UnreadableRelease
 
 
 SKIPPED = ": skipped"
@@ -33,8 +33,8 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and the checks that each passed before it was sent."""
     from robotcore.cli.deploy._output import NO_RELEASE
-    from robotcore.deploy.answers import Releases
     from robotcore.deploy.host import command_hint
+    from robotcore.deploy.robot_answers import Releases
 
     with make_link(host, ssh_config) as link:
         found = link.call("releases", Releases)
@@ -48,7 +48,7 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
 
 
 def _build_row(release: ListedRelease | UnreadableRelease, current: str | None) -> list[str]:
-    from robotcore.deploy.answers import UnreadableRelease
+    from robotcore.deploy.robot_answers import UnreadableRelease
 
     if isinstance(release, UnreadableRelease):
         return [release.name, f"cannot be read: {release.unreadable}", "", "", "", ""]

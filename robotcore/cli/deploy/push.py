@@ -10,7 +10,7 @@ import click
 from robotcore.cli.deploy._options import DeployCommand, robot_arguments
 from robotcore.cli.options import pair
 from robotcore.cli.output import write_lines
-from robotcore.deploy.agent.units import START_LIMIT_S
+from robotcore.deploy.agent.systemd_units import START_LIMIT_S
 
 if TYPE_CHECKING:
     from robotcore.deploy.host import Host
@@ -60,7 +60,7 @@ def command(
     cannot be reached or refuses the release, 128 + the signal's number if interrupted.
     """
     from robotcore.cli.deploy._output import StepDisplay
-    from robotcore.deploy.health import STEP
+    from robotcore.deploy.health_progress import STEP
     from robotcore.deploy.push import Push, describe_state_after, push
     from robotcore.errors import Interrupted, RobotcoreError
 

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 @click.option("--yes", is_flag=True, help="Do not ask for confirmation.")
 def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
     """Stop the app on HOST and remove all that was deployed; keep the recordings unless --recordings."""
-    from robotcore.deploy.answers import RemoveAnswer
     from robotcore.deploy.host import command_hint
+    from robotcore.deploy.robot_answers import RemoveAnswer
 
     what = "all releases and all recordings" if recordings else "all releases, but not the recordings"
     if not yes and not _confirm(f"Stop {host}, and remove {what}?"):

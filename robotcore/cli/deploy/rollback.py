@@ -34,7 +34,7 @@ def command(host: Host, ssh_config: Path | None, release: str | None) -> int:
     list` lists the releases.
     """
     from robotcore.cli.deploy._output import StepDisplay
-    from robotcore.deploy.health import STEP, rollback, status_hint
+    from robotcore.deploy.health_progress import STEP, rollback, status_hint
 
     with StepDisplay() as display:
         try:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @robot_arguments
 def command(host: Host, ssh_config: Path | None) -> int:
     """Start the release on HOST, now and each time the robot is switched on."""
-    from robotcore.deploy.answers import State
+    from robotcore.deploy.robot_answers import State
 
     with make_link(host, ssh_config) as link:
         state = link.call("start", State)

@@ -28,7 +28,7 @@ def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
 
     Exit status: 0 it runs or has ended with success, 1 it does not run, 3 the robot cannot be reached.
     """
-    from robotcore.deploy.answers import State
+    from robotcore.deploy.robot_answers import State
 
     with make_link(host, ssh_config) as link:
         state = link.call("status", State)

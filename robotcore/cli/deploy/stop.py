@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @robot_arguments
 def command(host: Host, ssh_config: Path | None) -> int:
     """Stop the app on HOST and every motor; it stays stopped until `robotcore deploy start` or the next push."""
-    from robotcore.deploy.answers import State
+    from robotcore.deploy.robot_answers import State
 
     with make_link(host, ssh_config) as link:
         state = link.call("stop", State)

@@ -19,7 +19,7 @@ from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription
-    from robotcore.hal.finding import Finding
+    from robotcore.hal.check_finding import Finding
 
     AboutFinding = tuple[str, Finding]
 
@@ -61,7 +61,7 @@ def command(
 def _diagnose(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[AboutFinding]:
     """Yield the findings as they come. Modules that need NumPy are imported after the check of NumPy."""
     from robotcore.cli.doctor.machine import machine_checks
-    from robotcore.hal.finding import findings_of
+    from robotcore.hal.check_finding import findings_of
 
     found = list(findings_of(machine_checks()))
     yield from ((MACHINE, finding) for finding in found)
@@ -99,7 +99,7 @@ def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: b
     from robotcore.cli.doctor.smoke_test import diagnose
     from robotcore.errors import BackendMissingError
     from robotcore.hal.backend import load_backend
-    from robotcore.hal.finding import Finding, Level, findings_of
+    from robotcore.hal.check_finding import Finding, Level, findings_of
 
     try:
         backend = load_backend(name)

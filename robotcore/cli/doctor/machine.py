@@ -9,7 +9,7 @@ import platform
 import sys
 from collections.abc import Iterator
 
-from robotcore.hal.finding import Check, Finding
+from robotcore.hal.check_finding import Check, Finding
 
 OLDEST, NEWEST = (3, 10), (3, 13)
 """The oldest and the newest version of Python with which robotcore is tested."""

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from robotcore.description import RobotDescription, load_robot, load_world
 from robotcore.errors import DescriptionError, DeviceGroupError, RobotcoreError
 from robotcore.hal.backend import Backend, Setup
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot, Role
 
 ROBOT, WORLD = "rover", "open"

@@ -12,13 +12,14 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from robotcore.deploy.agent import files, journal, releases, systemd
+from robotcore.deploy.agent import files, journal, releases
+from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.lock import hold_lock
 from robotcore.deploy.agent.releases import HEALTHY, STOPPED, UNHEALTHY, HealthResult, require_name
 from robotcore.deploy.agent.rpc import AgentError, report_progress
-from robotcore.deploy.agent.systemd import UnitState
-from robotcore.deploy.agent.units import HEALTH_CHECK, SERVICE, START_LIMIT_S
+from robotcore.deploy.agent.systemctl import UnitState
+from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LIMIT_S
 
 HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
 """How long an app may take until its first step, and how long it must then keep running, in s."""

@@ -12,7 +12,7 @@ from itertools import dropwhile, islice, takewhile
 
 from robotcore.deploy.agent import robot_facts
 from robotcore.deploy.agent.rpc import AgentError
-from robotcore.deploy.agent.systemd import EXITED, KILLED, UnitState
+from robotcore.deploy.agent.systemctl import EXITED, KILLED, UnitState
 
 LAST_LINES = 12
 """How many lines explain why an app ended: an error message, or the end of a traceback."""

@@ -29,7 +29,7 @@ from robotcore.deploy.agent.releases import (
 from robotcore.deploy.agent.robot_facts import collect_facts
 from robotcore.deploy.agent.rpc import AgentError, report_progress
 from robotcore.deploy.agent.service import build_launch
-from robotcore.deploy.agent.units import SERVICE
+from robotcore.deploy.agent.systemd_units import SERVICE
 from robotcore.deploy.agent.uploads import discard
 
 

@@ -7,14 +7,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.agent import health_check, journal, releases, robot_facts, systemd, units
+from robotcore.deploy.agent import health_check, journal, releases, robot_facts
+from robotcore.deploy.agent import systemctl as systemd
+from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.health_check import HealthCheck, build_report, follow_check, wait_until_settled
 from robotcore.deploy.agent.lock import hold_lock
 from robotcore.deploy.agent.releases import UNHEALTHY, HealthResult, require_name
 from robotcore.deploy.agent.rpc import AgentError, report_progress
-from robotcore.deploy.agent.systemd import UnitState
-from robotcore.deploy.agent.units import HEALTH_CHECK, SERVICE, START_LIMIT_S, list_installed_units
+from robotcore.deploy.agent.systemctl import UnitState
+from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LIMIT_S, list_installed_units
 
 
 def activate_release(

@@ -29,7 +29,7 @@ from robotcore.recording import (
     WheelAngles,
 )
 from robotcore.runtime.trace import TickRecord, Trace
-from robotcore.safety.rules import STOPPED
+from robotcore.safety.velocity_limits import STOPPED
 from robotcore.text import escape
 
 

@@ -13,8 +13,8 @@ from robotcore.geometry import Wheels
 from robotcore.hal.devices import Battery, SampleT, Sensor
 from robotcore.recording import MotorCommand, Recording, Tick
 from robotcore.recording.replay.app_permission import require_recorded_app
+from robotcore.recording.replay.command_comparison import CommandComparator
 from robotcore.recording.replay.cursor import TickReader, format_motor_command, format_wheels
-from robotcore.recording.replay.tap import CommandComparator
 from robotcore.recording.replay.verification import build_request, require_ticks
 from robotcore.recording.tap import RecordingTap
 from robotcore.runtime.apps import app_name

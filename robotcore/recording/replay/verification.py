@@ -11,11 +11,11 @@ from typing import Any
 
 from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RecordingError
 from robotcore.recording import Recording
-from robotcore.recording.contents import explain_missing_end
 from robotcore.recording.recording import read_platform
 from robotcore.recording.replay.app_permission import has_app_changed, require_recorded_app
+from robotcore.recording.replay.command_comparison import PLATFORM_TOLERANCE, CommandComparator, ReplayTap
 from robotcore.recording.replay.cursor import Deviation, ReplayCursor, TickReader
-from robotcore.recording.replay.tap import PLATFORM_TOLERANCE, CommandComparator, ReplayTap
+from robotcore.recording.summary import explain_missing_end
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Observer, run

@@ -29,7 +29,7 @@ from robotcore.runtime.layers.guardian import GuardianLayer
 from robotcore.runtime.layers.imperfections import PERFECT, ImperfectionLayer
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
 from robotcore.safety import ActivityMonitor, CommandFilter, Latch, StopGroup
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 
 
 @dataclass(frozen=True)

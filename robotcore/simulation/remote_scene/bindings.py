@@ -22,7 +22,7 @@ from robotcore.description import (
 )
 from robotcore.description.sections import MistakesError, read_each, validate_table
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, find_nearest
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from robotcore.simulation.remote_scene.devices import choose_intrinsics
 from robotcore.simulation.remote_scene.interface import ObjectKind, Scene, SceneObject
 

@@ -11,7 +11,7 @@ from contextlib import closing
 
 import pytest
 
-from drivers.coppeliasim import lease
+from drivers.coppeliasim import simulation_lease as lease
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.connection import Connection
 from drivers.coppeliasim.scene import CoppeliaSimScene

@@ -8,7 +8,7 @@ import pytest
 
 from drivers.raspberrypi import backend
 from drivers.raspberrypi.backend import RaspberryPiBackend
-from drivers.raspberrypi.ranging.ultrasonic import speed_of_sound
+from drivers.raspberrypi.ranging.ultrasonic_driver import speed_of_sound
 from drivers.raspberrypi.virtual.models import VirtualEcho, VirtualPin, VirtualPins
 from robotcore.description import RobotDescription, load_robot
 from robotcore.hal.backend import Setup

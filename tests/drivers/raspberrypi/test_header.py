@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from drivers.raspberrypi.encoders import Pulses, Quadrature
 from drivers.raspberrypi.header import HEADER, Gpio, build_wiring, find_pads, gpio
 from drivers.raspberrypi.motors.boards import HBridge, PhaseEnable
-from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
+from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic
 from robotcore.description import StrictModel
 from robotcore.hal.wiring import PadKind, Wire
 from robotcore.hardware import Connection, DeviceDriver

@@ -14,7 +14,7 @@ from drivers.serial.port import describe_ports
 from robotcore.description import RobotDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, UsageError
 from robotcore.hal.backend import Capability, Setup
-from robotcore.hal.finding import Finding, Level
+from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing.simulation_rules import RepeatRules
 from tests.doubles.serial.bench import SerialBench, wired

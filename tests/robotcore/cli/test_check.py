@@ -8,7 +8,7 @@ import pytest
 
 from robotcore.errors import BackendError
 from robotcore.hal.backend import Setup
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.simulation.remote_scene.memory import MemoryBackend
 from tests.texts import CheckText

@@ -9,7 +9,7 @@ from drivers.pybullet.backend import PyBulletBackend
 from robotcore.cli.main import execute
 from robotcore.cli.run import choose_simulator
 from robotcore.hal.backend import Backend
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from tests.texts import CheckText
 
 Simulator = type[Backend]

@@ -9,7 +9,7 @@ from socket import AF_UNIX, SOCK_DGRAM, socket
 
 import pytest
 
-from robotcore.deploy.agent.units import SERVICE, UNIT_TEXTS
+from robotcore.deploy.agent.systemd_units import SERVICE, UNIT_TEXTS
 from robotcore.deploy.systemd_notify import FAILED
 from tests.robotcore.cli.conftest import AppFile, Cli
 from tests.texts import CheckText

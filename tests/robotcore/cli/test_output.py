@@ -9,7 +9,7 @@ from rich.text import Text
 
 import robotcore.cli
 from robotcore.cli.output import write, write_failure, write_finding, write_json, write_line, write_table
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from tests.robotcore.cli.conftest import AppFile, Cli
 
 HOSTILE = "\x1b]0;title\x07\x1b[2J\x9b31m\u202e\nerror: forged"

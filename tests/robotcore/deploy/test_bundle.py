@@ -34,7 +34,7 @@ version = "0.3"
 dependencies = ["smbus2>=0.4"]
 """
 LIDAR = """
-from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
+from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic
 class Lidar(Ultrasonic):
     name = "lidar-x"
 """

@@ -14,9 +14,9 @@ from threading import Thread
 import pytest
 
 from robotcore.deploy import rsync, ssh
-from robotcore.deploy.answers import EmptyAnswer
 from robotcore.deploy.errors import BROKEN, explain_failed_connection
 from robotcore.deploy.host import Host
+from robotcore.deploy.robot_answers import EmptyAnswer
 from robotcore.deploy.rpc import Link
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.conftest import AddAction

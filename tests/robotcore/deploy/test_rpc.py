@@ -16,8 +16,8 @@ import pytest
 
 from robotcore.deploy import rpc, ssh
 from robotcore.deploy.agent.rpc import MARK
-from robotcore.deploy.answers import Answer, EmptyAnswer, Notice
 from robotcore.deploy.host import Host
+from robotcore.deploy.robot_answers import Answer, EmptyAnswer, Notice
 from robotcore.deploy.rpc import Link
 from robotcore.errors import DeployError
 from robotcore.text import escape

@@ -9,7 +9,7 @@ import pytest
 from drivers.raspberrypi.backend import RaspberryPiBackend
 from robotcore.description import load_robot, load_world
 from robotcore.hal.backend import Setup, load_backend
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from tests.doubles.powered import powered_rover
 
 SECTIONS = "".join(f'\n[{section}.cells]\ndriver = "of-tomorrow"\n' for section in ("raspberrypi", "serial"))

@@ -12,7 +12,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.devices import caller_location
 from robotcore.hal.robot import Robot
 from robotcore.runtime.result import Outcome
-from robotcore.safety.rules import VelocityLimit
+from robotcore.safety.velocity_limits import VelocityLimit
 from tests.robotcore.runs import Runner, driving, then
 
 

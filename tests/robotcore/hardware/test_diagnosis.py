@@ -8,7 +8,7 @@ import pytest
 
 from robotcore.errors import DescriptionError
 from robotcore.hal.backend import Setup
-from robotcore.hal.finding import Finding, Level
+from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.robot import Robot
 from robotcore.hardware.diagnosis import UNREAD_REMEDY, diagnose_batteries
 from robotcore.testing.mock.backend import MockBackend

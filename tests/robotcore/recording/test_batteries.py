@@ -11,17 +11,17 @@ import pytest
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Voltage
 from robotcore.recording import Recording, read
-from robotcore.recording.comparison import Comparison, RunSummary
-from robotcore.recording.contents import build_result, summarise_contents, summarise_devices
 from robotcore.recording.csv_table import write_csv
-from robotcore.recording.log import Level, LogLine, RunLog
+from robotcore.recording.event_log import Level, LogLine, RunLog
 from robotcore.recording.recorder import Recorder
 from robotcore.recording.replay import replay
 from robotcore.recording.replay.evaluation import evaluate
+from robotcore.recording.run_comparison import Comparison, RunSummary
+from robotcore.recording.summary import build_result, summarise_contents, summarise_devices
 from robotcore.runtime import monitors
 from robotcore.runtime.session import RunRequest, run
 from robotcore.testing.mock.devices import Script
-from robotcore.view.comparison import build_rows
+from robotcore.view.comparison_view import build_rows
 from tests.doubles import powered
 
 

@@ -25,9 +25,9 @@ from benchmarks.hostile_files.mutations import Seed, mutate
 from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
 from robotcore.recording import RecordedError, Recording, SampleKey, read
 from robotcore.recording.chunks import ChunkedFile
-from robotcore.recording.contents import build_odometry_path, build_true_path, summarise_contents
 from robotcore.recording.csv_table import write_csv
 from robotcore.recording.limits import Allowance
+from robotcore.recording.summary import build_odometry_path, build_true_path, summarise_contents
 from robotcore.recording.validation import parse_tick
 from robotcore.view.text import format_contents
 from tests.robotcore.recording.conftest import record

@@ -11,7 +11,7 @@ from robotcore.errors import DeviceError, InvalidCommandError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.safety import AccelerationLimit, SafetyFilter, VelocityLimit
-from robotcore.safety.rules import Rule
+from robotcore.safety.velocity_limits import Rule
 from tests.robotcore.fakes import NullMotor
 from tests.texts import CheckText
 

@@ -13,7 +13,7 @@ from robotcore.geometry import Wheels
 from robotcore.hal.clock import SteppedClock, TickClock
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety import Latch, SafetyFilter, StopGroup
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 from tests.robotcore.fakes import NullMotor
 
 

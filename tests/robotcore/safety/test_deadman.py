@@ -6,7 +6,7 @@ import pytest
 
 from robotcore.hal.clock import SteppedClock
 from robotcore.safety import Deadman
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 
 
 class Bench:

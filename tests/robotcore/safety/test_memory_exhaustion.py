@@ -16,7 +16,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.layers.base import MotorOutput
 from robotcore.runtime.layers.standalone_motor import StandaloneGuard
 from robotcore.safety import Deadman, Latch, SafetyFilter, StopGroup
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import is_out_of_memory
 from tests.robotcore.fakes import NullMotor
 

@@ -12,7 +12,7 @@ import pytest
 from robotcore.errors import DeviceError, RobotcoreError, WatchdogError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety import ActivityMonitor, TimeLimit, Watchdog
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 from robotcore.safety.watchdog import FIRST_TICK_S, RunnableTime, is_debugged
 
 SECOND_NS = 1_000_000_000

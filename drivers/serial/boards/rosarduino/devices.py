@@ -10,7 +10,7 @@ from drivers.serial.line import Line
 from robotcore.description import MotorDescription, RangeSensorDescription
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range, RangeSensor, Voltage
-from robotcore.hardware.polled import RangeSampler
+from robotcore.hardware.polled_samples import RangeSampler
 
 FASTEST_HZ = 50_000
 """The most edges that such a board counts in a second."""

@@ -47,7 +47,7 @@ from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.hardware import Connection, Host
 from robotcore.hardware.motor_control import open_motor, require_drivable
-from robotcore.hardware.polled import RangeSampler, require_timely
+from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 ANSWER_S = 4.0
 """Opening the port resets an Arduino, and its boot loader waits up to two seconds for a new sketch."""

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import pytest
 
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from tests.drivers.raspberrypi.doctor.trees import BROKEN, PI_4_BOOKWORM, PI_5_TRIXIE, grow
 from tests.texts import CheckText
 

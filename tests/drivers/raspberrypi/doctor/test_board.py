@@ -17,7 +17,7 @@ from drivers.raspberrypi.doctor.board import (
     parse_fields,
 )
 from drivers.raspberrypi.doctor.pins import check_persistence
-from robotcore.hal.finding import Finding, Level
+from robotcore.hal.check_finding import Finding, Level
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 from tests.drivers.raspberrypi.doctor.trees import grow, grow_chip
 from tests.texts import CheckText

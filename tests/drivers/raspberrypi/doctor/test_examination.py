@@ -8,7 +8,7 @@ import pytest
 from drivers.raspberrypi.doctor import examine
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError
-from robotcore.hal.finding import Finding, Level
+from robotcore.hal.check_finding import Finding, Level
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 from tests.drivers.raspberrypi.doctor.test_ports import EYE, NOSE
 from tests.texts import CheckText

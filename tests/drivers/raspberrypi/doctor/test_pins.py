@@ -10,7 +10,7 @@ from drivers.raspberrypi.doctor import pins as module
 from drivers.raspberrypi.doctor.pins import check_library, find_version
 from drivers.raspberrypi.pins import open_pins
 from robotcore.errors import BackendMissingError
-from robotcore.hal.finding import Level
+from robotcore.hal.check_finding import Level
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 
 Versions = Callable[..., None]

@@ -19,7 +19,7 @@ from drivers.raspberrypi.doctor.ports import (
     may_open,
 )
 from drivers.raspberrypi.header import gpio
-from robotcore.hal.finding import Finding, Level
+from robotcore.hal.check_finding import Finding, Level
 from robotcore.hardware import Connection
 from tests.drivers.raspberrypi.doctor.conftest import CheckFindings
 from tests.drivers.raspberrypi.doctor.trees import binding

@@ -11,7 +11,7 @@ from typing import Any
 from gpiozero.pins.mock import MockFactory, MockPin
 from gpiozero.pins.pi import PiPin
 
-from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings, speed_of_sound
+from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, UltrasonicSettings, speed_of_sound
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import RangeSensor

@@ -15,8 +15,8 @@ import pytest
 from drivers.kinematic.backend import KinematicBackend
 from drivers.raspberrypi.encoders import PinEncoder
 from drivers.raspberrypi.motors.boards import HBridge
-from drivers.raspberrypi.ranging.sonar import Sonar
-from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic
+from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic
+from drivers.raspberrypi.ranging.ultrasonic_sensor import Sonar
 from drivers.raspberrypi.virtual.backend import VirtualPiBackend
 from drivers.raspberrypi.virtual.models import VirtualPins
 from drivers.raspberrypi.virtual.wiring import MODELLED, SIMULATED

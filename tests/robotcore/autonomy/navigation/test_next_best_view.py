@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.navigation.grid_search import UNREACHED
+from robotcore.autonomy.navigation.grid_paths import UNREACHED
 from robotcore.autonomy.navigation.mapping import Map
 from robotcore.autonomy.navigation.next_best_view import (
     DOUBT,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotcore.autonomy.navigation import Target
-from robotcore.autonomy.navigation.grid_search import Cell
+from robotcore.autonomy.navigation.grid_paths import Cell
 from robotcore.autonomy.navigation.mapping import Map
 from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
 from robotcore.autonomy.navigation.planner import (

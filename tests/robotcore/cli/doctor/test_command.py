@@ -8,7 +8,7 @@ import pytest
 from robotcore import plugins as registry
 from robotcore.description import RobotDescription
 from robotcore.hal.backend import Backend, Setup
-from robotcore.hal.finding import Finding
+from robotcore.hal.check_finding import Finding
 from robotcore.hal.robot import Robot
 from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText

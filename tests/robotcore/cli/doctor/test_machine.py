@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from robotcore.cli.doctor.machine import numpy, opencv, python
-from robotcore.hal.finding import Level
+from robotcore.hal.check_finding import Level
 from tests.texts import CheckText
 
 

@@ -6,7 +6,7 @@ from robotcore.cli.doctor.smoke_test import diagnose
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError
 from robotcore.hal.backend import Backend, Setup, load_backend
-from robotcore.hal.finding import Finding, Level
+from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.robot import Robot
 from tests.robotcore.fakes import RigBackend
 from tests.texts import CheckText

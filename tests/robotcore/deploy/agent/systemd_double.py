@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy.agent import health_check, journal
-from robotcore.deploy.agent.units import SERVICE
+from robotcore.deploy.agent.systemd_units import SERVICE
 from tests.robotcore.deploy.agent.systemd_states import NEVER_WAS, format_properties
 
 _SYSTEMCTL = """#!/bin/sh

@@ -12,7 +12,7 @@ from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck
 from robotcore.deploy.agent.releases import HealthResult
 from robotcore.deploy.agent.rpc import MARK, AgentError
-from robotcore.deploy.agent.units import HEALTH_CHECK, UNIT_TEXTS
+from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, UNIT_TEXTS
 from tests.robotcore.deploy.agent import systemd_states as at
 from tests.robotcore.deploy.agent.sample_releases import NEW, NEWER, OLD, make_current, put_release
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd

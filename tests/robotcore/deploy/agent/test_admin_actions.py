@@ -9,7 +9,7 @@ from robotcore.deploy.agent import admin_actions, files
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.releases import HEALTHY, HealthResult
 from robotcore.deploy.agent.rpc import AgentError
-from robotcore.deploy.agent.units import HEALTH_CHECK, SERVICE, UNIT_TEXTS
+from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, UNIT_TEXTS
 from tests.robotcore.deploy.agent import systemd_states as at
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release, read_files
 from tests.robotcore.deploy.agent.systemd_double import ScriptedSystemd

@@ -5,7 +5,8 @@ import time
 
 import pytest
 
-from robotcore.deploy.agent import health_check, releases, robot_facts, run_actions, units
+from robotcore.deploy.agent import health_check, releases, robot_facts, run_actions
+from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.health_check import HealthCheck
 from robotcore.deploy.agent.releases import HealthResult

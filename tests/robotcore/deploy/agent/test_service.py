@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from robotcore.deploy import rpc
-from robotcore.deploy.agent import releases, units
+from robotcore.deploy.agent import releases
+from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.files import Layout, measure_free_space
 from robotcore.deploy.agent.releases import ENVIRONMENT, SITE, Release
 from tests.robotcore.deploy.agent.sample_releases import NEW, OLD, make_current, put_release

@@ -8,7 +8,7 @@ import pytest
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.devices import Camera, Encoder, Motor, RangeSensor, SampleT, Sensor
 from robotcore.runtime.faults.planning import DeviceFilter
-from robotcore.runtime.faults.wrong_values import Stuck
+from robotcore.runtime.faults.sensor_values import Stuck
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader
 from tests.robotcore.fakes import NullCamera, NullEncoder, NullMotor, NullRange
 

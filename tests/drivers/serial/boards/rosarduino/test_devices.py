@@ -9,7 +9,7 @@ from drivers.serial.boards.rosarduino.protocol import Answer
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
-from robotcore.hardware.polled import RangeSampler
+from robotcore.hardware.polled_samples import RangeSampler
 from tests.texts import Raises
 
 NOSE = load_robot("rover").first_of(RangeSensorDescription)

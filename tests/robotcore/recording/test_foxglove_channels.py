@@ -10,8 +10,8 @@ import pytest
 from mcap.reader import make_reader
 
 from robotcore.recording.codec import decode_compressed_image, decode_raw_image, read_fields
-from robotcore.recording.foxglove import to_nanoseconds, to_quaternion
-from robotcore.recording.schemas import (
+from robotcore.recording.foxglove_channels import to_nanoseconds, to_quaternion
+from robotcore.recording.message_schemas import (
     ANGLE_SCHEMA,
     RANGE_SCHEMA,
     RESULT_SCHEMA,

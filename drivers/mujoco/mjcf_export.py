@@ -17,6 +17,7 @@ from robotcore.text import pluralize
 if TYPE_CHECKING:
     from mujoco import MjSpec, MjsTexture
 
+
 SITE_M = 0.005
 """A sensor's site is drawn so large."""
 

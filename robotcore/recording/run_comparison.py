@@ -10,7 +10,7 @@ from typing import Any
 
 from robotcore.geometry import Pose
 from robotcore.recording import Recording, Tick
-from robotcore.recording.contents import (
+from robotcore.recording.summary import (
     PosePath,
     build_odometry_path,
     build_result,

@@ -8,7 +8,7 @@ import pytest
 from robotcore import Outcome, RunRequest, run
 from robotcore.errors import BehaviourError, UsageError
 from robotcore.plugins import app_names
-from robotcore.runtime.verification import load_judge
+from robotcore.runtime.success_verification import load_judge
 from tests.texts import CheckText, Raises
 
 App = Callable[..., str]

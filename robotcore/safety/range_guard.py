@@ -1,99 +1,12 @@
-"""The rules for wheel commands, and the interventions that record their changes."""
+"""The range guard: stops forward motion near an obstacle."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Protocol
 
 from robotcore.geometry import DifferentialGeometry, Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import RangeSensor
-
-STOPPED = Wheels(0.0, 0.0)
-"""The command that stops both wheels."""
-
-
-@dataclass(frozen=True, slots=True)
-class Intervention:
-    """A change of a command."""
-
-    time: float
-    """The robot's time, in seconds."""
-    cause: str
-    """The rule that changed the command, or another cause such as ``deadman`` or ``e-stop``."""
-    asked: Wheels
-    """The command before the change, in rad/s."""
-    sent: Wheels
-    """The command after the change, in rad/s."""
-
-
-class Rule(Protocol):
-    """Returns a command, or a slower one in its place. A rule scales both wheels together."""
-
-    cause: str
-    """The name of the rule in interventions."""
-
-    def __call__(self, command: Wheels, last: Wheels, /) -> Wheels:
-        """Return the command that may be sent.
-
-        command: the requested velocities, in rad/s.
-        last: the velocities that were sent last, in rad/s.
-        """
-        ...
-
-
-class VelocityLimit:
-    """Limits the velocity of each wheel to ``limit`` rad/s. Both wheels are scaled by the same factor.
-
-    >>> limit = VelocityLimit(10.0)
-    >>> limit(Wheels(20.0, -5.0), STOPPED)
-    Wheels(left=10.0, right=-2.5)
-    >>> limit
-    VelocityLimit(10)
-    """
-
-    cause = "velocity limit"
-
-    def __init__(self, limit: float) -> None:
-        self._limit = limit
-
-    def __repr__(self) -> str:
-        return f"VelocityLimit({self._limit:g})"
-
-    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
-        left, right = command
-        fastest = max(abs(left), abs(right))
-        if fastest <= self._limit:
-            return command
-        scale = self._limit / fastest
-        return Wheels(left * scale, right * scale)
-
-
-class AccelerationLimit:
-    """Limits the change of each wheel's velocity in a tick to ``change`` rad/s.
-
-    Both changes are scaled by the same factor.
-
-    >>> AccelerationLimit(2.0)(Wheels(9.0, 4.0), last=Wheels(1.0, 2.0))
-    Wheels(left=3.0, right=2.5)
-    """
-
-    cause = "acceleration limit"
-
-    def __init__(self, change: float) -> None:
-        self._change = change
-
-    def __repr__(self) -> str:
-        return f"AccelerationLimit({self._change:g})"
-
-    def __call__(self, command: Wheels, last: Wheels) -> Wheels:
-        left, right = command.left - last.left, command.right - last.right
-        largest = max(abs(left), abs(right))
-        if largest <= self._change:
-            return command
-        scale = self._change / largest
-        return Wheels(last.left + left * scale, last.right + right * scale)
 
 
 class RangeGuard:

@@ -11,11 +11,11 @@ from pydantic import Field
 
 from drivers.raspberrypi.header import Gpio, gpio
 from drivers.raspberrypi.ranging.echo_timer import EchoTimer
-from drivers.raspberrypi.ranging.sonar import EchoPins, Sonar, TriggerScheduler
+from drivers.raspberrypi.ranging.ultrasonic_sensor import EchoPins, Sonar, TriggerScheduler
 from robotcore.description import RangeSensorDescription, RobotDescription, StrictModel
 from robotcore.hal.devices import RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.polled import RangeSampler, require_timely
+from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 REACH_M = 4.0
 """Source: HC-SR04 data sheet, ElecFreaks."""

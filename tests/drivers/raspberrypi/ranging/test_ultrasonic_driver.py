@@ -6,7 +6,7 @@ import pytest
 from gpiozero import InputDevice
 from gpiozero.pins.mock import MockFactory, MockPin, MockTriggerPin
 
-from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings, speed_of_sound
+from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, UltrasonicSettings, speed_of_sound
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from robotcore.hal.wall_clock import MonotonicClock

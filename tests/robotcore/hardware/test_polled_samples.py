@@ -10,7 +10,7 @@ from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
 from robotcore.hardware import LatestSample
-from robotcore.hardware.polled import RangeSampler
+from robotcore.hardware.polled_samples import RangeSampler
 from tests.texts import Raises
 
 FIRST, SECOND = Range(1.0, time=0.0, sequence=0), Range(0.9, time=0.1, sequence=1)

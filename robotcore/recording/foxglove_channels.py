@@ -27,7 +27,7 @@ from robotcore.hal.devices import (
 from robotcore.optics import Intrinsics
 from robotcore.recording.codec import to_json
 from robotcore.recording.mcap_file import McapFile
-from robotcore.recording.schemas import ANGLE_SCHEMA, RANGE_SCHEMA, VOLTAGE_SCHEMA, Schema
+from robotcore.recording.message_schemas import ANGLE_SCHEMA, RANGE_SCHEMA, VOLTAGE_SCHEMA, Schema
 
 if TYPE_CHECKING:
     from foxglove.messages import FrameTransform, LaserScan, Quaternion, Timestamp

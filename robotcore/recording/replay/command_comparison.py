@@ -18,7 +18,7 @@ from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import CommandFilter, Commit, Latch
-from robotcore.safety.rules import STOPPED
+from robotcore.safety.velocity_limits import STOPPED
 
 Command = tuple[float, ...]
 """The velocity of one motor, or of both wheels, in rad/s."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.raspberrypi.ranging.ultrasonic import Ultrasonic, UltrasonicSettings
+from drivers.raspberrypi.ranging.ultrasonic_driver import Ultrasonic, UltrasonicSettings
 from robotcore.description import load_robot
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import RangeSensor

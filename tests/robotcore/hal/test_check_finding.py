@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from robotcore.hal.finding import Finding, Level, findings_of
+from robotcore.hal.check_finding import Finding, Level, findings_of
 from tests.texts import CheckText
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from drivers.raspberrypi.ranging.timeofflight import VL53L0X, VL53L1X, TimeOfFlight, TimeOfFlightSettings
+from drivers.raspberrypi.ranging.time_of_flight_driver import VL53L0X, VL53L1X, TimeOfFlight, TimeOfFlightSettings
 from robotcore.description import load_robot
 from robotcore.errors import DescriptionError, DeviceClosedError, DeviceError
 from robotcore.hal.clock import SteppedClock

@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from drivers.raspberrypi.header import gpio
-from drivers.raspberrypi.ranging.lightchips import (
+from drivers.raspberrypi.ranging.time_of_flight_chips import (
     ChipAddress,
     I2CChip,
     LightChip,
@@ -26,7 +26,7 @@ from robotcore.errors import DeviceError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hardware import Connection, DeviceDriver, Host
-from robotcore.hardware.polled import RangeSampler, require_timely
+from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 _HEADER_BUS, _SDA, _SCL = 1, 2, 3
 """Source: https://pinout.xyz/pinout/i2c."""

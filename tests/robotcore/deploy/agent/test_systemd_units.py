@@ -4,7 +4,7 @@ import io
 import zipfile
 
 from robotcore.deploy import rpc
-from robotcore.deploy.agent import units
+from robotcore.deploy.agent import systemd_units as units
 from robotcore.deploy.agent.files import Layout
 
 

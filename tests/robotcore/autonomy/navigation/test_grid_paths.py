@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.autonomy.navigation.grid_search import (
+from robotcore.autonomy.navigation.grid_paths import (
     UNREACHED,
     Cell,
     Mask,

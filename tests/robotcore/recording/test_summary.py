@@ -11,8 +11,8 @@ import pytest
 
 from robotcore.errors import RecordingError, UnknownNameError
 from robotcore.recording import Read, RecordedError, Recording
-from robotcore.recording.contents import summarise_contents, summarise_devices
 from robotcore.recording.csv_table import write_csv
+from robotcore.recording.summary import summarise_contents, summarise_devices
 from robotcore.view.video import write_video
 from tests.robotcore.recording.replay.memory import changed, recorded
 from tests.texts import Raises

@@ -11,11 +11,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robotcore.deploy import answers, rpc
-from robotcore.deploy.answers import Answer, EmptyAnswer, HealthResult, Notice, ProbeAnswer, Recordings, Refusal, State
+from robotcore.deploy import robot_answers as answers
+from robotcore.deploy import rpc
 from robotcore.deploy.errors import CALL_FAILED, DAMAGED
 from robotcore.deploy.host import Host
 from robotcore.deploy.process_output import MalformedError
+from robotcore.deploy.robot_answers import (
+    Answer,
+    EmptyAnswer,
+    HealthResult,
+    Notice,
+    ProbeAnswer,
+    Recordings,
+    Refusal,
+    State,
+)
 from robotcore.deploy.rpc import Call, Link
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction

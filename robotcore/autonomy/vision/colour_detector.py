@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from robotcore.autonomy.vision.regions import (
+from robotcore.autonomy.vision.hue_segmentation import (
     Box,
     HueClassifier,
     Region,

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from robotcore.autonomy.vision import regions
-from robotcore.autonomy.vision.regions import HueClassifier, Region, find_contours, find_hue, measure_region
+from robotcore.autonomy.vision import hue_segmentation as regions
+from robotcore.autonomy.vision.hue_segmentation import HueClassifier, Region, find_contours, find_hue, measure_region
 from tests.robotcore.autonomy.vision.pictures import bgr
 
 HUE = st.floats(0, 360, allow_nan=False)

@@ -12,11 +12,11 @@ from rich.console import Console
 
 from robotcore.geometry import Pose
 from robotcore.recording import GroundTruthSample, Recording
-from robotcore.recording.comparison import Comparison, FirstDifference, RunSummary
-from robotcore.recording.contents import measure_path
+from robotcore.recording.run_comparison import Comparison, FirstDifference, RunSummary
+from robotcore.recording.summary import measure_path
 from robotcore.runtime.result import Outcome
 from robotcore.view.canvas import Canvas
-from robotcore.view.comparison import FIRST, NOTHING, SECOND, build_rows, draw_comparison, format_comparison
+from robotcore.view.comparison_view import FIRST, NOTHING, SECOND, build_rows, draw_comparison, format_comparison
 from tests.robotcore.recording.replay.memory import changed, recorded
 from tests.texts import CheckText
 

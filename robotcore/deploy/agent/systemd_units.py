@@ -11,7 +11,8 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from robotcore.deploy.agent import files, robot_facts, sources, systemd
+from robotcore.deploy.agent import files, robot_facts, sources
+from robotcore.deploy.agent import systemctl as systemd
 from robotcore.deploy.agent.files import Layout
 
 SERVICE, HEALTH_CHECK = "robotcore.service", "robotcore-trial.service"

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from robotcore.deploy import health
-from robotcore.deploy.answers import HealthResult
+from robotcore.deploy import health_progress as health
 from robotcore.deploy.errors import BROKEN
-from robotcore.deploy.health import RECONNECTING
+from robotcore.deploy.health_progress import RECONNECTING
 from robotcore.deploy.host import Host, command_hint
 from robotcore.deploy.progress import Progress, begin_step
+from robotcore.deploy.robot_answers import HealthResult
 from robotcore.deploy.rpc import Link
 from robotcore.errors import DeployError, UnhealthyError
 from tests.robotcore.deploy.conftest import AddAction

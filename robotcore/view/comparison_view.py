@@ -12,8 +12,8 @@ from rich.text import Text
 
 from robotcore.geometry import wrap_angle
 from robotcore.hal.devices import Image
-from robotcore.recording.comparison import Comparison, RunSummary
-from robotcore.recording.contents import PosePath, measure_path
+from robotcore.recording.run_comparison import Comparison, RunSummary
+from robotcore.recording.summary import PosePath, measure_path
 from robotcore.text import escape, pluralize
 from robotcore.view import overhead
 from robotcore.view.canvas import BAD, FADED, GOOD, INK, PAPER, RULE, Canvas, Colour, measure_text

@@ -12,7 +12,7 @@ from drivers.raspberrypi.ranging.echo_timer import EchoTimer
 from robotcore.description import RangeSensorDescription
 from robotcore.hal.clock import Clock, PeriodicTask
 from robotcore.hal.devices import Range, RangeSensor
-from robotcore.hardware.polled import RangeSampler
+from robotcore.hardware.polled_samples import RangeSampler
 
 
 class Sonar(RangeSensor):

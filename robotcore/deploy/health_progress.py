@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from robotcore.deploy.answers import HealthResult, Notice
 from robotcore.deploy.errors import BROKEN
 from robotcore.deploy.host import Host, command_hint
 from robotcore.deploy.progress import OnStep, Step, begin_step
+from robotcore.deploy.robot_answers import HealthResult, Notice
 from robotcore.deploy.rpc import Link
 from robotcore.errors import DeployError, UnhealthyError, UsageError
 from robotcore.hal.wall_clock import MonotonicClock

@@ -12,15 +12,15 @@ from pathlib import Path
 import pytest
 
 from robotcore.hal.wall_clock import MonotonicClock
-from robotcore.safety import reserve as reserves
-from robotcore.safety.reserve import Reserve
+from robotcore.safety import thread_reserve as reserves
+from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import start_thread
 
 NO_ROOM_FOR_A_STACK = """
 import resource, threading
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.errors import ResourceError
-from robotcore.safety.reserve import Reserve
+from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import start_thread
 
 clock = MonotonicClock()

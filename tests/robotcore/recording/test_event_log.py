@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robotcore.geometry import Wheels
 from robotcore.recording import Read, RecordedError, Tick
-from robotcore.recording.log import Level, RunLog, build_last_line
+from robotcore.recording.event_log import Level, RunLog, build_last_line
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.safety import Intervention

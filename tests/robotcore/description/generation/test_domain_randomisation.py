@@ -20,7 +20,7 @@ from robotcore.description import (
     load_world,
     randomise,
 )
-from robotcore.description.generation.randomisation import free_arcs, hue_at
+from robotcore.description.generation.domain_randomisation import free_arcs, hue_at
 from robotcore.errors import DescriptionError
 from tests.robotcore.description.worlds import ball, box, room
 from tests.texts import Raises
