@@ -45,6 +45,9 @@ from typing import Any, ClassVar
 _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
 """The packages that import or call an app: a traceback begins after their frames."""
 
+_PLAIN = (str, int, float, bool, type(None))
+"""The types whose values another process can always unpickle."""
+
 MAX_EXCEPTION_TEXT = 2000
 """The longest text of an app's exception, in characters. The text goes into lines, tables and files of sweeps."""
 
@@ -52,16 +55,16 @@ MAX_EXCEPTION_TEXT = 2000
 class _Portable(BaseException):
     """An exception that pickles, whatever arguments its constructor takes.
 
-    A subclass that an app defines is unpickled as its nearest class of this module, with the same text. Another
-    process may not be able to import the subclass.
+    A subclass of another module is unpickled as its nearest class of this module, because another process may not be
+    able to import it. The copy has the same text, kind and fields.
     """
 
     def __reduce__(self) -> tuple[Any, ...]:
-        kind = type(self)
-        if kind.__module__ == __name__:
-            return _restore, (kind, self.args, self.__dict__)
-        ours = next(base for base in kind.__mro__ if base.__module__ == __name__)
-        return _restore, (ours, (str(self),), {})
+        own = type(self)
+        if own.__module__ == __name__:
+            return _restore, (own, self.args, self.__dict__)
+        ours = next(base for base in own.__mro__ if base.__module__ == __name__)
+        return _restore, (ours, (str(self),), _portable_state(self))
 
 
 class RobotcoreError(_Portable, Exception):
@@ -440,6 +443,14 @@ def _trim_traceback(traceback: TracebackType | None) -> TracebackType | None:
     while traceback and str(traceback.tb_frame.f_globals.get("__name__")).partition(".")[0] in _CALLERS:
         traceback = traceback.tb_next
     return traceback
+
+
+def _portable_state(error: _Portable) -> dict[str, Any]:
+    """Return an error's kind and fields. A value of another type than `_PLAIN` becomes a text."""
+    if not isinstance(error, RobotcoreError):
+        return {}
+    fields = {name: value if type(value) in _PLAIN else str(value) for name, value in error.fields.items()}
+    return {"kind": error.kind, "fields": fields}
 
 
 def _restore(kind: type[_Portable], args: tuple[Any, ...], state: dict[str, Any]) -> _Portable:

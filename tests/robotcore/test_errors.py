@@ -4,6 +4,7 @@ import inspect
 import pickle
 import re
 import signal
+from enum import Enum
 
 import pytest
 
@@ -147,3 +148,29 @@ def test_error_survives_pickling(error: BaseException) -> None:
     assert type(copy) is type(error)
     assert str(copy) == str(error)
     assert copy.__dict__.keys() == error.__dict__.keys()
+
+
+class _LineError(DeviceError):
+    kind = "line"
+
+
+class _Unit(Enum):
+    VOLT = "V"
+
+
+def _pickled(error: RobotcoreError) -> RobotcoreError:
+    copy = pickle.loads(pickle.dumps(error))  # noqa: S301  our own
+    assert isinstance(copy, RobotcoreError)
+    return copy
+
+
+def test_pickled_error_of_another_module_keeps_its_text_kind_and_fields() -> None:
+    copy = _pickled(_LineError("cells", "the voltage is too low", kind="line-low", volts=6.2, unit=_Unit.VOLT))
+    assert (type(copy), str(copy)) == (DeviceError, "cells: the voltage is too low")
+    assert copy.kind == "line-low"
+    assert copy.fields == {"volts": 6.2, "unit": "_Unit.VOLT"}
+
+
+def test_pickled_error_of_another_module_keeps_the_kind_of_its_class() -> None:
+    copy = _pickled(_LineError("cells", "does not answer"))
+    assert (copy.kind, dict(copy.fields)) == ("line", {})
