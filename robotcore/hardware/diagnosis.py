@@ -50,7 +50,7 @@ def _judge_voltage(description: BatteryDescription, voltage: float) -> Finding:
     if voltage < limit:
         said = f"{voltage:.2f} V, below the limit of {limit:g} V"
         return Finding.warning(description.name, said, CHARGE, kind="battery-low")
-    return Finding.ok(description.name, f"{voltage:.2f} V; charge it below {limit:g} V", kind="battery-ok")
+    return Finding.ok(description.name, f"{voltage:.2f} V, not below the limit of {limit:g} V", kind="battery-ok")
 
 
 def check_description(
