@@ -29,6 +29,7 @@ EXIT_TIMEOUT_S = 3.0
 """Longer than the guardian waits for a stop and a close that both hang."""
 
 _RUN_STOPPED = "Every motor was stopped: without a guardian, a hang would leave them turning. Start the run again"
+_MAY_TURN = "A motor that was not stopped may still turn. Switch off its power, and repair it before the next run"
 _NOT_STARTED = "Nothing has moved: without a guardian, a hang would leave the motors turning"
 
 _DEATH_TIMEOUT_S = 0.1
@@ -111,8 +112,10 @@ class Guardian:
         if self._failure:
             raise self._failure
         reports = [Report.from_line(line) for line in self._lines.add(self._receive()) if line]
-        if faults := [f"could not {report.action} {fault}" for report in reports for fault in report.failed]:
-            raise self._fail("; ".join(faults), "guardian-action-failed")
+        if faults := [(report.action, fault) for report in reports for fault in report.failed]:
+            text = "; ".join(f"could not {action} {fault}" for action, fault in faults)
+            is_stop = any(action == "stop" for action, _ in faults)
+            raise self._fail(text, "guardian-action-failed", _MAY_TURN if is_stop else _RUN_STOPPED)
         return reports
 
     def _receive(self) -> bytes:

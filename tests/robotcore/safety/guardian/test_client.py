@@ -80,6 +80,15 @@ def test_a_cutoff_that_hangs_does_not_delay_the_others(diary: Path, raises: Rais
         assert {"stop left_motor", "stop right_motor"} <= set(actions(diary))
 
 
+def test_a_motor_that_cannot_be_stopped_is_not_called_stopped(diary: Path, raises: Raises) -> None:
+    with Guardian([cutoff(diary, manner="fails to stop")], LEASE_S) as guarding:
+        guarding.renew_lease()
+        with raises(GuardianError, "guardian-action-failed", hide=[number(diary)]) as caught:
+            next(wait_for_stops(guarding))
+        assert client._MAY_TURN in str(caught.value)
+        assert client._RUN_STOPPED not in str(caught.value)
+
+
 def test_a_stop_that_fails_at_first_is_tried_again(diary: Path) -> None:
     with Guardian([cutoff(diary, manner="late")], LEASE_S) as guarding:
         guarding.renew_lease()
