@@ -1,6 +1,6 @@
 """Sweeps: run one app on every backend, in every world, with every seed, on all cores or on a cluster.
 
-The names below are imported when they are first used. A worker process limits its threads before it imports NumPy.
+The names below are imported at their first use. A worker process can thus limit its threads before NumPy is imported.
 """
 
 from __future__ import annotations

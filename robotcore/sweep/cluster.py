@@ -25,10 +25,10 @@ IDENTITY_S = 5
 """The most seconds that a scheduler takes to send its identity."""
 
 NO_WORKERS_S = 60.0
-"""The sweep ends if the cluster has no worker for this long. Workers that restart need less."""
+"""The sweep ends if the cluster has no worker for this many seconds. A worker restarts in less time."""
 
 _RUNS_PER_THREAD = 2
-"""The runs that are submitted for each thread of a worker, so that no thread waits for its next run."""
+"""The number of runs to submit for each thread of a worker. A thread then always has its next run at hand."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class ClusterEngine:
                 raise BackendError(format_mismatch(worker, mismatch), kind="worker-mismatch", worker=worker)
 
     def _await_output(self, request: RunRequest, future: Future, workers: _Workers) -> RunOutput:
-        """Return the output of a run. Raises BackendError if the cluster cannot go on."""
+        """Return the output of a run. Raises BackendError if the scheduler or all workers are gone."""
         from distributed import KilledWorker
 
         try:
@@ -95,12 +95,12 @@ class ClusterEngine:
         except KilledWorker:
             return make_failed_output(request, BackendError("every worker that tried this run died"))
         except BackendError as error:
-            if error.kind != "worker-mismatch":  # the others have the hint
+            if error.kind != "worker-mismatch":  # other BackendErrors contain the hint already
                 raise
             raise BackendError(f"{error}. {_RESUME_HINT}", kind=error.kind, **error.fields) from error
-        except (CancelledError, OSError) as error:  # an OSError of the run itself comes back as its record
+        except (CancelledError, OSError) as error:  # Dask lost the scheduler; an OSError of the run is in its record
             raise _make_gone_error(self.address) from error
-        except Exception as error:  # noqa: BLE001  an error of a vendor's library fails this run alone
+        except Exception as error:  # noqa: BLE001  if a vendor's library raises, only this run fails
             return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
 
 
@@ -108,13 +108,13 @@ _RESUME_HINT = "The finished runs are saved. The same command resumes the sweep"
 
 
 def _check_reachable(host_port: tuple[str, int]) -> None:
-    """Raise OSError if no program listens. A Dask client would retry for long, and print warnings."""
+    """Raise OSError if no program listens at the address. A Dask client would retry for a long time and warn."""
     socket.create_connection(host_port, timeout=ANSWER_S).close()
 
 
 def _require_scheduler(address: str) -> None:
-    """Raise an error if no scheduler answers. A Dask client would wait for long, and print a traceback."""
-    with ThreadPoolExecutor(1) as thread:  # the caller's thread may have an event loop of its own
+    """Raise an error if no scheduler answers. A Dask client would wait for a long time and print a traceback."""
+    with ThreadPoolExecutor(1) as thread:  # the caller's thread may already run an event loop
         kind = thread.submit(asyncio.run, _read_kind(address)).result()
     if kind != "Scheduler":
         raise OSError(f"{address} is a Dask {kind}")
@@ -136,7 +136,10 @@ class _Workers:
         self._clock, self._last_seen = MonotonicClock(), 0.0
 
     def width(self) -> int:
-        """Return the number of runs to submit at a time. Raises BackendError after `NO_WORKERS_S` without workers."""
+        """Return the number of runs that may be submitted at the same time.
+
+        Raises BackendError after `NO_WORKERS_S` seconds without workers.
+        """
         now, threads = self._clock.now(), self._count_threads()
         if threads:
             self._last_seen = now
@@ -150,7 +153,7 @@ class _Workers:
         return _RUNS_PER_THREAD * max(threads, 1)
 
     def await_output(self, future: Any) -> RunOutput:
-        """Wait for the output of a run. If the worker that has the output dies, Dask repeats the run."""
+        """Wait for the output of a run, and return it. If the worker with the output dies, Dask repeats the run."""
         while (output := _poll_output(future)) is None:
             self.width()
         return output
@@ -158,7 +161,7 @@ class _Workers:
     def _count_threads(self) -> int:
         try:
             threads: dict[str, int] = self._client.nthreads()
-        except Exception as error:  # of Dask, its network library, or the system
+        except Exception as error:  # Dask, its network library and the system raise many types
             raise _make_gone_error(self._address) from error
         return sum(threads.values())
 
@@ -178,7 +181,7 @@ def _poll_output(future: Any) -> RunOutput | None:
     try:
         output: RunOutput = future.result(timeout=ANSWER_S)
     except DaskTimeoutError:
-        if future.status == "error":  # the run itself raised it
+        if future.status == "error":  # the run itself raised TimeoutError
             raise
         return None
     return output

@@ -23,20 +23,23 @@ from robotcore.sweep.spec import Sweep, format_command
 from robotcore.sweep.worker import WorkerProcess
 
 _worker_lock = Lock()
-"""Held during a run. The threads of a Dask worker share one worker process."""
+"""A thread holds this lock during a run. All threads of a Dask worker share one worker process."""
 
 _workers: dict[Path, WorkerProcess] = {}
-"""The worker process, by the folder of the bundle that it runs; at most one."""
+"""The worker process, keyed by the folder of its bundle. The dict has at most one entry."""
 
 
 def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOutput:
-    """Execute a run with `attempt`, and return its output with the names of the sweep's machine.
+    """Execute a run with `attempt`, and return its output.
 
-    request: the run, with the names of the sweep's machine.
+    In the output, file names are those of the machine that started the sweep, not of this worker.
+
+    request: the run, with the file names of the machine that started the sweep.
     bundle: the files of the sweep.
     limit_s: the most seconds of wall time that the run takes.
 
-    Raises BackendError if the software of this worker differs. A worker may join after the sweep began.
+    Raises BackendError if this worker's software differs from the bundle's. A worker may join the cluster after the
+    sweep has checked all others.
     """
     if mismatch := bundle.find_mismatch():
         address = _read_address()
@@ -44,7 +47,7 @@ def perform_job(request: RunRequest, bundle: JobBundle, limit_s: float) -> RunOu
     with _worker_lock:
         try:
             root = _unpack_bundle(bundle)
-        except OSError as error:  # if it were raised, the engine would take it for a lost connection
+        except OSError as error:  # the engine would take an OSError for a lost connection
             return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"))
         local = _localize_request(request, bundle, root)
         return _restore_names(attempt(_get_worker(root), local, limit_s), request, local)
@@ -62,7 +65,7 @@ def _read_address() -> str:
 
 
 def _localize_request(request: RunRequest, bundle: JobBundle, root: Path) -> RunRequest:
-    """Return the request with the names of the unpacked files."""
+    """Return the request with each file name replaced by the name of the unpacked file."""
     return replace(
         request,
         app=bundle.locate_app(root, request.app),
@@ -73,7 +76,7 @@ def _localize_request(request: RunRequest, bundle: JobBundle, root: Path) -> Run
 
 
 def _restore_names(output: RunOutput, request: RunRequest, local: RunRequest) -> RunOutput:
-    """Return the output with the names of ``request`` in place of those of ``local``, in its reason too."""
+    """Return the output of ``local`` with the file names of ``request``, also in the reason of the result."""
     reason = output.record.result.reason
     for original, unpacked in zip(_list_file_names(request), _list_file_names(local), strict=True):
         reason = reason.replace(unpacked, original)
@@ -83,14 +86,14 @@ def _restore_names(output: RunOutput, request: RunRequest, local: RunRequest) ->
 
 
 def _list_file_names(request: RunRequest) -> list[str]:
-    """Return the names in a request that may be files. An app's name is without its class."""
+    """Return the names in a request that may be file names. An app's class is cut off."""
     apps = [str(app_path(name)) for name in (request.app, request.judge) if name]
     return [*apps, request.robot, *filter(None, [request.world])]
 
 
 @cache
 def _make_bundles_folder() -> TemporaryDirectory[str]:
-    """Return the folder in which this process unpacks bundles."""
+    """Return the folder in which this process unpacks bundles. The first call creates it."""
     return TemporaryDirectory(prefix="robotcore-")
 
 
@@ -103,7 +106,7 @@ def _unpack_bundle(bundle: JobBundle) -> Path:
 
 
 def _get_worker(root: Path) -> WorkerProcess:
-    """Return the process of a bundle. A process that imported another bundle ends."""
+    """Return the worker process for a bundle. End the process of any other bundle, because it imported other files."""
     for other in [each for each in _workers if each != root]:
         _workers.pop(other).close()
     return _workers.setdefault(root, WorkerProcess())
@@ -129,7 +132,7 @@ class JobBundle:
     """The digest of the installed code, by `compute_code_digest`."""
 
     home: Path
-    """The folder that relative names are relative to."""
+    """The folder to which relative file names refer."""
 
     files: Mapping[Path, bytes]
     """The contents of the files, by their absolute paths."""
@@ -143,7 +146,7 @@ class JobBundle:
         )
 
     def find_mismatch(self) -> str | None:
-        """Return the first difference between this process's software and the bundle's; None if there is none."""
+        """Return a text about the first difference between this process's software and the bundle's, or None."""
         try:
             found, code = _read_versions(self.backends), compute_code_digest(self.apps, self.backends, self.faults)
         except RobotcoreError as error:
@@ -170,7 +173,10 @@ class JobBundle:
         return total.hexdigest()
 
     def unpack(self, root: Path) -> None:
-        """Make the folder ``root`` with all files in it, or no folder. Files of one folder stay in one folder."""
+        """Create the folder ``root`` with all files in it. After an error, the folder does not exist.
+
+        Files that were in one folder are in one folder below ``root`` too.
+        """
         with TemporaryDirectory(dir=root.parent) as folder:
             part = Path(folder, root.name)
             part.mkdir()
@@ -181,11 +187,11 @@ class JobBundle:
             part.rename(root)
 
     def locate_app(self, root: Path, name: str) -> str:
-        """Return the name of an app whose file is unpacked below ``root``."""
+        """Return an app's name. If it names a user's file, return the path of the unpacked file below ``root``."""
         return str(root / _relative_path(self.home / name)) if is_app_file(name) else name
 
     def locate_description(self, root: Path, name: str) -> str:
-        """Return the name of a robot or world whose file is unpacked below ``root``."""
+        """Return a robot's or world's name. If it names a user's file, return the path of the unpacked file."""
         return str(root / _relative_path(self.home / name)) if is_own(name) else name
 
 

@@ -1,4 +1,4 @@
-"""The interface of the engines that execute the runs of a sweep, and a loop that limits the tasks at a time."""
+"""The interface of engines, which execute the runs of a sweep, and a loop that limits the number of running tasks."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ HANG_FACTOR = 10.0
 TaskT = TypeVar("TaskT")
 
 POLL_S = 1.0
-"""The seconds after which the allowed number of tasks is read again."""
+"""The interval in seconds at which `iterate_completed` asks how many tasks may run."""
 
 
 class Engine(Protocol):
     """Executes runs, in any order."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
-        """Execute runs of a sweep, and yield the output of each as it ends. Closing the generator stops the others.
+        """Execute runs of a sweep, and yield the output of each run when it ends.
 
+        Closing the generator stops the unfinished runs.
         A run that dies or hangs has the outcome ``error``. The other runs go on.
         """
         ...
@@ -61,7 +62,7 @@ class Future(Protocol):
 def iterate_completed(
     submit: Callable[[TaskT], Future], tasks: Iterable[TaskT], width: Callable[[], int]
 ) -> Iterator[tuple[TaskT, Future]]:
-    """Submit tasks, and yield each with its future as it ends.
+    """Submit tasks. When a task ends, yield the task and its future.
 
     submit: starts a task.
     tasks: the tasks.

@@ -13,19 +13,19 @@ from robotcore.sweep.permutation_test import Floats, Split, Splits, Value, find_
 from robotcore.sweep.record import GroupKey, Record
 
 SIGNIFICANCE = 0.05
-"""The largest p of a finding."""
+"""The largest p-value of a finding."""
 
 _SEED = 0
 _ROUNDING = 1e-9
-"""Two computations of one logarithm differ by less than this."""
+"""The tolerance for comparing logarithms. Two computations of the same logarithm differ by less than this."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """The best split of a condition for one backend in one world."""
+    """The best split of a condition's values into failing and passing runs, for one backend in one world."""
 
     group: GroupKey
-    """The backend and the world."""
+    """The backend and the world of the runs."""
 
     condition: str
     """The name of the condition."""
@@ -34,16 +34,16 @@ class Finding:
     """The split with the least p-value of Fisher's exact test."""
 
     p: float
-    """The p-value, corrected for all splits that were tried."""
+    """The p-value, corrected for the number of splits that were tried."""
 
     @property
     def side(self) -> str:
-        """The side on which more runs fail, such as ``light_brightness < 0.34``."""
+        """The values with which more runs fail, such as ``light_brightness < 0.34``."""
         return f"{self.condition} {self.split.sign} {str(self.split.value).removesuffix('.0')}"
 
     @property
     def shares(self) -> str:
-        """The number of failing runs on this side and on the other."""
+        """The number of failing runs with these values, and with all other values."""
         return f"{self.split.inside}, else {self.split.outside}"
 
     def __str__(self) -> str:
@@ -52,7 +52,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Explanation:
-    """The conditions that explain failures."""
+    """The result of a failure analysis: the conditions that explain failures."""
 
     findings: tuple[Finding, ...]
     """The findings, the one with the least p first."""
@@ -156,7 +156,7 @@ class ConditionTest(NamedTuple):
 
 @dataclass(frozen=True)
 class Stratum:
-    """Comparable runs: same backend, same world, same conditions recorded."""
+    """A group of comparable runs. They have the same backend and world, and recorded the same conditions."""
 
     group: GroupKey
     """The backend and the world."""
@@ -191,7 +191,7 @@ class Stratum:
 
 
 def make_strata(records: Iterable[Record]) -> list[Stratum]:
-    """Return the runs that have conditions, in groups that can be compared.
+    """Group the runs that have conditions by backend, world and the names of the conditions.
 
     Backends are separate: the same seed draws the same conditions for each, so their runs are not independent. Worlds
     are separate: they differ both in the share of failing runs and in the conditions that are drawn.

@@ -26,20 +26,20 @@ Dependencies = dict[str, dict[str, Any]]
 _SOURCES = {".py", ".toml"}
 _DRIVERS = "drivers"
 _REPORT = "robotcore/sweep/report"
-"""Excluded: the report is made from results, so it changes none."""
+"""The folder whose code is not part of the fingerprint. A report is made from results, so it cannot change them."""
 
 MANIFEST = "sweep.json"
-"""The file of a results folder with its dependencies."""
+"""The name of the file in a results folder that lists the dependencies of the results."""
 
 _MAX_CHANGES = 4
-"""The most changes that the text of an error lists."""
+"""An error message lists at most this many changes."""
 
 
 def collect_dependencies(sweep: Sweep) -> Dependencies:
     """Return everything that results depend on, ready for JSON, with the keys of ``sweep.json``.
 
     ``asked`` has the request, ``code`` the digests of packages, ``files`` the digests of the user's files, and
-    ``libraries`` the versions. Seeds are left out, because no run depends on another.
+    ``libraries`` the versions. The seeds are left out, because the result of a run does not depend on other seeds.
     """
     found = {
         "asked": _flatten_request(sweep),
@@ -62,7 +62,7 @@ def compute_code_digest(apps: Iterable[str], backends: Iterable[str], faults: It
 
 
 def _flatten_request(sweep: Sweep) -> dict[str, Any]:
-    """Return the request with a key for each setting and option. The order of backends and worlds does not count."""
+    """Return the request as a dict with a key for each setting and option. Backends and worlds are sorted."""
     request: dict[str, Any] = {name: ", ".join(sorted(getattr(sweep, name))) for name in ("backends", "worlds")}
     for name, value in asdict(sweep.request).items():
         if isinstance(value, Mapping):
@@ -75,8 +75,8 @@ def _flatten_request(sweep: Sweep) -> dict[str, Any]:
 def _compute_code_digests(apps: Iterable[str], backends: Iterable[str], faults: Iterable[str]) -> dict[str, str]:
     """Return the digests of packages by their names, sorted.
 
-    Each whole package counts, even if a changed line has no effect on results. Each driver of this project counts as
-    a package, because no driver imports another.
+    A change in any line of a package changes its digest, even if the line has no effect on results. Each driver of
+    this project has its own digest. No driver imports another, so a change in one cannot affect runs on the others.
     """
     modules = [type(load_backend(backend)).__module__ for backend in backends]
     modules += [load_app(app).__module__ for app in apps if not is_app_file(app)]
@@ -92,7 +92,10 @@ def _find_package(module: str) -> str:
 
 @cache
 def _compute_package_digest(name: str) -> str:
-    """Return the digest of a package's sources. It is cached, since the process has imported the package by now."""
+    """Return the digest of a package's sources.
+
+    The digest is cached. The process has imported the package by now, so later changes of the sources have no effect.
+    """
     total = hashlib.sha256()
     for file, key in sorted(_list_sources(name), key=lambda source: source[1]):
         total.update(f"{key} {_sha256(file.read_bytes())}\n".encode())
@@ -118,7 +121,8 @@ def _sha256(content: bytes) -> str:
 def read_own_files(sweep: Sweep) -> dict[Path, bytes]:
     """Return the contents of the user's files by their absolute paths, sorted.
 
-    They are the app's file, the judge's file, all modules beside them, and the descriptions of the robot and worlds.
+    They are the app's file, the judge's file, all modules in the same folders, and the descriptions of the robot and
+    worlds.
     Raises UsageError if a file cannot be read.
     """
     return {file: _read_content(file) for file in sorted(set(_list_own_files(sweep)))}
@@ -132,7 +136,7 @@ def _list_own_files(sweep: Sweep) -> Iterator[Path]:
 
 
 def _is_module(file: Path) -> bool:
-    """Return whether a file can be imported. A folder or the lock file of an editor (``.#app.py``) cannot."""
+    """Return whether a file can be imported. A folder cannot, and the lock file of an editor (``.#app.py``) cannot."""
     return file.is_file() and not file.name.startswith(".")
 
 
@@ -157,7 +161,10 @@ def write_manifest(directory: Path, content: str) -> None:
 
 
 def require_same(directory: Path, dependencies: Dependencies) -> None:
-    """Raise UsageError if the dependencies in a folder's `MANIFEST` differ. Its field ``changes`` lists them."""
+    """Raise UsageError if the `MANIFEST` in a folder differs from ``dependencies``.
+
+    The field ``changes`` of the error lists the differences.
+    """
     try:
         then = json.loads((directory / MANIFEST).read_text(encoding="utf-8"))
         changes = (
@@ -177,7 +184,7 @@ def require_same(directory: Path, dependencies: Dependencies) -> None:
 
 
 def _describe_changes(now: Dependencies, then: Dependencies) -> list[str]:
-    """Return a text for each change. If the request changed, leave out the others."""
+    """Return a text for each change. If the request changed, return only the changes of the request."""
     return _describe_part("asked", now, then) or [
         text for name in now if name != "asked" for text in _describe_part(name, now, then)
     ]

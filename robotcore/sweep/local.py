@@ -22,7 +22,7 @@ from robotcore.sweep.worker import WorkerProcess
 RecordCallback = Callable[[Record], None]
 
 _RUNS_PER_WORKER = 2
-"""The runs that are submitted for each worker process, so that no worker waits for its next run."""
+"""The number of runs to submit for each worker process. A worker then always has its next run at hand."""
 
 
 def run_sweep(
@@ -94,7 +94,7 @@ class LocalEngine:
 
 @contextmanager
 def _start_workers(size: int) -> Iterator[tuple[ThreadPoolExecutor, SimpleQueue[WorkerProcess]]]:
-    """Yield threads, and a queue of as many idle workers. On leaving, end all of them, even during a run."""
+    """Yield threads, and a queue with an idle worker for each thread. On exit, kill all workers, even during a run."""
     idle: SimpleQueue[WorkerProcess] = SimpleQueue()
     with ExitStack() as stack:
         threads = ThreadPoolExecutor(size)

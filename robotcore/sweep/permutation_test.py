@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from robotcore.sweep.statistics import subsample
 
 SHUFFLES = 999
-"""The number of permutations beside the observed one. With 1000 in all, a p of 5 % has a standard error of 0.7 %."""
+"""The number of shuffles. With the observed runs they are 1000, so a p of 5 % has a standard error of 0.7 %."""
 
 _CELLS = 1_000_000
-"""The numbers that are counted at a time. All permutations of a big sweep at once would fill the memory."""
+"""The most array cells that are counted at a time. All permutations of a big sweep would fill the memory."""
 
 MAX_THRESHOLDS = 128
-"""The most thresholds for a condition. All 599 thresholds of 600 runs take five times as long, and find no more."""
+"""The most thresholds for a condition. All 599 thresholds of 600 runs take five times as long and find no more."""
 
 Value = float | str
 
@@ -31,7 +31,7 @@ def shuffle_failing(runs: int, failing: Ints, random: np.random.RandomState) -> 
     """Return the indices of failing runs, of shape (1 + `SHUFFLES`, k).
 
     runs: the number of runs.
-    failing: the indices of the k runs that failed. They are the first row.
+    failing: the indices of the k runs that failed. They become the first row.
     random: the generator that draws the k indices of each other row.
     """
     rows = np.empty((1 + SHUFFLES, len(failing)), np.int64)
@@ -42,10 +42,10 @@ def shuffle_failing(runs: int, failing: Ints, random: np.random.RandomState) -> 
 
 
 def find_best_side(splits: Splits, rows: Ints) -> tuple[int, Floats]:
-    """Find the side with the least p-value of Fisher's exact test in the first row.
+    """Find the side of a split that best separates the observed failures, by the p-value of Fisher's exact test.
 
     splits: the splits of one condition.
-    rows: the indices of failing runs, as `shuffle_failing` returns them.
+    rows: the indices of failing runs, as `shuffle_failing` returns them. The first row has the observed failures.
 
     Return the index of the side, and the natural logarithm of the least p-value in each row.
 
@@ -63,7 +63,7 @@ def find_best_side(splits: Splits, rows: Ints) -> tuple[int, Floats]:
 
 
 def _compute_log_p(splits: Splits, rows: Ints) -> Iterator[Floats]:
-    """Yield the logarithms of Fisher's p-value of each side for the next n rows, of shape (n, sides)."""
+    """Yield the logarithms of the p-values of Fisher's test for blocks of n rows, each of shape (n, sides)."""
     failing, sides = rows.shape[1], np.arange(len(splits.sides))
     table = compute_log_tails(len(splits.classes), failing, splits.sizes)
     step = max(1, _CELLS // (failing + len(sides)))
@@ -202,10 +202,10 @@ def compute_log_tails(runs: int, failing: int, sizes: Ints) -> Floats:
 
     runs: the number of all runs.
     failing: the number of failing runs.
-    sizes: the numbers of runs on the sides of the splits. Each has a row.
+    sizes: the number of runs on each side of a split. The result has a row for each.
 
     Column k has the probability that at least k failing runs are on the side by chance. This is the upper tail of the
-    hypergeometric distribution. In a big sweep it may be less than the least float, hence logarithms.
+    hypergeometric distribution. A probability may be too small for a float, so the function returns logarithms.
 
     R. A. Fisher, Statistical Methods for Research Workers, 5th ed. (1934), section 21.02.
 

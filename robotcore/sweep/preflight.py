@@ -31,7 +31,7 @@ def preflight(sweep: Sweep, load_s: float = LOAD_S) -> None:
     Raises the errors of `Sweep.check`. Raises UsageError if an app ends the process or hangs, and BackendError if a
     backend ends the process or hangs.
     """
-    # Backends are imported first, as in a run. A module beside the app may have the name of a package.
+    # Backends are imported before the app, as in a run. A module in the app's folder may have the name of a package.
     with closing(WorkerProcess()) as worker:
         _call_backends(worker, sweep, _load_backends, sweep.backends)
         for app in reversed(sweep.apps):
@@ -48,7 +48,7 @@ def _call_app(
     function: Callable[..., None],
     argument: RunRequest | str,
 ) -> None:
-    """Call a function that runs the app's code; UsageError if it does not return."""
+    """Call a function that runs the app's code. Raise UsageError if the function does not return."""
     try:
         worker.call(function, argument, limit_s=limit_s)
     except WorkerDiedError as error:
@@ -63,7 +63,7 @@ def _call_app(
 
 
 def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:
-    """Call a function that runs the backends' code; BackendError if it does not return."""
+    """Call a function that runs the backends' code. Raise BackendError if the function does not return."""
     try:
         worker.call(function, *arguments, limit_s=CHECK_S)
     except WorkerDiedError as error:

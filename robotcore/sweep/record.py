@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 MAX_RESULT_TEXT = 2000
-"""The most characters of a reason or a note in the results of a sweep. An app's exception may have millions."""
+"""The most characters of a reason or a note in the results. The text of an app's exception may have millions."""
 
 MAX_NOTES = 100
 """The most notes of a run in the results of a sweep."""
@@ -31,10 +31,10 @@ TruePath = tuple[tuple[float, float, float], ...]
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 INTERVAL_S = 0.5
-"""The time between two points of a path."""
+"""The seconds between two points of a path."""
 
 _EARLY_S = 1e-6
-"""A tick's time is a sum of steps. Rounding may make it this much too small."""
+"""The tolerance for a tick's time, in seconds. The time is a sum of steps, so rounding may make it too small."""
 
 
 @dataclass(frozen=True)
@@ -60,19 +60,22 @@ class Record:
     """The shell command that repeats the run."""
 
     picture: str | None = None
-    """The PNG of a failing run, relative to the sweep's folder; None if there is none."""
+    """The path of the PNG of a failing run, relative to the sweep's folder; None if there is none."""
 
     @property
     def is_failure(self) -> bool:
-        """Whether the run did not succeed, was found false by the judge or simulator, or had a contact."""
+        """Whether the run counts as failing.
+
+        A run fails if its outcome is not ``success``, if the judge or the simulator contradicts it, or after a contact.
+        """
         result = self.result
         return result.outcome is not Outcome.SUCCESS or result.verified is False or bool(result.contacts)
 
     def to_json(self) -> str:
         """Return one line of JSON with the keys of the result, then ``command``, ``path`` and ``picture``.
 
-        JSON has no NaN and no infinity. Such a number becomes null, and such a point of the path is left out. A
-        character that is no Unicode is written as an escape.
+        JSON has no NaN and no infinity. Such a number becomes null. A point of the path with such a number is left out.
+        A lone surrogate in a text is written as an escape.
         """
         payload = json.loads(self.result.to_json(), parse_constant=lambda _: None)
         path = self.path and [point for point in self.path if all(map(math.isfinite, point))]
@@ -116,7 +119,7 @@ def _truncate(text: str) -> str:
 _hints = get_type_hints(RunResult) | get_type_hints(Record)
 _required: dict[str, Any] = {name: (hint, ...) for name, hint in _hints.items() if name not in ("result", "error")}
 _Line = create_model("_Line", __config__=ConfigDict(strict=True, allow_inf_nan=False), **_required)
-"""The model of a line: the fields of the result and the record, all required."""
+"""The pydantic model of a line. It requires every field of the result and of the record."""
 
 
 def _format_error(error: ValidationError) -> str:
@@ -171,12 +174,12 @@ class PathRecorder:
 
 
 def format_ending(result: RunResult) -> str:
-    """Return the outcome of a run, its reason, and the dispute about it, if there are any."""
+    """Return the outcome of a run as text, followed by the reason and the dispute if the result has them."""
     return ", ".join(part for part in (result.outcome.value, result.reason, result.dispute) if part)
 
 
 def format_failure(record: Record) -> str:
-    """Return why a run is failing: its ending, and the number of its contacts."""
+    """Return why a run counts as failing: its outcome, its reason, and the number of its contacts."""
     contacts = record.result.contacts
     touched = f", {contacts} contact{'' if contacts == 1 else 's'}" if contacts else ""
     return format_ending(record.result) + touched

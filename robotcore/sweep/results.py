@@ -37,7 +37,7 @@ _DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 class Results:
     """The results of one sweep in one folder. Only one process at a time can enter a folder.
 
-    The folder may also have results of other seeds. They stay.
+    The folder may also have results for other seeds. The sweep keeps them.
 
     Each run is written to the disk before the next one. If the sweep is killed, no finished run is lost.
 
@@ -53,11 +53,11 @@ class Results:
     """
 
     def __init__(self, sweep: Sweep, directory: Path | None = None, *, fresh: bool = False) -> None:
-        """Name the folder; nothing is read or written before ``with``.
+        """Choose the folder. The folder is neither read nor written before the ``with`` statement.
 
         sweep: the sweep whose results these are.
         directory: the folder; None for ``sweeps/<app>-<digest>``.
-        fresh: whether to delete all results in the folder, those of other seeds too.
+        fresh: whether to delete all results in the folder, including those of other seeds.
         """
         self.sweep, self._fresh = sweep, fresh
         self._directory = directory
@@ -93,13 +93,13 @@ class Results:
 
     @property
     def date(self) -> datetime:
-        """The time when the last run was added."""
+        """The time when the newest run was added."""
         changed = (self.directory / RESULTS).stat().st_mtime
         return datetime.fromtimestamp(changed, tz=timezone.utc).astimezone()
 
     @property
     def resume_hint(self) -> str:
-        """The end of a message: which command resumes the sweep."""
+        """The end of an error message. It says which command resumes the sweep."""
         return f"the same command{' without --fresh' if self._fresh else ''} resumes the sweep"
 
     def records(self) -> Iterator[Record]:
@@ -202,7 +202,7 @@ class Results:
 
     @contextmanager
     def _report_write_errors(self) -> Iterator[None]:
-        """Raise UsageError with the way to resume in place of an OSError."""
+        """Convert an OSError to a UsageError that says how to resume the sweep."""
         try:
             yield
         except OSError as error:
@@ -217,5 +217,5 @@ class Results:
 
 
 def _short_name(sweep: Sweep) -> str:
-    """Return the app's name, or the name of its file without the suffix."""
+    """Return the app's name. For an app from a file, return the file's name without the suffix."""
     return app_path(app_name(sweep.request.app)).stem

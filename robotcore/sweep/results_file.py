@@ -19,7 +19,7 @@ from robotcore.sweep.spec import Sweep
 
 
 class Journal:
-    """A file of UTF-8 lines, open for appending. Each line is on the disk before the next one.
+    """A file of UTF-8 lines, open for appending. `append` writes each line through to the disk.
 
     Methods raise OSError if the file cannot be written.
     """
@@ -32,9 +32,9 @@ class Journal:
 
     @classmethod
     def open(cls, path: Path) -> Journal:
-        """Open a file for this process alone, and delete a last line that has no line feed.
+        """Open and lock a file. Delete the last line if it has no line feed.
 
-        Does not wait. Raises UsageError if another process has the file open.
+        Raises UsageError at once if another process has locked the file.
         """
         with ExitStack() as on_failure:
             file = on_failure.enter_context(FileIO(path, "a+"))
@@ -51,7 +51,7 @@ class Journal:
         return cls(file)
 
     def append(self, line: str) -> None:
-        """Append a line. If the disk is full, the file keeps its content."""
+        """Append a line, and wait until it is on the disk. If the disk is full, the file keeps its previous content."""
         content = line.encode() + b"\n"
         size, written = self._file.seek(0, os.SEEK_END), 0
         try:
@@ -67,7 +67,7 @@ class Journal:
         self._file.truncate(0)
 
     def close(self) -> None:
-        """Close the file, and release its lock. May be called again."""
+        """Close the file, and release its lock. Later calls do nothing."""
         self._file.close()
 
 
@@ -86,7 +86,7 @@ class RunKey(NamedTuple):
     backend: str
 
     world: str | None
-    """The name in the world's description."""
+    """The name of the world in its description."""
 
     seed: int | None
 
@@ -100,7 +100,7 @@ class RunKey(NamedTuple):
 
 
 class RunFilter:
-    """The set of runs of a sweep."""
+    """The set of the runs of a sweep. It filters the lines of a results file."""
 
     def __init__(self, sweep: Sweep) -> None:
         self._worlds = {world: load_world(world).name for world in sweep.worlds}

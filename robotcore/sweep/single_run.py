@@ -17,9 +17,10 @@ if TYPE_CHECKING:
 
 
 TIMEOUT_SCALE = 10.0
-"""The factor on the time limits of apps and simulators.
+"""A sweep multiplies the time limits of apps and simulators by this factor.
 
-All cores are busy in a sweep, and a slow machine must not change results. Nothing real moves.
+All cores are busy in a sweep, and a slow machine must not change results. Longer limits are safe, because no real
+robot moves.
 """
 
 
@@ -58,8 +59,8 @@ def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOu
     request: the run.
     limit_s: the most seconds of wall time that the run takes.
 
-    The run has the outcome ``error`` if the process dies, hangs, or sends anything but this run. An error that the
-    process sends is not raised, because an app may have sent it. Raises NoWorkerError if no process can be started.
+    The run has the outcome ``error`` if the process dies or hangs, or if its reply is not the output of this run. An
+    error in the reply is not raised, because an app may have sent it. Raises NoWorkerError if no process starts.
     """
     from robotcore.errors import BackendError, RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
@@ -75,7 +76,7 @@ def attempt(worker: WorkerProcess, request: RunRequest, limit_s: float) -> RunOu
     except NoWorkerError:
         raise
     except (RobotcoreError, TypeError, ValueError) as error:
-        worker.close()  # its next reply may be the one to this call
+        worker.close()  # the reply to the next call might be the late reply to this one
         problem = RobotcoreError(f"the worker process gave no result: {error}")
         return make_failed_output(request, problem, wall.now())
 
@@ -117,7 +118,7 @@ def _require_same_run(request: RunRequest, result: RunResult) -> None:
 
 
 def _perform_or_exit(request: RunRequest) -> RunOutput:
-    """Execute a run. Exit if it was interrupted. Any other exception gives the outcome ``error``."""
+    """Execute a run. Exit if the run was interrupted. Any other exception gives the outcome ``error``."""
     from robotcore.errors import RobotcoreError
     from robotcore.hal.wall_clock import MonotonicClock
     from robotcore.runtime.result import Outcome
@@ -125,7 +126,7 @@ def _perform_or_exit(request: RunRequest) -> RunOutput:
     wall = MonotonicClock()
     try:
         output = perform(request)
-    except Exception as error:  # noqa: BLE001  of the app or a vendor's library
+    except Exception as error:  # noqa: BLE001  the app or a vendor's library raised it
         return make_failed_output(request, RobotcoreError(f"{type(error).__name__}: {error}"), wall.now())
     if output.record.result.outcome is Outcome.INTERRUPTED:
         os._exit(output.record.result.exit_status)
@@ -133,7 +134,9 @@ def _perform_or_exit(request: RunRequest) -> RunOutput:
 
 
 def make_failed_output(request: RunRequest, error: RobotcoreError, wall_time_s: float = 0.0) -> RunOutput:
-    """Return the output of a run that failed without one. If the request names a judge, the run is not verified.
+    """Return an output for a run that failed and gave no output itself.
+
+    If the request names a judge, the result says that the run is not verified.
 
     request: the run.
     error: the reason.
@@ -168,7 +171,7 @@ def _make_error_result(request: RunRequest, error: RobotcoreError) -> RunResult:
 
 
 def _draw_conditions(request: RunRequest) -> dict[str, float | str]:
-    """Return the conditions of the run; an empty dict if its world cannot be drawn."""
+    """Return the conditions that are drawn for the run; an empty dict if its world is invalid."""
     from robotcore.errors import RobotcoreError
     from robotcore.runtime.plan import draw_conditions
 

@@ -24,7 +24,7 @@ _OPTIONS = {
     "options": "--option",
     "faults": "--fault",
 }
-"""The options whose name differs from the field of the request."""
+"""The command-line options whose names differ from the fields of `RunRequest`, by field."""
 
 
 @dataclass(frozen=True)
@@ -56,16 +56,16 @@ class Sweep:
 
     @property
     def apps(self) -> tuple[str, ...]:
-        """The app, then the judge if there is one."""
+        """The name of the app, then the name of the judge if there is one."""
         return (self.request.app, *filter(None, (self.request.judge,)))
 
     def requests(self) -> Iterator[RunRequest]:
-        """Yield the request of every run, seed by seed. So a sweep that is stopped has tried each world as often."""
+        """Yield the request of every run, seed by seed, so that an interrupted sweep has covered all worlds equally."""
         for seed, backend, world in product(self.seeds, self.backends, self.worlds):
             yield replace(self.request, backend=backend, world=world, seed=seed)
 
     def check(self) -> None:
-        """Raise the errors that every run would raise. Opens each backend.
+        """Raise the error that every run of the sweep would raise. The check opens each backend.
 
         Raises UsageError, such as for a wrong name or setting, and BackendError if a backend cannot be opened.
         """
@@ -101,7 +101,9 @@ def _require_simulator(plan: Plan) -> None:
 
 
 def parse_seeds(text: str) -> tuple[int, ...]:
-    """Return the seeds in a text, in its order, each once. Raises UsageError if the text has another form.
+    """Return the seeds that a text lists, in the text's order and without repeats.
+
+    Raises UsageError if the text has another form.
 
     >>> parse_seeds("1,5,9-12")
     (1, 5, 9, 10, 11, 12)
@@ -166,7 +168,7 @@ def format_options(request: RunRequest) -> list[str]:
 
 
 def _list_changed_fields(request: RunRequest) -> Iterator[tuple[str, Any]]:
-    """Yield each field of a request whose value is not the default, but for the app."""
+    """Yield the name and value of each field of a request that is not the default. The app is left out."""
     for each in fields(request):
         default = each.default if each.default_factory is MISSING else each.default_factory()
         if each.name != "app" and (value := getattr(request, each.name)) != default:

@@ -41,7 +41,7 @@ T = TypeVar("T")
 
 
 def wilson(successes: int, n: int) -> tuple[float, float]:
-    """Return the 95 % score interval of a proportion: its ends, from 0 to 1; (0, 1) if ``n`` is 0.
+    """Return the two ends of the 95 % Wilson score interval of a proportion. They are (0, 1) if ``n`` is 0.
 
     successes: the number of successes, from 0 to ``n``.
     n: the number of trials.
@@ -66,8 +66,8 @@ def wilson(successes: int, n: int) -> tuple[float, float]:
 class Group:
     """The counts and times of the runs of one backend in one world.
 
-    A run passes if `Record.is_failure` is false. Times are on the robot's clock. A failing run counts as one that never
-    passes, so a run that fails at once makes no group faster.
+    A run passes if `Record.is_failure` is false. Times are on the robot's clock. A failing run has an infinite time, so
+    early failures cannot make a group look fast.
     """
 
     backend: str
@@ -95,13 +95,13 @@ class Group:
     """The number of runs that did not count their contacts."""
 
     median_time_s: float | None
-    """The time within which half of all runs pass; None if fewer pass."""
+    """The seconds within which half of all runs pass; None if fewer pass."""
 
     p90_time_s: float | None
-    """The time within which 90 % of all runs pass; None if fewer pass."""
+    """The seconds within which 90 % of all runs pass; None if fewer pass."""
 
     slowest_time_s: float | None
-    """The time within which all runs pass; None if fewer pass."""
+    """The seconds within which all runs pass; None if fewer pass."""
 
     @property
     def name(self) -> str:
@@ -133,14 +133,14 @@ def group_records(records: Iterable[Record]) -> list[Group]:
 
 
 class Tally:
-    """Adds up the runs of one backend in one world. It does not keep their records."""
+    """Adds up the runs of one backend in one world, without keeping their records in memory."""
 
     def __init__(self) -> None:
         self._successes = self._contacts_unknown = 0
         self._verified: int | None = None
         self._contacts: int | None = None
         self._times: list[float] = []
-        """The time at which each run passed; infinite for a failing run."""
+        """The duration of each run in seconds; infinite for a failing run."""
 
     def add(self, record: Record) -> None:
         """Add a run."""
@@ -172,7 +172,10 @@ class Tally:
 
 
 def _compute_median(times: Sequence[float]) -> float:
-    """Return the middle time. If exactly half of the runs pass, return the last time of a passing run."""
+    """Return the median of durations, of which some may be infinite.
+
+    If exactly half of the durations are finite, return the longest finite one.
+    """
     middle = statistics.median(times)
     return middle if math.isfinite(middle) else statistics.median_low(times)
 
@@ -218,18 +221,18 @@ class Requirement:
         return f"{self.measure}{self.relation}{repr(self.bound).removesuffix('.0')}"
 
     def evaluate(self, group: Group) -> float | None:
-        """Return a group's value; None if it is unknown, or if too few runs pass."""
+        """Return the value of the measure for a group; None if the value is unknown."""
         return MEASURES[self.measure](group)
 
     def format_value(self, group: Group) -> str:
-        """Return a group's value as text."""
+        """Return the value of the measure for a group as text."""
         value = self.evaluate(group)
         if value is None:
             return "never" if self.measure in _TIMES else "unknown"
         return f"{value:.6g}" if isinstance(value, float) else str(value)
 
     def is_met_by(self, group: Group) -> bool:
-        """Return whether a group meets the bound. A value of None meets no bound."""
+        """Return whether a group meets the bound. An unknown value meets no bound."""
         value = self.evaluate(group)
         if value is None:
             return False
@@ -237,7 +240,7 @@ class Requirement:
 
 
 def list_missed_requirements(requirements: Sequence[Requirement], groups: Sequence[Group]) -> list[str]:
-    """Return a line for each requirement and each group that does not meet it, with the group's value."""
+    """Return a line for each group that misses a requirement, with the value that the group reached."""
     return [
         f"{group.backend}, {group.world}: {each.measure} is {each.format_value(group)}, required {each}"
         for each in requirements
@@ -275,7 +278,7 @@ def _parse_bound(text: str, measure: str, number: str) -> float:
 
 @dataclass(frozen=True)
 class Agreement:
-    """The runs of two backends, compared."""
+    """The comparison of two backends by the runs that both executed."""
 
     first: str
     """The name of the first backend."""
@@ -284,7 +287,7 @@ class Agreement:
     """The name of the second backend."""
 
     pairs: tuple[Pair, ...]
-    """The results of both backends for the same app, robot, world and seed."""
+    """A pair of results, one of each backend, for each common app, robot, world and seed."""
 
     @property
     def same_outcome(self) -> int:
@@ -303,7 +306,7 @@ class Agreement:
 
 
 def compare_backends(records: Sequence[Record]) -> list[Agreement]:
-    """Return the agreement of every two backends that share runs."""
+    """Compare every two backends that executed the same app, robot, world and seed."""
     runs: dict[str, dict[Hashable, RunResult]] = {}
     for record in records:
         runs.setdefault(record.result.backend, {})[_make_key(record.result)] = record.result

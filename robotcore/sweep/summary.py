@@ -35,7 +35,7 @@ _SUMMARY_COLUMNS = (*_LEFT_ALIGNED, "verified", "%", "95 %", "contacts", "median
 """The columns that fit into 80 characters."""
 
 _SPEED_PERIOD_S = 600.0
-"""The remaining time is estimated from this many of the last seconds, because slow and quick runs alternate."""
+"""The remaining time is estimated from this many recent seconds. They must cover both slow and quick runs."""
 
 
 def render_summary(
@@ -46,7 +46,7 @@ def render_summary(
     request: the request of the sweep.
     groups: the groups, a row each.
     failing: the failing runs.
-    file: the file that has all failing runs, to be named.
+    file: the file with all failing runs. The summary names it.
     """
     return Lines(_render_table(groups), *_render_judge(request, groups), *_render_failures(failing, file))
 
@@ -98,7 +98,7 @@ def _format_seeds(records: Sequence[Record]) -> str:
 
 
 def _group_by(key: Callable[[Record], KeyT], records: Sequence[Record]) -> dict[KeyT, list[Record]]:
-    """Return the records by a key, in the order of backends, worlds and seeds."""
+    """Return the records by a key. The records of a key are in the order of backends, worlds and seeds."""
     ordered = sorted(records, key=lambda record: (record.result.backend, record.result.world, record.result.seed))
     found: dict[KeyT, list[Record]] = {}
     for record in ordered:

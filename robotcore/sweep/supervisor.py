@@ -1,8 +1,8 @@
-"""The process above a worker: it ends every process that the worker started.
+"""The supervisor is the parent process of a worker. It ends every process that the worker started.
 
-An app may start a process in a session of its own. A signal to the worker's process group does not reach that process,
-and it keeps standard error open while it lives. On Linux the supervisor adopts each process that loses its parent
-(``PR_SET_CHILD_SUBREAPER``), so all descendants of the worker become its children. Other systems have no such call.
+An app may start a process in a own session. A signal to the worker's process group does not reach that process,
+and that process keeps standard error open while it lives. On Linux the supervisor adopts each process that loses its
+parent (``PR_SET_CHILD_SUBREAPER``), so all descendants of the worker become its children. Other systems lack this call.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ IS_AVAILABLE = sys.platform == "linux"
 
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
-"""Linux, ``include/uapi/linux/prctl.h``."""
+"""From ``include/uapi/linux/prctl.h`` of Linux."""
 
 _ENDING_S = 5.0
-"""The most seconds that the supervisor takes to end processes. It cannot end those of another user."""
+"""The supervisor tries for this many seconds to end processes. It cannot end a process of another user."""
 
 _POLL_S = 0.05
 _SIGNALS = (signal.SIGTERM, signal.SIGCHLD)
@@ -79,7 +79,7 @@ def _reap() -> Iterator[tuple[int, int]]:
 
 
 def _end_children() -> None:
-    """End every child. The children of a child that ended become children of this process, and end too."""
+    """End every child process. If a child ends, this process adopts the children of that child and ends them too."""
     clock = MonotonicClock()
     while clock.now() < _ENDING_S and (children := _list_children()):
         for child in children:
@@ -105,11 +105,11 @@ def _list_processes() -> Iterator[tuple[int, int]]:
 
 
 def _exit_as(status: int) -> NoReturn:
-    """Exit with a status of ``waitpid``, or die of the signal in it without a core file."""
+    """Exit with the status from ``waitpid``. If a signal ended the worker, die of that signal without a core file."""
     if os.WIFSIGNALED(status):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         number = os.WTERMSIG(status)
-        with suppress(OSError):  # SIGKILL has no handler
+        with suppress(OSError):  # SIGKILL cannot have a handler
             signal.signal(number, signal.SIG_DFL)
         signal.pthread_sigmask(signal.SIG_SETMASK, ())
         os.kill(os.getpid(), number)

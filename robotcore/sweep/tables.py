@@ -13,17 +13,20 @@ from robotcore.sweep.record import Record, format_failure
 from robotcore.sweep.statistics import Group
 
 TABLE = "results.csv"
-"""The table of all runs."""
+"""The file name of the table of all runs."""
 
 FAILURES = "failures.csv"
-"""The table of the failing runs."""
+"""The file name of the table of failing runs."""
 
 _LAST_COLUMNS = ("fault", "command", "picture")
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
 
 
 def write_tables(directory: Path, records: Callable[[], Iterable[Record]]) -> None:
-    """Write both tables, with the same columns. ``records`` is called for each pass over the records."""
+    """Write the tables `TABLE` and `FAILURES`, with the same columns.
+
+    records: a function that returns the records. It is called several times, so that they need not be in memory.
+    """
     columns = list_columns(records())
     write_csv(directory / TABLE, columns, records())
     write_csv(directory / FAILURES, columns, (record for record in records() if record.is_failure))
@@ -36,13 +39,13 @@ def are_current(directory: Path, source: Path) -> bool:
 
 
 def list_columns(records: Iterable[Record]) -> list[str]:
-    """Return the columns of records. A mapping has a column for each of its keys. The path has none."""
+    """Return the names of the columns. A mapping has a column for each of its keys. The path has none."""
     columns = dict.fromkeys(column for record in records for column in _make_row(record))
     return sorted(columns, key=lambda column: column in _LAST_COLUMNS)
 
 
 def write_csv(file: Path, columns: Sequence[str], records: Iterable[Record]) -> None:
-    """Write a row for each record. A character that is no Unicode is written as an escape."""
+    """Write a row for each record. A lone surrogate in a text is written as an escape."""
     with replace_text(file, newline="", errors="backslashreplace") as table:
         writer = csv.DictWriter(table, columns)
         writer.writeheader()
@@ -62,8 +65,9 @@ def _make_row(record: Record) -> dict[str, Any]:
 
 
 def _escape_formula(value: Any) -> Any:
-    """Return a text that a spreadsheet does not run as a formula. An app may put any text into its reason.
+    """Return the value, with an apostrophe in front of a text that a spreadsheet would run as a formula.
 
+    An app may put any text into its reason.
     Source: OWASP, CSV injection.
     """
     return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA_STARTS) else value
@@ -76,7 +80,7 @@ def _flatten(key: str, item: Any) -> list[tuple[str, Any]]:
 
 
 def format_verified(group: Group) -> str:
-    """Return the number of verified runs, of all runs; ``?`` if no run could be verified."""
+    """Return the number of verified runs and of all runs, such as ``97/100``; ``?/100`` if none could be verified."""
     return f"{'?' if group.verified is None else group.verified}/{group.runs}"
 
 
@@ -91,14 +95,14 @@ def format_interval(group: Group) -> str:
 
 
 def format_contacts(group: Group) -> str:
-    """Return the number of contacts; with ``≥`` if some runs did not count them, ``?`` if none did."""
+    """Return the number of contacts, after ``≥`` if some runs did not count them; ``?`` if no run did."""
     if group.contacts is None:
         return "?"
     return f"≥ {group.contacts}" if group.contacts_unknown else f"{group.contacts}"
 
 
 def format_time(time_s: float | None) -> str:
-    """Return a time of a group; ``never`` if too few of its runs pass."""
+    """Return a time as text; ``never`` for None, if too few runs of a group pass."""
     return "never" if time_s is None else f"{time_s:.1f} s"
 
 
@@ -114,7 +118,7 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
     "90 % within": lambda group: format_time(group.p90_time_s),
     "slowest": lambda group: format_time(group.slowest_time_s),
 }
-"""The columns of a group by their titles. ``%`` and ``95 %`` are about the verified runs."""
+"""The columns of a group by their titles. ``%`` and ``95 %`` refer to the share of verified runs."""
 
 
 def format_judge(judge: str | None, groups: Iterable[Group]) -> str:

@@ -1,4 +1,4 @@
-"""A worker process: start it, call functions in it, and end it. `worker_loop` is what runs in it."""
+"""Start a worker process, call functions in it, and end it. The process runs `worker_loop`."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ _START_S = 120.0
 """The most seconds that a process takes to start."""
 
 _EXIT_GRACE_S = 1.0
-"""The most seconds that a process takes to exit after it closed the pipe. After them it is killed."""
+"""A worker has this many seconds to exit after it closed its pipe. Then its parent kills it."""
 
 _SUPERVISOR_S = 10.0
-"""The most seconds that a supervisor takes to end its worker and the worker's children. After them it is killed."""
+"""A supervisor has this many seconds to end its worker and the worker's children. Then the parent kills it."""
 
 _MAX_WAIT_S = 2e6
-"""The longest wait that the system accepts, rounded down: 23 days."""
+"""The longest wait in seconds, 23 days. The operating system accepts only a little more."""
 
 _CHUNK_BYTES = 2**16
 
 MAX_REPLY_BYTES = 64 * 2**20
-"""The most bytes of a reply. The path of a run of a day and its picture need far fewer."""
+"""The most bytes of a reply. The reply of a day-long run, with its path and its picture, is far smaller."""
 
 _GARBLED_REMEDY = "Check whether the app writes to a file descriptor that it did not open"
 
@@ -41,16 +41,16 @@ _GARBLED_REMEDY = "Check whether the app writes to a file descriptor that it did
 class NoWorkerError(BackendError):
     """No worker process can be started.
 
-    The class is not in `robotcore.errors`, so a worker cannot send it as a reply.
+    `robotcore.errors` does not define this class, so a reply of a worker cannot contain it.
     """
 
 
 class WorkerDiedError(Exception):
-    """The process ended during a call, or it was killed because its reply cannot be read."""
+    """The worker process ended during a call, or its parent killed it because of an unreadable reply."""
 
 
 class WorkerHungError(Exception):
-    """A call exceeded its time limit, and its process was killed."""
+    """A call exceeded its time limit, so the parent killed the worker process."""
 
 
 class WorkerProcess:
@@ -79,11 +79,12 @@ class WorkerProcess:
     def call(self, function: Callable[..., object], *args: object, limit_s: float) -> Any:
         """Call a function in the process, and return its result, converted to JSON and back.
 
-        function: any function that pickles by its name.
+        function: a function that `pickle` can find by its module and name.
         limit_s: the most seconds of wall time that the call takes.
 
-        Raises the RobotcoreError that the function raises; another exception is raised as RobotcoreError. Raises
-        WorkerDiedError, WorkerHungError, and NoWorkerError if no process can be started.
+        If the function raises a RobotcoreError, this method raises the same error. Any other exception of the function
+        becomes a RobotcoreError. Raises WorkerDiedError and WorkerHungError. Raises NoWorkerError if no process can be
+        started.
         """
         process = self._get_ready_process()
         try:
@@ -102,7 +103,7 @@ class WorkerProcess:
         return result
 
     def kill(self) -> None:
-        """End the process for good. A call in another thread then raises WorkerDiedError."""
+        """End the process and start no new one. A call in another thread then raises WorkerDiedError."""
         with self._lock:
             self._is_killed = True
             if self._process:
@@ -113,7 +114,7 @@ class WorkerProcess:
         self._end()
 
     def _end(self, grace_s: float = 0.0) -> int:
-        """End the process; return its status as `Popen` does, 0 if there is no process."""
+        """End the process if there is one, and return its exit status as `Popen` does, else 0."""
         with self._lock:
             process, self._process = self._process, None
         return process.end(grace_s) if process else 0
@@ -122,14 +123,15 @@ class WorkerProcess:
         """Return a process that waits for a call."""
         if self._process and not self._process.connection.poll():
             return self._process
-        self._end()  # it ended, or a thread of the app wrote to the pipe without a call
+        self._end()  # the process ended, or the app wrote to its pipe while no call was running
         process = self._start_process()
         try:
             process.read_line(_START_S)
         except TimeoutError as error:
             self._end()
             raise NoWorkerError(
-                f"a worker process did not start within {_START_S:g} s. Check that this ends: python -c 'import cv2'",
+                f"a worker process did not start within {_START_S:g} s. "
+                "Check that this command ends: python -c 'import cv2'",
                 kind="worker-start-timeout",
                 limit_s=_START_S,
             ) from error
@@ -198,11 +200,14 @@ class _Process:
                 os.killpg(self._popen.pid, signal.SIGKILL)
 
     def end(self, grace_s: float) -> int:
-        """Wait ``grace_s`` seconds, end the process and every process that it started, and return its status."""
+        """End the process and every process that it started, and return its exit status.
+
+        grace_s: the most seconds to wait for the process to exit by itself.
+        """
         with suppress(TimeoutExpired):
             self._popen.wait(grace_s)
         if self._popen.returncode is None or not supervisor.IS_AVAILABLE:
-            self.kill()  # an ended process may leave others in its group; the group keeps its number
+            self.kill()  # the process may have ended, but other processes of its group may still run
         self.connection.close()
         with suppress(TimeoutExpired):
             return self._popen.wait(_SUPERVISOR_S)
@@ -214,6 +219,6 @@ def _format_status(status: int) -> str:
     """Return the text for a status of `Popen`."""
     if status >= 0:
         return f"exit status {status}"
-    with suppress(ValueError):  # a real-time signal has a number alone
+    with suppress(ValueError):  # a real-time signal has no name
         return signal.Signals(-status).name
     return f"signal {-status}"

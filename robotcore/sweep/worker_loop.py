@@ -19,10 +19,10 @@ from robotcore.sweep import supervisor
 _THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 _ERROR_KEY = "robotcore.errors"
-"""The key of a JSON object that is an error."""
+"""The key that marks a JSON object as an error."""
 
 _REPLACEABLE = {"_traceback_text", "kind", "fields"}
-"""The class attributes of an error that a reply may replace. It may not replace others, such as an exit status."""
+"""A reply may set only these class attributes of an error. It may not set others, such as an exit status."""
 
 
 def run_worker_loop(handle: int) -> NoReturn:
@@ -36,7 +36,7 @@ def run_worker_loop(handle: int) -> NoReturn:
     connection, calls = Connection(handle), SimpleQueue[bytes]()
     _close_in_subprocesses(connection)
     Thread(target=_receive_calls, args=(connection, calls), daemon=True).start()
-    with suppress(OSError):  # the parent is gone, or this is a process that the app forked
+    with suppress(OSError):  # the parent has ended, or this process was forked by the app
         _send(connection, write_reply("ready"))
         while True:
             _send(connection, _run_call(calls.get()))
@@ -73,7 +73,7 @@ def _run_call(call: bytes) -> bytes:
         return write_reply(function(*arguments))
     except RobotcoreError as error:
         return _write_error(error)
-    except Exception as error:  # noqa: BLE001  of the function, or of JSON
+    except Exception as error:  # noqa: BLE001  the function or the JSON encoder raised it
         return write_reply(error=RobotcoreError(f"{type(error).__name__}: {error}"))
 
 
@@ -105,7 +105,7 @@ def write_reply(result: Any = None, error: RobotcoreError | None = None) -> byte
 
 
 def read_reply(line: bytes) -> tuple[Any, RobotcoreError | None]:
-    """Return the result in a reply, and its error or None. Raises ValueError if the line is no reply."""
+    """Return the result in a reply, and the error or None. Raises ValueError if the line is no reply."""
     try:
         reply = json.loads(line, object_hook=_decode_error)
         result, error = reply["result"], reply["error"]

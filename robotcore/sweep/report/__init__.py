@@ -47,7 +47,7 @@ def write_report(
 
 
 def require_writable(directory: Path) -> None:
-    """Raise the error that `write_report` would raise, so that it comes before a long sweep. Leaves no new folder.
+    """Check before a long sweep that `write_report` can write to the folder. The check leaves no new folder.
 
     Raises BackendMissingError if Jinja2 is missing, and UsageError if the folder cannot be written.
     """
@@ -62,7 +62,7 @@ def require_writable(directory: Path) -> None:
     with _report_errors(directory):
         directory.mkdir(parents=True, exist_ok=True)
         require_replaceable(directory / PAGE)
-    with suppress(OSError):  # another process may have written a file into a new folder
+    with suppress(OSError):  # a folder stays if another process has written a file into it
         for folder in made:
             folder.rmdir()
 

@@ -36,7 +36,7 @@ _BAR = 11
 _GAP = 18
 
 MAX_MARKS = 300
-"""The most marks of a row, evenly chosen. More would merge."""
+"""A row shows at most this many marks, evenly chosen. More marks would merge into a bar."""
 
 _RUG_LEFT, _RUG_TOP, _RUG_FOOT = 64, 4, 24
 _RUG_ROW, _RUG_MARK = 22, 16
@@ -44,9 +44,9 @@ _RUG_BOTTOM = _RUG_TOP + 2 * _RUG_ROW
 
 
 def plot_success(groups: Sequence[Group]) -> str:
-    """Return the chart of verified shares: for each group a dot, a bar over the 95 % interval, and the count.
+    """Return the chart of verified shares. Each group has a dot, a bar for the 95 % interval, and the count.
 
-    A group whose runs could not be verified has neither dot nor bar. The text is empty if no run could be verified.
+    A group whose runs could not be verified has neither dot nor bar. If no run could be verified, return an empty text.
     """
     if all(each.verified is None for each in groups):
         return ""
@@ -77,7 +77,7 @@ def _describe_shares(groups: Sequence[Group]) -> str:
 
 
 def plot_arrivals(series: Sequence[Series], milestone: str) -> str:
-    """Return the chart of the share of runs that reached a milestone over time, a curve for each group."""
+    """Return a chart with a curve for each group: the share of runs that reached a milestone, over time."""
     time = _make_time_axis(series, [milestone], _LEFT)
     share = Axis(0, 100, HEIGHT - _FOOT, _TOP)
     curves = [_draw_curve(each, time, share, milestone) for each in series]
@@ -89,7 +89,7 @@ def plot_arrivals(series: Sequence[Series], milestone: str) -> str:
 
 
 def plot_milestones(series: Sequence[Series], milestones: Sequence[str]) -> str:
-    """Return the chart of the times of milestones: a bar over the middle 80 %, and a dot at the median.
+    """Return the chart of the times of milestones. A bar goes from the 10 % to the 90 % quantile, a dot is the median.
 
     A milestone that every run reaches at 0 s is left out.
     """
@@ -126,7 +126,7 @@ def _draw_curve(each: Series, time: Axis, share: Axis, milestone: str) -> Elemen
 
 
 def _make_steps(each: Series, time: Axis, share: Axis, milestone: str) -> Iterator[Point]:
-    """Yield the corners of an empirical distribution function, as far as the right edge."""
+    """Yield the corners of the curve of an empirical distribution function, up to the right edge of the chart."""
     reached = 0.0
     yield time.start, share.at(reached)
     counted = list(enumerate(each.list_times(milestone), start=1))
@@ -147,9 +147,9 @@ def _draw_milestone(series: Sequence[Series], name: str, time: Axis, top: float,
 
 
 def plot_condition(finding: Finding, records: Iterable[Record]) -> str:
-    """Return the chart of a finding: a mark for each run at the value of its condition, failing runs below.
+    """Return the chart of a finding. Each run has a mark at its value of the condition, failing runs in the lower row.
 
-    The text is empty if the condition is a word.
+    Return an empty text if the condition's values are words.
     """
     passing, failing = _split_values(
         (each for each in records if GroupKey.of(each) == finding.group), finding.condition

@@ -23,7 +23,9 @@ _FOR_DARK = 0.42
 
 
 def element(tag: str, *children: Element | str, **attributes: Attribute) -> Element:
-    """Return an element. In names of attributes, a trailing underscore is dropped, and others become hyphens.
+    """Return an SVG element.
+
+    In an attribute's name, a trailing underscore is dropped, and each other underscore becomes a hyphen.
 
     >>> tostring(element("line", x1=0.25, class_="axis", stroke_width=2.0))
     b'<line x1="0.2" class="axis" stroke-width="2" />'
@@ -122,7 +124,7 @@ class Axis:
 
 
 def measure_labels(labels: Iterable[str]) -> float:
-    """Return the width of the longest label and its gap to the drawing."""
+    """Return the width that labels need: that of the longest label and of the gap between it and the chart."""
     longest = max((len(shorten_label(label)) for label in labels), default=0)
     return _GAP + _LETTER * longest
 
@@ -138,7 +140,7 @@ def draw_label(axis: Axis, y: float, words: str) -> Element:
 
 
 def draw_axis(axis: Axis, top: float, bottom: float, format_tick: Callable[[float], str]) -> Element:
-    """Return the grid of a horizontal axis from ``top`` to ``bottom``, with its numbers below."""
+    """Return the vertical grid lines of a horizontal axis from ``top`` to ``bottom``, with the numbers below them."""
     return group(_draw_grid(axis, top, bottom, format_tick), class_="axis")
 
 
@@ -160,7 +162,7 @@ class Shades(NamedTuple):
 
 
 def compute_shades(names: Sequence[str]) -> list[Shades]:
-    """Return a colour for each name. They differ with the common kinds of colour blindness too."""
+    """Return a colour for each name. People with the common kinds of colour blindness can distinguish them."""
     return [Shades(_css(colour), _css(lighten(colour, _FOR_DARK))) for colour in assign_state_colours(names).values()]
 
 

@@ -22,19 +22,19 @@ from robotcore.sweep.report.series import Series
 from robotcore.sweep.statistics import subsample
 
 MAX_DETAILED = 100
-"""The most failing runs with a picture and all conditions. They take about 3 MB."""
+"""The report shows at most this many failing runs with a picture and all conditions. They take about 3 MB."""
 
 MAX_LISTED = 1000
-"""The most failing runs in a list."""
+"""The report lists at most this many other failing runs, without a picture."""
 
 MAX_ENDINGS = 12
-"""The most endings in the table. The others are one row."""
+"""The table shows at most this many endings. One more row counts all others."""
 
 MAX_WIDTH = 480
 """The width of a picture, in pixels."""
 
 QUALITY = 80
-"""The quality of a JPEG. A PNG would be large, because it keeps the noise of the camera."""
+"""The quality of a JPEG. A PNG would be larger, because it would keep the noise of the camera."""
 
 
 class Condition(NamedTuple):
@@ -47,12 +47,12 @@ class Condition(NamedTuple):
     """Its value in this run."""
 
     finding: str
-    """The side on which more runs fail; empty if there is no finding about the condition."""
+    """The values with which more runs fail, such as ``light < 0.34``; empty if the analysis found none."""
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A failing run, as text."""
+    """The texts of a report about one failing run."""
 
     group: str
     """The world and the backend."""
@@ -80,7 +80,7 @@ class Failure:
 
     @classmethod
     def build_brief(cls, record: Record) -> Failure:
-        """Return a failing run without conditions and picture, for a list."""
+        """Return the texts about a failing run without conditions and picture, for the list of runs."""
         result = record.result
         group = _format_group(record)
         title = group if result.seed is None else f"{group} · seed {result.seed}"
@@ -88,7 +88,7 @@ class Failure:
 
     @classmethod
     def build_full(cls, record: Record, folder: Path, findings: Sequence[Finding]) -> Failure:
-        """Return a failing run with its conditions, and its picture from the sweep's ``folder``."""
+        """Return the texts about a failing run with its conditions, and its picture from the sweep's ``folder``."""
         brief = cls.build_brief(record)
         sides = {each.condition: each.side for each in findings if each.group == GroupKey.of(record)}
         full = replace(brief, conditions=_sort_conditions(record.result.conditions, sides))
@@ -106,7 +106,7 @@ class FailureGroup(NamedTuple):
     """The number of all failing runs of the group."""
 
     detailed: tuple[Failure, ...]
-    """Those that are shown in full."""
+    """The runs of the group that are shown in full."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Failures:
     """The runs that are shown in full, by backend and world."""
 
     listed: tuple[Failure, ...]
-    """The runs that are in a list."""
+    """The runs that are only listed."""
 
     unlisted: int
     """The number of the other runs."""
@@ -151,7 +151,7 @@ def _format_group(record: Record) -> str:
 
 
 def _list_facts(result: RunResult) -> Iterator[str]:
-    """Yield the last milestone, and the distance to the target."""
+    """Yield a text about the last milestone, and one about the distance to the target."""
     if result.milestones:
         name, time = list(result.milestones.items())[-1]
         yield f"last milestone {name}, at {time:.1f} s"
@@ -171,7 +171,7 @@ def _format_value(value: float | str) -> str:
 
 
 class Ending(NamedTuple):
-    """An ending of failing runs, counted."""
+    """A way in which failing runs ended, and the number of those runs."""
 
     text: str
     """The outcome and its reason."""
@@ -180,11 +180,14 @@ class Ending(NamedTuple):
     """The number of runs that ended so."""
 
     counts: tuple[int, ...]
-    """The number of those runs in each of the series."""
+    """The number of those runs in each series."""
 
 
 def count_endings(series: Sequence[Series]) -> list[Ending]:
-    """Return the endings of failing runs, the most frequent first, at most `MAX_ENDINGS` and a row for the others."""
+    """Return the endings of failing runs, the most frequent first.
+
+    There are at most `MAX_ENDINGS` endings. A further row counts the runs with any other ending.
+    """
     tallies = [Counter(_describe_ending(record) for record in each.records if record.is_failure) for each in series]
     total: Counter[str] = sum(tallies, Counter())
     common = [text for text, _ in total.most_common(MAX_ENDINGS)]
@@ -195,7 +198,7 @@ def count_endings(series: Sequence[Series]) -> list[Ending]:
 
 
 def _describe_ending(record: Record) -> str:
-    """Return the outcome of a run and its reason; ``contact`` if only its contacts make it fail."""
+    """Return the outcome of a run and its reason; ``contact`` if the run fails only because of its contacts."""
     text = classify_failure(record.result)
     return text if text == "contact" else format_ending(record.result)
 

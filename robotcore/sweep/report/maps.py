@@ -15,14 +15,14 @@ from robotcore.sweep.report.series import Series
 from robotcore.sweep.statistics import subsample
 
 MAX_PATHS = 100
-"""The most paths of passing runs, and the most of failing runs, in a map."""
+"""A map shows at most this many paths of passing runs, and at most this many of failing runs."""
 
 CM = 100.0
-"""The units of a drawing in a metre. Whole centimetres are accurate enough, and short as text."""
+"""The units of a drawing per metre: one unit is a centimetre. Whole units are accurate enough and keep files small."""
 
 _MARGIN_CM = 12.0
 _STEP_M = 0.03
-"""The least distance between two points of a drawn path."""
+"""The least distance between two points of a drawn path, in metres."""
 
 _GRID_M = 1.0
 
@@ -105,7 +105,7 @@ def _make_scale(records: Sequence[Record], world: WorldDescription | None) -> Ma
 
 
 def _draw_ground(chart: MapScale, world: WorldDescription) -> Iterator[Element]:
-    """Yield the walls, the floor, and a line each metre."""
+    """Yield the walls, the floor, and a grid with a line for each metre."""
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
     if world.walls:
         yield _draw_rectangle(chart, x + world.walls.thickness_m, y + world.walls.thickness_m, "wall")
@@ -143,7 +143,7 @@ def _draw_path(chart: MapScale, record: Record) -> Element:
 
 
 def _simplify(path: TruePath) -> Iterator[Point]:
-    """Yield the points of a path that are at least `_STEP_M` from the point before."""
+    """Yield points of a path so that each is at least `_STEP_M` away from the previous one."""
     last: Point | None = None
     for _, x, y in path:
         if last is None or math.dist(last, (x, y)) >= _STEP_M:

@@ -26,10 +26,10 @@ from robotcore.sweep.statistics import Requirement, compare_backends, list_misse
 from robotcore.sweep.tables import COLUMNS, format_judge
 
 MAX_DIFFERING = 30
-"""The most pairs of differing runs in a table."""
+"""The table lists at most this many pairs of runs that differ between two backends."""
 
 MAX_OPEN = 8
-"""The most failing runs that are shown unfolded. If there are more, each group is folded."""
+"""The page shows the details of at most this many failing runs. If there are more, each group is folded."""
 
 
 def render_page(
@@ -99,14 +99,14 @@ def _render_failing(records: Sequence[Record], series: Sequence[Series], folder:
 
 
 def _load_worlds(series: Sequence[Series], worlds: Sequence[WorldDescription]) -> dict[str, WorldDescription]:
-    """Return the descriptions of the worlds of a sweep by name: those that are given, and shipped ones."""
+    """Return the worlds of a sweep by name: the given ``worlds``, and those that robotcore ships."""
     shipped = set(world_names()) & {each.group.world for each in series}
     return {name: load_world(name) for name in shipped} | {world.name: world for world in worlds}
 
 
 @dataclass(frozen=True)
 class Head:
-    """The head of the page."""
+    """The head of the page: what was run, and how many runs failed."""
 
     apps: str
     """The names of the apps."""

@@ -14,7 +14,7 @@ from robotcore.sweep.statistics import Group, Tally
 
 @dataclass(frozen=True)
 class Series:
-    """A group with its records."""
+    """The runs of one backend in one world, prepared for a chart."""
 
     group: Group
     """The counts and times of the runs."""
@@ -23,7 +23,7 @@ class Series:
     """The records of the runs."""
 
     style: str = ""
-    """The CSS classes of its curves: ``c0`` … for the colour, ``d0`` … for the dashes."""
+    """The CSS classes of the group's curves: ``c0`` … for the colour, ``d0`` … for the dashes."""
 
     def list_times(self, milestone: str) -> list[float]:
         """Return the times at which runs reached a milestone, in seconds, sorted."""
@@ -56,9 +56,10 @@ class Spread:
 
 
 def make_series(records: Iterable[Record]) -> list[Series]:
-    """Return a series for each backend in each world, world by world, in the order in which they occur.
+    """Return a series for each backend in each world, sorted by world, then by backend.
 
-    Each world has a colour, and each backend has a kind of dashes. If there is one world, each backend has a colour.
+    Worlds and backends are in the order of their first records.
+    Each world has its own colour, and each backend its own dashes. If there is one world, each backend has a colour.
     """
     gathered: dict[GroupKey, list[Record]] = {}
     for record in records:
@@ -88,9 +89,9 @@ def list_milestones(series: Sequence[Series]) -> list[str]:
 
 
 def find_goal(series: Sequence[Series], milestones: Sequence[str]) -> str | None:
-    """Return the milestone that most passing runs reach last; if no run passed, the last milestone of all.
+    """Return the milestone that is the final one in most passing runs.
 
-    Return None if every milestone was reached at 0 s.
+    If no run passed, return the last of ``milestones``. Return None if every milestone was reached at 0 s.
     """
     if not any(time > 0 for each in series for name in milestones for time in each.list_times(name)):
         return None
