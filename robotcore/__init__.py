@@ -1,7 +1,7 @@
 """Write a robot's behaviour once, test it in simulators, and run the same file on the real robot.
 
-Apps, notebooks and tests of apps import all they need from here. A name is imported at its first use, so that the
-command line starts fast.
+Apps, notebooks and tests of apps import all they need from this package. The package imports the module of a name
+    when the name is first used, so that the command line starts fast.
 
 >>> import robotcore
 >>> result = robotcore.run(robotcore.RunRequest(app="green-search", backend="kinematic", seed=7))
@@ -51,7 +51,7 @@ _MODULES = {
     "Twist": "geometry",
     "run": "runtime.session",
 }
-"""The module that defines each name."""
+"""For each public name, the module that defines it."""
 
 _PACKAGES = {"navigation": "autonomy.navigation", "testing": "testing", "vision": "autonomy.vision"}
 

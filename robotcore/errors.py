@@ -26,11 +26,11 @@
     │   ├── WatchdogError (TimeoutError)     the app, a device or a simulator hangs
     │   ├── EmergencyStopError               the emergency stop was pressed
     │   ├── WheelFaultError                  a wheel does not follow its command
-    │   └── RangeFaultError                  a range sensor returns one distance while the robot moves
+    │   └── RangeFaultError                  a range sensor repeats one distance while the robot moves
     └── BehaviourError                       the app raised an exception: exit 5
     Interrupted (BaseException)              a signal ended the run: exit 128 + its number
 
-Each also inherits a fitting builtin error, so that ``except ValueError`` works.
+A builtin error in parentheses is a further base class, so that ``except ValueError`` catches a UsageError.
 """
 
 from __future__ import annotations
@@ -43,20 +43,20 @@ from types import MappingProxyType, TracebackType
 from typing import Any, ClassVar
 
 _CALLERS = {"robotcore", "importlib", "_frozen_importlib", "_frozen_importlib_external"}
-"""The packages that import or call an app: a traceback begins after their frames."""
+"""The packages that import or call an app. Their frames are left out of a traceback of the app."""
 
 _PLAIN = (str, int, float, bool, type(None))
 """The types whose values another process can always unpickle."""
 
 MAX_EXCEPTION_TEXT = 2000
-"""The longest text of an app's exception, in characters. The text goes into lines, tables and files of sweeps."""
+"""The most characters of an app's exception in an error. A longer text would flood the tables and files of sweeps."""
 
 
 class _Portable(BaseException):
-    """An exception that pickles, whatever arguments its constructor takes.
+    """An exception that can be pickled, whatever arguments its constructor takes.
 
-    A subclass of another module is unpickled as its nearest class of this module, because another process may not be
-    able to import it. The copy has the same text, kind and fields.
+    Another process may not be able to import a subclass that an app defines. Such an error is unpickled as its nearest
+    base class in this module, with the same text, kind and fields.
     """
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -70,7 +70,8 @@ class _Portable(BaseException):
 class RobotcoreError(_Portable, Exception):
     """The root of the tree. Its message is shown to the user unchanged.
 
-    kind: a stable identifier of the event, in kebab-case. Each class has one, and a raise may give a narrower one.
+    kind: a stable identifier of the event, in kebab-case. Each class has a default. A ``raise`` may pass a more exact
+    one.
     fields: the values in the message, by name.
 
     >>> error = UsageError("a run takes at least 1 s, not 0 s", kind="duration-too-short", duration_s=0.0)
@@ -91,7 +92,7 @@ class RobotcoreError(_Portable, Exception):
 
 
 MistakeParts = tuple[str, str, str] | tuple[str, str, str, str]
-"""A mistake in a file: its key, the problem, the remedy, and, if it has one, its kind."""
+"""A mistake in a file: the key, the problem, the remedy, and optionally the error's kind."""
 
 
 class UsageError(RobotcoreError, ValueError):
@@ -128,7 +129,7 @@ class DescriptionError(UsageError):
 
     file: the file's name, for the message.
     key: the dotted key of the wrong value, or ``""``.
-    problem: what is wrong with the value, as the predicate of a sentence about the key.
+    problem: what is wrong with the value, without a subject, such as ``is missing``.
     remedy: what the user can do, as a sentence without its full stop.
     others: further errors of the same file. The message has a line for each.
 
@@ -156,7 +157,7 @@ class DescriptionError(UsageError):
 
     @classmethod
     def of_all(cls, file: str, mistakes: Sequence[MistakeParts]) -> DescriptionError:
-        """Return one error for all mistakes of a file; there is at least one mistake."""
+        """Return one error for all mistakes of a file. Requires at least one mistake."""
         first, *others = (cls(file, *parts[:3], kind="".join(parts[3:])) for parts in mistakes)
         return cls(file, first.key, first.problem, first.remedy, others, kind=first.kind)
 
@@ -195,7 +196,7 @@ class BackendMissingError(BackendError, ImportError):
 
 
 class GuardianError(BackendError):
-    """The guardian process is gone or cannot work. No motor moves without it."""
+    """The guardian process is gone or cannot work. No motor may move without a guardian."""
 
     kind = "guardian"
 
@@ -237,7 +238,7 @@ class DeviationError(RobotcoreError):
 
 
 class DeployError(RobotcoreError):
-    """A robot cannot be reached, or refuses a release. The release that runs there is unchanged."""
+    """A robot cannot be reached, or refuses a release. The robot keeps its present release."""
 
     kind = "deploy"
     exit_status = 3
@@ -251,13 +252,13 @@ class FirmwareError(RobotcoreError):
 
 
 class UnprovenError(RobotcoreError):
-    """A release failed its tests, its checks or its simulation. It was not sent."""
+    """A release failed its tests, its checks or its simulation. The release was not sent to the robot."""
 
     kind = "unproven"
 
 
 class UnhealthyError(RobotcoreError):
-    """A release was not healthy in time. The release before it runs again, if there is one."""
+    """A new release was not healthy in time. The robot runs its previous release again, if it has one."""
 
     kind = "unhealthy"
 
@@ -266,7 +267,7 @@ class DeviceError(RobotcoreError, OSError):
     """A device failed.
 
     device: the device's name.
-    problem: what failed. The message is the name, a colon and this text.
+    problem: what failed, such as ``is closed``. The message is ``device: problem``.
     """
 
     kind = "device"
@@ -307,7 +308,7 @@ class DeviceGroupError(DeviceError):
         self.failures = tuple(failures)
 
 
-class SafetyStop(RobotcoreError):  # noqa: N818  the field's word: it ends a run, it is no bug
+class SafetyStop(RobotcoreError):  # noqa: N818  robotics calls it a stop, because it is no bug
     """A safety rule ended the run, and every motor is stopped.
 
     cause: the name of the rule. Interventions in the trace have the same name.
@@ -354,7 +355,7 @@ class WatchdogError(SafetyStop, TimeoutError):
 class EmergencyStopError(SafetyStop):
     """The emergency stop was pressed.
 
-    how: which button was pressed, as a clause.
+    how: the cause as a clause, such as ``the button on the bench was pressed``.
     """
 
     kind = "emergency-stop"
@@ -367,7 +368,7 @@ class EmergencyStopError(SafetyStop):
 class WheelFaultError(SafetyStop):
     """The encoders show that wheels do not follow their commands.
 
-    faults: a clause for each such wheel.
+    faults: for each such wheel a clause that describes its fault.
     """
 
     kind = "wheel-fault"
@@ -381,9 +382,9 @@ class WheelFaultError(SafetyStop):
 
 
 class RangeFaultError(SafetyStop):
-    """Range sensors return one and the same distance while the robot moves.
+    """Range sensors keep returning the same distance while the robot moves.
 
-    faults: a clause for each such sensor.
+    faults: for each such sensor a clause that describes its fault.
     """
 
     kind = "range-fault"
@@ -397,7 +398,7 @@ class RangeFaultError(SafetyStop):
 
 
 class BehaviourError(RobotcoreError):
-    """The app's code raised an exception. The error's cause is that exception."""
+    """The app's code raised an exception, which is the ``__cause__`` of this error."""
 
     kind = "behaviour"
     exit_status = 5
@@ -409,14 +410,20 @@ class BehaviourError(RobotcoreError):
 
     @property
     def traceback(self) -> str:
-        """The cause's traceback as text, from the app's code on; empty without a cause. It survives pickling."""
+        """The traceback of the app's exception as text, without the frames of this framework.
+
+        It is empty if there was no exception. It is still available after pickling.
+        """
         if (cause := self.__cause__) is None:
             return self._traceback_text
         return "".join(format_exception(type(cause), cause, _trim_traceback(cause.__traceback__)))
 
     @classmethod
     def from_exception(cls, app: type, cause: BaseException) -> BehaviourError:
-        """Return the error for an exception of an app's code. Text beyond `MAX_EXCEPTION_TEXT` is cut off."""
+        """Return the error for an exception that the code of ``app`` raised.
+
+        The exception's text is cut off after `MAX_EXCEPTION_TEXT` characters.
+        """
         try:
             text = str(cause)
         except (Exception, SystemExit) as failure:  # noqa: BLE001  an app's own class of exceptions
@@ -439,7 +446,7 @@ class Interrupted(_Portable):
 
 
 def _trim_traceback(traceback: TracebackType | None) -> TracebackType | None:
-    """Return a traceback without the first frames, in which this framework imports or calls the app."""
+    """Return a traceback without its first frames, in which this framework imports or calls the app."""
     while traceback and str(traceback.tb_frame.f_globals.get("__name__")).partition(".")[0] in _CALLERS:
         traceback = traceback.tb_next
     return traceback

@@ -21,8 +21,7 @@ def replace_file(file: Path) -> Iterator[Path]:
 
     If the block raises, the new file is deleted and ``file`` keeps its content.
 
-    Raises OSError if no file can be created, and if ``file`` is not a regular file. A link could lead to any file, and
-    a FIFO or a device would block or be replaced.
+    Raises OSError if no file can be created. Raises OSError too if ``file`` exists and is a link, a FIFO or a device.
 
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
@@ -46,9 +45,11 @@ def replace_file(file: Path) -> Iterator[Path]:
 
 @contextmanager
 def replace_text(file: Path, **how: Any) -> Iterator[TextIO]:
-    """Yield a new text file in UTF-8. At the end of the block it is synced to the disk, then it replaces ``file``.
+    """Yield a new text file in UTF-8, which replaces ``file`` at the end of the block.
 
-    how: keyword arguments of `open`. Errors are those of `replace_file`.
+    The new file is synced to the disk first. Raises the errors of `replace_file`.
+
+    how: keyword arguments of `open`.
     """
     with replace_file(file) as part, part.open("w", encoding="utf-8", **how) as text:
         yield text
@@ -57,24 +58,25 @@ def replace_text(file: Path, **how: Any) -> Iterator[TextIO]:
 
 
 def find_parts(folder: Path) -> list[Path]:
-    """Return the new files that processes left in a folder because they were killed in `replace_file`."""
+    """Return the unfinished files in a folder. A process that is killed in `replace_file` leaves such a file."""
     return [file for file in folder.iterdir() if _PART_NAME.fullmatch(file.name)]
 
 
 def require_replaceable(file: Path) -> None:
-    """Raise the OSError that `replace_file` would raise. The file does not change."""
+    """Raise OSError if `replace_file` cannot replace a file. The file does not change."""
     if file.exists() and not os.access(file, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     _make_part(file).unlink()
 
 
 def _make_part(file: Path) -> Path:
-    """Create an empty file beside another file, with its suffix and, if it exists, its permissions.
+    """Create a hidden empty file in the folder of ``file``, and return its path.
 
-    Some libraries choose the format by the suffix.
+    The new file has the suffix of ``file``, because some libraries choose a format by the suffix. If ``file`` exists,
+    the new file also has its permissions.
     """
     mode = require_regular(file)
-    part = file.with_name(f".{token_hex(8)}{file.suffix}")  # what _PART_NAME matches
+    part = file.with_name(f".{token_hex(8)}{file.suffix}")  # matches _PART_NAME
     try:
         opened = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666 if mode is None else 0o600)
     except OSError as error:
@@ -89,7 +91,7 @@ def _make_part(file: Path) -> Path:
 
 
 def require_regular(file: Path) -> int | None:
-    """Return the permissions of a file, or None if it does not exist. Raises OSError if it is not a regular file."""
+    """Return the permissions of a file, or None if it does not exist. Raises OSError if it is no regular file."""
     try:
         mode = file.lstat().st_mode
     except FileNotFoundError:

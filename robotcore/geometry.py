@@ -18,9 +18,9 @@ class Twist(NamedTuple):
     """
 
     linear: float
-    """Forward, in m/s."""
+    """The forward velocity, in m/s."""
     angular: float
-    """To the left, in rad/s."""
+    """The turn rate, in rad/s, positive to the left."""
 
 
 class Pose(NamedTuple):
@@ -33,11 +33,11 @@ class Pose(NamedTuple):
     """
 
     x: float
-    """In metres."""
+    """The x coordinate, in metres."""
     y: float
-    """In metres."""
+    """The y coordinate, in metres."""
     heading: float
-    """In radians, from the x axis to the left."""
+    """The angle from the x axis, in radians, positive to the left."""
 
     def advanced(self, distance: float, turn: float) -> Pose:
         """Return the pose after an arc of constant curvature.
@@ -45,7 +45,7 @@ class Pose(NamedTuple):
         distance: the length of the arc in metres, negative if driven backward.
         turn: the change of heading in radians, positive to the left.
 
-        The chord of an arc of length s and turn a has the length s·sinc(a/2) and the direction heading + a/2.
+        An arc of length s that turns by a has a chord of length s·sinc(a/2). The chord's direction is heading + a/2.
 
         >>> end = Pose(0.0, 0.0, 0.0).advanced(math.pi / 2, turn=math.pi / 2)  # a quarter of a circle of radius 1 m
         >>> round(end.x, 3), round(end.y, 3)
@@ -61,26 +61,28 @@ class Pose(NamedTuple):
         )
 
     def moved(self, by: Pose) -> Pose:
-        """Return in the world's frame a pose that is given in this pose's frame, such as a sensor's mount."""
+        """Convert a pose from this pose's frame to the world's frame. For example, ``by`` is a sensor's mount."""
         return Pose(*self.to_world(by.x, by.y), self.heading + by.heading)
 
     def to_world(self, x: float, y: float) -> tuple[float, float]:
-        """Return in the world's frame a point that is given in this pose's frame, in metres."""
+        """Convert a point from this pose's frame to the world's frame. Both are x and y in metres."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         return self.x + x * cos - y * sin, self.y + x * sin + y * cos
 
     def to_local(self, x: float, y: float) -> tuple[float, float]:
-        """Return in this pose's frame a point that is given in the world's frame, in metres."""
+        """Convert a point from the world's frame to this pose's frame. Both are x and y in metres."""
         cos, sin = math.cos(self.heading), math.sin(self.heading)
         dx, dy = x - self.x, y - self.y
         return dx * cos + dy * sin, dy * cos - dx * sin
 
     def distance_to(self, x: float, y: float) -> float:
-        """Return the distance to a point, in metres."""
+        """Return the distance to the point (x, y) of the world, in metres."""
         return math.hypot(x - self.x, y - self.y)
 
     def bearing_to(self, x: float, y: float) -> float:
-        """Return the direction of a point, relative to the heading, in (-π, π] and positive to the left.
+        """Return the direction of the point (x, y) of the world relative to the heading, in radians.
+
+        The result is in (-π, π], and positive to the left.
 
         >>> round(math.degrees(Pose(0.0, 0.0, 0.0).bearing_to(1.0, 1.0)))
         45
@@ -89,7 +91,7 @@ class Pose(NamedTuple):
 
 
 def wrap_angle(angle: float) -> float:
-    """Return an angle in (-π, π] with the same direction.
+    """Return the angle in (-π, π] that has the same direction as ``angle``, in radians.
 
     >>> round(math.degrees(wrap_angle(math.radians(350))))
     -10
@@ -99,9 +101,9 @@ def wrap_angle(angle: float) -> float:
 
 
 def to_float(value: float) -> float:
-    """Return a number as a new float. An element of a NumPy array could change after the call.
+    """Return a number as a new ``float``. A NumPy array could change its value later, a ``float`` cannot.
 
-    Raises TypeError for text, which ``float`` would convert.
+    Raises TypeError for text. The builtin ``float`` would convert the text.
 
     >>> import numpy as np
     >>> to_float(np.where(True, 0.0, 0.2))
@@ -111,7 +113,7 @@ def to_float(value: float) -> float:
 
 
 class Wheels(NamedTuple):
-    """A quantity of both wheels: their velocities in rad/s, or their angles in rad."""
+    """A pair of values for the left and the right wheel: velocities in rad/s, or angles in rad."""
 
     left: float
     right: float
@@ -121,7 +123,8 @@ class Wheels(NamedTuple):
 class DifferentialGeometry:
     """Converts between the velocities of the wheels and of the body of a differential drive.
 
-    v = r(ω_r + ω_l)/2 and ω = r(ω_r − ω_l)/track: Siegwart, Introduction to Autonomous Mobile Robots, 3.2.
+    The formulas are v = r(ω_r + ω_l)/2 and ω = r(ω_r − ω_l)/track.
+    Source: Siegwart, Introduction to Autonomous Mobile Robots, section 3.2.
 
     >>> geometry = DifferentialGeometry(wheel_radius=0.05, track=0.2)
     >>> geometry.to_wheels(linear=0.1, angular=0.0)
@@ -131,12 +134,16 @@ class DifferentialGeometry:
     """
 
     wheel_radius: float
-    """In metres."""
+    """The radius of each wheel, in metres."""
     track: float
-    """The distance between the middles of the wheels, in metres."""
+    """The distance between the centres of the two wheels, in metres."""
 
     def to_wheels(self, linear: float, angular: float) -> Wheels:
-        """Return the wheel velocities, rad/s, for a velocity forward, m/s, and to the left, rad/s."""
+        """Return the wheel velocities in rad/s.
+
+        linear: the forward velocity of the body, in m/s.
+        angular: the turn rate of the body, in rad/s, positive to the left.
+        """
         turn = angular * self.track / 2
         return Wheels((linear - turn) / self.wheel_radius, (linear + turn) / self.wheel_radius)
 

@@ -26,9 +26,9 @@ class Intrinsics:
     """
 
     width: int
-    """In pixels."""
+    """The width of a picture, in pixels."""
     height: int
-    """In pixels."""
+    """The height of a picture, in pixels."""
     horizontal_fov: float
     """The full horizontal field of view, in radians."""
 
@@ -39,12 +39,12 @@ class Intrinsics:
 
     @property
     def cx(self) -> float:
-        """The column of the optical axis."""
+        """The column of the pixel on the optical axis."""
         return (self.width - 1) / 2
 
     @property
     def cy(self) -> float:
-        """The row of the optical axis."""
+        """The row of the pixel on the optical axis."""
         return (self.height - 1) / 2
 
     def bearing(self, u: float) -> float:
@@ -56,7 +56,10 @@ Array = NDArray[np.float64]
 
 
 class Mounted(Protocol):
-    """The position of a sensor on a robot, in metres, and its direction, in radians to the left and downwards."""
+    """The position and the direction of a sensor on a robot, in metres and radians.
+
+    A positive yaw points to the left, and a positive pitch points down.
+    """
 
     @property
     def x_m(self) -> float: ...
@@ -84,9 +87,9 @@ class CameraView:
 
     intrinsics: Intrinsics
     eye: Array
-    """The camera's position in the world, (3,), in metres."""
+    """The camera's position in the world, in metres, shape (3,)."""
     rotation: Array
-    """The unit vectors right, down and forward of the camera as rows, in the world's frame, (3, 3)."""
+    """The camera's axes right, down and forward as unit vectors in the world's frame, one per row, shape (3, 3)."""
 
     @classmethod
     def of(cls, intrinsics: Intrinsics, mount: Mounted, pose: Pose) -> CameraView:
@@ -103,16 +106,25 @@ class CameraView:
         return cls(intrinsics, np.array((x, y, mount.z_m)), np.array((right, down, forward)))
 
     def to_camera(self, points: Array) -> Array:
-        """Return points of the world, (n, 3), in the camera's frame: right, down and forward of the camera, (n, 3)."""
+        """Convert points from the world's frame to the camera's frame, both of shape (n, 3) in metres.
+
+        The axes of the camera's frame point right, down and forward.
+        """
         return np.asarray((points - self.eye) @ self.rotation.T)
 
     def to_pixels(self, points: Array) -> Array:
-        """Return the pixels, column and row (n, 2), of points ahead of the camera, (n, 3) in the camera's frame."""
+        """Return the column and the row of each point in the picture, shape (n, 2).
+
+        points: points in the camera's frame, ahead of the camera, shape (n, 3).
+        """
         i = self.intrinsics
         return points[:, :2] * (i.focal_length / points[:, 2:]) + (i.cx, i.cy)
 
     def shows(self, points: Array) -> NDArray[np.bool_]:
-        """Return for each point of the world, (n, 3), whether it is in the picture, obstacles ignored, (n,)."""
+        """Return for each point whether the picture shows it, shape (n,). Obstacles are ignored.
+
+        points: points in the world's frame, shape (n, 3).
+        """
         local = self.to_camera(points)
         depth = np.maximum(local[:, 2], 1e-9)
         half_width = self.intrinsics.width / 2 / self.intrinsics.focal_length

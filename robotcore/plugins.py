@@ -1,4 +1,4 @@
-"""Finds backends, apps, faults and device drivers by entry points, those of other packages too."""
+"""Finds the backends, apps, faults and device drivers that installed packages register as entry points."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DEVICES = "robotcore.devices"
 
 
 def backend_names() -> list[str]:
-    """Return the names of all backends, also of those whose libraries are not installed.
+    """Return the names of all registered backends. The libraries of some may not be installed.
 
     >>> "kinematic" in backend_names()
     True
@@ -29,19 +29,19 @@ def app_names() -> list[str]:
 
 
 def fault_names() -> list[str]:
-    """Return the names of all faults: effects such as ``drop``, and effects on one device such as ``noise.camera``."""
+    """Return the names of all faults: effects such as ``drop``, and effects on one kind such as ``noise.camera``."""
     return sorted(_points(FAULTS))
 
 
 def device_driver_names() -> list[str]:
-    """Return the names of all device drivers, also of those whose libraries are not installed."""
+    """Return the names of all registered device drivers. The libraries of some may not be installed."""
     return sorted(_points(DEVICES))
 
 
 def load_registered(kind: str, group: str, name: str) -> Any:
-    """Return the object of an entry point.
+    """Import and return the object that an entry point names.
 
-    kind: the noun for messages, such as ``backend``.
+        kind: the noun for the object in messages, such as ``backend``.
     group: the group of entry points.
     name: the name of the entry point.
 

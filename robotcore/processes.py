@@ -1,4 +1,4 @@
-"""Find the processes that hold a device, as far as Linux shows them in /proc."""
+"""Find the processes that have a device open or locked. The information comes from /proc on Linux."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ GUARDIAN_PACKAGE = b"robotcore.safety.guardian."
 
 @dataclass(frozen=True)
 class OpenFile:
-    """A file that a process has open."""
+    """A file that a process has open. ``process`` is the number of the process."""
 
     process: int
-    #: The number of the file in that process.
+    #: The file descriptor in that process.
     number: int
-    #: The text of the link in /proc/PID/fd: a path, or a name such as ``anon_inode:gpio-line``.
+    #: The target of the link in /proc/PID/fd: a path, or a name such as ``anon_inode:gpio-line``.
     link: str
 
 
 def list_open_files(proc: Path = PROC) -> Iterator[OpenFile]:
     """Yield the open files of all processes, in the order of the processes' numbers.
 
-    Linux shows the files of other users' processes to root only.
+    Without root rights, Linux shows only the files of the user's own processes.
     """
     for process in sorted(proc.glob("[0-9]*"), key=lambda folder: int(folder.name)):
-        with suppress(OSError):  # the process has ended, or is another user's
+        with suppress(OSError):  # the process has ended, or belongs to another user
             for file in (process / "fd").iterdir():
-                with suppress(OSError):  # the process has closed it meanwhile
+                with suppress(OSError):  # the process has just closed the file
                     yield OpenFile(int(process.name), int(file.name), str(file.readlink()))
 
 
 def find_holders(path: str) -> list[int]:
-    """Return the numbers of the other processes that have a device open, or have a lock on it.
+    """Return the numbers of the other processes that have a device open or locked.
 
-    Linux shows the locks of all processes to each user, but open files as `list_open_files` says.
+    Locks are visible to each user. The open files of other users' processes are visible to root only.
     """
     try:
-        device = os.stat(path)  # noqa: PTH116  as it is given
+        device = os.stat(path)  # noqa: PTH116  the path is a text
     except OSError:
         return []
     openers = {file.process for file in list_open_files() if _is_open_on(file, device)}
@@ -54,12 +54,15 @@ def find_holders(path: str) -> list[int]:
 
 
 def describe_holders(path: str) -> str:
-    """Return the other processes that hold a device: ``process 1234 (picocom)``; empty if none is found."""
+    """Return a text such as ``process 1234 (picocom)`` for the other processes that have a device open or locked.
+
+    The text is empty if none is found.
+    """
     return " and ".join(describe_process(number) for number in find_holders(path))
 
 
 def describe_process(number: int, proc: Path = PROC) -> str:
-    """Return a process's number and name: ``process 1234 (picocom)``; the number only if it has ended."""
+    """Return a text such as ``process 1234 (picocom)``. The name is left out if the process has ended."""
     process = proc / str(number)
     try:
         is_guardian = GUARDIAN_PACKAGE in (process / "cmdline").read_bytes()
@@ -70,10 +73,10 @@ def describe_process(number: int, proc: Path = PROC) -> str:
 
 
 def is_same_device(first: os.stat_result, second: os.stat_result) -> bool:
-    """Return whether two files are one device, by whatever paths they were reached.
+    """Return whether two file paths lead to the same device. Each argument is the ``stat`` result of one path.
 
-    A device may have several nodes, in a container for example: they have its number in common. The numbers of
-    pseudo-terminals begin at 0 in each container, so these are one device only if their node is the same.
+    A device may have several nodes, for example in containers. All nodes have the same device number. Only
+    pseudo-terminals must also have the same node, because each container numbers its own from 0.
     """
     if os.path.samestat(first, second):
         return True
@@ -83,17 +86,17 @@ def is_same_device(first: os.stat_result, second: os.stat_result) -> bool:
 
 
 def _is_open_on(file: OpenFile, device: os.stat_result) -> bool:
-    """Compare devices and not paths: a container's /dev/pts/3 has the path of the host's and is another device."""
+    """Return whether an open file is a device. Paths are not compared, because containers have their own paths."""
     if not file.link.startswith("/"):  # a pipe, a socket
         return False
     try:
         return is_same_device((PROC / f"{file.process}/fd/{file.number}").stat(), device)
-    except OSError:  # the process has closed it meanwhile
+    except OSError:  # the process has just closed the file
         return False
 
 
 def _find_lockers(file: os.stat_result) -> set[int]:
-    """Return the processes that have a lock on a file, by flock(2). Source: proc_locks(5)."""
+    """Return the numbers of the processes that have locked a file with flock(2). Source: proc_locks(5)."""
     try:
         locks = (PROC / "locks").read_text()
     except OSError:
@@ -101,4 +104,4 @@ def _find_lockers(file: os.stat_result) -> set[int]:
     where = f"{os.major(file.st_dev):02x}:{os.minor(file.st_dev):02x}:{file.st_ino}"
     lines = (line.split() for line in locks.splitlines())
     numbers = {int(each[4]) for each in lines if len(each) > 5 and each[5] == where and each[1] != "->"}
-    return {number for number in numbers if number > 0}  # -1 is a lock of an open file, with no process
+    return {number for number in numbers if number > 0}  # -1: a lock that belongs to no process

@@ -16,14 +16,17 @@ Array = NDArray[np.float64]
 Outline = Sequence[tuple[float, float]]
 
 FAN_RAYS = 15
-"""The number of rays of a fan."""
+"""The number of rays in a fan."""
 
 FAN_SETBACK_M = 0.05
-"""The rays begin this far behind the sensor, inside the robot, so that they hit a body that touches the sensor."""
+"""The distance in metres from the start of the rays, inside the robot, to the sensor.
+
+The rays begin behind the sensor, so that they also hit a body that touches the sensor.
+"""
 
 
 def edges_of(outlines: Iterable[Outline]) -> Array:
-    """Return the edges of polygons, (n, 4): x and y of the start, then x and y from the start to the end.
+    """Return the edges of polygons, shape (n, 4). An edge is its start x, y and the vector x, y to its end.
 
     >>> edges_of([[(1.0, 0.0), (1.0, 2.0)]]).tolist()
     [[1.0, 0.0, 0.0, 2.0], [1.0, 2.0, 0.0, -2.0]]
@@ -37,10 +40,10 @@ def edges_of(outlines: Iterable[Outline]) -> Array:
 
 
 def cast(x: Array | float, y: Array | float, dx: Array, dy: Array, edges: Array) -> Array:
-    """Return for each ray the distance to the first edge that it hits, (n,); ``inf`` if it hits none.
+    """Return for each ray the distance to the first edge that it hits, shape (n,). Without a hit it is ``inf``.
 
-    x, y: the start of all rays, or of each ray, (n,).
-    dx, dy: the direction of each ray, (n,). A distance is in units of the direction's length.
+    x, y: the common start of all rays, or the start of each ray, shape (n,).
+    dx, dy: the direction of each ray, shape (n,). The distance is a multiple of the direction's length.
     edges: the edges, as `edges_of` returns them.
 
     >>> wall = edges_of([[(2.0, -1.0), (2.0, 1.0)]])
@@ -81,33 +84,39 @@ class Fan:
 
     @property
     def angles(self) -> Array:
-        """The angles of the rays from the sensor's axis, in radians, right to left, (15,)."""
+        """The angle of each ray to the sensor's axis, in radians, from right to left, shape (15,)."""
         return np.linspace(-self.cone / 2, self.cone / 2, FAN_RAYS)
 
     def rays(self, mount: Mounted) -> tuple[Array, Array]:
-        """Return the common start of the rays, (3,), and their unit vectors, (15, 3), in the robot's frame."""
+        """Return the common start of the rays and their unit vectors, in the robot's frame.
+
+        Their shapes are (3,) and (15, 3).
+        """
         sensor = Pose(mount.x_m, mount.y_m, mount.yaw_rad)
         directions = self.directions(sensor)
         origin = np.array((*sensor.to_world(-FAN_SETBACK_M, 0.0), mount.z_m))
         return origin, np.stack((*directions, np.zeros_like(self.angles)), axis=1)
 
     def directions(self, sensor: Pose) -> tuple[Array, Array]:
-        """Return the x and the y of the rays' unit vectors, (15,) each, for a sensor at a pose."""
+        """Return the x and the y components of the rays' unit vectors, each of shape (15,).
+
+        sensor: the pose of the sensor.
+        """
         angles = sensor.heading + self.angles
         return np.cos(angles), np.sin(angles)
 
     def reading(self, lengths: Array) -> float:
-        """Return the distance that the sensor measures, in metres; ``inf`` beyond its range.
+        """Return the distance that the sensor measures, in metres. It is ``inf`` beyond the sensor's range.
 
-        lengths: the length of each ray from its start to its hit, in metres, (15,).
+        lengths: the length of each ray from its start to its hit, in metres, shape (15,).
         """
         nearest = float(lengths.min()) - FAN_SETBACK_M
         return math.inf if nearest > self.max_range else max(nearest, self.min_range)
 
     def point(self, lengths: Array) -> tuple[float, float, float] | None:
-        """Return the nearest hit in the sensor's frame, in metres; None beyond the sensor's range.
+        """Return the nearest hit as x, y, z in the sensor's frame, in metres. It is None beyond the sensor's range.
 
-        lengths: the length of each ray from its start to its hit, in metres, (15,).
+        lengths: the length of each ray from its start to its hit, in metres, shape (15,).
         """
         if math.isinf(self.reading(lengths)):
             return None

@@ -36,11 +36,13 @@ def escape(text: str, *, keep: str = "") -> str:
 
 
 MOST_NAMED = 5
-"""The most names in a message."""
+"""The largest number of names that a message lists."""
 
 
 def list_names(names: Collection[str], most: int = MOST_NAMED) -> str:
-    """Return the first names, escaped and separated by commas, and the number of the others.
+    """Return a text with the first ``most`` names and the number of the other names.
+
+    The names are escaped and separated by commas.
 
     >>> list_names(["a.mcap", "b.mcap", "c.mcap"], most=2)
     'a.mcap, b.mcap and 1 more'

@@ -1,4 +1,4 @@
-"""Starts threads, and recognises errors that mean that the system refuses memory."""
+"""Starts threads, and recognises the errors that the system raises when it refuses memory."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robotcore.errors import ResourceError
 
 
 def is_out_of_memory(error: BaseException) -> bool:
-    """Return whether an error, or one of its causes, means that the system refused memory.
+    """Return whether an error, or one of its causes, was raised because the system refused memory.
 
     `threading` raises a RuntimeError if it cannot allocate a lock.
 
