@@ -13,7 +13,7 @@ from types import MappingProxyType
 import cv2
 
 from drivers.mujoco.model import build
-from drivers.mujoco.model.attributes import CAMERA_GROUPS, flags
+from drivers.mujoco.model.attributes import CAMERA_GROUPS, group_flags
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Scene
@@ -84,7 +84,7 @@ def on_mujoco(robot: RobotDescription, world: WorldDescription) -> Block:
     data = mujoco.MjData(model)
     renderer, detector = mujoco.Renderer(model, camera.height_px, camera.width_px), ColourDetector("green")
     seen = mujoco.MjvOption()
-    seen.geomgroup[:] = flags(CAMERA_GROUPS)
+    seen.geomgroup[:] = group_flags(CAMERA_GROUPS)
     left, right = model.actuator(robot.drive.left).id, model.actuator(robot.drive.right).id
     mujoco.mj_forward(model, data)
 

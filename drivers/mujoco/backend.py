@@ -34,7 +34,7 @@ class MujocoOptions(StrictModel):
 
 
 class MujocoBackend(Backend):
-    """Opens each robot in its own simulation, which repeats to the bit on one platform."""
+    """Opens each robot in its own simulation. Two equal runs on one platform are equal to the bit."""
 
     name = "mujoco"
     summary = "MuJoCo rigid-body physics, in process: on Python 3.10 to 3.13, 64-bit ARM too"
@@ -52,17 +52,18 @@ class MujocoBackend(Backend):
     def require_installed(self) -> None:
         """Raise BackendMissingError if the library is missing or too old, or cannot be imported.
 
-        It sets OpenGL up when it is imported, by the environment's MUJOCO_GL, and raises whatever that raises.
+        MuJoCo sets up OpenGL during its import, as the environment variable MUJOCO_GL says. Errors of any class that
+        this raises become a BackendMissingError.
         """
         super().require_installed()
         try:
             import mujoco
         except Exception as error:
             text = " ".join(str(error).split())
-            way = os.environ.get("MUJOCO_GL")
+            renderer = os.environ.get("MUJOCO_GL")
             remedy = (
-                f"Unset MUJOCO_GL, which is {way!r}: what works is found"
-                if way
+                f"Unset MUJOCO_GL, which is {renderer!r}. robotcore then chooses a renderer that works"
+                if renderer
                 else "pip install --force-reinstall mujoco"
             )
             raise BackendMissingError(f"MuJoCo cannot be imported: {text}. {remedy}") from error
@@ -79,11 +80,11 @@ class MujocoBackend(Backend):
             raise UsageError("the mujoco backend needs a world; name one with --world", kind="world-missing")
         setup.options_as(MujocoOptions)
         self.require_installed()
-        with ExitStack() as undo:
+        with ExitStack() as cleanup:
             simulation = Simulation(setup, setup.world)
-            undo.callback(simulation.close)
+            cleanup.callback(simulation.close)
             devices = setup.open_each(simulation.open)
-            undo.pop_all()
+            cleanup.pop_all()
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation.truth, release=simulation.close)
 
     def export(
@@ -102,10 +103,10 @@ class Simulation:
         self._physics = Physics(setup.rate_hz, lambda step: compile_model(build(setup.robot, world, step)))
         self.model, self.data = self._physics.model, self._physics.data
         self._body = Body(self.model, self.data, setup.robot)
-        self._eyes = CameraSet(self.model, self.data, world)
+        self._cameras = CameraSet(self.model, self.data, world)
         self.truth = MujocoTruth(self._body, self._physics)
         self._closing = ExitStack()
-        self._closing.callback(self._eyes.close)
+        self._closing.callback(self._cameras.close)
         if setup.gui:
             self._open_window(max(world.floor.length_m, world.floor.width_m))
 
@@ -122,15 +123,15 @@ class Simulation:
         if isinstance(description, RangeSensorDescription):
             return MujocoRangeSensor(self.model, self.data, description, self.clock, self._body)
         if isinstance(description, CameraDescription):
-            return self._eyes.open(description, self.clock, self._body)
-        display: DisplayDescription = description  # of a new kind of device, the type checker tells
+            return self._cameras.open(description, self.clock, self._body)
+        display: DisplayDescription = description  # the type checker reports a new kind of device here
         return MemoryDisplay(display.name)
 
     def close(self) -> None:
         """Release OpenGL and the window. It may be called again."""
         self._closing.close()
 
-    def _open_window(self, breadth: float) -> None:
-        window = Window(self.model, self.data, breadth)
+    def _open_window(self, width_m: float) -> None:
+        window = Window(self.model, self.data, width_m)
         self._closing.callback(window.close)
-        self._physics.onlookers.append(window.show)
+        self._physics.step_listeners.append(window.show)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from drivers.mujoco.model.attributes import RANGE_GROUPS, flags
-from drivers.mujoco.model.world import seen_name
+from drivers.mujoco.model.attributes import RANGE_GROUPS, group_flags
+from drivers.mujoco.model.world import visual_name
 from drivers.mujoco.opengl import NoOpenGL
 from drivers.mujoco.physics import Array, Body
 from drivers.mujoco.rendering import Numbers, Renderer
@@ -51,12 +51,12 @@ class MujocoEncoder(Encoder):
         super().__init__(description.name)
         self._description, self._body = description, body
         self._joint = body.joint_of(self.name)
-        self._newest_at = SampleCache(clock, self._count)
+        self._cache = SampleCache(clock, self._measure)
 
     def _newest(self) -> Angle:
-        return self._newest_at()
+        return self._cache()
 
-    def _count(self, time: float, sequence: int) -> Angle:
+    def _measure(self, time: float, sequence: int) -> Angle:
         return Angle(self._description.quantise(self._body.angle(self._joint)), time, sequence)
 
 
@@ -71,14 +71,14 @@ class MujocoRangeSensor(RangeSensor):
         self._model, self._data, self._body = model, data, body
         self._fan = Fan(cone=description.cone_rad, **limits)
         self._origin, self._rays = self._fan.rays(description.mount)
-        self._groups = np.array(flags(RANGE_GROUPS), dtype=np.uint8)
+        self._groups = np.array(group_flags(RANGE_GROUPS), dtype=np.uint8)
         self._hit, self._lengths = np.zeros(FAN_RAYS, dtype=np.int32), np.zeros(FAN_RAYS)
-        self._newest_at = SampleCache(clock, self._listen)
+        self._cache = SampleCache(clock, self._measure)
 
     def _newest(self) -> Range:
-        return self._newest_at()
+        return self._cache()
 
-    def _listen(self, time: float, sequence: int) -> Range:
+    def _measure(self, time: float, sequence: int) -> Range:
         lengths = self._cast()
         return Range(self._fan.reading(lengths), time, sequence, self._fan.point(lengths))
 
@@ -95,16 +95,20 @@ class MujocoRangeSensor(RangeSensor):
 
 
 class MujocoCamera(Camera):
-    """A camera on the robot's body. ``things`` holds the number of each body in `numbers`, by its name."""
+    """A camera on the robot's body."""
 
     def __init__(
         self, description: CameraDescription, clock: Clock, body: Body, renderer: Renderer, things: Mapping[str, int]
     ) -> None:
+        """Build the camera.
+
+        things: the number that `numbers` returns for each thing of the world, by the thing's name.
+        """
         super().__init__(description.name, description.intrinsics)
         self.things = things
         self._body, self._renderer = body, renderer
         self._on_body = CameraView.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
-        self._newest_at = SampleCache(clock, self._expose)
+        self._cache = SampleCache(clock, self._capture)
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a camera at any position: BGR, read-only."""
@@ -120,9 +124,9 @@ class MujocoCamera(Camera):
         return self._renderer.numbers(view)
 
     def _newest(self) -> Frame:
-        return self._newest_at()
+        return self._cache()
 
-    def _expose(self, time: float, sequence: int) -> Frame:
+    def _capture(self, time: float, sequence: int) -> Frame:
         return Frame(self.picture(self._view()), time, sequence)
 
     def _view(self) -> CameraView:
@@ -136,7 +140,7 @@ class CameraSet:
 
     def __init__(self, model: MjModel, data: MjData, world: WorldDescription) -> None:
         self._model, self._data, self._sky = model, data, world.light.sky_colour
-        self._things = {thing.name: model.geom(seen_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
+        self._things = {thing.name: model.geom(visual_name(thing.name)).id for thing in (*world.prisms, *world.targets)}
         self._renderer: Renderer | None = None
 
     def open(self, description: CameraDescription, clock: Clock, body: Body) -> MujocoCamera:

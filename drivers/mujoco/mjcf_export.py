@@ -1,4 +1,7 @@
-"""The model as MJCF, for MuJoCo's own tools: https://mujoco.readthedocs.io/en/stable/XMLreference.html."""
+"""Export of the model as MJCF, the format of MuJoCo's own tools.
+
+Source: https://mujoco.readthedocs.io/en/stable/XMLreference.html.
+"""
 
 from __future__ import annotations
 
@@ -19,23 +22,29 @@ if TYPE_CHECKING:
 
 
 SITE_M = 0.005
-"""A sensor's site is drawn so large."""
+"""The drawn size of a sensor's site, in metres."""
 
 
 def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | None) -> Exported:
-    """Return the model that is simulated, to the six digits that MuJoCo writes; ``folder`` is for its textures.
+    """Return the simulated model as MJCF. MuJoCo writes its numbers with six digits.
 
-    Each sensor has a site ``<sensor>_frame`` besides, along whose x axis it looks.
+    Each sensor has an additional site ``<sensor>_frame``. The sensor points along the site's x axis.
+
+    robot: the robot, which has the world's start pose.
+    world: the world; None exports the robot alone.
+    folder: the folder of the textures, relative to the file; None leaves them out, and a note reports it.
+
+    Raises BackendError if MuJoCo cannot compile the model.
     """
     spec = build(robot, world)
     _add_frames(spec, robot)
     textures = [texture for texture in spec.textures if texture.data]
-    notes = () if folder is not None else _leave_out(spec, textures)
+    notes = () if folder is not None else _remove_textures(spec, textures)
     compile_model(spec)
     pictures = {f"{folder}/{texture.name}.png": texture for texture in textures} if folder is not None else {}
     for file, texture in pictures.items():
         texture.file = file
-    return Exported(spec.to_xml(), {file: _png(texture) for file, texture in pictures.items()}, notes)
+    return Exported(spec.to_xml(), {file: _encode_png(texture) for file, texture in pictures.items()}, notes)
 
 
 def _add_frames(spec: MjSpec, robot: RobotDescription) -> None:
@@ -45,8 +54,8 @@ def _add_frames(spec: MjSpec, robot: RobotDescription) -> None:
         base.add_site(name=frame(sensor), pos=place, quat=mount_orientation(mount), size=[SITE_M] * 3)
 
 
-def _leave_out(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:
-    """Take textures out of a model; return the note that says so, where there are any."""
+def _remove_textures(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:
+    """Remove textures from a model. Return a note about them, or none if there are no textures."""
     names = [texture.name for texture in textures]
     for material in spec.materials:
         for role, name in enumerate(material.textures):
@@ -54,10 +63,10 @@ def _leave_out(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:
                 material.textures[role] = ""
     for texture in textures:
         spec.delete(texture)
-    left_out = f"{pluralize(len(names), 'texture')} left out: they are pictures beside a file. Name one with --output"
+    left_out = f"{pluralize(len(names), 'texture')} left out: textures need files. Name the file with --output"
     return (left_out,) if names else ()
 
 
-def _png(texture: MjsTexture) -> bytes:
+def _encode_png(texture: MjsTexture) -> bytes:
     tile = np.frombuffer(texture.data, np.uint8).reshape(texture.height, texture.width, texture.nchannel)
     return cv2.imencode(".png", tile[:, :, ::-1])[1].tobytes()

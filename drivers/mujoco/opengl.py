@@ -1,4 +1,4 @@
-"""OpenGL without a screen: by EGL, on a graphics card or in software, or else by OSMesa."""
+"""OpenGL without a screen, by EGL on a graphics card or in software, or by OSMesa."""
 
 from __future__ import annotations
 
@@ -25,25 +25,26 @@ def set_variable(variable: str, value: str) -> Iterator[None]:
             os.environ[variable] = before
 
 
-class NoOpenGL(Exception):  # noqa: N818  the fact, which its catcher makes an error of
-    """This library cannot give OpenGL on this machine. The message says what is missing."""
+class NoOpenGL(Exception):  # noqa: N818  each caller raises an error of robotcore in its place
+    """OpenGL is not available on this machine. The message names the missing library or function."""
 
 
 class Context(ABC):
     """An OpenGL context that draws into memory. A constructor raises NoOpenGL if it cannot be created.
 
-    Between two uses it belongs to no thread, so that any thread may have the next. ``name`` is what MuJoCo calls its
-    kind, in the environment variable MUJOCO_GL; ``packages`` of Debian's bring it.
+    It is current for a thread only during its use, so any thread may use it next.
     """
 
     name: ClassVar[str]
+    """The value of the environment variable MUJOCO_GL that selects this kind of context."""
+
     packages: ClassVar[str]
+    """The Debian packages that contain the library."""
 
     @classmethod
-    def refusal(cls, why: str) -> NoOpenGL:
-        """Return the error for a context that does not draw, with a remedy if the program uses another OpenGL too."""
-        beside = f"Where the program has a window or a renderer of its own, set MUJOCO_GL={cls.name}"
-        return NoOpenGL(f"{why}. {beside}")
+    def build_error(cls, fault: str) -> NoOpenGL:
+        """Return the error for a context that does not draw, with a remedy for a program that uses another OpenGL."""
+        return NoOpenGL(f"{fault}. If the program has a window or a renderer of its own, set MUJOCO_GL={cls.name}")
 
     @abstractmethod
     def current(self) -> AbstractContextManager[None]:
@@ -63,7 +64,7 @@ def load_library(names: Sequence[str]) -> ctypes.CDLL:
     for name in names:
         try:
             return ctypes.CDLL(name, mode=ctypes.RTLD_GLOBAL)
-        except OSError:  # noqa: PERF203  the next may be there
+        except OSError:  # noqa: PERF203  the next library may be installed
             continue
     raise NoOpenGL(f"{names[0]} is not installed")
 
@@ -86,13 +87,13 @@ class EglContext(Context):
     packages = "libegl1 libgl1-mesa-dri"
 
     def __init__(self) -> None:
-        self._egl = egl = _typed_egl(load_library(EGL_LIBRARIES))
-        with set_variable("EGL_LOG_LEVEL", "fatal"):  # what it lacks is told of here
-            self._display = _display(egl)
+        self._egl = egl = _declare_egl_types(load_library(EGL_LIBRARIES))
+        with set_variable("EGL_LOG_LEVEL", "fatal"):  # a NoOpenGL reports the missing parts
+            self._display = _open_display(egl)
         egl.eglBindAPI(_OPENGL_API)
-        self._context = egl.eglCreateContext(self._display, _config(egl, self._display), None, None)
+        self._context = egl.eglCreateContext(self._display, _choose_config(egl, self._display), None, None)
         if not self._context:
-            raise NoOpenGL(f"EGL makes no context, error {egl.eglGetError():#x}")
+            raise NoOpenGL(f"EGL creates no context, error {egl.eglGetError():#x}")
 
     @contextmanager
     def current(self) -> Iterator[None]:
@@ -100,7 +101,7 @@ class EglContext(Context):
         before = (egl.eglGetCurrentSurface(_DRAW), egl.eglGetCurrentSurface(_READ), egl.eglGetCurrentContext())
         display = egl.eglGetCurrentDisplay() or self._display
         if not egl.eglMakeCurrent(self._display, None, None, self._context):
-            raise self.refusal(f"EGL does not let this thread draw, error {egl.eglGetError():#x}")
+            raise self.build_error(f"EGL does not let this thread draw, error {egl.eglGetError():#x}")
         try:
             yield
         finally:
@@ -117,7 +118,7 @@ class EglContext(Context):
             self._context = None
 
 
-def _typed_egl(egl: ctypes.CDLL) -> ctypes.CDLL:
+def _declare_egl_types(egl: ctypes.CDLL) -> ctypes.CDLL:
     """Declare the pointer arguments of EGL's functions, which ctypes would otherwise cut to 32 bits."""
     pointer = c_void_p
     types: dict[str, tuple[object, list[object]]] = {
@@ -137,10 +138,10 @@ def _typed_egl(egl: ctypes.CDLL) -> ctypes.CDLL:
     return egl
 
 
-def _display(egl: ctypes.CDLL) -> int:
+def _open_display(egl: ctypes.CDLL) -> int:
     """Return the display of the first device that can be initialised."""
-    query = _extension(egl, "eglQueryDevicesEXT", c_uint, c_int, POINTER(c_void_p), POINTER(c_int))
-    display_of = _extension(egl, "eglGetPlatformDisplayEXT", c_void_p, c_uint, c_void_p, c_void_p)
+    query = _load_extension(egl, "eglQueryDevicesEXT", c_uint, c_int, POINTER(c_void_p), POINTER(c_int))
+    display_of = _load_extension(egl, "eglGetPlatformDisplayEXT", c_void_p, c_uint, c_void_p, c_void_p)
     devices, count = (c_void_p * _MOST_DEVICES)(), c_int()
     query(_MOST_DEVICES, devices, byref(count))
     for device in devices[: count.value]:
@@ -150,13 +151,13 @@ def _display(egl: ctypes.CDLL) -> int:
     raise NoOpenGL("libEGL.so.1 finds no driver, not even one in software")
 
 
-def _extension(egl: ctypes.CDLL, name: str, result: type, *arguments: type) -> Callable[..., Any]:
+def _load_extension(egl: ctypes.CDLL, name: str, result: type, *arguments: type) -> Callable[..., Any]:
     if not (address := egl.eglGetProcAddress(name.encode())):
-        raise NoOpenGL(f"libEGL.so.1 does not know {name}")
+        raise NoOpenGL(f"libEGL.so.1 has no function {name}")
     return ctypes.CFUNCTYPE(result, *arguments)(address)
 
 
-def _config(egl: ctypes.CDLL, display: int) -> c_void_p:
+def _choose_config(egl: ctypes.CDLL, display: int) -> c_void_p:
     """Return a configuration with which OpenGL draws into memory."""
     wanted = (_SURFACE_TYPE, _PBUFFER_BIT, _RENDERABLE_TYPE, _OPENGL_BIT, _NONE)
     config, count = c_void_p(), c_int()
@@ -179,17 +180,17 @@ class OsmesaContext(Context):
     packages = "libosmesa6"
 
     def __init__(self) -> None:
-        self._osmesa = osmesa = _typed_osmesa(load_library(OSMESA_LIBRARIES))
+        self._osmesa = osmesa = _declare_osmesa_types(load_library(OSMESA_LIBRARIES))
         self._pixel = (ctypes.c_ubyte * 4)()
         self._context = osmesa.OSMesaCreateContextExt(_RGBA, _DEPTH_BITS, _STENCIL_BITS, 0, None)
         if not self._context:
-            raise NoOpenGL("OSMesa makes no context")
+            raise NoOpenGL("OSMesa creates no context")
 
     @contextmanager
     def current(self) -> Iterator[None]:
         """Make the context current within a block. OSMesa cannot restore the last context; then none is current."""
         if not self._osmesa.OSMesaMakeCurrent(self._context, self._pixel, _UNSIGNED_BYTE, 1, 1):
-            raise self.refusal("OSMesa does not let this thread draw")
+            raise self.build_error("OSMesa does not let this thread draw")
         try:
             yield
         finally:
@@ -205,7 +206,7 @@ class OsmesaContext(Context):
             self._context = None
 
 
-def _typed_osmesa(osmesa: ctypes.CDLL) -> ctypes.CDLL:
+def _declare_osmesa_types(osmesa: ctypes.CDLL) -> ctypes.CDLL:
     """Declare the pointer arguments of OSMesa's functions, which ctypes would otherwise cut to 32 bits."""
     osmesa.OSMesaCreateContextExt.restype = c_void_p
     osmesa.OSMesaMakeCurrent.argtypes = [c_void_p, c_void_p, c_uint, c_int, c_int]
@@ -219,30 +220,30 @@ def _typed_osmesa(osmesa: ctypes.CDLL) -> ctypes.CDLL:
 VARIABLE = "MUJOCO_GL"
 """The variable by which the user chooses the library. MuJoCo and its C library read it too."""
 
-CONTEXTS: Mapping[str, type[Context]] = {way.name: way for way in (EglContext, OsmesaContext)}
+CONTEXTS: Mapping[str, type[Context]] = {context.name: context for context in (EglContext, OsmesaContext)}
 
 
 def open_context() -> Context:
     """Return an OpenGL context without a screen. Raises NoOpenGL, with the remedy, if there is none.
 
-    The user may name a way by the environment variable MUJOCO_GL; then no other is tried.
+    If the environment variable MUJOCO_GL names a kind of context, only that kind is tried.
     """
     named = os.environ.get(VARIABLE, "").strip().lower()
     if named and named not in CONTEXTS:
         raise NoOpenGL(
-            f"{VARIABLE} is {named!r}, which draws nothing without a window. "
+            f"{VARIABLE} is {named!r}, which cannot draw without a window. "
             f"Unset it, or set it to {' or '.join(CONTEXTS)}"
         )
-    ways = (CONTEXTS[named],) if named else tuple(CONTEXTS.values())
+    contexts = (CONTEXTS[named],) if named else tuple(CONTEXTS.values())
     failures = []
-    for way in ways:
+    for context in contexts:
         try:
-            return way()
-        except NoOpenGL as failure:  # noqa: PERF203  every way that fails is to be told
+            return context()
+        except NoOpenGL as failure:  # noqa: PERF203  the message has every failure
             failures.append(str(failure))
-    what = f"{VARIABLE} is {named!r}, which does not work" if named else "there is no OpenGL without a screen"
-    remedy = f"On Debian: sudo apt install {', or '.join(way.packages for way in ways)}"
-    raise NoOpenGL(f"{what}: {'; '.join(failures)}. {remedy}")
+    fault = f"{VARIABLE} is {named!r}, which does not work" if named else "there is no OpenGL without a screen"
+    remedy = f"On Debian: sudo apt install {', or '.join(context.packages for context in contexts)}"
+    raise NoOpenGL(f"{fault}: {'; '.join(failures)}. {remedy}")
 
 
 def announce_to_mujoco(context: Context) -> AbstractContextManager[None]:

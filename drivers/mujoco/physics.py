@@ -1,4 +1,4 @@
-"""The physics steps, the robot's body, its contacts and the ground truth."""
+"""The physics steps, the body of the robot, its contacts and the ground truth."""
 
 from __future__ import annotations
 
@@ -21,38 +21,44 @@ if TYPE_CHECKING:
 
 
 class Physics:
-    """A stepped clock whose steps are MuJoCo's.
+    """A stepped clock whose steps are physics steps of MuJoCo.
 
-    ``model_of`` makes the model for steps of so many seconds; ``onlookers`` are called whenever time has passed.
-    Whatever `data` says is of the present: a whole step of MuJoCo's leaves places and contacts as they were before it,
-    so each is taken from its middle to the next's.
+    A whole step of MuJoCo leaves positions and contacts as they were before it. Each step here is the second half of
+    one and the first half of the next, so `data` is always of the current time.
     """
 
-    def __init__(self, rate_hz: float, model_of: Callable[[float], MjModel]) -> None:
+    def __init__(self, rate_hz: float, build_model: Callable[[float], MjModel]) -> None:
+        """Build the model and its first state.
+
+        rate_hz: the rate of the ticks.
+        build_model: returns the model for a physics step in seconds.
+        """
         from mujoco import MjData, mj_step1, mj_step2
 
         self.clock = SteppedClock(rate_hz, self._advance)
-        self.model = model_of(self.clock.step)
+        self.model = build_model(self.clock.step)
         self.data = MjData(self.model)
-        self._move, self._look_round = mj_step2, mj_step1
-        self._look_round(self.model, self.data)
-        self.touches = ContactCounter(self.model, self.data)
-        self.onlookers: list[Callable[[], None]] = []
+        self._finish_step, self._begin_step = mj_step2, mj_step1
+        self._begin_step(self.model, self.data)
+        self.contacts = ContactCounter(self.model, self.data)
+        self.step_listeners: list[Callable[[], None]] = []
+        """Called each time that the clock has advanced."""
 
     def _advance(self, steps: int) -> None:
-        move, look_round, model, data, look = self._move, self._look_round, self.model, self.data, self.touches.look
+        finish, begin, model, data = self._finish_step, self._begin_step, self.model, self.data
+        update_contacts = self.contacts.update
         for _ in range(steps):
-            move(model, data)
-            look_round(model, data)
-            look()
+            finish(model, data)
+            begin(model, data)
+            update_contacts()
         self.require_sound()
-        for show in self.onlookers:
-            show()
+        for listener in self.step_listeners:
+            listener()
 
     def require_sound(self) -> None:
         """Raise BackendError, with MuJoCo's message, if MuJoCo has reset its state.
 
-        Once something gets too fast to be computed, MuJoCo puts all back where it started, and goes on.
+        If a velocity becomes too great to compute, MuJoCo puts all bodies back to the start and continues.
         """
         warning = self.data.warning
         if warning.number.any():
@@ -75,13 +81,13 @@ class ContactCounter:
         self._model, self._data = model, data
         self._distance = mj_geomDistance
         self._body = int(model.body(BASE).geomadr[0])
-        self._passed_over = {self._body, *np.flatnonzero(model.geom_type == mjtGeom.mjGEOM_PLANE).tolist()}
+        self._ignored = {self._body, *np.flatnonzero(model.geom_type == mjtGeom.mjGEOM_PLANE).tolist()}
         self._touched: set[int] = set()
 
-    def look(self) -> None:
+    def update(self) -> None:
         """Update the contacts after a step."""
         pairs = self._data.contact.geom.tolist()
-        touching = {thing for pair in pairs if self._body in pair for thing in pair} - self._passed_over
+        touching = {thing for pair in pairs if self._body in pair for thing in pair} - self._ignored
         if touching or self._touched:
             self.count += len(touching - self._touched)
             self._touched = touching | {thing for thing in self._touched if self._is_near(thing)}
@@ -94,7 +100,7 @@ Array = NDArray[np.float64]
 
 
 class Body:
-    """Its frame has its origin on the floor under the middle of the axle."""
+    """The body of the robot. Its frame has its origin on the floor under the middle of the axle."""
 
     def __init__(self, model: MjModel, data: MjData, description: RobotDescription) -> None:
         self._data = data
@@ -105,7 +111,7 @@ class Body:
     def joint_of(self, device: str) -> int:
         """Return the index of a device's wheel in the model's positions. Raises DeviceError without a wheel."""
         if device not in self._joints:
-            raise DeviceError(device, "sits on no wheel; name it in the robot's drive", kind="no-wheel")
+            raise DeviceError(device, "is on no wheel. Name it in the robot's drive", kind="no-wheel")
         return self._joints[device]
 
     def angle(self, joint: int) -> float:
@@ -152,4 +158,4 @@ class MujocoTruth:
 
     def contacts(self) -> int:
         self._physics.require_sound()
-        return self._physics.touches.count
+        return self._physics.contacts.count

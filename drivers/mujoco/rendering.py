@@ -1,4 +1,4 @@
-"""Pictures of a model as a pinhole camera sees it, drawn off screen with OpenGL."""
+"""Renders pictures of a model as a pinhole camera, off screen, with OpenGL."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.mujoco.model.attributes import CAMERA_GROUPS, flags
+from drivers.mujoco.model.attributes import CAMERA_GROUPS, group_flags
 from drivers.mujoco.model.builder import FAR_M, NEAR_M
 from drivers.mujoco.opengl import Context, NoOpenGL, announce_to_mujoco, open_context
 from robotcore.hal.devices import Image
@@ -27,87 +27,95 @@ _MOST_GEOMS = 10_000
 
 
 class Renderer:
-    """Draws what stands in a model's world, without shadows, haze or smoothing, and the ``sky``: red, green, blue.
+    """Draws a model's world and sky without shadows, haze or smoothing.
 
-    Raises NoOpenGL where it cannot. Any thread may use it, and close it, one at a time.
+    Any thread may use it and close it, one at a time.
     """
 
     def __init__(self, model: MjModel, data: MjData, sky: tuple[int, int, int]) -> None:
+        """Prepare OpenGL for a model.
+
+        sky: the colour of the sky: red, green, blue, each from 0 to 255.
+
+        Raises NoOpenGL if there is no OpenGL without a screen.
+        """
         from mujoco import MjvCamera
 
         self._model, self._data, self._sky = model, data, sky
-        self._scene, self._options, self._unmoved = _scene(model), _options(), MjvCamera()
+        self._scene, self._options, self._camera = _build_scene(model), _build_options(), MjvCamera()
         self._canvas = Canvas(model)
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture of a camera, (height, width, 3), BGR."""
-        rgb, depths = self._drawn(view)
+        rgb, depths = self._draw(view)
         image: Image = np.asarray(cv2.cvtColor(cv2.flip(rgb, 0), cv2.COLOR_RGB2BGR), dtype=np.uint8)
         is_sky = (cv2.flip(depths, 0) == 0.0).view(np.uint8)
-        cv2.copyTo(_plain(self._sky[::-1], *depths.shape), is_sky, image)  # its sky takes MuJoCo as long as all else
+        cv2.copyTo(
+            _plain_image(self._sky[::-1], *depths.shape), is_sky, image
+        )  # MuJoCo takes as long for its sky as for the rest
         return image
 
     def numbers(self, view: CameraView) -> Numbers:
         """Return the number of the geom that each pixel shows, (height, width); -1 for the sky."""
-        _flag(self._scene, "SEGMENT", "IDCOLOR", on=True)
+        _set_flags(self._scene, "SEGMENT", "IDCOLOR", on=True)
         try:
-            rgb, _ = self._drawn(view)
+            rgb, _ = self._draw(view)
         finally:
-            _flag(self._scene, "SEGMENT", "IDCOLOR", on=False)
-        inks = rgb[::-1].astype(np.int32) @ (1, 1 << 8, 1 << 16)  # each geom is drawn in one more than its place
+            _set_flags(self._scene, "SEGMENT", "IDCOLOR", on=False)
+        codes = rgb[::-1].astype(np.int32) @ (1, 1 << 8, 1 << 16)  # the colour of a geom is its index plus 1
         geoms = (-1, *(geom.objid for geom in self._scene.geoms[: self._scene.ngeom]))
-        return np.asarray(np.array(geoms, dtype=np.int32)[inks])
+        return np.asarray(np.array(geoms, dtype=np.int32)[codes])
 
     def close(self) -> None:
-        """Let OpenGL go. May be called again."""
+        """Release OpenGL. It may be called again."""
         self._canvas.close()
 
-    def _drawn(self, view: CameraView) -> tuple[Image, Depths]:
+    def _draw(self, view: CameraView) -> tuple[Image, Depths]:
         from mujoco import mjtCatBit, mjv_updateScene
 
         scene, size = self._scene, view.intrinsics
         category = mjtCatBit.mjCAT_ALL.value
-        mjv_updateScene(self._model, self._data, self._options, None, self._unmoved, category, scene)
-        for eye in scene.camera:  # of a head with two, whose mean is drawn
-            _place(eye, view)
+        mjv_updateScene(self._model, self._data, self._options, None, self._camera, category, scene)
+        for camera in scene.camera:  # MuJoCo draws from the mean of a left and a right camera
+            _place(camera, view)
         return self._canvas.draw(scene, size.width, size.height)
 
 
-def _place(eye: MjvGLCamera, view: CameraView) -> None:
+def _place(camera: MjvGLCamera, view: CameraView) -> None:
     """Set the pose and the frustum of a MuJoCo camera from a view."""
     _, down, forward = view.rotation
     top = NEAR_M * view.intrinsics.height / 2 / view.intrinsics.focal_length
-    eye.pos, eye.forward, eye.up = view.eye, forward, -down
-    eye.frustum_center, eye.frustum_bottom, eye.frustum_top = 0.0, -top, top
-    eye.frustum_near, eye.frustum_far = NEAR_M, FAR_M
+    camera.pos, camera.forward, camera.up = view.eye, forward, -down
+    camera.frustum_center, camera.frustum_bottom, camera.frustum_top = 0.0, -top, top
+    camera.frustum_near, camera.frustum_far = NEAR_M, FAR_M
 
 
-def _scene(model: MjModel) -> MjvScene:
+def _build_scene(model: MjModel) -> MjvScene:
     """Return a scene with the bodies and the light only."""
     from mujoco import MjvScene
 
     scene = MjvScene(model, _MOST_GEOMS)
-    _flag(scene, "SHADOW", "REFLECTION", "HAZE", "SKYBOX", on=False)
+    _set_flags(scene, "SHADOW", "REFLECTION", "HAZE", "SKYBOX", on=False)
     return scene
 
 
-def _flag(scene: MjvScene, *names: str, on: bool) -> None:
+def _set_flags(scene: MjvScene, *names: str, on: bool) -> None:
     from mujoco import mjtRndFlag
 
     for name in names:
         scene.flags[getattr(mjtRndFlag, f"mjRND_{name}")] = on
 
 
-def _options() -> MjvOption:
+def _build_options() -> MjvOption:
     from mujoco import MjvOption
 
     options = MjvOption()
-    options.geomgroup[:] = flags(CAMERA_GROUPS)
+    options.geomgroup[:] = group_flags(CAMERA_GROUPS)
     return options
 
 
 @lru_cache(maxsize=8)
-def _plain(colour: tuple[int, ...], height: int, width: int) -> Image:
+def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
     """Return a picture of one BGR colour."""
     return np.full((height, width, 3), colour, dtype=np.uint8)
 
@@ -119,33 +127,36 @@ _CLAMP_VERTEX_COLOR, _FALSE = 0x891A, 0
 
 
 class Canvas:
-    """Holds what a model looks like. Raises NoOpenGL, when it is made and when it is drawn on.
+    """Draws scenes of a model into memory. The constructor and `draw` raise NoOpenGL if OpenGL fails.
 
-    Any thread may use it, and close it, one at a time.
+    Any thread may use it and close it, one at a time.
     """
 
     def __init__(self, model: MjModel) -> None:
         self._context, self._is_closed = open_context(), False
         try:
-            self._drawing = _drawing(model, self._context)
+            self._drawing = _upload_model(model, self._context)
         except BaseException:
             self._context.close()
             raise
 
     def draw(self, scene: MjvScene, width: int, height: int) -> tuple[Image, Depths]:
-        """Return a scene, from the bottom row up: RGB, and depths, greater where nearer and 0 where nothing is."""
+        """Return a picture of a scene in RGB, and its depths. The bottom row comes first.
+
+        The depth of a nearer point is greater. The depth of the sky is 0.
+        """
         from mujoco import MjrRect, mjr_readPixels, mjr_render
 
         rgb, depths = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
         whole = MjrRect(0, 0, width, height)
         with self._context.current():
-            _make_room(self._drawing, width, height)
+            _grow_buffer(self._drawing, width, height)
             mjr_render(whole, scene, self._drawing)
             mjr_readPixels(rgb, depths, whole, self._drawing)
         return rgb, depths
 
     def close(self) -> None:
-        """Let all of OpenGL go: what is left open complains when the process ends. May be called again."""
+        """Release OpenGL, which otherwise prints errors when the process ends. It may be called again."""
         if not self._is_closed:
             self._is_closed = True
             with self._context.current():
@@ -153,16 +164,18 @@ class Canvas:
             self._context.close()
 
 
-def _drawing(model: MjModel, context: Context) -> MjrContext:
-    """Send everything that a model shows to OpenGL."""
+def _upload_model(model: MjModel, context: Context) -> MjrContext:
+    """Send the shapes and textures of a model to OpenGL."""
     import mujoco
 
-    model.vis.global_.offwidth = model.vis.global_.offheight = 1  # it grows to what is drawn: all of it is cleared
+    model.vis.global_.offwidth = model.vis.global_.offheight = (
+        1  # MuJoCo clears the whole buffer, so it grows with the pictures
+    )
     with context.current(), announce_to_mujoco(context):
         try:
             drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_50.value)
         except mujoco.FatalError as error:
-            raise context.refusal(f"MuJoCo cannot draw by {context.name}: {error}") from error
+            raise context.build_error(f"MuJoCo cannot draw with {context.name}: {error}") from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, drawing)
         drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         _use_nearest(drawing, context)
@@ -170,7 +183,7 @@ def _drawing(model: MjModel, context: Context) -> MjrContext:
     return drawing
 
 
-def _make_room(drawing: MjrContext, width: int, height: int) -> None:
+def _grow_buffer(drawing: MjrContext, width: int, height: int) -> None:
     from mujoco import mjr_resizeOffscreen
 
     if width > drawing.offWidth or height > drawing.offHeight:
@@ -178,25 +191,25 @@ def _make_room(drawing: MjrContext, width: int, height: int) -> None:
 
 
 def _use_nearest(drawing: MjrContext, context: Context) -> None:
-    """Show in each pixel the one texel that it hits, as the other simulators do. MuJoCo would show a mean."""
+    """Show one texel in each pixel, as the other simulators do. By default MuJoCo shows a mean of several."""
     from mujoco import mjtTexture
 
-    bind = _function(context, "glBindTexture", ctypes.c_uint, ctypes.c_uint)
-    let = _function(context, "glTexParameteri", ctypes.c_uint, ctypes.c_uint, ctypes.c_int)
+    bind = _load_function(context, "glBindTexture", ctypes.c_uint, ctypes.c_uint)
+    set_parameter = _load_function(context, "glTexParameteri", ctypes.c_uint, ctypes.c_uint, ctypes.c_int)
     for number in range(drawing.ntexture):
         if drawing.textureType[number] == mjtTexture.mjTEXTURE_2D:
             bind(_TEXTURE_2D, drawing.texture[number])
-            let(_TEXTURE_2D, _MAG_FILTER, _NEAREST)
-            let(_TEXTURE_2D, _MIN_FILTER, _NEAREST)
+            set_parameter(_TEXTURE_2D, _MAG_FILTER, _NEAREST)
+            set_parameter(_TEXTURE_2D, _MIN_FILTER, _NEAREST)
 
 
 def _disable_clamping(context: Context) -> None:
-    """Apply textures before the brightness is cut to white, as the other simulators do."""
-    clamp = _function(context, "glClampColor", ctypes.c_uint, ctypes.c_uint)
+    """Limit the brightness to white after the textures are applied, as the other simulators do."""
+    clamp = _load_function(context, "glClampColor", ctypes.c_uint, ctypes.c_uint)
     clamp(_CLAMP_VERTEX_COLOR, _FALSE)
 
 
-def _function(context: Context, name: str, *arguments: type) -> Callable[..., None]:
+def _load_function(context: Context, name: str, *arguments: type) -> Callable[..., None]:
     if not (address := context.address_of(name)):
-        raise NoOpenGL(f"{context.name} does not know {name}")
+        raise NoOpenGL(f"{context.name} has no function {name}")
     return ctypes.CFUNCTYPE(None, *arguments)(address)

@@ -1,4 +1,4 @@
-"""MuJoCo's own window on a simulation."""
+"""MuJoCo's window, which shows a simulation."""
 
 from __future__ import annotations
 
@@ -14,46 +14,50 @@ if TYPE_CHECKING:
     from mujoco import MjData, MjModel
     from mujoco.viewer import Handle
 
-NO_SCREEN = "mujoco: there is no screen to open a window on. Leave --gui out, or set DISPLAY to one"
+NO_SCREEN = "mujoco: there is no screen for a window. Leave --gui out, or set DISPLAY to a screen"
 
-AZIMUTH_DEG, ELEVATION_DEG, AWAY = 90.0, -60.0, 1.45
-"""From where it looks at first: from the world's own below, down on its middle; so many times its breadth away."""
+AZIMUTH_DEG, ELEVATION_DEG, DISTANCE_RATIO = 90.0, -60.0, 1.45
+"""The first view: from the south of the world, down on its middle. The distance is in widths of the world."""
 
 CLOSING_S = 5.0
+"""The longest wait for the end of the window's thread."""
 
-ALONE = threading.Lock()
-"""The lock of the open window. Each window has its own thread, and GLFW crashes with two."""
+WINDOW_LOCK = threading.Lock()
+"""The open window holds this lock. Each window has its own thread, and GLFW crashes with two."""
 
 
 class Window:
-    """Shows a copy of the robot and the world, ``breadth`` metres across: no hand in it changes how a run goes.
+    """Shows a copy of the robot and the world. The user's actions in the window do not change the run."""
 
-    Raises BackendError if no window can open, and while another one is open.
-    """
+    def __init__(self, model: MjModel, data: MjData, width_m: float) -> None:
+        """Open the window.
 
-    def __init__(self, model: MjModel, data: MjData, breadth: float) -> None:
+        width_m: the width of the world.
+
+        Raises BackendError if no window can open, or if another one is open.
+        """
         self._model, self._data, self._shown = copy(model), data, copy(data)
-        if not ALONE.acquire(blocking=False):
+        if not WINDOW_LOCK.acquire(blocking=False):
             raise BackendError(
-                "mujoco: it shows one window at a time. Close the other robot first, or leave --gui out",
+                "mujoco: another window is open, and only one can be. Close the other robot first, or leave --gui out",
                 kind="second-window",
             )
-        with ExitStack() as undo:
-            undo.callback(ALONE.release)
+        with ExitStack() as cleanup:
+            cleanup.callback(WINDOW_LOCK.release)
             _require_screen()
-            self._viewer, self._threads = _launched(self._model, self._shown)
-            self._closing = undo.pop_all()
+            self._viewer, self._threads = _launch_viewer(self._model, self._shown)
+            self._closing = cleanup.pop_all()
         with self._viewer.lock():
             camera = self._viewer.cam
-            camera.lookat[:], camera.distance = 0.0, AWAY * breadth
+            camera.lookat[:], camera.distance = 0.0, DISTANCE_RATIO * width_m
             camera.azimuth, camera.elevation = AZIMUTH_DEG, ELEVATION_DEG
 
     def show(self) -> None:
-        """Show the present state. Raises BackendError after the user has closed the window."""
+        """Show the current state. Raises BackendError if the user has closed the window."""
         from mujoco import mj_copyData
 
         if not self._viewer.is_running():
-            raise BackendError("mujoco: its window was closed. Run again and leave it open", kind="window-closed")
+            raise BackendError("mujoco: the window was closed. Run again and leave it open", kind="window-closed")
         mj_copyData(self._shown, self._model, self._data)
         self._viewer.sync()
 
@@ -65,7 +69,7 @@ class Window:
         self._closing.close()
 
 
-def _launched(model: MjModel, data: MjData) -> tuple[Handle, set[threading.Thread]]:
+def _launch_viewer(model: MjModel, data: MjData) -> tuple[Handle, set[threading.Thread]]:
     """Return a viewer, and the threads that it has started."""
     from mujoco.viewer import launch_passive
 
@@ -78,7 +82,7 @@ def _launched(model: MjModel, data: MjData) -> tuple[Handle, set[threading.Threa
 
 
 def _require_screen() -> None:
-    """Raise BackendError if no window can open. MuJoCo's thread would die, and its caller wait forever."""
+    """Raise BackendError if no window can open. MuJoCo's thread would end, and its caller would wait forever."""
     import glfw
 
     with warnings.catch_warnings():
@@ -89,5 +93,5 @@ def _require_screen() -> None:
         window = glfw.create_window(1, 1, "", None, None)
         glfw.default_window_hints()
         if not window:
-            raise BackendError("mujoco: this screen shows no OpenGL. Leave --gui out", kind="no-screen")
+            raise BackendError("mujoco: this screen has no OpenGL. Leave --gui out", kind="no-screen")
         glfw.destroy_window(window)

@@ -57,7 +57,7 @@ class Body:
     def joint_of(self, device: str) -> int:
         """Return Bullet's number of the joint of a device's wheel. Raises DeviceError without a wheel."""
         if device not in self._joints:
-            raise DeviceError(device, "sits on no wheel; name it in the robot's drive", kind="no-wheel")
+            raise DeviceError(device, "is on no wheel. Name it in the robot's drive", kind="no-wheel")
         return self._joints[device]
 
     def transform(self) -> tuple[Array, Array]:

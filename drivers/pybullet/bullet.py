@@ -90,7 +90,7 @@ def _require_screen() -> None:
     """Raise BackendError if no window can open. Bullet would end the whole process."""
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise BackendError(
-            "pybullet: there is no screen to open a window on. Leave --gui out, or set DISPLAY to one", kind="no-screen"
+            "pybullet: there is no screen for a window. Leave --gui out, or set DISPLAY to a screen", kind="no-screen"
         )
 
 

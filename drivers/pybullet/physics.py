@@ -16,11 +16,11 @@ from robotcore.hal.truth import RELEASE_M
 class Physics:
     """A stepped clock whose steps are physics steps of Bullet."""
 
-    def __init__(self, bullet: Bullet, rate_hz: float, touches: Touches, solver_iterations: int) -> None:
+    def __init__(self, bullet: Bullet, rate_hz: float, contacts: ContactCounter, solver_iterations: int) -> None:
         self.clock = SteppedClock(rate_hz, self._advance)
         self.motors: list[BulletMotor] = []
         self._step = bullet.stepSimulation
-        self._touches = touches
+        self._contacts = contacts
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=self.clock.step,
             numSolverIterations=solver_iterations,
@@ -33,7 +33,7 @@ class Physics:
             for motor in self.motors:
                 motor.drive()
             self._step()
-            self._touches.update()
+            self._contacts.update()
 
 
 class BulletMotor(Motor):
@@ -49,18 +49,18 @@ class BulletMotor(Motor):
         self._velocity_control = bullet.VELOCITY_CONTROL
         self._torque = description.max_torque_nm
         self._gain = -math.expm1(-step / description.lag_s) if description.lag_s else 1.0
-        self._asked = self._velocity = 0.0
+        self._command = self._velocity = 0.0
         self._send()
 
     def drive(self) -> None:
         """Update the joint's target velocity for the next step."""
         before = self._velocity
-        self._velocity += (self._asked - before) * self._gain
+        self._velocity += (self._command - before) * self._gain
         if self._velocity != before:
             self._send()
 
     def _apply(self, rad_s: float) -> None:
-        self._asked = rad_s
+        self._command = rad_s
 
     def _send(self) -> None:
         self._control(
@@ -68,7 +68,7 @@ class BulletMotor(Motor):
         )
 
 
-class Touches:
+class ContactCounter:
     """Counts the contacts of the robot with other bodies. A contact counts once, however long it lasts."""
 
     def __init__(self, bullet: Bullet, body: int, things: Collection[int]) -> None:

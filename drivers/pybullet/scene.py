@@ -1,4 +1,4 @@
-"""The world in Bullet: a floor, prisms and balls, none of which moves."""
+"""The world in Bullet: a floor, prisms and balls, which do not move."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from robotcore.description.meshes import Mesh, ball_mesh, ground_mesh, prism_mes
 from robotcore.description.world import Prism
 
 GROUND_HALF_M = 200.0
-"""The ground is drawn this far; its edge lies a pixel's fraction below the horizon."""
+"""Half the width of the drawn ground. Its edge is less than a pixel below the horizon."""
 
 HULL_MARGIN_M = 1e-6
-"""Bullet puts a margin around a hull, 1 mm if not told, which rays hit; with none, rays miss it."""
+"""The margin around a convex hull. Rays hit the margin, and miss a hull without one. Bullet's default is 1 mm."""
 
 
 class Group(IntFlag):
-    """Who collides with whom. Bullet's rays belong to group 1."""
+    """Collision groups. Bullet's rays have group 1."""
 
     RAY = 1
     FLOOR = 64
@@ -31,23 +31,25 @@ class Group(IntFlag):
 
 
 class Scene:
-    """What stands in the world, and its light; ``things`` maps names, but for the floor's, to Bullet's numbers."""
+    """The floor, the things and the light of a world."""
 
     def __init__(self, bullet: Bullet, world: WorldDescription) -> None:
         self._bullet = bullet
         self._textures = Textures(bullet)
         self.light = world.light
+        """The light for pictures."""
         prisms = {prism.name: self._add_prism(prism) for prism in world.prisms}
         balls = {ball.name: self._add_ball(ball) for ball in world.targets}
         self.things = prisms | balls
+        """Bullet's number of each thing by its name. The floor is not among them."""
         self._add_floor(world.floor)
 
     def _add_floor(self, floor: Floor) -> None:
-        """Add the floor last: it is drawn last, and not where something stands in front of it."""
+        """Add the floor. It must be last, because Bullet then skips its pixels behind other bodies."""
         bullet = self._bullet
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE)
         body = self._add(plane, ground_mesh(GROUND_HALF_M, floor), floor.colour, (0.0, 0.0, 0.0))
-        self._cover(body, floor.texture)
+        self._apply_texture(body, floor.texture)
         bullet.changeDynamics(body, -1, lateralFriction=1.0)
         bullet.setCollisionFilterGroupMask(body, -1, Group.FLOOR, Group.BODY | Group.WHEEL)
 
@@ -57,20 +59,20 @@ class Scene:
         hull = bullet.createCollisionShape(bullet.GEOM_MESH, vertices=mesh.vertices)
         body = self._add(hull, mesh, prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad)
         bullet.changeDynamics(body, -1, collisionMargin=HULL_MARGIN_M)
-        self._cover(body, prism.texture)
-        return self._as_thing(body)
+        self._apply_texture(body, prism.texture)
+        return self._make_detectable(body)
 
     def _add_ball(self, ball: Ball) -> int:
         bullet = self._bullet
         sphere = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=ball.radius_m)
         place = (ball.x_m, ball.y_m, ball.radius_m)
-        return self._as_thing(self._add(sphere, ball_mesh(ball.radius_m), ball.colour, place))
+        return self._make_detectable(self._add(sphere, ball_mesh(ball.radius_m), ball.colour, place))
 
-    def _cover(self, body: int, texture: Texture | None) -> None:
+    def _apply_texture(self, body: int, texture: Texture | None) -> None:
         if texture:
             self._bullet.changeVisualShape(body, -1, textureUniqueId=self._textures.number_of(texture))
 
-    def _as_thing(self, body: int) -> int:
+    def _make_detectable(self, body: int) -> int:
         self._bullet.setCollisionFilterGroupMask(body, -1, Group.THING, Group.BODY | Group.RAY)
         return body
 

@@ -22,25 +22,25 @@ from robotcore.simulation.sampling import SampleCache
 
 
 class BulletEncoder(Encoder):
-    """Whole counts of a wheel's joint."""
+    """The encoder of a wheel, in whole counts of the joint's angle."""
 
     def __init__(self, bullet: Bullet, description: EncoderDescription, clock: Clock, body: Body) -> None:
         super().__init__(description.name)
         self._description = description
         self._joint_state = bullet.getJointState
         self._body, self._joint = body.number, body.joint_of(self.name)
-        self._newest_at = SampleCache(clock, self._count)
+        self._cache = SampleCache(clock, self._measure)
 
     def _newest(self) -> Angle:
-        return self._newest_at()
+        return self._cache()
 
-    def _count(self, time: float, sequence: int) -> Angle:
+    def _measure(self, time: float, sequence: int) -> Angle:
         angle = self._joint_state(self._body, self._joint)[0]
         return Angle(self._description.quantise(angle), time, sequence)
 
 
 class BulletRangeSensor(RangeSensor):
-    """The fan of rays. It meets things only: robot and floor are in no group that rays collide with."""
+    """A range sensor that casts a fan of rays. The rays ignore the robot and the floor."""
 
     def __init__(self, bullet: Bullet, description: RangeSensorDescription, clock: Clock, body: Body) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
@@ -51,12 +51,12 @@ class BulletRangeSensor(RangeSensor):
         self._rays = directions * self._length
         self._cast = bullet.rayTestBatch
         self._body = body
-        self._newest_at = SampleCache(clock, self._listen)
+        self._cache = SampleCache(clock, self._measure)
 
     def _newest(self) -> Range:
-        return self._newest_at()
+        return self._cache()
 
-    def _listen(self, time: float, sequence: int) -> Range:
+    def _measure(self, time: float, sequence: int) -> Range:
         rotation, origin = self._body.transform()
         start = origin + rotation @ self._origin
         ends = start + self._rays @ rotation.T
@@ -66,13 +66,13 @@ class BulletRangeSensor(RangeSensor):
 
 
 NEAR_M, FAR_M = 0.005, 500.0
-
+"""The distances of the near and the far clipping plane of a camera, in metres."""
 
 Numbers = NDArray[np.int32]
 
 
 class BulletCamera(Camera):
-    """A camera on the robot's body; it tilts with it. ``things`` maps names to the `numbers` of a picture's pixels."""
+    """A camera on the robot's body."""
 
     def __init__(self, bullet: Bullet, description: CameraDescription, clock: Clock, body: Body, scene: Scene) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -80,11 +80,12 @@ class BulletCamera(Camera):
         self._body = body
         self._light = scene.light
         self.things = scene.things
+        """The number that `numbers` returns for each thing of the world, by the thing's name."""
         self._on_body = CameraView.of(self.intrinsics, description.mount, Pose(0.0, 0.0, 0.0))
-        self._newest_at = SampleCache(clock, self._expose)
+        self._cache = SampleCache(clock, self._capture)
 
     def picture(self, view: CameraView) -> Image:
-        """Render what any camera would see; works without the robot being there. BGR, read-only."""
+        """Return the picture of a camera at any position: BGR, read-only."""
         rgba, numbers = self._render(view)
         image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
         sky = _plain_image(self._light.sky_colour[::-1], *numbers.shape)
@@ -93,17 +94,17 @@ class BulletCamera(Camera):
         return image
 
     def numbers(self, view: CameraView) -> Numbers:
-        """Return which thing each pixel of such a picture shows, (height, width), by its number; -1: sky."""
+        """Return the number of the body that each pixel shows, (height, width); -1 for the sky."""
         return self._render(view)[1]
 
     def _newest(self) -> Frame:
-        return self._newest_at()
+        return self._cache()
 
-    def _expose(self, time: float, sequence: int) -> Frame:
+    def _capture(self, time: float, sequence: int) -> Frame:
         return Frame(self.picture(self._view()), time, sequence)
 
     def _render(self, view: CameraView) -> tuple[Image, Numbers]:
-        """Return what a camera would see: RGBA, and numbers."""
+        """Return the picture of a camera in RGBA, and the number of the body at each pixel."""
         size, light = view.intrinsics, self._light
         _, _, rgba, _, numbers = self._bullet.getCameraImage(
             size.width,
@@ -126,7 +127,10 @@ class BulletCamera(Camera):
         return CameraView(self.intrinsics, origin + rotation @ local.eye, local.rotation @ rotation.T)
 
     def _projection_matrix(self, view: CameraView) -> list[float]:
-        """Return the pinhole's frustum, moved by half a pixel: Bullet samples a pixel at its lower left corner."""
+        """Return the projection of a pinhole camera, moved by half a pixel.
+
+        Bullet samples a pixel at its lower left corner.
+        """
         size = view.intrinsics
         pixel = NEAR_M / size.focal_length
         right, top = size.width / 2 * pixel, size.height / 2 * pixel
@@ -137,12 +141,12 @@ class BulletCamera(Camera):
 
 @lru_cache(maxsize=8)
 def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
-    """Return a picture of one BGR colour; making it takes longer than all else that comes after the rendering."""
+    """Return a picture of one BGR colour. It is cached, because building it takes longer than filling in the sky."""
     return np.full((height, width, 3), colour, dtype=np.uint8)
 
 
 def _view_matrix(view: CameraView) -> list[float]:
-    """Return OpenGL's view matrix, column by column: right, up and back of the eye."""
+    """Return OpenGL's view matrix, column by column. Its rows are the right, up and back axes of the camera."""
     matrix = np.eye(4)
     matrix[:3, :3] = view.rotation * ((1.0,), (-1.0,), (-1.0,))
     matrix[:3, 3] = -matrix[:3, :3] @ view.eye

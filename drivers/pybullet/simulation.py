@@ -1,10 +1,10 @@
-"""One robot in one world: what has to be there before a device can be opened, and how each is."""
+"""A simulation of one robot in one world, and its devices."""
 
 from __future__ import annotations
 
 from drivers.pybullet.body import Body
 from drivers.pybullet.bullet import Bullet
-from drivers.pybullet.physics import BulletMotor, Physics, Touches
+from drivers.pybullet.physics import BulletMotor, ContactCounter, Physics
 from drivers.pybullet.scene import Scene
 from drivers.pybullet.sensors import BulletCamera, BulletEncoder, BulletRangeSensor
 from robotcore.description import (
@@ -23,7 +23,7 @@ from robotcore.hal.devices import Device, MemoryDisplay
 
 
 class Simulation:
-    """The world, the robot in it, and the clock that moves both."""
+    """A robot in its world, and the clock that steps both."""
 
     def __init__(self, bullet: Bullet, setup: Setup, world: WorldDescription, solver_iterations: int) -> None:
         self._bullet = bullet
@@ -33,16 +33,16 @@ class Simulation:
             bullet.show(breadth=max(world.floor.length_m, world.floor.width_m))
         else:
             self._body.hide()
-        touches = Touches(bullet, self._body.number, self._scene.things.values())
-        self._physics = Physics(bullet, setup.rate_hz, touches, solver_iterations)
-        self.truth = BulletTruth(self._body, touches)
+        contacts = ContactCounter(bullet, self._body.number, self._scene.things.values())
+        self._physics = Physics(bullet, setup.rate_hz, contacts, solver_iterations)
+        self.truth = BulletTruth(self._body, contacts)
 
     @property
     def clock(self) -> SteppedClock:
         return self._physics.clock
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open one device; raises DeviceError where it sits on a wheel that is not there."""
+        """Open a device. Raises DeviceError for a motor or an encoder without a wheel."""
         bullet = self._bullet.for_device(description.name)
         body = self._body.with_connection(bullet)
         if isinstance(description, MotorDescription):
@@ -55,15 +55,15 @@ class Simulation:
             return BulletRangeSensor(bullet, description, self.clock, body)
         if isinstance(description, CameraDescription):
             return BulletCamera(bullet, description, self.clock, body, self._scene)
-        display: DisplayDescription = description  # of a new kind of device, the type checker tells
+        display: DisplayDescription = description  # the type checker reports a new kind of device here
         return MemoryDisplay(display.name)
 
 
 class BulletTruth:
     """The true state of the robot."""
 
-    def __init__(self, body: Body, touches: Touches) -> None:
-        self._body, self._touches = body, touches
+    def __init__(self, body: Body, contacts: ContactCounter) -> None:
+        self._body, self._contacts = body, contacts
 
     def pose(self) -> Pose:
         return self._body.pose()
@@ -72,4 +72,4 @@ class BulletTruth:
         return self._body.twist()
 
     def contacts(self) -> int:
-        return self._touches.count
+        return self._contacts.count

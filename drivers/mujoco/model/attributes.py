@@ -1,4 +1,4 @@
-"""Collision and render groups, orientations and colours, as MuJoCo takes them."""
+"""Collision groups, render groups, orientations and colours in MuJoCo's formats."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robotcore.description.devices import Mount
 
 
 class CollisionGroup(IntFlag):
-    """Bits of contype and conaffinity: two geoms meet where one's type is among what the other has an affinity for."""
+    """Bits of contype and conaffinity. Two geoms collide if one's contype has a bit of the other's conaffinity."""
 
     NOTHING = 0
     FLOOR = 1
@@ -20,51 +20,57 @@ class CollisionGroup(IntFlag):
 
 
 class RenderGroup(IntEnum):
-    """Geom groups. Cameras on a robot see the world alone, its range sensors what stands in it."""
+    """Groups of geoms. A camera renders `CAMERA_GROUPS`, and a range sensor detects `RANGE_GROUPS`.
+
+    A visual geom is drawn, a collision geom takes part in contacts. A thing of the world has one of each.
+    """
 
     FLOOR = 0
     WORLD = 1
     ROBOT = 2
-    TOUCHED_THING = 3
-    TOUCHED_ROBOT = 4
+    THING_COLLISION = 3
+    ROBOT_COLLISION = 4
 
 
 CAMERA_GROUPS = frozenset({RenderGroup.FLOOR, RenderGroup.WORLD})
-"""What a camera on the robot sees: neither the robot, nor shapes that are only touched."""
+"""The groups that a camera on the robot renders. The robot and all collision geoms are invisible."""
 
-RANGE_GROUPS = frozenset({RenderGroup.TOUCHED_THING})
-"""What a range sensor hears: neither the robot nor the floor."""
+RANGE_GROUPS = frozenset({RenderGroup.THING_COLLISION})
+"""The groups that a range sensor detects. It ignores the robot and the floor."""
 
 
-def flags(groups: Collection[RenderGroup]) -> list[bool]:
-    """Return for each of MuJoCo's geom groups whether it is one of these."""
+def group_flags(groups: Collection[RenderGroup]) -> list[bool]:
+    """Return a flag for each of MuJoCo's geom groups, true for these groups."""
     from mujoco import mjNGROUP
 
     return [group in groups for group in range(mjNGROUP)]
 
 
-_CAMERA = [0.5, 0.5, -0.5, -0.5]
-"""A camera of MuJoCo's looks along its -z, with y up and x to the right; what is mounted, along its x, with z up."""
+_MOUNT_TO_CAMERA = [0.5, 0.5, -0.5, -0.5]
+"""The rotation from a mount's frame to the camera's, as a quaternion.
+
+A mount points along its x axis and has z up. A camera of MuJoCo points along its -z axis and has y up, x right.
+"""
 
 
-def about_z(angle: float) -> list[float]:
-    """Return the quaternion of a turn to the left, in radians."""
+def rotation_about_z(angle: float) -> list[float]:
+    """Return the quaternion of a turn to the left by an angle in radians."""
     return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]
 
 
 def mount_orientation(mount: Mount) -> list[float]:
-    """Return the quaternion of what looks along its x axis: its pitch, then its yaw."""
+    """Return the quaternion of a mount: its pitch first, then its yaw."""
     cy, sy = math.cos(mount.yaw_rad / 2), math.sin(mount.yaw_rad / 2)
     cp, sp = math.cos(mount.pitch_rad / 2), math.sin(mount.pitch_rad / 2)
     return [cy * cp, -sy * sp, cy * sp, sy * cp]
 
 
 def camera_orientation(mount: Mount) -> list[float]:
-    """Return the quaternion of a camera that is mounted so."""
+    """Return the quaternion of a camera on a mount."""
     import mujoco
 
     quaternion = np.zeros(4)
-    mujoco.mju_mulQuat(quaternion, np.array(mount_orientation(mount)), np.array(_CAMERA))
+    mujoco.mju_mulQuat(quaternion, np.array(mount_orientation(mount)), np.array(_MOUNT_TO_CAMERA))
     return [float(part) for part in quaternion]
 
 
@@ -72,5 +78,5 @@ Colour = tuple[int, int, int]
 
 
 def rgba(colour: Colour) -> list[float]:
-    """Return a colour as MuJoCo takes it."""
+    """Return an opaque colour as four parts from 0 to 1. ``colour`` has parts from 0 to 255."""
     return [*(part / 255 for part in colour), 1.0]

@@ -15,15 +15,18 @@ if TYPE_CHECKING:
 
 
 NEAR_M, FAR_M = 0.005, 500.0
-
+"""The distances of the near and the far clipping plane of a camera, in metres."""
 
 STEP_S = 1 / MIN_PHYSICS_RATE_HZ
+"""The default physics step in seconds."""
 
 
 def build(robot: RobotDescription | None, world: WorldDescription | None, step: float = STEP_S) -> MjSpec:
-    """Return the model of a robot at a world's start, of either alone too; ``step`` is the physics step in seconds.
+    """Return the model of a robot at the start of a world.
 
-    The motors' lags are exact at that step and no other.
+    robot: the robot; None models the world alone.
+    world: the world; None models the robot alone, at the origin.
+    step: the physics step in seconds. The lag of the motors is exact at this step only.
     """
     import mujoco
 
@@ -39,19 +42,20 @@ def build(robot: RobotDescription | None, world: WorldDescription | None, step: 
 
 
 def compile_model(spec: MjSpec) -> MjModel:
-    """Compile a model. Raises BackendError if it cannot be simulated, for example with a weightless wheel."""
+    """Compile a model. Raises BackendError if MuJoCo cannot simulate it, for example if a wheel has no mass."""
     try:
         return spec.compile()
     except ValueError as error:
         text = " ".join(str(error).removeprefix("Error: ").split())
-        raise BackendError(f"mujoco: {text}. Look at the masses and lengths in the descriptions") from error
+        raise BackendError(f"mujoco: {text}. Check the masses and lengths in the descriptions") from error
 
 
 def _set_options(spec: MjSpec, step: float) -> None:
-    """Set what wheels need to roll as they are told, and how all is drawn.
+    """Set the options of the physics and of the rendering.
 
-    Under Euler's integration a motor's lag is exact; an implicit one changes velocities after the wheels' grip is
-    solved for. A cone of friction grips alike in every direction; on a pyramid a robot that brakes hard swerves.
+    Euler's integration makes a motor's lag exact. An implicit one changes velocities after the solver has computed the
+    grip of the wheels. A friction cone grips equally in all directions. With a pyramid a robot swerves if it brakes
+    hard.
     """
     import mujoco
 
@@ -59,7 +63,7 @@ def _set_options(spec: MjSpec, step: float) -> None:
     option.timestep = step
     option.integrator = mujoco.mjtIntegrator.mjINT_EULER
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    spec.stat.extent = 1.0  # the planes of the view are counted in it
+    spec.stat.extent = 1.0  # the unit of znear and zfar
     spec.visual.map.znear, spec.visual.map.zfar = NEAR_M, FAR_M
     spec.visual.quality.shadowsize = 0
     spec.visual.quality.offsamples = 0

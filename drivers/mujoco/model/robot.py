@@ -1,11 +1,11 @@
-"""The robot's model: a body, cameras, two driven wheels and a caster."""
+"""The model of the robot: a body, cameras, two driven wheels and a caster."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from drivers.mujoco.model.attributes import CollisionGroup, RenderGroup, about_z, camera_orientation, rgba
+from drivers.mujoco.model.attributes import CollisionGroup, RenderGroup, camera_orientation, rgba, rotation_about_z
 from robotcore.description import CameraDescription, Drive, MotorDescription, RobotDescription
 from robotcore.description.robot import Body, Caster
 from robotcore.description.urdf import BASE, CASTER_COLOUR, WHEEL_COLOUR, wheel, wheel_joint
@@ -15,18 +15,27 @@ if TYPE_CHECKING:
     from mujoco import MjSpec
 
 
-SLIDING = [0.25, 0.0, 0.0]
-"""Friction of the body on whatever it touches, as in Bullet. MuJoCo pushes what slides away, by friction times the way
-of a step: at a wheel's grip, rubbing along a wall would be touching it over and over."""
+BODY_FRICTION = [0.25, 0.0, 0.0]
+"""The friction of the body: sliding, torsional, rolling. The sliding friction is Bullet's.
 
-RESTING_M = -1e-7
-"""So deep its own weight presses a robot into the floor. At 0 it would fall for a step, and its wheels have no grip."""
+MuJoCo pushes a sliding body away by the friction times the distance of a step. With the friction of a wheel, a robot
+that slides along a wall would lose and make contact again and again.
+"""
+
+START_HEIGHT_M = -1e-7
+"""The start height of the robot's frame. A robot's weight presses it into the floor by this distance.
+
+At 0 the robot would fall for a step, in which its wheels have no grip.
+"""
 
 
 def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -> None:
-    """Add a robot, its frame on the floor under the middle of the axle; one without a drive stays where it is."""
-    at = start or Pose(0.0, 0.0, 0.0)
-    base = spec.worldbody.add_body(name=BASE, pos=[at.x, at.y, RESTING_M], quat=about_z(at.heading))
+    """Add a robot at a start pose. A robot without a drive is fixed in its place.
+
+    Its frame has its origin on the floor under the middle of the axle.
+    """
+    pose = start or Pose(0.0, 0.0, 0.0)
+    base = spec.worldbody.add_body(name=BASE, pos=[pose.x, pose.y, START_HEIGHT_M], quat=rotation_about_z(pose.heading))
     if description.drive:
         base.add_freejoint(name="free")
     _add_body(base, description.body)
@@ -41,7 +50,7 @@ def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -
 
 
 def _add_body(base: Any, body: Body) -> None:
-    """Give it its weight, and the box that touches things: the first of its shapes."""
+    """Add the mass of the body and its collision box. The contact counter needs the box as the first geom."""
     import mujoco
 
     base.explicitinertial = True
@@ -53,7 +62,7 @@ def _add_body(base: Any, body: Body) -> None:
         mass=0,
         contype=CollisionGroup.NOTHING,
         conaffinity=CollisionGroup.FLOOR | CollisionGroup.THING,
-        friction=SLIDING,
+        friction=BODY_FRICTION,
         priority=1,
         group=RenderGroup.ROBOT,
         rgba=rgba(body.colour),
@@ -61,41 +70,50 @@ def _add_body(base: Any, body: Body) -> None:
 
 
 def _add_camera(base: Any, camera: CameraDescription) -> None:
-    mount, seen = camera.mount, camera.intrinsics
+    mount, intrinsics = camera.mount, camera.intrinsics
     base.add_camera(
         name=camera.name,
         pos=[mount.x_m, mount.y_m, mount.z_m],
         quat=camera_orientation(mount),
-        fovy=math.degrees(2 * math.atan(seen.height / 2 / seen.focal_length)),
-        resolution=[seen.width, seen.height],
+        fovy=math.degrees(2 * math.atan(intrinsics.height / 2 / intrinsics.focal_length)),
+        resolution=[intrinsics.width, intrinsics.height],
     )
 
 
 ROTOR_KG_M2 = 1000.0
-"""So heavy is a rotor that no wheel that clutches at it slows it down: by 0.08 N·m, less than 2e-6 of what it does."""
+"""The inertia of a rotor. It is so great that the clutch's torque does not slow the rotor down.
 
-SOON = [0.001, 1.0]
-"""solref: contacts and clutches make good at once what they miss; in two physics steps, as MuJoCo takes no less."""
+A torque of 0.08 N·m changes the rotor's velocity by less than 2e-6 of it.
+"""
 
-HARD = [0.9999, 0.9999, 0.001, 0.5, 2.0]
-"""solimp: they give way as little as MuJoCo takes. With its own figures, robots sink in and get 0.1 % less far, and a
-wheel loses 0.5 % in a curve."""
+STIFF_SOLREF = [0.001, 1.0]
+"""solref of contacts and clutches: the time constant in seconds, and the damping ratio.
 
-_NEXT_TO_NOTHING_KG = 1e-6
+The time constant is so short that MuJoCo raises it to two physics steps, its minimum.
+"""
+
+STIFF_SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
+"""solimp of contacts and clutches: the hardest that MuJoCo accepts.
+
+With MuJoCo's defaults, robots sink into the floor and drive 0.1 % less far, and a wheel loses 0.5 % in a curve.
+"""
+
+_NEGLIGIBLE_KG = 1e-6
 
 
 def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) -> None:
     """Add a wheel with its motor.
 
-    To the floor it is a sphere: that touches at one point, on the exact track, where a cylinder rolls on either edge.
+    Its collision geom is a sphere, which touches the floor at one point, on the exact track. A cylinder would roll on
+    one of its edges.
     """
     import mujoco
 
     radius, place = drive.wheel_radius_m, [0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m]
-    rolling = _turning(base, wheel(motor.name), wheel_joint(motor.name), place)
-    rolling.mass, rolling.inertia = drive.wheel_mass_kg, drive.wheel_moments_kg_m2
-    _add_ball(rolling, radius, friction=[1.0, 0.0, 0.0], priority=1, group=RenderGroup.TOUCHED_ROBOT)
-    rolling.add_geom(
+    body = _add_hinged_body(base, wheel(motor.name), wheel_joint(motor.name), place)
+    body.mass, body.inertia = drive.wheel_mass_kg, drive.wheel_moments_kg_m2
+    _add_ball(body, radius, friction=[1.0, 0.0, 0.0], priority=1, group=RenderGroup.ROBOT_COLLISION)
+    body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_CYLINDER,
         size=[radius, drive.wheel_width_m / 2, 0.0],
         quat=[math.sqrt(0.5), math.sqrt(0.5), 0.0, 0.0],
@@ -109,23 +127,23 @@ def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) ->
 
 
 def add_caster(base: Any, caster: Caster) -> None:
-    """Add a ball that slides without friction: its own counts, not the greater of the two as elsewhere."""
+    """Add a ball that slides without friction. Its priority makes MuJoCo ignore the friction of the floor."""
     place = [caster.x_m, 0.0, caster.radius_m]
     _add_ball(base, caster.radius_m, pos=place, condim=1, priority=2, group=RenderGroup.ROBOT, rgba=rgba(CASTER_COLOUR))
 
 
 def _add_motor(spec: MjSpec, base: Any, motor: MotorDescription) -> None:
-    """Add a rotor that turns as commanded, with the motor's lag, and a clutch that lets go at its greatest torque.
+    """Add a rotor with the motor's lag, and a clutch to the wheel that slips at the motor's greatest torque.
 
-    The rotor's velocity v has, after each step of h seconds, gone 1 - exp(-h/τ) of its way to the command u: a torque
-    of gain · (u - v) on it makes it so, exactly, under Euler's integration. The clutch is friction between rotor and
-    wheel. That is solved for together with the floor's; a torque by the wheel's own velocity would either be too soft
-    to hold it against the robot's weight in a curve, or so hard that it shakes.
+    A step of h seconds reduces the difference of the rotor's velocity v from the command u by the part 1 - exp(-h/τ).
+    A torque of gain · (u - v) does exactly this under Euler's integration. The clutch is friction between rotor and
+    wheel. The solver computes it together with the friction of the floor. A torque by the wheel's own velocity would
+    not work: it is too soft to hold the wheel in a curve, or so hard that the wheel shakes.
     """
     import mujoco
 
     rotor = f"{motor.name}_rotor"
-    _turning(base, rotor, rotor, [0.0, 0.0, 0.0], armature=ROTOR_KG_M2)
+    _add_hinged_body(base, rotor, rotor, [0.0, 0.0, 0.0], armature=ROTOR_KG_M2)
     step = spec.option.timestep
     gain = ROTOR_KG_M2 / step * (-math.expm1(-step / motor.lag_s) if motor.lag_s else 1.0)
     spec.add_actuator(
@@ -141,30 +159,31 @@ def _add_motor(spec: MjSpec, base: Any, motor: MotorDescription) -> None:
     clutch = spec.add_tendon(
         name=f"{motor.name}_clutch",
         frictionloss=motor.max_torque_nm,
-        solref_friction=SOON,
-        solimp_friction=HARD,
+        solref_friction=STIFF_SOLREF,
+        solimp_friction=STIFF_SOLIMP,
     )
     clutch.wrap_joint(wheel_joint(motor.name), 1.0)
     clutch.wrap_joint(rotor, -1.0)
 
 
-def _turning(base: Any, name: str, joint: str, place: list[float], armature: float = 0.0) -> Any:
-    """Add a body that turns about the axle, and weighs next to nothing.
+def _add_hinged_body(base: Any, name: str, joint: str, place: list[float], armature: float = 0.0) -> Any:
+    """Add a body with almost no mass that turns about the axle.
 
-    Its centre of mass is set: left out, MuJoCo takes the body's place on the robot for it too, and it runs out of true.
+    The centre of mass must be set. By default MuJoCo takes the position of the body on the robot, which is
+    off the axle.
     """
     import mujoco
 
     body = base.add_body(name=name, pos=place)
     body.explicitinertial = True
     body.ipos = [0.0, 0.0, 0.0]
-    body.mass, body.inertia = _NEXT_TO_NOTHING_KG, [_NEXT_TO_NOTHING_KG * 1e-3] * 3
+    body.mass, body.inertia = _NEGLIGIBLE_KG, [_NEGLIGIBLE_KG * 1e-3] * 3
     body.add_joint(name=joint, type=mujoco.mjtJoint.mjJNT_HINGE, axis=[0.0, 1.0, 0.0], armature=armature)
     return body
 
 
 def _add_ball(body: Any, radius: float, **more: Any) -> None:
-    """Add a sphere that meets the floor and nothing else."""
+    """Add a sphere that collides with the floor only."""
     import mujoco
 
     body.add_geom(
@@ -173,7 +192,7 @@ def _add_ball(body: Any, radius: float, **more: Any) -> None:
         mass=0,
         contype=CollisionGroup.NOTHING,
         conaffinity=CollisionGroup.FLOOR,
-        solref=SOON,
-        solimp=HARD,
+        solref=STIFF_SOLREF,
+        solimp=STIFF_SOLIMP,
         **more,
     )

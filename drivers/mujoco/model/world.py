@@ -1,4 +1,4 @@
-"""The world: a floor, prisms and balls, none of which moves, its light and its sky."""
+"""The model of the world: a floor, prisms and balls, which do not move, a light and a sky."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from drivers.mujoco.model.attributes import CollisionGroup, Colour, RenderGroup, about_z, rgba
+from drivers.mujoco.model.attributes import CollisionGroup, Colour, RenderGroup, rgba, rotation_about_z
 from robotcore.description import Ball, Box, Floor, Light, Texture, WorldDescription
 from robotcore.description.meshes import Mesh, ground_mesh, prism_mesh
 from robotcore.description.world import Prism
@@ -16,51 +16,51 @@ if TYPE_CHECKING:
 
 
 GROUND_HALF_M = 200.0
-"""The ground is drawn this far; its edge lies a pixel's fraction below the horizon."""
+"""Half the width of the drawn ground. Its edge is less than a pixel below the horizon."""
 
 GROUND = "Ground"
-"""The floor's name in the model: no thing's, for these are in lower case."""
+"""The floor's name in the model. No thing has it, because names of things are in lower case."""
 
 BALL_SLICES, BALL_STACKS = 64, 32
-"""A sphere is drawn by so many: its outline covers 99.8 % of a circle."""
+"""The slices and stacks of a drawn sphere. Its outline covers 99.8 % of a circle."""
 
 
-def seen_name(thing: str) -> str:
-    """Return the name of the shape that is seen of a thing."""
+def visual_name(thing: str) -> str:
+    """Return the name of the visual geom of a thing. The collision geom has the thing's name."""
     return f"{thing}.seen"
 
 
 def add_world(spec: MjSpec, world: WorldDescription) -> None:
-    """Add all that stands in a world; each thing's shape that is touched has the thing's name."""
-    looks = Materials(spec)
+    """Add the light, the sky, the floor and all things of a world."""
+    materials = Materials(spec)
     _add_light(spec, world.light)
-    looks.add_sky(world.light.sky_colour)
-    _add_floor(spec, world.floor, looks)
+    materials.add_sky(world.light.sky_colour)
+    _add_floor(spec, world.floor, materials)
     for prism in world.prisms:
-        _add_prism(spec, prism, looks)
+        _add_prism(spec, prism, materials)
     for ball in world.targets:
-        _add_ball(spec, ball, looks)
+        _add_ball(spec, ball, materials)
     spec.visual.quality.numslices, spec.visual.quality.numstacks = BALL_SLICES, BALL_STACKS
 
 
 def _add_light(spec: MjSpec, light: Light) -> None:
-    """Add the lamp, and the glow from everywhere."""
+    """Add the directional light, and the ambient light."""
     import mujoco
 
-    glow, lamp = light.ambient * light.brightness, light.diffuse * light.brightness
+    ambient, diffuse = light.ambient * light.brightness, light.diffuse * light.brightness
     headlight = spec.visual.headlight
-    headlight.ambient, headlight.diffuse, headlight.specular = [glow] * 3, [0.0] * 3, [0.0] * 3
+    headlight.ambient, headlight.diffuse, headlight.specular = [ambient] * 3, [0.0] * 3, [0.0] * 3
     spec.worldbody.add_light(
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL,
         dir=[-part for part in light.direction],
-        diffuse=[lamp] * 3,
+        diffuse=[diffuse] * 3,
         ambient=[0.0] * 3,
         specular=[0.0] * 3,
         castshadow=False,
     )
 
 
-def _add_floor(spec: MjSpec, floor: Floor, looks: Materials) -> None:
+def _add_floor(spec: MjSpec, floor: Floor, materials: Materials) -> None:
     import mujoco
 
     spec.worldbody.add_geom(
@@ -70,33 +70,41 @@ def _add_floor(spec: MjSpec, floor: Floor, looks: Materials) -> None:
         contype=CollisionGroup.FLOOR,
         conaffinity=CollisionGroup.NOTHING,
         friction=[1.0, 0.0, 0.0],
-        group=RenderGroup.TOUCHED_ROBOT,
+        group=RenderGroup.ROBOT_COLLISION,
     )
-    _add_seen(spec, GROUND, ground_mesh(GROUND_HALF_M, floor), looks.of(floor.colour, floor.texture), RenderGroup.FLOOR)
+    _add_visual_mesh(
+        spec,
+        GROUND,
+        ground_mesh(GROUND_HALF_M, floor),
+        materials.find_or_add(floor.colour, floor.texture),
+        RenderGroup.FLOOR,
+    )
 
 
-def _add_prism(spec: MjSpec, prism: Prism, looks: Materials) -> None:
+def _add_prism(spec: MjSpec, prism: Prism, materials: Materials) -> None:
     import mujoco
 
     mesh = prism_mesh(prism)
-    place = {"pos": [prism.x_m, prism.y_m, 0.0], "quat": about_z(prism.yaw_rad)}
-    _add_seen(spec, prism.name, mesh, looks.of(prism.colour, prism.texture), RenderGroup.WORLD, **place)
-    touched = {
+    place = {"pos": [prism.x_m, prism.y_m, 0.0], "quat": rotation_about_z(prism.yaw_rad)}
+    _add_visual_mesh(
+        spec, prism.name, mesh, materials.find_or_add(prism.colour, prism.texture), RenderGroup.WORLD, **place
+    )
+    collision = {
         "contype": CollisionGroup.THING,
         "conaffinity": CollisionGroup.NOTHING,
-        "group": RenderGroup.TOUCHED_THING,
+        "group": RenderGroup.THING_COLLISION,
         "name": prism.name,
     }
     if isinstance(prism, Box):
         half = prism.height_m / 2
         size = [prism.length_m / 2, prism.width_m / 2, half]
         middle = {**place, "pos": [prism.x_m, prism.y_m, half]}
-        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, **middle, **touched)
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=size, **middle, **collision)
     else:
-        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_mesh_name(prism.name), **place, **touched)
+        spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=_mesh_name(prism.name), **place, **collision)
 
 
-def _add_ball(spec: MjSpec, ball: Ball, looks: Materials) -> None:
+def _add_ball(spec: MjSpec, ball: Ball, materials: Materials) -> None:
     import mujoco
 
     sphere = {
@@ -105,26 +113,30 @@ def _add_ball(spec: MjSpec, ball: Ball, looks: Materials) -> None:
         "pos": [ball.x_m, ball.y_m, ball.radius_m],
         "conaffinity": CollisionGroup.NOTHING,
     }
-    seen = {"contype": CollisionGroup.NOTHING, "group": RenderGroup.WORLD, "material": looks.of(ball.colour, None)}
-    spec.worldbody.add_geom(name=seen_name(ball.name), **sphere, **seen)
-    spec.worldbody.add_geom(name=ball.name, **sphere, contype=CollisionGroup.THING, group=RenderGroup.TOUCHED_THING)
+    visual = {
+        "contype": CollisionGroup.NOTHING,
+        "group": RenderGroup.WORLD,
+        "material": materials.find_or_add(ball.colour, None),
+    }
+    spec.worldbody.add_geom(name=visual_name(ball.name), **sphere, **visual)
+    spec.worldbody.add_geom(name=ball.name, **sphere, contype=CollisionGroup.THING, group=RenderGroup.THING_COLLISION)
 
 
-def _add_seen(spec: MjSpec, name: str, mesh: Mesh, material: str, group: RenderGroup, **place: Any) -> None:
-    """Add what is only seen of a thing: a mesh with a look."""
+def _add_visual_mesh(spec: MjSpec, name: str, mesh: Mesh, material: str, group: RenderGroup, **place: Any) -> None:
+    """Add a visual geom from a mesh with a material. It collides with no geom."""
     import mujoco
 
-    made = spec.add_mesh(name=_mesh_name(name))
-    made.uservert = [part for vertex in mesh.vertices for part in vertex]
-    made.usernormal = [part for normal in mesh.normals for part in normal]
-    made.userface = mesh.indices
+    model_mesh = spec.add_mesh(name=_mesh_name(name))
+    model_mesh.uservert = [part for vertex in mesh.vertices for part in vertex]
+    model_mesh.usernormal = [part for normal in mesh.normals for part in normal]
+    model_mesh.userface = mesh.indices
     if mesh.uvs:
-        made.usertexcoord = [part for uv in mesh.uvs for part in uv]
-    made.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+        model_mesh.usertexcoord = [part for uv in mesh.uvs for part in uv]
+    model_mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
     spec.worldbody.add_geom(
-        name=seen_name(name),
+        name=visual_name(name),
         type=mujoco.mjtGeom.mjGEOM_MESH,
-        meshname=made.name,
+        meshname=model_mesh.name,
         material=material,
         contype=CollisionGroup.NOTHING,
         conaffinity=CollisionGroup.NOTHING,
@@ -138,15 +150,15 @@ def _mesh_name(thing: str) -> str:
 
 
 class Materials:
-    """Materials of a model: matt, so that a face shows its colour times the light, and nothing else."""
+    """The materials of a model. They are matt, so the brightness of a face is its colour times the light."""
 
     def __init__(self, spec: MjSpec) -> None:
         self._spec = spec
         self._names: dict[tuple[Colour, Texture | None], str] = {}
         self._textures: dict[Texture, str] = {}
 
-    def of(self, colour: Colour, texture: Texture | None) -> str:
-        """Return the name of the material of a colour, darkened by a texture where there is one."""
+    def find_or_add(self, colour: Colour, texture: Texture | None) -> str:
+        """Return the name of the material of a colour, which a texture, if there is one, darkens."""
         key = (colour, texture)
         if key not in self._names:
             self._names[key] = name = f"look_{len(self._names)}"
@@ -156,11 +168,11 @@ class Materials:
             if texture:
                 import mujoco
 
-                material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = self._texture(texture)
+                material.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = self._find_or_add_texture(texture)
         return self._names[key]
 
     def add_sky(self, colour: Colour) -> None:
-        """Let every direction in which nothing stands show one colour."""
+        """Add a sky of one colour."""
         import mujoco
 
         rgb = [part / 255 for part in colour]
@@ -174,15 +186,15 @@ class Materials:
             height=48,
         )
 
-    def _texture(self, texture: Texture) -> str:
+    def _find_or_add_texture(self, texture: Texture) -> str:
         import mujoco
 
         if texture not in self._textures:
             self._textures[texture] = name = f"texture_{len(self._textures)}"
             tile = np.repeat(texture.tile[:, :, None], 3, axis=2)
             height, width, channels = tile.shape
-            made = self._spec.add_texture(
+            model_texture = self._spec.add_texture(
                 name=name, type=mujoco.mjtTexture.mjTEXTURE_2D, width=width, height=height, nchannel=channels
             )
-            made.data = tile.tobytes()
+            model_texture.data = tile.tobytes()
         return self._textures[texture]

@@ -28,24 +28,24 @@ BLIND = ("left_motor", "right_motor", "left_encoder", "right_encoder", "nose")
 
 @pytest.fixture
 def closed(monkeypatch: pytest.MonkeyPatch) -> list[Simulation]:
-    """Every simulation that was closed."""
+    """Return a list to which each closed simulation is added."""
     seen: list[Simulation] = []
     close = Simulation.close
 
-    def noted(simulation: Simulation) -> None:
+    def close_noted(simulation: Simulation) -> None:
         seen.append(simulation)
         close(simulation)
 
-    monkeypatch.setattr(Simulation, "close", noted)
+    monkeypatch.setattr(Simulation, "close", close_noted)
     return seen
 
 
-def test_only_the_devices_asked_for_are_opened() -> None:
+def test_only_the_requested_devices_are_opened() -> None:
     with MujocoBackend().open(setup(world(), devices=["nose", "screen"])) as robot:
         assert list(robot.devices) == ["nose", "screen"]
 
 
-def test_leaving_the_robot_closes_its_simulation_and_closing_twice_is_fine(closed: list[Simulation]) -> None:
+def test_closing_the_robot_twice_closes_its_simulation_once(closed: list[Simulation]) -> None:
     robot = MujocoBackend().open(setup(world()))
     robot.camera.read()
     assert not closed
@@ -56,7 +56,9 @@ def test_leaving_the_robot_closes_its_simulation_and_closing_twice_is_fine(close
         robot.camera.read()
 
 
-def test_a_simulation_half_opened_is_closed(closed: list[Simulation], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_simulation_is_closed_if_a_device_fails_to_open(
+    closed: list[Simulation], monkeypatch: pytest.MonkeyPatch
+) -> None:
     def broken(*_: object) -> None:
         raise BackendError("no devices today")
 
@@ -66,7 +68,7 @@ def test_a_simulation_half_opened_is_closed(closed: list[Simulation], monkeypatc
     assert closed
 
 
-def test_devices_on_no_wheel_are_all_named(closed: list[Simulation], raises: Raises) -> None:
+def test_every_device_without_a_wheel_is_named(closed: list[Simulation], raises: Raises) -> None:
     spare = [device.model_copy(update={"name": f"spare_{device.kind}"}) for device in ROVER.devices[1:3]]
     robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})
     with raises(DeviceGroupError):
@@ -94,12 +96,12 @@ def test_robot_that_mujoco_cannot_model_is_refused() -> None:
 
 
 @pytest.mark.parametrize("rate_hz, step_s", [(20.0, 1 / 240), (50.0, 1 / 250)])
-def test_a_physics_step_is_the_clocks(rate_hz: float, step_s: float) -> None:
+def test_the_physics_step_is_the_step_of_the_clock(rate_hz: float, step_s: float) -> None:
     simulation = Simulation(setup(world(), rate_hz=rate_hz), world())
     assert simulation.model.opt.timestep == simulation.clock.step == pytest.approx(step_s)
 
 
-def test_a_motor_is_limited_to_what_it_can_do() -> None:
+def test_a_motor_turns_no_faster_than_its_limit() -> None:
     with MujocoBackend().open(setup(world(), devices=BLIND)) as robot:
         assert isinstance(motor := robot["left_motor"], Motor)
         assert motor.set_velocity(50.0) == 12.0
@@ -107,10 +109,8 @@ def test_a_motor_is_limited_to_what_it_can_do() -> None:
         assert truth_of(robot).twist().linear == pytest.approx(12.0 * 0.0325, rel=0.01)
 
 
-def test_a_simulation_that_went_wrong_says_so_and_does_not_begin_anew(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.chdir(tmp_path)  # MuJoCo writes a file of its own about it
+def test_a_reset_of_mujocos_state_is_an_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log file there
     simulation = Simulation(setup(world()), world())
     simulation.data.qvel[0] = 1e12
     with pytest.raises(BackendError) as raised:
@@ -121,14 +121,14 @@ def test_a_simulation_that_went_wrong_says_so_and_does_not_begin_anew(
 
 
 def run_program() -> str:
-    """Return all that a robot tells after two seconds in which it bumped into something."""
+    """Drive a robot into things for two seconds. Return its samples and its true state as a text."""
     with MujocoBackend().open(setup(world(box(0.5, yaw=0.4), ball(0.3, 0.5)))) as robot:
         drive(robot, 5.0, 7.3, 2.0)
         truth, image = truth_of(robot), robot.camera.read().image
         return f"{truth.pose()} {truth.twist()} {truth.contacts()} {robot.range.read()} {crc32(image.tobytes())}"
 
 
-def test_another_process_comes_to_the_very_same_and_prints_nothing_of_its_own() -> None:
+def test_another_process_gets_equal_samples_and_prints_nothing_else() -> None:
     program = f"from {__name__} import run_program; print(run_program())"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == f"{run_program()}\n"
@@ -148,7 +148,7 @@ pytest.importorskip("mujoco")
 @pytest.mark.parametrize(
     "command", [("run", "avoid-obstacles", "--backend", "mujoco"), ("export", "rover", "--format", "mjcf")]
 )
-def test_an_opengl_that_mujoco_does_not_know_is_reported_in_a_line(command: tuple[str, ...]) -> None:
+def test_an_opengl_that_mujoco_does_not_support_is_reported_in_a_line(command: tuple[str, ...]) -> None:
     environment = {**os.environ, "MUJOCO_GL": "crayon"}
     done = subprocess.run(
         [sys.executable, "-m", "robotcore", *command], env=environment, capture_output=True, text=True, check=False
@@ -156,7 +156,7 @@ def test_an_opengl_that_mujoco_does_not_know_is_reported_in_a_line(command: tupl
     assert (done.returncode, done.stdout) == (3, "")
     assert done.stderr == (
         "error: MuJoCo cannot be imported: invalid value for environment variable MUJOCO_GL: crayon. "
-        "Unset MUJOCO_GL, which is 'crayon': what works is found\n"
+        "Unset MUJOCO_GL, which is 'crayon'. robotcore then chooses a renderer that works\n"
     )
 
 
@@ -173,5 +173,5 @@ def test_library_that_is_too_old_is_reported(monkeypatch: pytest.MonkeyPatch, ra
         MujocoBackend().require_installed()
 
 
-def test_the_oldest_that_works_is_the_oldest_that_is_installed() -> None:
+def test_the_oldest_supported_version_is_the_one_in_the_requirements() -> None:
     assert any(line.startswith("mujoco>={}.{};".format(*OLDEST)) for line in requires("robotcore") or ())

@@ -18,8 +18,8 @@ from drivers.mujoco.model import build  # noqa: E402
 SIX_DIGITS = 1e-5
 
 
-def loaded(model: Exported, folder: Path) -> Any:
-    """Return what MuJoCo makes of a model that is written into a folder, with its pictures."""
+def load_model(model: Exported, folder: Path) -> Any:
+    """Write a model and its pictures into a folder. Return the model as MuJoCo loads it."""
     for name, picture in model.pictures.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(picture)
@@ -27,7 +27,7 @@ def loaded(model: Exported, folder: Path) -> Any:
     return mujoco.MjModel.from_xml_path(str(folder / "model.xml"))
 
 
-def simulated(robot: RobotDescription, world: WorldDescription) -> Any:
+def build_simulated(robot: RobotDescription, world: WorldDescription) -> Any:
     return build(robot, world, 1 / 240).compile()
 
 
@@ -40,10 +40,10 @@ def textured(name: str = "arena") -> WorldDescription:
 
 
 @pytest.mark.parametrize("robot, seed", [("rover", 7), ("lookout", None)])
-def test_what_is_exported_is_what_is_simulated(robot: str, seed: int | None, tmp_path: Path) -> None:
+def test_the_exported_model_equals_the_simulated_one(robot: str, seed: int | None, tmp_path: Path) -> None:
     described, world = prepare_world(load_robot(robot), "arena", seed)
-    written, meant = loaded(export_model("mjcf", described, world), tmp_path), simulated(described, world)
-    of_moving = (
+    written, built = load_model(export_model("mjcf", described, world), tmp_path), build_simulated(described, world)
+    of_bodies = (
         "body_mass",
         "body_inertia",
         "body_ipos",
@@ -53,22 +53,20 @@ def test_what_is_exported_is_what_is_simulated(robot: str, seed: int | None, tmp
         "dof_armature",
         "eq_data",
     )
-    of_driving = ("actuator_gainprm", "actuator_biasprm", "actuator_dynprm", "actuator_dyntype", "actuator_ctrlrange")
-    of_touching = ("geom_type", "geom_size", "geom_pos", "geom_friction", "geom_contype", "geom_conaffinity")
-    of_softness = ("geom_solref", "geom_solimp", "geom_priority", "geom_condim", "geom_margin", "geom_gap")
-    of_looking = ("cam_fovy", "cam_pos", "cam_quat", "mat_rgba", "geom_group", "light_dir", "light_diffuse")
-    for figures in (*of_moving, *of_driving, *of_touching, *of_softness, *of_looking):
-        np.testing.assert_allclose(
-            getattr(written, figures), getattr(meant, figures), SIX_DIGITS, SIX_DIGITS, err_msg=figures
-        )
+    of_motors = ("actuator_gainprm", "actuator_biasprm", "actuator_dynprm", "actuator_dyntype", "actuator_ctrlrange")
+    of_contacts = ("geom_type", "geom_size", "geom_pos", "geom_friction", "geom_contype", "geom_conaffinity")
+    of_stiffness = ("geom_solref", "geom_solimp", "geom_priority", "geom_condim", "geom_margin", "geom_gap")
+    of_rendering = ("cam_fovy", "cam_pos", "cam_quat", "mat_rgba", "geom_group", "light_dir", "light_diffuse")
+    for name in (*of_bodies, *of_motors, *of_contacts, *of_stiffness, *of_rendering):
+        np.testing.assert_allclose(getattr(written, name), getattr(built, name), SIX_DIGITS, SIX_DIGITS, err_msg=name)
     for option in ("timestep", "integrator", "cone", "impratio"):
-        assert getattr(written.opt, option) == pytest.approx(getattr(meant.opt, option)), option
+        assert getattr(written.opt, option) == pytest.approx(getattr(built.opt, option)), option
 
 
 def test_the_exported_robot_drives_as_the_simulated_one(tmp_path: Path) -> None:
     robot, world = load_robot("rover"), load_world("open")
     ends = []
-    for model in (loaded(export_model("mjcf", robot, world), tmp_path), simulated(robot, world)):
+    for model in (load_model(export_model("mjcf", robot, world), tmp_path), build_simulated(robot, world)):
         data = mujoco.MjData(model)
         data.actuator("left_motor").ctrl, data.actuator("right_motor").ctrl = 5.0, 7.0
         mujoco.mj_step(model, data, 240)
@@ -77,8 +75,8 @@ def test_the_exported_robot_drives_as_the_simulated_one(tmp_path: Path) -> None:
     assert ends[0] == pytest.approx(ends[1], abs=1e-4)
 
 
-def test_every_sensor_has_a_frame_that_looks_where_it_does(tmp_path: Path) -> None:
-    model = loaded(export_model("mjcf", load_robot("lookout")), tmp_path)
+def test_every_sensor_has_a_frame_with_its_direction(tmp_path: Path) -> None:
+    model = load_model(export_model("mjcf", load_robot("lookout")), tmp_path)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     eye, frame = data.camera("eye"), data.site("eye_frame")
@@ -94,15 +92,15 @@ def test_textures_are_the_same_picture_to_the_pixel(tmp_path: Path) -> None:
     assert len(model.pictures) == 2
     assert all(name.startswith("arena_textures/") for name in model.pictures)
     assert model.notes == ()
-    written, meant = loaded(model, tmp_path), simulated(robot, world)
-    for number in range(meant.ntex):
-        name = meant.texture(number).name
-        of_it = [slice(each.texture(name).adr[0], None) for each in (written, meant)]
+    written, built = load_model(model, tmp_path), build_simulated(robot, world)
+    for number in range(built.ntex):
+        name = built.texture(number).name
+        cuts = [slice(each.texture(name).adr[0], None) for each in (written, built)]
         if name != "sky":
             tile = 64 * 64 * 3
-            pictures = [each.tex_data[cut][:tile] for each, cut in zip((written, meant), of_it, strict=True)]
+            pictures = [each.tex_data[cut][:tile] for each, cut in zip((written, built), cuts, strict=True)]
             np.testing.assert_array_equal(*pictures)
-    assert written.mat_texid.tolist() == meant.mat_texid.tolist()
+    assert written.mat_texid.tolist() == built.mat_texid.tolist()
 
 
 def test_without_a_folder_textures_are_left_out_with_a_note(tmp_path: Path) -> None:
@@ -110,19 +108,19 @@ def test_without_a_folder_textures_are_left_out_with_a_note(tmp_path: Path) -> N
     assert model.pictures == {}
     (note,) = model.notes
     assert note.startswith("2 textures left out")
-    assert loaded(model, tmp_path).ntex == 1  # the sky
+    assert load_model(model, tmp_path).ntex == 1  # the sky
 
 
-def test_wheels_lag_as_the_worlds_conditions_say(tmp_path: Path) -> None:
+def test_wheels_have_the_lag_of_the_worlds_conditions(tmp_path: Path) -> None:
     world = tmp_path / "slow.toml"
     world.write_text('name = "slow"\n[floor]\nlength_m = 3.0\nwidth_m = 3.0\n[conditions]\nwheel_lag_s = 0.2\n')
-    slow = loaded(export_model("mjcf", *prepare_world(load_robot("rover"), str(world), None)), tmp_path)
-    own = loaded(export_model("mjcf", load_robot("rover")), tmp_path)
+    slow = load_model(export_model("mjcf", *prepare_world(load_robot("rover"), str(world), None)), tmp_path)
+    own = load_model(export_model("mjcf", load_robot("rover")), tmp_path)
     gains = [model.actuator("left_motor").gainprm[0] for model in (slow, own)]
-    steps_on_the_way = [-math.expm1(-1 / 240 / lag_s) for lag_s in (0.2, 0.05)]
-    assert gains[0] / gains[1] == pytest.approx(steps_on_the_way[0] / steps_on_the_way[1], rel=1e-4)
+    parts = [-math.expm1(-1 / 240 / lag_s) for lag_s in (0.2, 0.05)]
+    assert gains[0] / gains[1] == pytest.approx(parts[0] / parts[1], rel=1e-4)
 
 
-def test_a_camera_tells_the_size_of_its_pictures(tmp_path: Path) -> None:
-    model = loaded(export_model("mjcf", load_robot("rover")), tmp_path)
+def test_a_camera_has_the_size_of_its_pictures(tmp_path: Path) -> None:
+    model = load_model(export_model("mjcf", load_robot("rover")), tmp_path)
     assert list(model.cam_resolution[model.camera("eye").id]) == [320, 240]

@@ -19,9 +19,9 @@ from tests.drivers.physics.worlds import ball, setup, world
 NOWHERE = ("libNoSuchLibrary.so.1",)
 
 
-def works(way: Callable[[], object]) -> bool:
+def works(open_library: Callable[[], object]) -> bool:
     try:
-        way().close()  # type: ignore[attr-defined]
+        open_library().close()  # type: ignore[attr-defined]
     except NoOpenGL:
         return False
     return True
@@ -32,18 +32,18 @@ needs_osmesa = pytest.mark.skipif(not works(osmesa.OsmesaContext), reason="no OS
 
 
 @pytest.fixture(autouse=True)
-def nothing_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def _no_library_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("MUJOCO_GL", raising=False)
 
 
 @pytest.fixture
-def neither(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_opengl(monkeypatch: pytest.MonkeyPatch) -> None:
     """A machine without OpenGL."""
     monkeypatch.setattr(egl, "EGL_LIBRARIES", NOWHERE)
     monkeypatch.setattr(osmesa, "OSMESA_LIBRARIES", NOWHERE)
 
 
-@pytest.mark.usefixtures("neither")
+@pytest.mark.usefixtures("no_opengl")
 def test_camera_without_opengl_is_refused_with_the_packages_to_install() -> None:
     with pytest.raises(DeviceGroupError) as raised:
         MujocoBackend().open(setup(world()))
@@ -53,28 +53,28 @@ def test_camera_without_opengl_is_refused_with_the_packages_to_install() -> None
     assert {"libegl1", "libosmesa6"} <= set(re.findall(r"\w+", str(failure)))
 
 
-@pytest.mark.usefixtures("neither")
+@pytest.mark.usefixtures("no_opengl")
 def test_robot_without_an_open_camera_needs_no_opengl() -> None:
     with MujocoBackend().open(setup(world(), devices=["nose"])) as robot:
         assert robot.range.read()
 
 
 @needs_osmesa
-def test_osmesa_is_taken_where_there_is_no_egl(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_osmesa_is_used_if_there_is_no_egl(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(egl, "EGL_LIBRARIES", NOWHERE)
     context = open_context()
     context.close()
     assert context.name == "osmesa"
 
 
-def test_library_that_the_user_names_is_the_only_one_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_library_that_the_user_names_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(egl, "EGL_LIBRARIES", NOWHERE)
     monkeypatch.setenv("MUJOCO_GL", "EGL")
     with pytest.raises(NoOpenGL, match=r"MUJOCO_GL .* libNoSuchLibrary\.so\.1"):
         open_context()
 
 
-@pytest.mark.usefixtures("neither")
+@pytest.mark.usefixtures("no_opengl")
 @pytest.mark.parametrize("way, packages", [("egl", "libegl1 libgl1-mesa-dri"), ("osmesa", "libosmesa6")])
 def test_only_the_packages_of_the_named_library_are_suggested(
     way: str, packages: str, monkeypatch: pytest.MonkeyPatch
@@ -91,7 +91,7 @@ def test_library_that_needs_a_screen_is_refused(monkeypatch: pytest.MonkeyPatch)
 
 
 @needs_egl
-def test_what_a_program_draws_on_itself_stays_current() -> None:
+def test_a_context_of_the_program_stays_current() -> None:
     own = EglContext()
     current = load_library(egl.EGL_LIBRARIES).eglGetCurrentContext
     with MujocoBackend().open(setup(world(), devices=["eye"])) as robot, own.current():
@@ -101,13 +101,13 @@ def test_what_a_program_draws_on_itself_stays_current() -> None:
     own.close()
 
 
-def test_any_thread_may_open_look_and_close() -> None:
+def test_any_thread_may_open_read_and_close() -> None:
     robot = MujocoBackend().open(setup(world(ball(0.6)), devices=["eye"]))
     pictures = [robot.camera.read().image]
-    looking = threading.Thread(target=lambda: pictures.append(robot.camera.read().image))
+    reading = threading.Thread(target=lambda: pictures.append(robot.camera.read().image))
     robot.clock.sleep_until(0.1)
     closing = threading.Thread(target=robot.close)
-    for thread in (looking, closing):
+    for thread in (reading, closing):
         thread.start()
         thread.join()
     assert len(pictures) == 2
@@ -122,8 +122,8 @@ print(robot.camera.read().image.sum())
 """
 
 
-def printed(more: str = "", **environment: str) -> str:
-    """Return what a program of its own prints that leaves its robot open; it complains of nothing."""
+def run_program(more: str = "", **environment: str) -> str:
+    """Return the output of a process that leaves its robot open. It prints no warning and no error."""
     command, environment_ = [sys.executable, "-W", "error", "-c", PROGRAM + more], {**os.environ, **environment}
     done = subprocess.run(command, capture_output=True, text=True, env=environment_, check=False)
     assert (done.returncode, done.stderr) == (0, "")
@@ -132,22 +132,24 @@ def printed(more: str = "", **environment: str) -> str:
 
 @needs_egl
 @needs_osmesa
-def test_both_ways_show_the_same_picture() -> None:
-    assert printed(MUJOCO_GL="egl") == printed(MUJOCO_GL="osmesa")
+def test_both_libraries_draw_the_same_picture() -> None:
+    assert run_program(MUJOCO_GL="egl") == run_program(MUJOCO_GL="osmesa")
 
 
-def test_a_program_that_draws_itself_finds_its_environment_and_pyopengl_untouched() -> None:
-    printed("assert not {'MUJOCO_GL', 'PYOPENGL_PLATFORM'} & set(os.environ) and 'OpenGL' not in sys.modules")
+def test_the_environment_and_pyopengl_are_unchanged() -> None:
+    run_program("assert not {'MUJOCO_GL', 'PYOPENGL_PLATFORM'} & set(os.environ) and 'OpenGL' not in sys.modules")
 
 
-def test_a_way_that_mujoco_itself_stumbles_over_is_reported_in_one_line() -> None:
+def test_a_library_that_mujoco_does_not_support_is_reported_in_one_line() -> None:
     environment_ = {**os.environ, "MUJOCO_GL": "eggs"}
     command = [sys.executable, "-c", PROGRAM]
     done = subprocess.run(command, capture_output=True, text=True, env=environment_, check=False)
-    assert done.stderr.splitlines()[-1].endswith("Unset MUJOCO_GL, which is 'eggs': what works is found")
+    assert done.stderr.splitlines()[-1].endswith(
+        "Unset MUJOCO_GL, which is 'eggs'. robotcore then chooses a renderer that works"
+    )
 
 
-BESIDE = """
+OWN_RENDERER = """
 import mujoco
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='.2'/></worldbody></mujoco>")
 data = mujoco.MjData(model)
@@ -165,8 +167,8 @@ robot.close()
 
 
 @needs_egl
-def test_mujocos_own_renderer_works_beside_ours() -> None:
-    printed(BESIDE, MUJOCO_GL="egl")
+def test_mujocos_renderer_works_together_with_the_drivers() -> None:
+    run_program(OWN_RENDERER, MUJOCO_GL="egl")
 
 
 AFTER_ANOTHER = """
@@ -182,7 +184,7 @@ except DeviceGroupError as refused:
 
 @needs_egl
 @needs_osmesa
-def test_beside_another_opengl_osmesa_says_what_to_set() -> None:
-    environment_ = printed(AFTER_ANOTHER, MUJOCO_GL="egl")
-    assert "eye: MuJoCo cannot draw by osmesa: " in environment_
-    assert environment_.endswith("Where the program has a window or a renderer of its own, set MUJOCO_GL=osmesa\n")
+def test_osmesa_with_another_opengl_suggests_the_variable_to_set() -> None:
+    output = run_program(AFTER_ANOTHER, MUJOCO_GL="egl")
+    assert "eye: MuJoCo cannot draw with osmesa: " in output
+    assert output.endswith("If the program has a window or a renderer of its own, set MUJOCO_GL=osmesa\n")

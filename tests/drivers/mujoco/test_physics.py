@@ -16,14 +16,14 @@ STEP_S = 1 / 240
 class TestDriving(driving.Driving):
     backend = MujocoBackend
 
-    def test_at_every_step_a_wheel_is_as_fast_as_its_lag_lets_it(self) -> None:
+    def test_wheels_follow_a_command_with_their_lag_at_every_step(self) -> None:
         with self.opened() as robot:
             for step in range(1, 25):
                 drive(robot, 1.0, 1.0, STEP_S)
                 reached = 0.0325 * (1 - math.exp(-step * STEP_S / 0.05))
                 assert truth_of(robot).twist().linear == pytest.approx(reached, rel=0.003), step
 
-    def test_what_it_tells_is_of_the_present_and_not_a_step_old(self) -> None:
+    def test_the_truth_is_of_the_current_time_and_not_a_step_old(self) -> None:
         with self.opened() as robot:
             drive(robot, 4.0, 4.0, STEP_S)
             truth = truth_of(robot)
@@ -35,9 +35,9 @@ class TestDriving(driving.Driving):
     [box(0.5), box(0.5, height=0.03), post(0.5), ball(0.5)],
     ids=["wall", "threshold", "post", "ball"],
 )
-def test_it_climbs_nothing_that_it_is_driven_against(thing: Thing) -> None:
+def test_a_robot_climbs_nothing_that_it_drives_into(thing: Thing) -> None:
     simulation = Simulation(setup(world(thing)), world(thing))
-    motors = [simulation.open(words) for words in ROVER.all_of(MotorDescription)]
+    motors = [simulation.open(description) for description in ROVER.all_of(MotorDescription)]
     for motor in motors:
         assert isinstance(motor, Motor)
         motor.set_velocity(12.0)

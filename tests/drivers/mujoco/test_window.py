@@ -6,7 +6,7 @@ from unittest.mock import MagicMock
 import pytest
 
 from drivers.mujoco.backend import MujocoBackend
-from drivers.mujoco.window import ALONE
+from drivers.mujoco.window import WINDOW_LOCK
 from robotcore.errors import BackendError
 from tests.drivers.physics.worlds import setup, world
 from tests.texts import Raises
@@ -22,14 +22,14 @@ def test_window_without_a_screen_is_refused(monkeypatch: pytest.MonkeyPatch, rai
 
 
 def test_second_window_is_refused_while_one_is_open(raises: Raises) -> None:
-    with ALONE, raises(BackendError, "second-window"):
+    with WINDOW_LOCK, raises(BackendError, "second-window"):
         MujocoBackend().open(setup(world(), devices=["nose"], gui=True))
 
 
-def test_a_window_that_was_closed_makes_room_for_the_next(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_window_can_open_after_another_was_closed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.mujoco.window._require_screen", lambda: None)
-    monkeypatch.setattr("drivers.mujoco.window._launched", lambda *_: (MagicMock(), set()))
+    monkeypatch.setattr("drivers.mujoco.window._launch_viewer", lambda *_: (MagicMock(), set()))
     for _ in range(2):
         with MujocoBackend().open(setup(world(), devices=["nose"], gui=True)):
-            assert ALONE.locked()
-    assert not ALONE.locked()
+            assert WINDOW_LOCK.locked()
+    assert not WINDOW_LOCK.locked()

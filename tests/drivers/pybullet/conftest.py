@@ -9,7 +9,7 @@ NEEDS_NO_BULLET = {"test_missing.py"}
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip what runs Bullet where it is not installed."""
+    """Skip the tests of this folder that need Bullet if it is not installed."""
     from drivers.pybullet.backend import PyBulletBackend
 
     backend = PyBulletBackend()

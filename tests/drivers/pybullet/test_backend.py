@@ -24,24 +24,24 @@ from tests.texts import Raises
 
 @pytest.fixture
 def connections(monkeypatch: pytest.MonkeyPatch) -> list[Bullet]:
-    """Every connection that a test makes."""
+    """Return a list to which each connection is added."""
     made: list[Bullet] = []
     connect = Bullet.connect
 
-    def noted(*, gui: bool) -> Bullet:
+    def connect_noted(*, gui: bool) -> Bullet:
         made.append(connect(gui=gui))
         return made[-1]
 
-    monkeypatch.setattr(Bullet, "connect", noted)
+    monkeypatch.setattr(Bullet, "connect", connect_noted)
     return made
 
 
-def test_only_the_devices_asked_for_are_opened() -> None:
+def test_only_the_requested_devices_are_opened() -> None:
     with PyBulletBackend().open(setup(world(), devices=["nose", "screen"])) as robot:
         assert list(robot.devices) == ["nose", "screen"]
 
 
-def test_leaving_the_robot_ends_its_server_and_closing_twice_is_fine(connections: list[Bullet]) -> None:
+def test_closing_the_robot_twice_ends_its_server_once(connections: list[Bullet]) -> None:
     robot = opened()
     assert connections[0].isConnected()
     robot.close()
@@ -51,7 +51,7 @@ def test_leaving_the_robot_ends_its_server_and_closing_twice_is_fine(connections
         robot.camera.read()
 
 
-def test_a_connection_half_made_is_ended(
+def test_a_connection_is_closed_if_opening_fails(
     connections: list[Bullet], monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     def broken(*_: object) -> None:
@@ -63,7 +63,7 @@ def test_a_connection_half_made_is_ended(
     assert not connections[0].isConnected()
 
 
-def test_devices_on_no_wheel_are_all_named_and_nothing_stays_open(connections: list[Bullet], raises: Raises) -> None:
+def test_every_device_without_a_wheel_is_named_and_all_is_closed(connections: list[Bullet], raises: Raises) -> None:
     spare = [device.model_copy(update={"name": f"spare_{device.kind}"}) for device in ROVER.devices[1:3]]
     robot = ROVER.model_copy(update={"devices": (*ROVER.devices, *spare)})
     with raises(DeviceGroupError):
@@ -71,7 +71,7 @@ def test_devices_on_no_wheel_are_all_named_and_nothing_stays_open(connections: l
     assert not connections[0].isConnected()
 
 
-def test_a_server_that_died_is_an_error_by_the_devices_name(connections: list[Bullet], raises: Raises) -> None:
+def test_an_error_about_a_dead_server_names_the_device(connections: list[Bullet], raises: Raises) -> None:
     with opened() as robot:
         encoder = robot["left_encoder"]
         assert isinstance(encoder, Encoder)
@@ -88,27 +88,27 @@ def test_a_server_that_died_is_an_error_by_the_devices_name(connections: list[Bu
             truth_of(robot).pose()
 
 
-def test_an_unknown_option_is_refused_with_the_nearest(raises: Raises) -> None:
+def test_an_unknown_option_is_refused_with_the_nearest_name(raises: Raises) -> None:
     with raises(UnknownNameError, "unknown-option"):
         PyBulletBackend().open(setup(world(), options={"solver_iteration": 10}))
 
 
-def test_the_solver_goes_over_the_contacts_as_often_as_it_is_reported(connections: list[Bullet]) -> None:
+def test_the_solver_gets_the_number_of_iterations(connections: list[Bullet]) -> None:
     with PyBulletBackend().open(setup(world(), options={"solver_iterations": "7"})):
         assert connections[0].getPhysicsEngineParameters()["numSolverIterations"] == 7
 
 
-def test_a_physics_step_is_the_clocks(connections: list[Bullet]) -> None:
+def test_the_physics_step_is_the_step_of_the_clock(connections: list[Bullet]) -> None:
     with PyBulletBackend().open(setup(world(), rate_hz=50.0)):
         assert connections[0].getPhysicsEngineParameters()["fixedTimeStep"] == pytest.approx(1 / 250)
 
 
-def test_without_a_world_it_says_what_to_do(raises: Raises) -> None:
+def test_missing_world_is_refused(raises: Raises) -> None:
     with raises(UsageError, "world-missing"):
         PyBulletBackend().open(setup(None))
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only X11 tells by its variable")
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only X11 has the variable DISPLAY")
 def test_a_window_without_a_screen_is_refused_before_bullet_ends_the_process(
     monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
@@ -117,7 +117,7 @@ def test_a_window_without_a_screen_is_refused_before_bullet_ends_the_process(
         PyBulletBackend().open(setup(world(), gui=True))
 
 
-def test_what_bullet_prints_does_not_reach_the_output() -> None:
+def test_prints_of_bullet_do_not_reach_the_output() -> None:
     program = (
         "from tests.drivers.physics.worlds import drive\n"
         "from tests.drivers.pybullet.worlds import opened\n"
@@ -130,7 +130,7 @@ def test_what_bullet_prints_does_not_reach_the_output() -> None:
     assert done.stderr == ""
 
 
-def test_a_motor_is_limited_to_what_it_can_do() -> None:
+def test_a_motor_turns_no_faster_than_its_limit() -> None:
     with opened() as robot:
         assert robot.motors["left_motor"].set_velocity(50.0) == 12.0
         drive(robot, 50.0, 50.0, 1.0)

@@ -1,4 +1,4 @@
-"""How the tests of this backend open a robot."""
+"""Opens robots for the tests of this backend."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from tests.drivers.physics.worlds import ROVER, Thing, setup, world
 
 
 def opened(*things: Thing, start: Start | None = None, robot: RobotDescription = ROVER) -> Robot:
-    """Open a robot with all its devices among these things."""
+    """Return an open robot with all its devices in a world of these things."""
     return PyBulletBackend().open(setup(world(*things, start=start), robot=robot))
