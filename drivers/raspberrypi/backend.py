@@ -1,4 +1,4 @@
-"""The backend of the real robot: it opens each device by the driver that the robot's file names."""
+"""The backend of the real robot, which opens each device by the driver that the robot's file names."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from robotcore.hal.wiring import Wiring
 
 SECTION = "raspberrypi"
-"""The section of a robot's file that says how its devices are connected."""
+"""The name of the section of a robot's file that lists the driver and the pins of each device."""
 
 
 class RaspberryPiOptions(StrictModel):
@@ -33,7 +33,8 @@ class RaspberryPiOptions(StrictModel):
     """
 
     pin_factory: str | None = None
-    """The library that drives the pins, in place of GPIOZERO_PIN_FACTORY. Only lgpio is supported."""
+    """gpiozero's library for the pins; None takes the one in the environment variable GPIOZERO_PIN_FACTORY, else lgpio.
+    Only lgpio is supported."""
 
 
 class RaspberryPiBackend(Backend):
@@ -49,7 +50,7 @@ class RaspberryPiBackend(Backend):
         return f"On the Pi: pip install 'robotcore[pi]', see docs/raspberry-pi.md. {AT_THE_DESK}"
 
     def bind(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
-        """Bind the devices of these names, by default all, to drivers and pins; see `bind_devices`."""
+        """Return the devices with these names (by default all) with their drivers and settings; see `bind_devices`."""
         return bind_devices(robot, SECTION, names, resolve_pins)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:

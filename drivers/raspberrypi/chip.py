@@ -1,4 +1,4 @@
-"""The GPIO chip of the header: claim its lines without a pin factory, and find the holder of a line."""
+"""Claim lines of the header's GPIO chip without gpiozero, and find the process that holds a line."""
 
 from __future__ import annotations
 
@@ -17,13 +17,16 @@ AT_THE_DESK = "At the desk: --backend virtualpi"
 
 
 class HeldError(BackendError):
-    """Another process holds a line."""
+    """Another process holds a GPIO line."""
 
     kind = "gpio-held"
 
 
 class Chip:
-    """The open chip. `close` frees the claimed lines; on a Raspberry Pi a freed line keeps its level."""
+    """The open GPIO chip of the header.
+
+    `close` frees the lines that this object has claimed. On a Raspberry Pi, a freed line keeps its level.
+    """
 
     def __init__(self) -> None:
         """Open the chip; raises BackendError."""
@@ -34,9 +37,9 @@ class Chip:
             raise BackendError(explain_closed_chip(number), kind="gpio-chip-closed") from error
 
     def claim_low(self, gpios: Sequence[int]) -> None:
-        """Make lines low outputs of this process, with pull-downs. Lines that it has claimed before are not changed.
+        """Claim GPIO lines as low outputs with pull-downs. Lines that this object has claimed before are not changed.
 
-        All lines are tried. Raises HeldError if another process holds one.
+        Raises HeldError if another process holds any of the lines. The free ones are claimed even then.
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
             words = "; ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in held)
@@ -60,7 +63,7 @@ class Chip:
 
 
 def explain_closed_chip(number: int) -> str:
-    """Return the reason why a chip cannot be opened, and a remedy. lgpio gives none."""
+    """Return why a GPIO chip cannot be opened, and a remedy. lgpio itself reports no reason."""
     chip = Path(f"/dev/gpiochip{number}")
     if not chip.exists():
         return f"there is no {chip}: this is no Raspberry Pi. {AT_THE_DESK}"
@@ -81,10 +84,11 @@ _LINE_INFO = struct.Struct("32s 32s I 188x")
 
 
 def find_holder(gpio: int, root: Path = _ROOT) -> str:
-    """Return the holder of a line, such as ``process 1234 (python3)``, or ``an unknown holder``.
+    """Return the holder of a GPIO line, such as ``process 1234 (python3)``, or ``an unknown holder``.
 
-    Since 6.2 the kernel lists the lines of each handle (/proc/PID/fdinfo). With an older kernel, each process with a
-    handle may hold the line. A holder in the kernel has no process, but a label. Only root sees other users' handles.
+    Since version 6.2 the kernel lists the lines of each open handle (/proc/PID/fdinfo). With an older kernel, the
+    result is every process that has any GPIO lines open, after ``perhaps``. A driver in the kernel is no process, so
+    the result is its label. Only root can find the processes of other users.
     """
     chip = (
         (root / f"dev/gpiochip{find_chip_number(root)}").resolve().name
@@ -102,7 +106,7 @@ def _list_handles(proc: Path) -> Iterator[tuple[str, str]]:
     """Yield the process of each handle of GPIO lines, and the kernel's information about the handle."""
     for file in list_open_files(proc):
         if file.link.startswith(LINE):
-            with suppress(OSError):  # closed meanwhile
+            with suppress(OSError):  # the process may have closed the handle
                 info = (proc / f"{file.process}/fdinfo/{file.number}").read_text()
                 yield describe_process(file.process, proc), info
 

@@ -1,4 +1,4 @@
-"""Cutoffs of motors on GPIO lines: pull down a standby line that the guardian holds, or the lines of the app."""
+"""Stop motors on GPIO lines from the guardian process: by a board's standby line, or by the app's own lines."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from drivers.raspberrypi.chip import Chip, HeldError
 from robotcore.hal.cutoff import Cutoff
 
 GOING_S = 0.3
-"""A process that ends has released its lines within this time."""
+"""The longest time, in seconds, from the killing of a process until the kernel has freed its GPIO lines."""
 
 
 class StandbyLine(Cutoff):
     """Pulls down the standby line of a motor board (STBY of a TB6612, nSLEEP of a DRV8833), so that its motors stop.
 
-    Only the guardian holds the line, so it falls whatever the app's process does. Motors on the same board name the
-    same line.
+    Only the guardian's process holds this line, so it can pull it low whatever state the app's process is in. All
+    motors on one board have the same standby line.
 
     >>> StandbyLine(22)
     <StandbyLine GPIO 22>
@@ -41,7 +41,10 @@ class StandbyLine(Cutoff):
         self._chip.write(self._line, is_high=True)
 
     def rest(self) -> None:
-        """Pull the line low: the software PWM may be late by a cycle, and its process may be suspended before."""
+        """Pull the standby line low when the app commands a stop.
+
+        The app's software PWM may stop the motor a cycle later, or never if the app is suspended before that.
+        """
         self.stop()
 
     def stop(self) -> None:
@@ -55,13 +58,13 @@ class StandbyLine(Cutoff):
 class MotorLines(Cutoff):
     """Pulls down the input lines of a motor board without a standby line. The app's process holds these lines.
 
-    The guardian can claim them only after that process, the owner, has ended. If the owner is silent and its motors
-    turn, the guardian kills it: software PWM is a thread in C that continues if Python hangs. If the motors stand, the
-    owner is left alone. The guardian holds the claimed lines low until it ends.
+    The guardian can claim the lines only after that process, the owner, has ended. If the owner hangs while its motors
+    turn, the guardian kills the owner, because the software PWM is a thread in C that continues if Python hangs. If the
+    motors stand, the guardian does not kill the owner. The guardian holds the claimed lines low until it ends itself.
 
-    Without an owner, `stop` claims the free lines, and raises HeldError for the others.
+    Without an owner, `stop` claims the free lines, and raises HeldError if any other line is held by a process.
 
-    lines: the GPIOs of the motor.
+    lines: the GPIO numbers of the motor.
     owner: the process that holds the lines; None if there is none to kill.
 
     >>> MotorLines([17, 27], owner=None)
@@ -103,28 +106,28 @@ class MotorLines(Cutoff):
             self._owner.close()
 
     def _claim_from(self, owner: Owner) -> None:
-        """Claim the owner's lines; kill it first if its motors turn."""
+        """Claim the owner's lines. If the motors turn, kill the owner first."""
         if self._is_turning:
             self._end(owner)
         if owner.has_ended_within(GOING_S) or self._is_turning:
             self._chip.claim_low(self._lines)
 
     def _end(self, owner: Owner) -> None:
-        """Kill the owner; report that only if the owner was not ending already."""
+        """Kill the owner. If the owner was not already ending, add that to the report."""
         if not owner.is_ending():
             self._report = f"ended process {self._pid}: it was silent while its motors turned"
         owner.kill()
 
 
 _FLAGS = 6
-"""The index of the flags in /proc/PID/stat, counted after the name. Source: proc_pid_stat(5)."""
+"""The index of the field ``flags`` among the fields of /proc/PID/stat after the name. Source: proc_pid_stat(5)."""
 
 _IS_EXITING = 0x4
-"""PF_EXITING. Source: Linux, include/linux/sched.h."""
+"""The flag PF_EXITING of a process that is ending. Source: Linux, include/linux/sched.h."""
 
 
 class Owner:
-    """Another process. The handle never refers to a later process of the same number."""
+    """A handle of another process. It never refers to a later process that gets the same process number."""
 
     def __init__(self, number: int) -> None:
         """Open a handle of a process; raises ProcessLookupError if there is no such process."""

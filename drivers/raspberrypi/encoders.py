@@ -27,25 +27,26 @@ LEVELS = (
     "Supply the encoder with 3.3 V: then its outputs fit the pins. An encoder that needs 5 V drives its outputs to "
     "5 V, and each output needs a divider, 1 kΩ and 2 kΩ to ground."
 )
-"""The note in an encoder's wiring."""
+"""The note that `robotcore wiring` prints for each encoder."""
 
 
 class EncoderSettings(StrictModel):
-    """The meaning of a count, and the electrical settings of the lines."""
+    """The unit of an encoder's counts, and the pull-ups and the debouncing of its lines."""
 
     edges_per_cycle: ClassVar[int]
 
     counts: Literal["cycles", "edges"] = "cycles"
-    """The unit of the description's ``counts_per_turn``, for a turn of the wheel, gear included.
+    """The unit of the description's ``counts_per_turn``, which counts a turn of the wheel, behind any gear.
 
-    "cycles" are those of one channel: a data sheet's PPR, a disc's slots. "edges" are all edges, often called CPR.
+    "cycles" are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of
+    all channels, often called CPR.
     """
 
     pull_up: bool = True
     """Connect the Pi's pull-up resistors, which open-collector outputs need."""
 
     bounce_s: Annotated[float, Field(gt=0, le=0.01)] | None = None
-    """A level counts after it has held for this many seconds, for mechanical contacts."""
+    """The debounce time of mechanical contacts: a level counts only if it is constant for this many seconds."""
 
     def edges_per_turn(self, description: EncoderDescription) -> int:
         """Return the number of edges in a turn of the wheel, on all channels together."""
@@ -53,18 +54,18 @@ class EncoderSettings(StrictModel):
 
 
 class Counter(Protocol):
-    """Counts edges: forward up, backward down."""
+    """Counts the edges of an encoder: up when the wheel turns forward, down when it turns backward."""
 
     @property
     def edges(self) -> int:
-        """Return the edges counted by now."""
+        """Return the number of forward edges minus the number of backward edges so far."""
 
 
 class PinEncoder(Encoder):
-    """Returns the edges counted by now as an angle.
+    """An encoder on GPIOs, which converts its counted edges to the angle of the wheel.
 
-    A wheel at rest and an unplugged encoder look the same: neither has edges. A motor that is controlled by this
-    encoder reads it in another thread.
+    It cannot detect an unplugged encoder, which has no edges, like a wheel at rest. If the encoder controls a motor,
+    another thread reads it too.
     """
 
     def __init__(self, name: str, clock: Clock, counter: Counter, edges_per_turn: int, opened: ExitStack) -> None:
@@ -98,14 +99,17 @@ def open_input(device: str, number: int, settings: EncoderSettings, pins: Factor
 
 
 def detect_edges(device: str, pin: Pin, on_edge: Callable[[float, int], None], opened: ExitStack) -> None:
-    """Call a bound method with the tick and the level of every edge. gpiozero does not keep its object alive."""
+    """Call ``on_edge`` with the tick and the level (0 or 1) of every edge of a pin, until ``opened`` is closed.
+
+    ``on_edge`` is a bound method. The caller keeps its object alive, because gpiozero holds only a weak reference.
+    """
     with translate_pin_errors(device, (int(pin.info.name.removeprefix("GPIO")),)):
         opened.callback(stop_edge_detection, pin)
         pin.when_changed = on_edge
 
 
 class QuadratureSettings(EncoderSettings):
-    """The GPIOs of both channels. If the encoder counts the wrong way, swap the two."""
+    """The GPIOs of both channels. If the encoder counts backward when the wheel turns forward, swap the two GPIOs."""
 
     edges_per_cycle: ClassVar[int] = 4
 
@@ -151,7 +155,8 @@ class Quadrature(DeviceDriver[EncoderDescription, QuadratureSettings]):
 class QuadratureDecoder:
     """Counts the edges of two channels: up if ``a`` leads, down if ``b`` leads.
 
-    It compares levels. So a missed edge costs at most one cycle, and later edges count correctly.
+    It compares the levels before and after each edge. So a missed edge costs at most one cycle, and later edges are
+    counted correctly.
 
     >>> decoder = QuadratureDecoder(a=False, b=False)
     >>> decoder.on_edge_a(0.0, 1)
@@ -188,19 +193,19 @@ class PulsesSettings(EncoderSettings):
     edges_per_cycle: ClassVar[int] = 2
 
     gpio: Gpio
-    """Its rising and falling edges both count."""
+    """The GPIO of the channel. Its rising and its falling edges are counted."""
 
 
 class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
     """Counts edges in the direction of the last command to the wheel's motor.
 
-    The count is right while the motor turns the wheel, and while the wheel coasts after a stop. It is wrong if the
-    wheel is pushed, rolls down a slope, or coasts one way after a command to turn the other. A `quadrature` encoder
-    counts right in all these cases.
+    The count is right while the motor turns the wheel, and while the wheel coasts after a stop. The count is wrong if
+    the wheel is pushed, rolls down a slope, or coasts one way after a command to turn the other way. A `quadrature`
+    encoder counts correctly in all these cases.
     """
 
     name = "pulses"
-    summary = "a wheel's encoder with one channel on a GPIO; the direction is its motor's"
+    summary = "a wheel's encoder with one channel on a GPIO; the motor's command gives the direction"
     described = EncoderDescription
     settings = PulsesSettings
     aliases = ("slotted", "light-barrier")
@@ -248,7 +253,8 @@ class Pulses(DeviceDriver[EncoderDescription, PulsesSettings]):
 class PulseCounter:
     """Counts the edges of one channel in the direction of a motor.
 
-    The motor is looked up at each edge, because motors open after encoders. Before that, edges count as forward.
+    The motor is looked up in ``opened`` at each edge, because motors are opened after encoders. Until the motor is
+    open, edges count as forward.
     """
 
     def __init__(self, encoder: str, motor: str, opened: Mapping[str, Device]) -> None:

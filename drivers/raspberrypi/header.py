@@ -36,7 +36,8 @@ _LAYOUT = """
     26    20
     GND   21
 """
-"""Pads 1 and 2 are in the first row, next to the board's corner; numbers are GPIOs."""
+"""The pads of the header, two in each row. Pads 1 and 2 are in the first row, next to the board's corner. A number is a
+GPIO."""
 
 _NAMED = {
     "3.3V": ("3.3 V", PadKind.POWER),
@@ -45,7 +46,8 @@ _NAMED = {
     "ID_SD": ("ID_SD", PadKind.RESERVED),
     "ID_SC": ("ID_SC", PadKind.RESERVED),
 }
-"""ID_SD and ID_SC are GPIO 0 and 1: at its start the board reads there which HAT it carries."""
+"""The names and kinds of the pads that are not plain GPIOs. ID_SD and ID_SC are GPIO 0 and 1. At its start the board
+reads on them which HAT it carries."""
 
 
 def _pad(number: int, what: str) -> Pad:
@@ -63,7 +65,7 @@ GPIO_NOTES = {
         "the console off (sudo raspi-config, Interface Options, Serial Port), or take other GPIOs."
     ),
 }
-"""Notes on GPIOs that the Pi itself uses."""
+"""The notes in the wiring for GPIOs that the Pi itself uses too."""
 
 _RENAMED = {"GPIO 0": "ID_SD", "GPIO 1": "ID_SC"}
 
@@ -86,7 +88,7 @@ def count_wires(bindings: Sequence[DeviceBinding]) -> str:
 
 
 def find_pads(name: str) -> tuple[int, ...]:
-    """Return the numbers of the pads of that name."""
+    """Return the numbers of the pads with this name."""
     return tuple(pad.number for pad in HEADER if pad.name == name)
 
 
@@ -105,7 +107,10 @@ def _gpio_notes(binding: DeviceBinding) -> Iterator[str]:
 
 
 def _supply_wires(binding: DeviceBinding, signals: Iterable[Wire], taken: Counter[int]) -> Iterator[Wire]:
-    """Yield a device's supply wires, on the pads with the fewest wires that are nearest to its signals."""
+    """Yield the supply wires of a device.
+
+    Each takes the pad with the fewest wires, and of these the one nearest to the signals.
+    """
     rows = [_row(pad) for wire in signals for pad in wire.pads] or [1]
     middle = sum(rows) / len(rows)
     for name in binding.driver.supply:
@@ -136,7 +141,7 @@ GPIOS = range(28)
 """The GPIOs on the header of every board since the B+. Source: https://pinout.xyz."""
 
 PULLED_UP = range(9)
-"""GPIOs with a pull-up until a program drives them; the others have a pull-down.
+"""The GPIOs that have a pull-up from power-on until a program sets them; all others have a pull-down.
 Source: BCM2835 ARM Peripherals, 6.2, the column Pull; the same on a Pi 5."""
 
 HELD_UP = (2, 3)
@@ -152,7 +157,7 @@ def gpio(signal: str, number: int, *, is_shared: bool = False, instead: str = ""
     """Return the wire from a device's ``signal`` to a GPIO.
 
     is_shared: whether several devices may use the GPIO.
-    instead: another remedy for a GPIO that is used twice.
+    instead: the remedy in the error if two devices use the GPIO, in place of the usual one.
 
     >>> str(gpio("trigger", 23))
     'GPIO 23'
@@ -161,9 +166,9 @@ def gpio(signal: str, number: int, *, is_shared: bool = False, instead: str = ""
 
 
 def resolve_pins(wire: Connection) -> tuple[Connection, ...]:
-    """Return the pins that a wire occupies if it is the header's serial port; else none.
+    """Return the two GPIOs of a wire to the header's serial port; none for any other wire.
 
-    Raises ValueError ("fault; remedy") if the wire goes to a GPIO that is not on the header.
+    Raises ValueError if the wire goes to a GPIO that is not on the header.
     """
     if wire.bus == "GPIO" and wire.where not in map(str, GPIOS):
         _refuse(int(wire.where) if wire.where.isdecimal() else wire.where)
@@ -171,10 +176,11 @@ def resolve_pins(wire: Connection) -> tuple[Connection, ...]:
 
 
 HEADER_PORTS = ("/dev/serial0", "/dev/ttyAMA0", "/dev/ttyS0")
-"""The names of the header's port: ``serial0`` up to a Pi 4, a link to one of the other two; ``ttyAMA0`` on a Pi 5."""
+"""The names of the header's serial port. Up to a Pi 4 it is ``serial0``, a link to one of the other two. On a Pi 5 it
+is ``ttyAMA0``."""
 
 _PORT_LINES = (("sends", "14"), ("hears", "15"))
-"""TXD and RXD."""
+"""The signal and the GPIO of the port's two lines, TXD and RXD."""
 
 
 PORT_NOTE = (
@@ -182,11 +188,11 @@ PORT_NOTE = (
     "such as an Arduino Uno's, needs a divider: 1 kΩ to GPIO 15, and 2 kΩ from there to ground. Or connect the board "
     "by USB. On a Pi 5 the port is /dev/ttyAMA0."
 )
-"""The note in the wiring of a device on the header's port."""
+"""The note that `robotcore wiring` prints for a device on the header's serial port."""
 
 
 def is_header_port(wire: Connection) -> bool:
-    """Return whether a wire is the header's serial port, by its name."""
+    """Return whether a wire goes to the header's serial port, which is found by its name."""
     return wire.bus == "serial" and wire.where in HEADER_PORTS
 
 

@@ -1,4 +1,4 @@
-"""Import lgpio, the library for the kernel's GPIO chips, without its side effects; find the header's chip."""
+"""Import lgpio, the library for GPIO chips, without its side effects, and find the GPIO chip of the header."""
 
 from __future__ import annotations
 
@@ -18,22 +18,26 @@ STUB = "pip installed an empty lgpio, without gpiochip_open"
 """pip installs lgpio 0.0.0.2, one empty file, if it finds neither a wheel nor a compiler."""
 
 HEADER_DRIVERS = ("pinctrl-rp1", "pinctrl-bcm2835")
-"""The kernel's drivers of the header's chip: on a Pi 5, and on older boards. Source: github.com/raspberrypi/linux."""
+"""The names of the kernel's driver of the header's chip: on a Pi 5, and on older boards. Source:
+github.com/raspberrypi/linux."""
 
 _ROOT = Path("/")
 _PI_5 = 0x17
-"""The model in a revision code. Source: github.com/raspberrypi/documentation, revision-codes.adoc."""
+"""The number of the Pi 5 in a board's revision code. Source: github.com/raspberrypi/documentation,
+revision-codes.adoc."""
 
 LINE = "anon_inode:gpio-line"
-"""In /proc/PID/fd, the link of a handle of GPIO lines begins so. Source: Linux, drivers/gpio/gpiolib-cdev.c."""
+"""The first part of the link in /proc/PID/fd of an open handle of GPIO lines.
+Source: Linux, drivers/gpio/gpiolib-cdev.c."""
 
 _FILES = Path("/proc/self/fd")
 _LOADING = Lock()
-"""The guardian's cutoffs import lgpio at the same time, each in a thread."""
+"""Only one thread at a time imports lgpio. The guardian opens each cutoff in its own thread, and each one imports
+lgpio."""
 
 
 def load() -> ModuleType:
-    """Import lgpio; raises ImportError if it is missing, or is PyPI's empty one."""
+    """Return the module lgpio; raises ImportError if lgpio is missing, or is the empty package of PyPI."""
     with _LOADING:
         if "lgpio" not in sys.modules:
             with _private_fifo():
@@ -47,10 +51,11 @@ def load() -> ModuleType:
 
 
 def find_chip_number(root: Path = _ROOT) -> int:
-    """Return the number of the /dev/gpiochip with the header's pins, found by the name of its driver.
+    """Return the number of the header's /dev/gpiochip, which is found by the name of the chip's kernel driver.
 
-    On a Pi 5 the number depends on the kernel: 4, 0, or above 10. The other chips switch Wi-Fi and the card's supply.
-    If the kernel gives no driver, the rule of gpiozero's LGPIOFactory decides.
+    On a Pi 5 the number depends on the kernel: 4, 0, or above 10. The lines of the other chips must not be changed:
+    they switch Wi-Fi and the supply of the SD card.
+    If the kernel names no driver, the rule of gpiozero's LGPIOFactory decides.
     Source: https://github.com/raspberrypi/linux/pull/6144, https://github.com/adafruit/Adafruit_Blinka/issues/1119.
     """
     numbers = {driver: number for number, driver in list_chips(root)}
@@ -85,8 +90,9 @@ def _chip_by_rule() -> int:
 def _private_fifo() -> Iterator[None]:
     """Give lgpio a temporary folder for its FIFO during the import, and restore the working directory after it.
 
-    lgpio makes the folder its working directory (lgUtil.c). It cannot replace a FIFO of another user there, and it
-    uses a FIFO that another process has just made as its own (lgNotify.c).
+    At its import, lgpio makes this folder the working directory (lgUtil.c), and creates a FIFO there (lgNotify.c). In a
+    shared folder that fails if another user has a FIFO there. If another process creates one at the same time, both use
+    the same.
     """
     before = os.environ.get(FIFO_FOLDER)
     here = os.open(".", os.O_RDONLY)
@@ -103,13 +109,14 @@ def _private_fifo() -> Iterator[None]:
 
 
 def release_lines() -> None:
-    """Close the handles of all GPIO lines in a fork, which must not hold the lines of motors that turn.
+    """Close all handles of GPIO lines in a forked process, which otherwise would hold the lines of the app's motors.
 
-    /dev/null takes each handle's number, because lgpio would use any other file of that number as its handle.
+    Each handle's number is reused for /dev/null. Otherwise the process may open a file with that number, and lgpio
+    would use this file as its handle.
     """
     nothing = os.open(os.devnull, os.O_RDWR)
     for file in tuple(_FILES.iterdir()):
-        with suppress(OSError):  # the handle of the folder itself is closed by now
+        with suppress(OSError):  # `iterdir` has closed its own handle, which it listed too
             if str(file.readlink()).startswith(LINE):
                 os.dup2(nothing, int(file.name), inheritable=False)
     os.close(nothing)

@@ -1,4 +1,4 @@
-"""Open gpiozero's pin factory on lgpio, and translate errors of its pins to errors of a device."""
+"""Open gpiozero's pin factory on lgpio, and translate errors of pins to errors of the device on them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 LGPIO = "lgpio"
 OTHERS = ("rpigpio", "pigpio", "native", "mock")
-"""gpiozero's other libraries. The first three bypass the kernel, which then cannot name the holder of a line."""
+"""The names of gpiozero's other pin libraries. The first three bypass the kernel, which then cannot name the process
+that holds a line."""
 
 _SETTING = "GPIOZERO_PIN_FACTORY"
 
@@ -56,7 +57,10 @@ def open_pins(library: str | None = None) -> Factory:
 
 
 def _require_board() -> None:
-    """Raise BackendError if this is no Raspberry Pi, before a missing library is reported."""
+    """Raise BackendError if this is no Raspberry Pi.
+
+    It is called first: on a desktop a missing library is not the cause.
+    """
     from gpiozero.exc import PinUnknownPi
     from gpiozero.pins.local import get_pi_revision
 
@@ -71,7 +75,7 @@ def _on_lgpio() -> Factory:
     from gpiozero.pins.lgpio import LGPIOFactory
 
     try:
-        return LGPIOFactory(find_chip_number())  # as the guardian: line 17 of another chip is another line
+        return LGPIOFactory(find_chip_number())  # the guardian uses the same number
     except lgpio.error as error:
         raise BackendError(explain_closed_chip(find_chip_number()), kind="gpio-chip-closed") from error
 
@@ -81,9 +85,9 @@ _REMEDY = f"On the Pi: sudo apt install python3-lgpio, and a venv made with --sy
 
 @contextmanager
 def translate_pin_errors(device: str, gpios: Sequence[int]) -> Iterator[None]:
-    """Raise errors of the block as DeviceError, with the GPIOs and a remedy.
+    """Translate errors of gpiozero and lgpio in the block to DeviceError, with the GPIOs and a remedy.
 
-    Errors of the libraries do not name the GPIO: claim one GPIO in each block.
+    Errors of the libraries do not name the GPIO, so a block should claim only one.
     """
     try:
         yield
@@ -125,10 +129,10 @@ _STOP_PAUSE_S = 0.01
 
 
 def stop_edge_detection(pin: Pin) -> None:
-    """Stop the callbacks for a pin's edges.
+    """Stop gpiozero's callbacks for the edges of a pin.
 
-    lgpio frees the line and claims it again. The line stays busy until lgpio's own thread returns from its wait for
-    edges. Raises the library's error if the line stays busy for a second.
+    For this, lgpio frees the line and claims it again without edge detection. The claim fails until lgpio's own thread
+    returns from its wait for edges, so it is tried again. Raises lgpio's error if it fails for a second.
     """
     for _ in range(_STOP_ATTEMPTS):
         if _try_stop(pin):

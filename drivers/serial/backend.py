@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 
 SECTION = "serial"
-"""The table of a robot's file with the connections of its devices."""
+"""The name of the table of a robot's file that lists the driver and the port of each device."""
 
 
 class SerialOptions(StrictModel):
     """The options of the backend."""
 
     port: PortPlace | None = None
-    """The port to use in place of the one in the robot's file."""
+    """The port to use in place of the only port in the robot's file."""
 
 
 class SerialBackend(Backend):
@@ -48,9 +48,9 @@ class SerialBackend(Backend):
         return _with_port(Setup(load_robot(robot), None, frozenset(), options=options)).robot
 
     def bindings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
-        """Return the devices with their drivers; see `bind_devices`.
+        """Return the devices with their drivers and settings; see `bind_devices`.
 
-        names: the devices to bind; all if it is None.
+        names: the names of the devices to return; None returns all.
         """
         return bind_devices(robot, SECTION, names)
 
@@ -93,9 +93,9 @@ def _with_port(setup: Setup) -> Setup:
 
 
 def override_port(robot: RobotDescription, section: str, port: str | None) -> RobotDescription:
-    """Return the robot with another port in place of its only one; the robot itself if ``port`` is None.
+    """Return the robot with ``port`` in place of its only port; if ``port`` is None, return the robot unchanged.
 
-    Raises UsageError if the robot has no port, or several.
+    Raises UsageError if the robot has no port, or more than one.
     """
     if port is None:
         return robot
@@ -118,7 +118,7 @@ def _has_port(table: Any) -> bool:
 
 
 def build_wiring(bindings: Sequence[DeviceBinding]) -> Wiring:
-    """Return the wires of the devices: the signals of each, then its supply."""
+    """Return the wires of the devices: for each device its signals, then its supply."""
     wires = [wire for binding in bindings for wire in _list_wires(binding)]
     return Wiring((), wires, tuple((binding.name, note) for binding in bindings for note in binding.notes))
 

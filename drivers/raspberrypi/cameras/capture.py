@@ -1,4 +1,4 @@
-"""Capture pictures in the background: hold the exposure, convert pictures to frames, reopen after a failure."""
+"""Capture pictures in the background: lock the exposure, convert pictures to frames, reopen a camera that failed."""
 
 from __future__ import annotations
 
@@ -19,33 +19,36 @@ from robotcore.hardware import LatestSample
 from robotcore.threads import start_thread
 
 STEADY_SHOTS = 10
-"""Exposure has settled if it is constant in this many pictures, which take longer than a camera's reaction."""
+"""Exposure has settled if it is constant in this many pictures in a row. Cameras react to a change in less time."""
 
 STEADY_RATIO = 1.03
-"""The largest ratio between values that count as constant. The noise of a picture's mean is far smaller."""
+"""Values count as constant if the largest is at most this many times the smallest. Noise changes a mean far less."""
 
 DARK = 4.0
-"""Levels of 255 that are added before a ratio is taken, so that noise in black pictures does not matter."""
+"""Is added to a brightness (0 to 255) before a ratio is computed, so that noise in black pictures has no effect."""
 
 FRAMES_IN_FLIGHT = 8
-"""This many pictures after a change may still have the old settings: libcamera's queue and the sensor's delay.
+"""After a change of the exposure, this many pictures may still have the old one: libcamera and the sensor delay it.
 Source: https://github.com/raspberrypi/libcamera, src/ipa/rpi: two frames of delay; picamera2: six buffers."""
 
 BRIGHTNESS_TOLERANCE = 1.25
-"""If holding changes the brightness by a larger factor, the camera held other values."""
+"""If the lock changes the brightness by more than this factor, the camera has locked wrong values."""
 
 _log = logging.getLogger(__name__)
 
 
 class ExposureLock:
-    """Opens a source, waits until its exposure has settled, and holds it. Each problem is logged once."""
+    """Opens a camera's source, waits until the exposure has settled, and locks the exposure.
+
+    Each problem is logged once only, although the source may be opened several times.
+    """
 
     def __init__(self, source: Source, settings: CameraSettings, clock: Clock) -> None:
         self._source, self._settings, self._clock = source, settings, clock
         self._warned: set[str] = set()
 
     def begin(self) -> Shot:
-        """Open the source; return its first picture, with held exposure if the settings ask for that."""
+        """Open the source and return its first picture. If the setting `lock` is true, its exposure is locked."""
         if untaken := self._source.open():
             self._warn(f"does not accept {', '.join(untaken)}; remove it from the robot's file")
         shot = self._source.shoot()
@@ -83,7 +86,7 @@ class ExposureLock:
 
 
 def _is_steady(states: Sequence[ExposureState]) -> bool:
-    """Return whether the values are constant for long enough, and the camera does not report otherwise."""
+    """Return whether the values are constant in `STEADY_SHOTS` pictures, unless the camera denies it."""
     if len(states) < STEADY_SHOTS or states[-1].is_settled is False:
         return False
     courses = zip(*(state.values for state in states), strict=True)
@@ -91,17 +94,17 @@ def _is_steady(states: Sequence[ExposureState]) -> bool:
 
 
 RETRY_S, LONGEST_RETRY_S = 0.5, 2.0
-"""A camera that failed is opened again after this long, then after twice as long, up to the longest."""
+"""The first and the longest wait before a failed camera is opened again, in seconds. The wait doubles each time."""
 
 CLOSING_S = 1.0
-"""Closing a robot waits no longer for a camera that hangs."""
+"""The longest wait for a camera that hangs when its robot is closed, in seconds."""
 
 
 class CapturingCamera(Camera):
     """Returns the newest picture of a source.
 
-    A background task waits for the next picture. It is due twice a frame, so that no picture waits for the task. If
-    the source fails, `read` raises the error, and the task opens the source again until that succeeds.
+    A background task waits for each picture. It runs twice in the period of a frame, so that pictures do not queue up.
+    If the source fails, `read` raises the error, and the task tries to open the source again until that succeeds.
     """
 
     def __init__(self, description: CameraDescription, settings: CameraSettings, source: Source, clock: Clock) -> None:
@@ -139,7 +142,10 @@ class CapturingCamera(Camera):
             _log.warning("%s: the camera hangs; it will be closed when it answers, or when the program ends", self.name)
 
     def _close_source(self) -> None:
-        """Close the source when the background task does not use it: a close during a capture crashes the libraries."""
+        """Close the source when the background task does not use it.
+
+        Closing a source during a capture crashes the camera's library.
+        """
         with self._in_use:
             self._source.close()
 

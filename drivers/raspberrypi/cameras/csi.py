@@ -20,14 +20,15 @@ from robotcore.hal.clock import Clock
 from robotcore.hardware import Connection, DeviceDriver, Host
 
 BGR = "RGB888"
-"""picamera2 names formats by their bytes in reverse: an array of this format is blue, green, red.
+"""picamera2's name of the format blue, green, red. picamera2 names the bytes of a format in reverse order.
 Source: https://github.com/raspberrypi/picamera2/issues/848."""
 
 PICTURE_TIMEOUT_S = 2.0
-"""A camera without a picture for this long hangs. The longest exposure in a robot's file is half of it."""
+"""A camera that delivers no picture for this time has failed. A robot's file allows exposures up to half of it."""
 
 SEARCHING = 1
-"""A value of AeState, since libcamera 0.5. Older versions have AeLocked."""
+"""The value of a picture's AeState while the exposure has not settled. Before libcamera 0.5, AeLocked replaces
+AeState."""
 
 SETTINGS = {
     "FrameDurationLimits": "fps",
@@ -38,13 +39,15 @@ SETTINGS = {
 """libcamera's controls, and their keys in a robot's file."""
 
 HELD = {"ExposureTime": "exposure", "AnalogueGain": "gain", "ColourGains": "white balance"}
-"""The controls that hold exposure and white balance. A picture's metadata has them too."""
+"""libcamera's controls that lock exposure and white balance, with their names in messages.
+The metadata of a picture has the same keys."""
 
 
 class CsiSource(Source):
     """Takes pictures by picamera2.
 
-    A picture's time is the sensor's stamp of the first row's readout, after the exposure, to a millisecond.
+    The time of a picture is the sensor's timestamp of the readout of the first row, which follows the exposure. It is
+    accurate to a millisecond.
     """
 
     def __init__(self, description: CameraDescription, settings: PiCameraSettings, clock: Clock) -> None:
@@ -100,7 +103,7 @@ class CsiSource(Source):
                 camera.close()
 
     def _select_known(self, controls: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the controls that the camera has; picamera2 refuses others."""
+        """Return those controls that the camera has, because picamera2 raises an error for any other."""
         return {name: value for name, value in controls.items() if name in self._camera.camera_controls}
 
     def _build_configuration(self, controls: Mapping[str, Any]) -> Any:
@@ -129,11 +132,12 @@ def _build_controls(settings: PiCameraSettings) -> dict[str, Any]:
 REMEDY = "On the Pi: sudo apt install python3-picamera2, and a venv made with --system-site-packages"
 
 OTHER_NUMPY = "In the venv: pip install 'numpy<2' 'opencv-python-headless<4.12'"
-"""Raspberry Pi OS 12 builds picamera2 for NumPy 1.24. A later OpenCV needs NumPy 2."""
+"""The remedy if picamera2 does not fit NumPy. Raspberry Pi OS 12 builds it for NumPy 1.24; OpenCV 4.12 needs NumPy
+2."""
 
 
 def import_picamera2(camera: str) -> Any:
-    """Return the module picamera2; raises DeviceError if it is missing, or built for another NumPy."""
+    """Return the module picamera2; raises DeviceError if picamera2 is missing or was built for another NumPy."""
     try:
         import picamera2
     except ImportError as error:
@@ -168,10 +172,10 @@ Mode = Mapping[str, Any]
 
 
 def choose_mode(modes: Sequence[Mode], fps: float) -> Mode | None:
-    """Return the smallest mode that uses the whole sensor at this rate, or else the fastest one.
+    """Return the smallest mode with the whole sensor at ``fps``; if none is fast enough, the fastest such mode.
 
-    Without this, libcamera takes the mode nearest to the picture's size. A small picture would be a crop of the
-    middle, with half the field of view.
+    By default libcamera takes the mode nearest to the picture's size. For a small picture that may be a mode that reads
+    only the middle of the sensor, with half the field of view.
     """
     usable = [mode for mode in modes if "crop_limits" in mode]
     if not usable:

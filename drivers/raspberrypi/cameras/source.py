@@ -23,13 +23,13 @@ class CameraSettings(StrictModel):
     """Pictures a second."""
 
     lock: bool = True
-    """Hold exposure and white balance when they have settled. Drifting colours are a common cause of missed targets."""
+    """Lock exposure and white balance when they have settled. With drifting colours, programs often miss targets."""
 
     settle_s: Annotated[float, Field(gt=0, le=30)] = 2.0
-    """Hold them after this many seconds at the latest."""
+    """Lock exposure and white balance after this many seconds even if they have not settled."""
 
     exposure_s: Seconds | None = None
-    """A fixed exposure."""
+    """A fixed exposure time in seconds; None means automatic."""
 
     rotate_180: bool = False
     """The camera is mounted upside down."""
@@ -46,13 +46,13 @@ class PiCameraSettings(CameraSettings):
     """The settings of a camera on the Pi's connector."""
 
     camera: Annotated[int, Field(ge=0, le=7)] = 0
-    """Its number, as ``rpicam-hello --list-cameras`` prints it."""
+    """The number of the camera, as ``rpicam-hello --list-cameras`` prints it."""
 
     gain: Annotated[float, Field(ge=1, le=64)] | None = None
-    """A fixed gain of the sensor."""
+    """A fixed gain of the sensor; None means automatic."""
 
     colour_gains: Gains | None = None
-    """A fixed white balance: the gains of red and of blue."""
+    """A fixed white balance: the gains of red and of blue; None means automatic."""
 
 
 def _path(device: str | int) -> str | int:
@@ -72,16 +72,16 @@ class UsbCameraSettings(CameraSettings):
     """The settings of a camera on USB."""
 
     device: Node = "/dev/video0"
-    """A name in ``/dev/v4l/by-id`` stays the same if other cameras are plugged in."""
+    """The camera's device file. A name in ``/dev/v4l/by-id`` stays the same if other cameras are plugged in."""
 
     pixel_format: Annotated[str, Field(pattern=r"^[A-Z0-9]{4}$")] | None = None
-    """V4L2's four letters. With MJPG, USB can carry large pictures at full rate."""
+    """V4L2's name of the format, four characters. With MJPG, USB can carry large pictures at full rate."""
 
     gain: Annotated[int, Field(ge=0)] | None = None
-    """A fixed gain, in the camera's own unit."""
+    """A fixed gain in the camera's own unit; None means automatic."""
 
     white_balance_k: Annotated[int, Field(ge=1000, le=20000)] | None = None
-    """A fixed white balance in kelvin."""
+    """A fixed white balance in kelvin; None means automatic."""
 
     @property
     def path(self) -> Path:
@@ -92,7 +92,7 @@ class Shot(NamedTuple):
     """A picture from a camera."""
 
     image: Image
-    """BGR, as the camera gives it."""
+    """The pixels (blue, green, red), before they are scaled and rotated to the robot's description."""
 
     time: float
     """The time of capture on the robot's clock, in seconds."""
@@ -105,7 +105,7 @@ class ExposureState(NamedTuple):
     """The state of exposure and white balance in a picture."""
 
     values: tuple[float, ...]
-    """Values that stay constant when exposure and white balance have settled."""
+    """Numbers, such as exposure or colour gains, that are constant when exposure and white balance have settled."""
 
     is_settled: bool | None = None
     """Whether the camera reports that they have settled; None if it reports nothing."""
@@ -129,7 +129,7 @@ class Source(ABC):
 
     @abstractmethod
     def shoot(self) -> Shot:
-        """Wait for the next picture, up to a time limit, and return it. Its memory belongs to the caller."""
+        """Wait for the next picture, up to a time limit, and return it. Later pictures do not overwrite its pixels."""
 
     @abstractmethod
     def read_exposure(self, shot: Shot) -> ExposureState:
@@ -137,22 +137,22 @@ class Source(ABC):
 
     @abstractmethod
     def hold(self, shot: Shot) -> list[str]:
-        """Hold exposure and white balance as in this picture; return the names of those that the camera cannot hold."""
+        """Lock exposure and white balance as in this picture; return the names of those that the camera cannot lock."""
 
     @abstractmethod
     def close(self) -> None:
-        """Close the camera in any state, also twice. Never raises."""
+        """Close the camera. May be called in any state, and again. Never raises."""
 
 
 FRESH_S = 1.0
-"""A camera whose first stamp is older than this does not use the kernel's clock."""
+"""If a camera's first timestamp is older than this many seconds, the camera does not use CLOCK_MONOTONIC."""
 
 
 class TimestampConverter:
-    """Converts stamps of CLOCK_MONOTONIC, in seconds, to the robot's time.
+    """Converts a camera's timestamps on CLOCK_MONOTONIC, in seconds, to times on the robot's clock.
 
-    If a camera's first stamp is older than a second, the camera uses another clock. Then every picture gets the time of
-    its arrival, which is late by exposure and transfer: up to two frames. Otherwise all later stamps are used.
+    If the first timestamp is older than a second, the camera uses another clock, and no timestamp of it is used. Each
+    picture then gets the time of its arrival, which is up to two frame periods later than the capture.
     """
 
     def __init__(self, clock: Clock) -> None:

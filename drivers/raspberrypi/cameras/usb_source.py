@@ -1,4 +1,4 @@
-"""A camera on V4L2, the kernel's interface to cameras, by OpenCV; and the cameras that the kernel lists."""
+"""Take pictures from USB cameras by OpenCV and V4L2, the kernel's camera interface, and list the USB cameras."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from robotcore.hal.clock import Clock
 
 FILES = Path("/dev")
 CLASS = Path("/sys/class/video4linux")
-"""A folder for each video file: its ``name``, its ``index`` within its device, and a link to that device.
+"""The kernel's folder for each /dev/video file: ``name``, ``index`` within the device, and a link to the device.
 Source: https://www.kernel.org/doc/html/latest/driver-api/media/v4l2-dev.html."""
 
 
 def explain_unusable(path: Path, *, was_there: bool) -> str:
     """Return why this user cannot use a camera's file, and a remedy; an empty text if it can be used.
 
-    was_there: whether the camera was open before.
+    was_there: whether the camera was open before; the reason is then that it was unplugged.
     """
     if not path.exists():
         return f"{path} is gone; plug it in again" if was_there else f"there is no {path}. {_list_cameras()}"
@@ -34,7 +34,7 @@ def explain_unusable(path: Path, *, was_there: bool) -> str:
 def usb_cameras() -> list[str]:
     """Return the files of the cameras on USB, each with the camera's name.
 
-    A camera's further files, which give no pictures, and the Pi's own codecs are left out.
+    A camera's other files, which deliver no pictures, and the files of the Pi's video codecs are left out.
     """
     nodes = sorted(CLASS.glob("video*"), key=lambda node: int(node.name.removeprefix("video")))
     return [f"{FILES / node.name} ({_read_attribute(node, 'name')})" for node in nodes if _is_usb_camera(node)]
@@ -54,19 +54,20 @@ def _list_cameras() -> str:
 
 
 BUFFERS = 2
-"""The camera fills one buffer while the other waits, so that no picture is older than that."""
+"""The number of picture buffers: the camera fills one, the other waits to be read. More would delay pictures."""
 
 BROKEN_IN_A_ROW = 5
-"""Broken pictures in a row that are skipped: cheap cables and starting cameras give some."""
+"""Up to this many broken pictures in a row are skipped: cheap cables and starting cameras cause some."""
 
 
 class UsbSource(Source):
     """Takes pictures by OpenCV.
 
-    A picture's time is the kernel's stamp of its first bytes: after the exposure, to a millisecond.
+    The time of a picture is the kernel's timestamp of the arrival of its first bytes, which follows the exposure. It is
+    accurate to a millisecond.
 
-    A camera that was open and stops answering raises DeviceLostError for every cause. Its file may outlive the
-    unplugging for a moment, and after plugging in, the file belongs to root for a moment.
+    After the camera was open once, every failure raises DeviceLostError, because its cause cannot be known. The
+    camera's file may still exist just after unplugging, and belongs to root just after plugging in.
     """
 
     def __init__(self, description: CameraDescription, settings: UsbCameraSettings, clock: Clock) -> None:
@@ -123,7 +124,7 @@ class UsbSource(Source):
         return (DeviceLostError if self._was_there else DeviceError)(self.name, fault)
 
     def _request_format(self, capture: cv2.VideoCapture) -> None:
-        """Request a format, a size and a rate. V4L2 sets the nearest that the camera has."""
+        """Request a pixel format, a size and a frame rate. V4L2 sets the nearest ones that the camera supports."""
         if self._settings.pixel_format:
             capture.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*self._settings.pixel_format))
         capture.set(cv2.CAP_PROP_FRAME_WIDTH, self._description.width_px)
@@ -133,20 +134,20 @@ class UsbSource(Source):
 
 
 AUTO, MANUAL, APERTURE_PRIORITY = 0, 1, 3
-"""Values of V4L2_CID_EXPOSURE_AUTO. Webcams have a fixed aperture: their automatic mode is aperture priority."""
+"""Values of V4L2_CID_EXPOSURE_AUTO. Webcams have a fixed aperture, so their automatic mode is aperture priority."""
 
 EXPOSURE_UNIT_S = 100e-6
 """The unit of V4L2_CID_EXPOSURE_ABSOLUTE."""
 
 
 class UsbControls:
-    """The controls of an open capture. A webcam keeps them until it is unplugged."""
+    """Sets exposure, gain and white balance of an open camera. A webcam keeps these settings until it is unplugged."""
 
     def __init__(self, capture: cv2.VideoCapture) -> None:
         self._capture = capture
 
     def apply(self, settings: UsbCameraSettings) -> list[str]:
-        """Set the fixed settings, and leave the others automatic; return the settings that the camera refuses."""
+        """Set the fixed settings, and make the others automatic; return the names of those that the camera refuses."""
         accepted = {}
         if settings.exposure_s is None:
             self._set(cv2.CAP_PROP_AUTO_EXPOSURE, APERTURE_PRIORITY) or self._set(cv2.CAP_PROP_AUTO_EXPOSURE, AUTO)
@@ -161,7 +162,7 @@ class UsbControls:
         return [name for name, is_accepted in accepted.items() if not is_accepted]
 
     def hold(self) -> list[str]:
-        """Hold exposure and white balance as they are now; return the names of those that the camera cannot hold."""
+        """Lock exposure and white balance at the present values; return the names of those that cannot be locked."""
         exposure = self._capture.get(cv2.CAP_PROP_EXPOSURE)
         kelvin = self._capture.get(cv2.CAP_PROP_WB_TEMPERATURE)
         held = {

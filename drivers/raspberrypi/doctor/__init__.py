@@ -1,6 +1,6 @@
-"""The doctor's checks of a Raspberry Pi; a file for each subject.
+"""The checks of `robotcore doctor` on a Raspberry Pi, a module for each subject.
 
-Each check takes the root of the file system, so that tests can replace a board by a tree of files.
+Each check has the parameter ``root``, the root of the file system. Tests pass a folder with the files of a board.
 """
 
 from drivers.raspberrypi.doctor.board import is_raspberry_pi

@@ -11,7 +11,7 @@ from robotcore.hal.check_finding import Finding
 
 MODEL = "proc/device-tree/model"
 BITS = {1: 32, 2: 64}
-"""The width of pointers by the fifth byte of an ELF file. Source: elf(5), EI_CLASS."""
+"""The width of pointers in bits, for each value of the fifth byte of an ELF file. Source: elf(5), EI_CLASS."""
 
 
 def read_model(root: Path) -> str | None:
@@ -28,7 +28,7 @@ def is_raspberry_pi(root: Path = Path("/")) -> bool:
 
 
 def check_board(root: Path) -> Iterator[Finding]:
-    """Check that this Python has 64 bits: libraries are built for no other. Reports the model too."""
+    """Report the board's model, and check that this Python has 64 bits: NumPy and OpenCV are not built for 32 bits."""
     bits = read_python_bits(root)
     said = f"{read_model(root)}, {bits}-bit Python"
     if bits == 64:
@@ -39,17 +39,17 @@ def check_board(root: Path) -> Iterator[Finding]:
 
 
 def read_python_bits(root: Path) -> int:
-    """Return the width of this program's pointers in bits; the kernel's may differ."""
+    """Return the pointer width of this Python program in bits. The kernel may have another one."""
     with (root / "proc/self/exe").open("rb") as program:
         return BITS[program.read(5)[4]]
 
 
 TESTED = ("bookworm", "trixie")
-"""The releases whose lgpio and picamera2 were checked."""
+"""The releases of Raspberry Pi OS that robotcore supports: their lgpio and picamera2 were checked."""
 
 
 def check_release(root: Path) -> Iterator[Finding]:
-    """Check that the release is a tested one."""
+    """Check that the operating system is a tested release of Raspberry Pi OS."""
     about = parse_fields(read_text(root / "etc/os-release"))
     said = about.get("PRETTY_NAME", "a system without a name")
     if about.get("VERSION_CODENAME") in TESTED:
@@ -75,7 +75,8 @@ POWER_BITS = {
     THROTTLED: "the chip is throttled",
     WARM: "the chip is at its soft temperature limit",
 }
-"""The bits of the answer for the present. The bits for the time since the start are 16 higher.
+"""The bits in vcgencmd's answer for problems at this moment. Each bit has a second one, 16 places higher, for a problem
+at any time since the start.
 Source: https://www.raspberrypi.com/documentation/computers/os.html#get_throttled."""
 
 SINCE_START = 16
@@ -84,7 +85,7 @@ COOLER = "Let air reach the chip, or put a cooler on it"
 
 
 def check_power(root: Path, ask: Callable[[Path], str] | None = None) -> Iterator[Finding]:
-    """Check the voltage and the chip's temperature, now and since the start.
+    """Check the supply voltage and the chip's temperature, at this moment and at any time since the board's start.
 
     ask: returns the output of ``vcgencmd get_throttled``, such as ``throttled=0x50005``.
     """
@@ -112,7 +113,7 @@ def _power_finding(make: Callable[..., Finding], said: str, bits: set[int], when
 
 
 def _ask_vcgencmd(program: Path) -> str:
-    """Return the firmware's answer. Only members of the group video get one."""
+    """Return vcgencmd's output. The firmware answers only members of the group video."""
     command = [str(program), "get_throttled"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=ANSWER_S, check=False)  # noqa: S603
     if done.returncode:
@@ -122,15 +123,16 @@ def _ask_vcgencmd(program: Path) -> str:
 
 CLOCK = "clock"
 SYNCHRONISED = "run/systemd/timesync/synchronized"
-"""systemd-timesyncd makes this file at the first answer of a time server. Source: systemd-timesyncd.service(8)."""
+"""systemd-timesyncd creates this file at the first answer of a time server. Source: systemd-timesyncd.service(8)."""
 
 TIMEDATECTL = "usr/bin/timedatectl"
 
 
 def check_clock(root: Path, ask: Callable[[Path], str] | None = None) -> Iterator[Finding]:
-    """Check that a time server has set the clock, which the dates of recordings need.
+    """Check that a time server has set the clock. Otherwise the dates of recordings are wrong.
 
-    ask: returns the output of ``timedatectl`` for NTPSynchronized, for other time programs than systemd's.
+    ask: returns the output of ``timedatectl`` for NTPSynchronized, ``yes`` or ``no``. It finds time programs other than
+        systemd-timesyncd.
     """
     if (root / SYNCHRONISED).exists() or (ask or _ask_timedatectl)(root / TIMEDATECTL).strip() == "yes":
         yield Finding.ok(CLOCK, "set by a time server", kind="clock-synchronised")
@@ -154,7 +156,8 @@ def _ask_timedatectl(program: Path) -> str:
 
 DISK = "disk"
 ENOUGH_GB, LEAST_GB = 2.0, 0.2
-"""A recording with pictures takes up to a gigabyte an hour. Without free space the system itself fails."""
+"""With less free space than the first value the doctor warns, with less than the second one it reports an error.
+A recording with pictures takes up to a gigabyte an hour. Without free space the system itself fails."""
 
 DISK_REMEDY = "Delete old recordings; sudo apt clean"
 

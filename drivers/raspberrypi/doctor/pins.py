@@ -1,4 +1,4 @@
-"""Checks of the pins: are they free, does their library work, and do they go low if a program is killed."""
+"""Check that the pins are free, that their library works, and that the kernel frees the pins of a killed program."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from robotcore.hardware import Connection, DeviceBinding
 
 PINS = "pins"
 IN_USE = 1
-"""A line's flag: a program or the kernel holds it. Source: lgpio's manual, gpio_get_line_info."""
+"""The flag of a GPIO line that a program or the kernel holds. Source: lgpio's manual, gpio_get_line_info."""
 
 Users = Callable[[Collection[int]], Mapping[int, str]]
-"""Returns the holder of each GPIO that is not free, such as ``process 12 (python3)``."""
+"""A function from GPIOs to the holder of each one that is not free, such as ``process 12 (python3)``."""
 
 
 def find_users(gpios: Collection[int]) -> dict[int, str]:
-    """Return the holder of each GPIO that is not free, as the kernel reports it. No line is changed."""
+    """Return the holder of each of these GPIOs that is not free, as the kernel reports it. No GPIO is changed."""
     from drivers.raspberrypi.chip import find_holder
     from drivers.raspberrypi.lg import find_chip_number, load
 
@@ -35,7 +35,10 @@ def find_users(gpios: Collection[int]) -> dict[int, str]:
 
 
 def check_pins(bindings: Iterable[DeviceBinding], users: Users = find_users) -> Iterator[Finding]:
-    """Check that every GPIO of these devices is free, except those of a bus, which the kernel holds."""
+    """Check that no program holds a GPIO of these devices.
+
+    GPIOs of a bus are left out, because the kernel holds them.
+    """
     owners = {int(wire.where): binding.name for binding in bindings for wire in _gpio_wires(binding)}
     held = users(sorted(owners)) if owners else {}
     for gpio, holder in held.items():
@@ -53,14 +56,14 @@ def _gpio_wires(binding: DeviceBinding) -> Iterator[Connection]:
 
 PIN_FACTORY = "pin factory"
 EMPTY_STUB = "0.0.0.2"
-"""The only lgpio that pip offers as a wheel for Python 3.13 on a Pi. It is empty, and hides apt's in a venv."""
+"""The version of lgpio that pip installs for Python 3.13 on a Pi. It is empty, and in a venv it hides apt's lgpio."""
 
 OLDEST_GPIOZERO = (2, 0, 1)
-"""As in the extra ``pi``."""
+"""The oldest supported version of gpiozero, the same as in the extra ``pi`` of pyproject.toml."""
 
 
 def check_library() -> Iterator[Finding]:
-    """Check that lgpio and gpiozero are installed and can open the pins. No pin is changed."""
+    """Check that lgpio and gpiozero are installed and work. No pin is changed."""
     if find_version("lgpio") == EMPTY_STUB:
         remedy = "pip uninstall lgpio; sudo apt install python3-lgpio, and a venv made with --system-site-packages"
         yield Finding.error(PIN_FACTORY, f"lgpio {EMPTY_STUB} is an empty stub", remedy, kind="lgpio-stub")
@@ -108,9 +111,9 @@ PERSISTENCE_REMEDY = (
 
 
 def check_persistence(root: Path) -> Iterator[Finding]:
-    """Check that the kernel releases the outputs of a killed program; otherwise a motor that is on stays on.
+    """Check that the kernel releases the outputs of a killed program. Otherwise a turning motor continues to turn.
 
-    A kernel has drivers for several boards. Only the setting of the header's driver counts, as strict_gpiod sets it.
+    A kernel has GPIO drivers for several boards. Only the driver of the header is checked, which strict_gpiod sets too.
     """
     module = (find_header_driver(root) or ANY_CONTROLLER).replace("-", "_")
     settings = {file.parts[-3]: read_text(file) for file in sorted(root.glob(PARAMETERS.format(module=module)))}

@@ -1,4 +1,4 @@
-"""Checks of the permissions, buses, serial ports and cameras that a robot needs."""
+"""Check the permissions, buses, serial ports and cameras that a robot needs."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def may_open(file: Path) -> bool:
 
 
 def check_permissions(root: Path, may_open: Callable[[Path], bool] = may_open) -> Iterator[Finding]:
-    """Check that this process may open the devices in /dev. Other checks report missing ones."""
+    """Check that this process may open the GPIO, I2C and camera files in /dev. Other checks report missing files."""
     closed = {group: list(_closed_files(root, pattern, may_open)) for group, (pattern, _) in GROUPS.items()}
     if not any(closed.values()):
         yield _open_finding(root)
@@ -53,7 +53,7 @@ def _closed_files(root: Path, pattern: str, may_open: Callable[[Path], bool]) ->
 
 
 def find_remedy(root: Path, group: str) -> str:
-    """Return the remedy for a missing permission. A new member of a group gets its rights at the next login."""
+    """Return the remedy for a missing permission. A user who joins a group has its rights only after the next login."""
     member, gid = _member_and_id(root, group)
     if gid in _groups_of_this_process(root):
         return f"The group {group} does not help: start the board again, or correct its udev rules"
@@ -80,14 +80,14 @@ def _groups_of_this_process(root: Path) -> list[str]:
 
 I2C = "I2C"
 HEADER_BUS = 1
-"""The bus on GPIO 2 and 3 of every board since 2012."""
+"""The number of the I2C bus on GPIO 2 and 3 of every board since 2012."""
 
 HEADER_ON = "sudo raspi-config nonint do_i2c 0, or dtparam=i2c_arm=on in /boot/firmware/config.txt and a restart"
 OTHER_ON = "Add dtoverlay=i2c{bus} to /boot/firmware/config.txt and restart; its pins are in overlays/README there"
 
 
 def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
-    """Check that each needed bus is switched on. A new system has them off."""
+    """Check that each I2C bus of these devices is switched on. In a new system all buses are off."""
     for number, names in sorted(_needed_buses(bindings).items()):
         if (root / f"dev/i2c-{number}").exists():
             yield Finding.ok(I2C, f"bus {number} is switched on, for {', '.join(names)}", kind="i2c-on")
@@ -99,7 +99,7 @@ def check_bus(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding
 
 
 def _needed_buses(bindings: Iterable[DeviceBinding]) -> dict[int, list[str]]:
-    """Return the devices on each bus. An address such as ``0x29 on bus 1`` names the bus."""
+    """Return the names of the devices on each I2C bus. An address such as ``0x29 on bus 1`` has the bus number."""
     needed: dict[int, list[str]] = {}
     for binding in bindings:
         places = " ".join(wire.where for wire in binding.connections if wire.bus == "I2C")
@@ -123,7 +123,7 @@ DEBUG_PORT = "/dev/ttyAMA10"
 def check_serial(
     root: Path, bindings: Iterable[DeviceBinding], may_open: Callable[[Path], bool] = may_open
 ) -> Iterator[Finding]:
-    """Check each port that a device needs. The port is not opened."""
+    """Check each serial port that a device needs. No port is opened."""
     for place, names in _needed_ports(bindings).items():
         if place.startswith("usb:"):
             yield _check_usb(root, place, names)
@@ -200,7 +200,8 @@ def _offer_ports(root: Path) -> str:
 CAMERA = "camera"
 NODES = "sys/class/video4linux/video*/name"
 RECEIVERS = ("unicam", "rp1-cfe")
-"""The receivers of the camera's connector, up to a Pi 4 and on a Pi 5. They exist if a sensor was found.
+"""The names of the camera connector's kernel devices: up to a Pi 4, and on a Pi 5.
+Such a device exists only if the kernel has found an image sensor.
 Sources: the kernel's drivers bcm2835-unicam and rp1-cfe."""
 
 CSI = "CSI"
@@ -212,7 +213,7 @@ FROM_APT = "sudo apt install python3-picamera2, and make the venv with --system-
 
 
 def check_cameras(root: Path, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
-    """Check a robot's cameras: a sensor on the connector, or the device file of another camera."""
+    """Check that each camera is present: its sensor on the Pi's connector, or for other cameras its device file."""
     for binding in bindings:
         for wire in binding.connections:
             if wire.bus == CSI:

@@ -26,24 +26,28 @@ INPUTS = (
     "The inputs of boards. TB6612: forward AIN1 and BIN1, backward AIN2 and BIN2, standby STBY, and PWMA and PWMB to "
     "3.3 V. DRV8833: the same four, standby nSLEEP. L298N: forward IN1 and IN3, backward IN2 and IN4."
 )
-"""The note in the wiring of an H-bridge."""
+"""The note that `robotcore wiring` prints for a motor on an H-bridge."""
 
 
 class HBridgeSettings(MotorSettings):
     """The GPIOs of an H-bridge. If a wheel turns the wrong way, swap ``forward`` and ``backward``."""
 
     forward: Gpio
-    """High to turn forward."""
+    """The GPIO of the input that is high if the motor turns forward."""
 
     backward: Gpio
-    """High to turn backward."""
+    """The GPIO of the input that is high if the motor turns backward."""
 
     enable: Gpio | None = None
-    """High while the motor is open."""
+    """The GPIO of the board's enable input. The driver sets it high when it opens the motor, and low when it closes
+    it."""
 
 
 class HBridge(MotorDriver[HBridgeSettings]):
-    """Opens motors on an H-bridge: PWM on the input of the direction, the other input low."""
+    """Opens motors on an H-bridge with two inputs.
+
+    The input of the commanded direction gets a PWM, the other one is low.
+    """
 
     name = "h-bridge"
     summary = "a motor on an H-bridge with two inputs: L298N, DRV8833, TB6612, L9110S"
@@ -54,7 +58,10 @@ class HBridge(MotorDriver[HBridgeSettings]):
         inputs = gpio("forward", settings.forward), gpio("backward", settings.backward)
         if settings.enable is None:
             return inputs
-        return (*inputs, gpio("enable", settings.enable, instead="make it standby, which motors may share"))
+        return (
+            *inputs,
+            gpio("enable", settings.enable, instead="name it standby, a line that motors may share"),
+        )
 
     def notes(self, description: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:
         return (*super().notes(description, settings), INPUTS)
@@ -102,14 +109,14 @@ class PhaseEnableSettings(MotorSettings):
     """The GPIOs of a board with a direction input. If a wheel turns the wrong way, swap the motor's own two wires."""
 
     phase: Gpio
-    """PH or DIR: low to turn forward, high to turn backward."""
+    """The GPIO of the input PH or DIR: low to turn forward, high to turn backward."""
 
     enable: Gpio
-    """EN or PWM: gets the duty."""
+    """The GPIO of the input EN or PWM, which gets the PWM."""
 
 
 class PhaseEnable(MotorDriver[PhaseEnableSettings]):
-    """Opens motors on a board with a direction input: PWM on one line, the direction on another."""
+    """Opens motors on a board with a direction input: one line has the PWM, the other one the direction."""
 
     name = "phase-enable"
     summary = "a motor on a board with a direction input and a PWM input: DRV8835, DRV8838, MAX14870"
@@ -132,8 +139,8 @@ class PhaseEnable(MotorDriver[PhaseEnableSettings]):
 class PhaseAndEnable(Bridge):
     """The direction input and the PWM input of a board.
 
-    gpiozero's PhaseEnableMotor sets the duty to 0 at every command, so a PWM cycle that begins then is lost. This class
-    sets it to 0 only if the direction changes.
+    gpiozero's PhaseEnableMotor sets the duty to 0 for a moment at every command. A PWM cycle that begins at that moment
+    is lost. This class sets the duty to 0 only if the direction changes.
     """
 
     def __init__(

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 def open_pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, opened: ExitStack) -> PWMOutputDevice:
-    """Open a line whose ``value`` is a duty from 0 to 1, at first 0; raises DeviceError.
+    """Open a GPIO for PWM and return it; raises DeviceError. Its ``value`` is the duty from 0 to 1, at first 0.
 
     device: the motor's name, for errors.
     number: the GPIO.
-    opened: closes the line and pulls it down.
+    opened: the stack whose `close` closes the GPIO and pulls it down.
     """
     from gpiozero import PWMOutputDevice
 
@@ -42,7 +42,10 @@ def open_pwm_output(device: str, number: int, frequency_hz: int, pins: Factory, 
 def open_digital_output(
     device: str, number: int, pins: Factory, opened: ExitStack, *, is_high: bool
 ) -> DigitalOutputDevice:
-    """Open a line that is high or low; raises DeviceError. For the parameters see `open_pwm_output`."""
+    """Open a GPIO that is high or low, and return it; raises DeviceError.
+
+    is_high: the first level. For the other parameters see `open_pwm_output`.
+    """
     from gpiozero import DigitalOutputDevice
 
     with translate_pin_errors(device, (number,)):
@@ -52,7 +55,7 @@ def open_digital_output(
 
 
 def _pull_down(device: str, number: int, pins: Factory) -> None:
-    """Pull a closed line down, which gpiozero would leave floating until the Pi starts again.
+    """Pull a GPIO down that is closed. gpiozero would leave it floating until the Pi starts again.
 
     A board without resistors, such as an L298N's, reads a floating input as high or as noise.
     """
@@ -66,9 +69,10 @@ def _pull_down(device: str, number: int, pins: Factory) -> None:
 
 
 def set_low(output: PWMOutputDevice) -> None:
-    """Set a line low at once, and keep its PWM ready for the next duty.
+    """Set a PWM output low at once, and keep its PWM ready for the next duty.
 
-    At duty 0, lgpio lets a line fall only within its cycle. If the process is suspended before that, it stays high.
+    At duty 0, lgpio sets the line low only at its place in the PWM cycle. If the process is suspended before that, the
+    line stays high.
     """
     if not output.value:  # it is low
         output.off()
@@ -82,14 +86,14 @@ def set_low(output: PWMOutputDevice) -> None:
 
 
 class Bridge(Output):
-    """The output lines of one motor, on these GPIOs."""
+    """The output lines of one motor, which set its duty."""
 
     def __init__(self, motor: str, gpios: Sequence[int], opened: ExitStack) -> None:
         self.motor, self.gpios, self._opened = motor, gpios, opened
 
     @abstractmethod
     def set_duty(self, duty: float) -> None:
-        """Set the lines for a duty from -1 to 1. At 0, each line goes low even if another one fails."""
+        """Set the lines for a duty from -1 to 1. At duty 0, every line is set low even if setting another one fails."""
 
     def turn(self, duty: float) -> None:
         try:
@@ -98,7 +102,7 @@ class Bridge(Output):
             raise build_pin_error(self.motor, self.gpios, error) from error
 
     def close(self) -> None:
-        """Close each line, even if another one fails."""
+        """Close every line, even if closing another one fails."""
         with translate_pin_errors(self.motor, self.gpios):
             self._opened.close()
 
@@ -106,7 +110,7 @@ class Bridge(Output):
 def round_to_percent(duty: float) -> float:
     """Return the nearest duty in whole percent, such that lgpio's ``int(duty * 100)`` gives this percentage.
 
-    One percent is the resolution of every motor here, on simulated pins too. In rad/s it is 1 % of
+    One percent is the resolution of every motor on GPIOs, real or virtual. In rad/s it is 1 % of
     ``forward_rad_s / (1 - dead_band)``: 0.16 rad/s for a wheel of 14 rad/s with a dead band of 0.1.
 
     >>> int(0.29 * 100), int(round_to_percent(0.29) * 100)
@@ -137,39 +141,40 @@ RISING = (
     "GPIO 0 to 8 are pulled up from power-on until a program takes them, and {lines} may turn this motor during that "
     "time. Take GPIO 9 to 27, resistors of 10 kΩ to ground, or a standby line."
 )
-"""The notes and the warning in a motor's wiring."""
+"""The notes and the warning that `robotcore wiring` prints for a motor."""
 
 PAUSE_S = 0.25
-"""A shorter silence of the app does not end it: the app may swap, collect garbage, or wait for a slow card."""
+"""The guardian does not kill an app that is silent for a shorter time in seconds.
+The app may swap, collect garbage, or wait for a slow SD card."""
 
 
 class MotorSettings(StrictModel):
     """The settings that all motors on pins share."""
 
     standby: Gpio | None = None
-    """The line that lets the board sleep (TB6612: STBY, DRV8833: nSLEEP). Motors may share it.
+    """The GPIO of the board's standby input (TB6612: STBY, DRV8833: nSLEEP). Several motors may share it.
 
-    No driver claims it. The guardian process holds it high during a run, so the motors stop if the guardian ends.
+    The guardian process claims this GPIO, and holds it high during a run. So the motors stop also if the guardian ends.
     """
 
     frequency_hz: Annotated[int, Field(ge=10, le=10_000)] = 100
-    """The frequency of the PWM."""
+    """The frequency of the PWM in Hz."""
 
     model: Model
     """The velocity of the wheel at each duty."""
 
     control: Control | None = None
-    """The control by the wheel's encoder; without it the model alone gives the duty."""
+    """The settings of velocity control by the wheel's encoder. If it is None, the model alone gives the duty."""
 
 
 SettingsT = TypeVar("SettingsT", bound=MotorSettings)
 
 
 class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT]):
-    """Opens a motor on the lines that a subclass defines.
+    """The base class of the drivers of motors on GPIOs. A subclass defines the lines.
 
-    lgpio makes PWM in software, and a command takes effect with the next cycle. A command other than a stop may be
-    late by ``1 / frequency_hz``.
+    lgpio makes PWM in software, and a new duty takes effect with the next PWM cycle. So a command may take effect ``1 /
+    frequency_hz`` seconds late. A stop takes effect at once.
     """
 
     described = MotorDescription
@@ -180,7 +185,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
 
     @abstractmethod
     def wires(self, settings: SettingsT) -> Sequence[Connection]:
-        """Return the motor's own lines. If all are low, it stands."""
+        """Return the wires to the motor's own GPIOs, without standby. If all of these are low, the motor stands."""
 
     def find_turning_lines(self, settings: SettingsT) -> tuple[int, ...]:
         """Return the GPIOs that may turn the motor if one of them is high."""
@@ -188,7 +193,10 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
 
     @abstractmethod
     def open_bridge(self, name: str, settings: SettingsT, host: Host) -> Bridge:
-        """Open the motor's own lines: all low, except lines that only enable; raises DeviceError."""
+        """Open the motor's own GPIOs, and return its output; raises DeviceError.
+
+        All lines are low at first, except a line that only enables the board.
+        """
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         wires = self.wires(settings)
@@ -226,7 +234,7 @@ class MotorDriver(DeviceDriver[MotorDescription, SettingsT], Generic[SettingsT])
         return (CutoffSpec(description.name, "drivers.raspberrypi.cutoff:MotorLines", lines, PAUSE_S),)
 
     def _find_enabling_lines(self, settings: SettingsT) -> tuple[int, ...]:
-        """Return the lines that may turn the motor if they are high: standby alone, if there is one."""
+        """Return the GPIOs that may turn the motor if one is high. With a standby line, that is the only one."""
         return self.find_turning_lines(settings) if settings.standby is None else (settings.standby,)
 
     def _gpios(self, settings: SettingsT) -> tuple[int, ...]:

@@ -12,17 +12,18 @@ from robotcore.errors import DeviceError
 from robotcore.hardware.polled_samples import RangeSampler
 
 LONGEST_ECHO_S = 0.027
-"""The module's range is 4 m, which takes 26 ms at −40 °C. A longer pulse may be no echo.
+"""The longest pulse, in seconds, that counts as an echo. From 4 m, the module's range, an echo takes 26 ms at −40 °C.
 Source: HC-SR04 data sheet, ElecFreaks: ranging distance 2 cm to 4 m."""
 
 SILENCE_S = 0.030
-"""A pulse of at least this length is the module's time-out: 38 ms by the data sheet, up to 200 ms on copies."""
+"""A pulse of at least this many seconds is no echo, but the module's time-out: 38 ms by the data sheet, up to 200 ms on
+copies."""
 
 STUCK_S = 0.3
-"""No working module holds its echo high for longer."""
+"""If the echo line is high for more than this many seconds, the module is defective or badly wired."""
 
 UNANSWERED_CYCLES = 5
-"""This many triggers in a row without an answer are a fault."""
+"""If the module answers none of this many triggers in a row, the sensor fails."""
 
 
 class _Echo(Enum):
@@ -32,23 +33,23 @@ class _Echo(Enum):
 
 
 class EchoTimer:
-    """Measures the cycles of an ultrasonic module by the edges of its echo.
+    """Measures the echo pulses of an ultrasonic module by the edges of its echo line.
 
-    A sample needs a whole pulse: both edges after the same trigger. Its time is the trigger's, as passed to `begin`.
-    Edges may come from any thread.
+    A sample needs a whole pulse: both edges after the same trigger. The time of a sample is the time of this trigger,
+    as passed to `begin`. Any thread may call `edge`.
 
     device: the sensor's name, for errors.
-    sampler: gets the distances and failures.
-    speed: of sound, in m/s.
+    sampler: makes samples of the measured distances and the failures.
+    speed: the speed of sound in m/s.
     cycle_s: the time between two triggers.
-    elapsed: returns the seconds between two ticks of the pin factory, the later one first.
+    elapsed: returns the seconds between two ticks of the pin factory. Its first argument is the later one.
     """
 
     def __init__(
         self, device: str, sampler: RangeSampler, speed: float, cycle_s: float, elapsed: Callable[[Any, Any], float]
     ) -> None:
         self.ended = threading.Event()
-        """Set when the cycle has its result."""
+        """Is set when the present cycle has its result."""
         self._device, self._sampler, self._speed = device, sampler, speed
         self._cycle_s, self._elapsed = cycle_s, elapsed
         self._lock = threading.Lock()
@@ -59,10 +60,10 @@ class EchoTimer:
         self._unanswered = self._waited = 0
 
     def begin(self, time: float, ticks: Any) -> None:
-        """End the last cycle, and begin one whose trigger comes now.
+        """End the previous cycle, and begin a new one. The caller then sends the trigger.
 
-        time: on the robot's clock, in seconds.
-        ticks: the same time as the pin factory's ticks.
+        time: the time of the trigger on the robot's clock, in seconds.
+        ticks: the same time in ticks of the pin factory.
         """
         with self._lock:
             self._waited = 0
@@ -75,7 +76,7 @@ class EchoTimer:
             self.ended.clear()
 
     def wait(self) -> None:
-        """Pass a cycle without a trigger, because the last echo is still high."""
+        """Count a cycle in which no trigger is sent, because the echo line is still high."""
         with self._lock:
             self._waited += 1
             self.ended.clear()
@@ -83,8 +84,8 @@ class EchoTimer:
                 self._echo = _Echo.OVER
                 self._sampler.fail(DeviceError(self._device, _STUCK, kind="echo-stuck"))
 
-    def edge(self, ticks: Any, is_high: bool) -> None:  # noqa: FBT001  gpiozero's pins call it so
-        """Take an edge of the echo; edges before the trigger or after the pulse are ignored."""
+    def edge(self, ticks: Any, is_high: bool) -> None:  # noqa: FBT001  gpiozero passes it by position
+        """Process an edge of the echo line at ``ticks``. Edges before the trigger or after the pulse are ignored."""
         with self._lock:
             if self._echo is _Echo.OVER or self._elapsed(ticks, self._triggered) < 0:
                 return
@@ -98,7 +99,7 @@ class EchoTimer:
             self.ended.set()
 
     def fail(self, error: Exception) -> None:
-        """Let the sensor fail until its next edge."""
+        """Set a failure, which reading the sensor raises until the next edge."""
         with self._lock:
             self._sampler.fail(error)
 

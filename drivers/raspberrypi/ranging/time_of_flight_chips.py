@@ -1,4 +1,4 @@
-"""ST's time-of-flight chips, by Adafruit's libraries: measurements with the chip's own status."""
+"""Read measurements from ST's time-of-flight chips by Adafruit's libraries, each with the chip's own status."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robotcore.errors import DeviceError
 
 
 class RangeStatus(Enum):
-    """The meaning of a measurement."""
+    """The result of a measurement, as the chip reports it."""
 
     TARGET = auto()
     """A target at the measured distance."""
@@ -43,18 +43,18 @@ class Measurement:
     status: RangeStatus
 
     distance: float
-    """In metres; valid for `RangeStatus.TARGET`."""
+    """The distance in metres, valid only for `RangeStatus.TARGET`."""
 
 
 class LightChip(ABC):
-    """A chip that measures continuously from its construction on. Errors of its library are not translated here.
+    """A time-of-flight chip, which measures continuously from the construction of this object on.
 
-    Status and distance are read in one transaction, so they belong to one measurement. The libraries read only one of
-    them, or one after the other.
+    Status and distance are read in one transaction, so that both belong to one measurement. Adafruit's libraries read
+    only one of them, or one after the other. The methods raise the library's own errors.
     """
 
     reach: ClassVar[float]
-    """The longest distance, in metres."""
+    """The longest distance that the chip can measure, in metres."""
 
     _result: ClassVar[bytes]
     """The register of the status. The distance in millimetres follows ``_distance`` bytes later, high byte first."""
@@ -94,7 +94,7 @@ class LightChip(ABC):
 
     @abstractmethod
     def _clear(self) -> None:
-        """Let the chip replace the measurement."""
+        """Release the measurement that was read, so that the chip stores the next one."""
 
 
 class VL53L0XChip(LightChip):
@@ -134,7 +134,9 @@ class VL53L0XChip(LightChip):
 
 
 class VL53L1XChip(LightChip):
-    """A VL53L1X. A measurement takes 50 ms. For short ranges it uses the mode that daylight disturbs less.
+    """A VL53L1X. A measurement takes 50 ms.
+
+    If ``max_range`` is short enough, the chip's short mode is used, which daylight disturbs less.
 
     Source: ST's ultra lite driver (STSW-IMG009), VL53L1X_GetRangeStatus and VL53L1X_GetResult, and its manual, UM2510.
     """
@@ -153,7 +155,8 @@ class VL53L1XChip(LightChip):
     }
     _SHORT_REACH = 1.3
     _FIRST_TRANSACTIONS = 300
-    """The set-up takes 40 transactions. Then the library polls for a measurement every 10 ms, by two transactions."""
+    """The most transactions until the first measurement. The set-up takes 40 of them. Then the library asks for a
+    measurement every 10 ms, by two transactions."""
 
     def stop(self) -> None:
         self._library.stop_ranging()
@@ -176,9 +179,9 @@ class VL53L1XChip(LightChip):
 
 
 class TransactionLimit:
-    """A bus that raises TimeoutError after this many transactions, until `lift` is called.
+    """An I2C bus that raises TimeoutError after ``transactions`` transactions, until `lift` is called.
 
-    The library of the VL53L1X waits for the first measurement without a time limit.
+    The library of the VL53L1X waits for the first measurement without a time limit. This class ends that wait.
     """
 
     def __init__(self, bus: Any, transactions: int) -> None:
@@ -201,12 +204,12 @@ class TransactionLimit:
 
 
 _LIBRARY_LOCK = threading.Lock()
-"""Adafruit's libraries share one buffer among all sensors."""
+"""Only one thread at a time calls Adafruit's libraries, because all their sensors share one buffer."""
 
 
 @dataclass(frozen=True)
 class ChipAddress:
-    """The place of a device's chip.
+    """The I2C bus and the address of a device's chip.
 
     >>> str(ChipAddress("nose", bus=1, address=0x29))
     'I2C 0x29 on bus 1'
@@ -219,14 +222,14 @@ class ChipAddress:
     """The number of the I2C bus."""
 
     address: int
-    """The address on the bus, 7 bits."""
+    """The address of the chip on the bus, of 7 bits."""
 
     def __str__(self) -> str:
         return f"I2C 0x{self.address:02x} on bus {self.bus}"
 
 
 class I2CChip:
-    """A connected chip. The constructor and every method except `close` raise DeviceError."""
+    """A time-of-flight chip on an I2C bus. The constructor and every method except `close` raise DeviceError."""
 
     def __init__(self, kind: type[LightChip], chip_address: ChipAddress, max_range: float) -> None:
         self._chip_address = chip_address

@@ -29,33 +29,34 @@ from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 _HEADER_BUS, _SDA, _SCL = 1, 2, 3
-"""Source: https://pinout.xyz/pinout/i2c."""
+"""The I2C bus of the header, and the GPIOs of its two lines. Source: https://pinout.xyz/pinout/i2c."""
 
 _MORE_CYCLES = 20
-"""The first measurement may take this many cycles longer than a row of cycles without a target."""
+"""Opening waits for the first sample for ``echo_free_cycles`` plus this many cycles."""
 
 
 class TimeOfFlightSettings(StrictModel):
     """The settings of a time-of-flight sensor."""
 
     bus: Annotated[int, Field(ge=0, le=30)] = _HEADER_BUS
-    """The number of the I2C bus."""
+    """The number of the I2C bus that the chip is on."""
 
     address: Annotated[int, Field(ge=0x08, le=0x77)] = 0x29
-    """The address on the bus."""
+    """The address of the chip on the bus."""
 
     cycle_s: Annotated[float, Field(ge=0.02, le=1)] = 0.05
-    """The driver reads the chip once in this time."""
+    """The time between two reads of the chip, in seconds."""
 
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 10
-    """After this many cycles in a row with too little light, the sample is `inf`; with 0 never for that reason."""
+    """After this many cycles in a row with too little light, the sample is `inf`. With 0, too little light never makes
+    a sample."""
 
 
 class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
-    """The base of the drivers of both chips.
+    """The base class of the drivers of both chips.
 
-    A sample is `inf` if the chip reports a target beyond its range, or after a row of measurements with too little
-    light. A single one of these, as from a dark target, gives no new sample.
+    A sample is `inf` if the chip reports a target beyond its range, or after ``echo_free_cycles`` measurements with too
+    little light. A single measurement with too little light makes no sample, because a dark target may be the cause.
     """
 
     described = RangeSensorDescription
@@ -112,14 +113,15 @@ class VL53L1X(TimeOfFlight):
 
 
 STALLED_S = 1.0
-"""A chip without a measurement for this long has lost power, and does not measure again by itself."""
+"""A chip without a new measurement for this many seconds has lost power. It does not measure again until it is set up
+again."""
 
 
 class Lidar(RangeSensor):
-    """A range sensor that reads its chip once a cycle, and connects it again after a failure.
+    """A range sensor that reads its chip once in each cycle, and sets the chip up again after a failure.
 
-    A sample's time is that of the read before it. The light of the sample came after that, or at most one measurement
-    (50 ms) before.
+    The time of a sample is the time of the previous read of the chip. The measurement began after that read, or at most
+    one measurement (50 ms) before it.
 
     connect: opens the chip; raises DeviceError.
     """

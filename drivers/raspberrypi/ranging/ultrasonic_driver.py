@@ -18,17 +18,18 @@ from robotcore.hardware import Connection, DeviceDriver, Host
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 REACH_M = 4.0
-"""Source: HC-SR04 data sheet, ElecFreaks."""
+"""The range of the module in metres. Source: HC-SR04 data sheet, ElecFreaks."""
 
 _VERDICT_CYCLES = 5
-"""At the opening, a cycle without an echo may take this many cycles: some copies time out after 200 ms."""
+"""Opening waits for ``echo_free_cycles`` times this many cycles, because a module may take several cycles to report
+that there was no echo. Some copies take 200 ms."""
 
 LEVEL = (
     "The echo has 5 V, and GPIO {echo} takes only 3.3 V. Connect 1 kΩ from the echo to GPIO {echo}, and 2 kΩ from "
     "there to ground; without them the board may be destroyed. A module for 3.3 V (HC-SR04P, RCWL-1601) needs no "
     "resistors: supply it from a pad of 3.3 V."
 )
-"""The note in a module's wiring."""
+"""The note that `robotcore wiring` prints for an ultrasonic module."""
 
 
 class UltrasonicSettings(StrictModel):
@@ -38,20 +39,22 @@ class UltrasonicSettings(StrictModel):
     echo: Gpio
 
     cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.06
-    """The time between two triggers."""
+    """The time between two triggers, in seconds."""
 
     air_temperature_c: Annotated[float, Field(ge=-40, le=60)] = 20.0
-    """For the speed of sound."""
+    """The air temperature in °C, which determines the speed of sound."""
 
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] = 10
-    """After this many cycles in a row without an echo, the sample is `inf`. With 0 only an echo from beyond is."""
+    """After this many cycles in a row without an echo, the sample is `inf`. With 0, a missing echo never makes a
+    sample."""
 
 
 class Ultrasonic(DeviceDriver[RangeSensorDescription, UltrasonicSettings]):
-    """Opens an HC-SR04, whose echo is timed by the kernel's stamps of its edges.
+    """Opens ultrasonic modules, whose echo pulses are measured by the kernel's timestamps of their edges.
 
-    A sample's time is that of its trigger. A lost echo gives no new sample. A sample is `inf` after an echo from beyond
-    ``max_range_m``, or after a row of cycles without an echo.
+    The time of a sample is the time of its trigger. A sample is `inf` after an echo from beyond ``max_range_m``, or
+    after ``echo_free_cycles`` cycles without an echo. A single cycle without an echo makes no sample, because the echo
+    may be lost.
 
     Several modules are triggered in turn: a module that received the burst of another one would measure too short a
     distance.

@@ -16,7 +16,7 @@ from robotcore.hardware.polled_samples import RangeSampler
 
 
 class Sonar(RangeSensor):
-    """An ultrasonic sensor: the scheduler triggers its module, and the echo's length gives the distance."""
+    """An ultrasonic sensor. The scheduler triggers its module, and the length of the echo pulse gives the distance."""
 
     def __init__(
         self,
@@ -101,15 +101,18 @@ class EchoPins:
 
     @property
     def is_high(self) -> bool:
-        """Whether the echo is high now."""
+        """Whether the echo line is high now."""
         return bool(self._echo.is_active)
 
     def ticks(self) -> Any:
-        """Return the current time in the unit of edges."""
+        """Return the current time in ticks, the unit in which the times of edges are given."""
         return self._factory.ticks()
 
     def listen(self, edge: Callable[[Any, bool], None]) -> None:
-        """Call a bound method with the ticks and the level of every edge. Pins do not keep its object alive."""
+        """Call ``edge`` with the ticks and the level of every edge of the echo line.
+
+        ``edge`` is a bound method. The caller keeps its object alive, because gpiozero holds only a weak reference.
+        """
         self._echo.pin.when_changed = edge
 
     def trigger(self) -> None:
@@ -119,19 +122,20 @@ class EchoPins:
         self._trigger.off()
 
     def close(self) -> None:
-        """Stop edge detection, and close both pins."""
+        """Stop the callbacks for edges, and close both pins."""
         with self._undo:
             stop_edge_detection(self._echo.pin)
 
 
 Cycle = Callable[[], object]
-"""Triggers one module."""
+"""A function that triggers one module."""
 
 
 class TriggerScheduler:
-    """Runs the cycles of several modules in turn, one in each period.
+    """Triggers several modules in turn, one in each period, so that a module does not receive the burst of another one.
 
-    The period is the longest of all modules'. Only the opening or closing of a module may call a method.
+    The period is the longest one that a module needs. The methods are not thread-safe: they are called only when a
+    robot opens or closes modules.
     """
 
     def __init__(self, clock: Clock) -> None:
@@ -141,19 +145,19 @@ class TriggerScheduler:
         self._at = 0
 
     def pause(self) -> None:
-        """Pause triggering while a module opens, so that it receives only its own echo."""
+        """Pause all triggers until `join`, so that a module that is being opened receives only its own echo."""
         if self._polling:
             self._polling.stop()
             self._polling = None
 
     def join(self, cycle: Cycle, period: float) -> None:
-        """Add a module's cycle, and start triggering."""
+        """Add a module's trigger function and its period in seconds, and start or resume triggering."""
         self.pause()
         self._modules.append((cycle, period))
         self._resume()
 
     def leave(self, cycle: Cycle) -> None:
-        """Remove a module's cycle, after its current cycle has ended."""
+        """Remove a module's trigger function when it is not running; the other modules continue."""
         self.pause()
         self._modules = [each for each in self._modules if each[0] != cycle]
         self._resume()

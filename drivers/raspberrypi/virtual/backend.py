@@ -30,7 +30,7 @@ class VirtualPiOptions(StrictModel):
     """The backend that simulates the robot."""
 
     lost_echoes: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """The share of ultrasonic echoes that are lost; the run's seed decides which ones."""
+    """The share of ultrasonic echoes that are lost, from 0 to 1. The seed of the run determines which ones."""
 
 
 class VirtualPiBackend(RaspberryPiBackend):
@@ -38,7 +38,7 @@ class VirtualPiBackend(RaspberryPiBackend):
 
     Devices that are not on pins (cameras, range sensors on a bus, displays) are the simulator's own.
 
-    is_lost: returns for each echo whether it is lost, in place of the option ``lost_echoes``.
+    is_lost: returns, for each ultrasonic echo, whether it is lost. It replaces the option ``lost_echoes``.
     """
 
     name = "virtualpi"
@@ -70,7 +70,7 @@ class VirtualPiBackend(RaspberryPiBackend):
         ]
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
-        """Yield the devices of a robot that are replaced by the simulator's own."""
+        """Yield a finding with the devices that the simulator's own devices replace, if there are any."""
         from drivers.raspberrypi.virtual.wiring import find_unmodelled
 
         bindings = find_unmodelled(self.bind(robot)) if robot else ()
@@ -115,12 +115,12 @@ class VirtualPiBackend(RaspberryPiBackend):
 
 
 def _replace_devices(robot: RobotDescription, devices: Iterable[AnyDevice]) -> RobotDescription:
-    """Return the robot with these devices in place of those of the same name."""
+    """Return the robot with these devices, each in place of the robot's device with the same name."""
     new = {device.name: device for device in devices}
     return robot.model_copy(update={"devices": tuple(new.get(device.name, device) for device in robot.devices)})
 
 
 def _lose_share(share: float, seed: int) -> Callable[[], bool]:
-    """Return a function that draws whether an echo is lost; the same seed loses the same echoes."""
+    """Return a function that draws for each echo whether it is lost. With the same seed, the same echoes are lost."""
     draw = random.Random(seed).random
     return lambda: draw() < share

@@ -19,9 +19,10 @@ Source: https://www.raspberrypi.com/documentation/computers/raspberry-pi.html#ra
 
 
 class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
-    """A pin whose other end is a model: the model gets every change of an output, and drives an input.
+    """A pin that is connected to a model of hardware. The model gets every change of an output, and sets an input.
 
-    Its duty is cut to whole percent, as by lgpio. It keeps no history.
+    The duty is rounded down to whole percent, as lgpio does. Unlike gpiozero's mock pin, it keeps no list of past
+    levels.
     """
 
     _state: float
@@ -36,7 +37,10 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
         self._listeners.append(listener)
 
     def drive(self, level: int, ticks: float | None = None) -> None:
-        """Set the level, 0 or 1, from outside. The edge has the time ``ticks``, by default the current time."""
+        """Set the level of an input, 0 or 1.
+
+        The edge has the time ``ticks`` in seconds, by default the current time.
+        """
         self._is_driven = True
         if self._function == "input" and self._change_state(bool(level)):
             if ticks is not None:
@@ -55,7 +59,7 @@ class VirtualPin(MockPWMPin):  # type: ignore[misc]  # gpiozero has no types
             super().drive_low()
 
     def clear_states(self) -> None:
-        """Set the time of the last change to now."""
+        """Set the time of the last change to now. There is no list of past levels to clear."""
         self._last_change = self._factory.ticks()
 
     def _set_state(self, value: float) -> None:
@@ -87,23 +91,23 @@ class VirtualPins(MockFactory):  # type: ignore[misc]  # gpiozero has no types
         self._clock = clock
 
     def ticks(self) -> float:
-        """Return the time in seconds."""
+        """Return the simulated time in seconds."""
         return self._clock.now()
 
 
 QUADRATURE = ((1, 1), (0, 1), (0, 0), (1, 0))
-"""The levels of a and b, one edge after the other; forward, a leads."""
+"""The levels of the channels (a, b) after each edge of a forward turn, in which channel a leads."""
 
 
 class Disc(ABC):
-    """An encoder disc that turns with a wheel, and gives an edge every ``radians``."""
+    """An encoder disc that turns with a wheel, and sets the encoder's pins. It has an edge every ``radians``."""
 
     def __init__(self, encoder: Encoder, radians: float) -> None:
         self._encoder, self._radians = encoder, radians
         self._at = 0
 
     def update(self) -> None:
-        """Give the edges since the last call."""
+        """Set the pins once for each edge since the last call."""
         target = round(self._encoder.read().angle / self._radians)
         step = 1 if target > self._at else -1
         while self._at != target:
@@ -112,7 +116,10 @@ class Disc(ABC):
 
     @abstractmethod
     def _show(self, edge: int) -> None:
-        """Set the channels to their levels after this many edges; backward edges are negative."""
+        """Set the pins to their levels after this many edges from the start.
+
+        ``edge`` is negative after a turn backward.
+        """
 
 
 class QuadratureDisc(Disc):
@@ -142,19 +149,20 @@ class SlottedDisc(Disc):
 
 
 BURST_S = 450e-6
-"""From the end of the trigger to the rise of the echo: the burst of eight cycles at 40 kHz, and a pause."""
+"""The time from the end of the trigger to the rise of the echo line, in seconds: a burst of eight cycles at 40 kHz, and
+a pause."""
 
 SILENCE_S = 38e-3
-"""The pulse of an HC-SR04 without an echo. Source: its data sheet."""
+"""The length of an HC-SR04's pulse if no echo returns, in seconds. Source: its data sheet."""
 
 
 class VirtualEcho:
-    """An ultrasonic module that answers each trigger by the distance of the simulator's sensor at that instant.
+    """An ultrasonic module. The length of its pulse is that for the distance of the simulator's sensor at the trigger.
 
-    Edges come in the physics step after they are due, with the time at which they were due.
+    An edge is set in the first physics step after its exact time, and has the exact time as its tick.
 
-    speed_of_sound: in m/s.
-    is_lost: returns for each echo whether it is lost, such as one that glances off a wall.
+    speed_of_sound: the speed of sound in m/s.
+    is_lost: returns, for each echo, whether it is lost. A real echo may be lost because it glances off a wall.
     """
 
     def __init__(
@@ -190,20 +198,23 @@ class VirtualEcho:
         self._echo.drive(0, at)
 
     def _call_at(self, at: float, edge: Callable[[], None]) -> None:
-        if self._clock.now() == 0:  # at opening no time can pass, and drivers need a first sample
+        if self._clock.now() == 0:  # drivers need a first sample, and no time passes until the robot is open
             edge()
         else:
             self._clock.call_at(at, edge)
 
 
 Velocity = Callable[[float], float]
-"""Returns a motor's velocity in rad/s at a duty from -1 to 1."""
+"""A function from a motor's duty, from -1 to 1, to its velocity in rad/s."""
 
 
 def wire_two_inputs(
     motor: Motor, velocity: Velocity, forward: VirtualPin, backward: VirtualPin, enable: VirtualPin | None = None
 ) -> None:
-    """Connect an H-bridge with an input for each direction: equal inputs brake. Without ``enable`` it is always on."""
+    """Connect pins to a motor by an H-bridge with an input for each direction. Equal inputs brake the motor.
+
+    Without ``enable`` the H-bridge is always on.
+    """
 
     def duty() -> float:
         return float(forward.state) - float(backward.state) if enable is None or enable.state else 0.0
@@ -212,7 +223,7 @@ def wire_two_inputs(
 
 
 def wire_phase_and_enable(motor: Motor, velocity: Velocity, phase: VirtualPin, enable: VirtualPin) -> None:
-    """Connect an H-bridge with an input for the duty, and one that is high to turn backward."""
+    """Connect pins to a motor by an H-bridge: ``enable`` has the duty, and ``phase`` is high to turn backward."""
     _turn_on_change(lambda: float(-enable.state if phase.state else enable.state), motor, velocity, phase, enable)
 
 

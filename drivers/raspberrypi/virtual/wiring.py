@@ -29,16 +29,16 @@ MODELLED = (HBridgeSettings, PhaseEnableSettings, QuadratureSettings, PulsesSett
 """The settings of the devices that `VirtualWiring.connect` supports."""
 
 SIMULATED = (CameraSettings, TimeOfFlightSettings)
-"""The settings of devices on no pins, which the simulator's own devices replace."""
+"""The settings of devices that are not on pins. The simulator's own devices replace them."""
 
 HEARD_M = 4.3
-"""The distance of the farthest wall that an HC-SR04 measures."""
+"""The distance of the farthest wall that an HC-SR04 measures, in metres."""
 
 
 class VirtualWiring:
     """Connects pins to the devices of a simulator.
 
-    is_lost: returns for each ultrasonic echo whether it is lost.
+    is_lost: returns, for each ultrasonic echo, whether it is lost.
     """
 
     def __init__(self, simulated: Robot, pins: VirtualPins, is_lost: Callable[[], bool]) -> None:
@@ -65,14 +65,17 @@ class VirtualWiring:
         return True
 
     def _schedule(self, disc: Disc) -> None:
-        """Update a disc in every step of the physics."""
+        """Update a disc in every physics step of the simulator."""
         clock = self._simulated.clock
         step = clock.step if isinstance(clock, SteppedClock) else 1 / MIN_PHYSICS_RATE_HZ
         clock.every(step, disc.update, "disc")
 
 
 def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
-    """Return the devices that the simulator's own replace. Batteries are left out: a simulator has none."""
+    """Return the devices without a model, which the simulator's own devices replace.
+
+    Batteries are left out, because a simulator has none.
+    """
     return [
         binding
         for binding in bindings
@@ -83,7 +86,7 @@ def find_unmodelled(bindings: Iterable[DeviceBinding]) -> list[DeviceBinding]:
 def describe_hardware(binding: DeviceBinding) -> AnyDevice:
     """Return the description of a device's hardware, for the simulator.
 
-    An encoder has all its edges, and an ultrasonic module also measures walls beyond the described maximum.
+    The encoder's counts are all its edges. The ultrasonic module also measures walls beyond ``max_range_m``.
     """
     match binding.settings, binding.description:
         case EncoderSettings() as settings, EncoderDescription() as description:

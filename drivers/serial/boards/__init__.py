@@ -1,1 +1,1 @@
-"""Motor boards, a folder each: the frames and the protocol of a board, and its device drivers."""
+"""Motor boards. Each board has a folder with its protocol and its device drivers."""

@@ -1,4 +1,4 @@
-"""A motor board: the base class of its protocol, and the line that its devices share."""
+"""The base class of the protocols of motor boards, and an open board, which several devices share."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from robotcore.hardware import Host
 
 
 class BoardProtocol(Protocol):
-    """The protocol of one board that answers requests, or sends data by itself.
+    """The base class of protocols for one board, which answers requests or sends data by itself.
 
-    A board that has sent nothing for longer than `silence_s` is lost. Its command is dropped when it is lost, and again
-    when it is back: a command that another thread sets in between turns no wheel later.
+    A board that has sent nothing for longer than `silence_s` is lost. The protocol drops the command when the board is
+    lost, and again when the board is back. So a command that was set during the loss never turns a wheel.
     """
 
     default_timeout_s: ClassVar[float]
-    """The board stops its motors after this many seconds without a command, if no motor asks for a shorter time."""
+    """The board stops its motors after this many seconds without a command, unless `limit` sets a shorter time."""
 
     def __init__(self, baud: int) -> None:
         self.baud, self.is_ready = baud, False
@@ -33,15 +33,15 @@ class BoardProtocol(Protocol):
     @property
     @abstractmethod
     def silence_s(self) -> float:
-        """The longest time in seconds that a connected board sends nothing."""
+        """The longest time, in seconds, between two messages of a connected board."""
 
     def limit(self, timeout_s: float) -> None:
-        """Set the time-out of the board in seconds, if it can be set; the shortest one applies."""
+        """Lower the time-out of the board to ``timeout_s`` seconds, if the time-out can be set and is longer."""
         self._timeouts_s.append(timeout_s)
 
     @property
     def timeout_s(self) -> float:
-        """The board stops its motors after this many seconds without a command."""
+        """The time-out in seconds: the board stops its motors after this time without a command."""
         return min(self._timeouts_s, default=self.default_timeout_s)
 
     @property
@@ -50,7 +50,7 @@ class BoardProtocol(Protocol):
 
     @property
     def is_settled(self) -> bool:
-        """Whether the newest command has been sent."""
+        """Whether the newest command was sent."""
         return math.isinf(self.command.next_due)
 
     def begin(self, now: float) -> None:
@@ -67,7 +67,7 @@ class BoardProtocol(Protocol):
         self.command.clear()
 
     def _set_ready(self) -> None:
-        """Set the board ready, without a command: it turns no motor before a new one."""
+        """Mark the board as ready, and drop the command, so that no motor turns before a new command."""
         self.command.clear()
         self.is_ready = True
 
@@ -104,7 +104,7 @@ class SharedBoardError(DeviceError):
 
 
 class _Attempt(Generic[ProtocolT]):
-    """The result of opening a board, so that later devices on a dead board do not wait again."""
+    """The result of opening a board. It is kept, so that other devices of a dead board fail without a wait."""
 
     def __init__(self, device: str, board: Board[ProtocolT] | None, failure: DeviceError | None = None) -> None:
         self.device, self.board, self.failure = device, board, failure
@@ -117,11 +117,15 @@ class _Attempt(Generic[ProtocolT]):
 def open_board(
     device: str, place: str, kind: type[ProtocolT], make: Callable[[], ProtocolT], host: Host, answer_s: float
 ) -> Board[ProtocolT]:
-    """Return the board at a place; open it if this is the first of its devices.
+    """Return the board on a port; open the port if this device is the first one of the board.
 
-    make: returns the board's protocol.
-    answer_s: how long to wait for the first answer, in seconds.
-    Raises DeviceError with the reason for the first device, and SharedBoardError for the others.
+    device: the name of the device, for errors.
+    place: the port in the robot's file.
+    kind: the class of the board's protocol.
+    make: returns a new protocol.
+    answer_s: the longest wait for the board's first answer, in seconds.
+    If the board cannot be opened, raises DeviceError with the reason for the first device, and SharedBoardError for all
+    other devices of the board.
     """
 
     def attempt_to_open() -> _Attempt[ProtocolT]:

@@ -1,4 +1,4 @@
-"""The newest command to a board's two motors, passed from the app's threads to the line's thread."""
+"""The newest command to the two motors of a board, which the app's threads set and the line's thread sends."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import NamedTuple
 from drivers.serial.driver import Side
 
 GATHER_S = 0.001
-"""A command waits this long for the other motor's command of the same tick, so that both go in one frame."""
+"""A command to one motor waits up to this many seconds for a command to the other motor, so that one frame has both."""
 
 MAX_AGE_S = 0.25
-"""An older command is sent as 0: the program was suspended, and the board has stopped the motor meanwhile."""
+"""A command that is older than this many seconds when it is sent is replaced by 0. The program was suspended, and the
+board has stopped the motor meanwhile."""
 
 STOP_REPEAT_S = 0.1
-"""The period of repeating a stop to boards that acknowledge nothing."""
+"""The period in seconds of repeating a stop, to boards that acknowledge no commands."""
 
 
 class WheelCommand(NamedTuple):
@@ -31,11 +32,12 @@ class WheelCommand(NamedTuple):
 
 
 class CommandBuffer:
-    """The newest command to both motors of a board; a new command replaces one that was not sent yet.
+    """The newest command to both motors of a board. A new command replaces one that was not sent yet.
 
-    Each command is taken once, so that the board's own time-out measures how long the app is silent. A frame always
-    carries both motors. A motor that has had no command for ``timeout_s`` is sent 0. If the frame stops the other
-    motor, the limit is `MAX_AGE_S`, so that the frame does not start this motor again.
+    Each command is sent only once, so that the board's own time-out measures the silence of the app. A frame has values
+    for both motors. If only one motor has a new command, the frame has the previous value of the other motor. If that
+    value is older than ``timeout_s``, the frame has 0 instead. If the new command is a stop, the limit for the other
+    motor is `MAX_AGE_S`, so that the frame does not start a motor again that the board has stopped.
 
     >>> command = CommandBuffer()
     >>> command.set("left", 2.0, now=0.0)
@@ -47,7 +49,7 @@ class CommandBuffer:
     """
 
     def __init__(self) -> None:
-        """Start with a stop that is not sent."""
+        """Start with the value 0 for both motors, and nothing to send."""
         self._lock = Lock()
         self._newest = WheelCommand()
         self._set_at: dict[Side, float] = {}
@@ -71,7 +73,7 @@ class CommandBuffer:
             self._due = min(self._due, now if is_complete else now + GATHER_S)
 
     def take(self, now: float, timeout_s: float) -> WheelCommand | None:
-        """Return the command to send now; None if it was taken already, or waits for the other motor's.
+        """Return the command to send now; None if there is no new one, or it waits for that of the other motor.
 
         timeout_s: the board's own time-out in seconds.
         """
@@ -84,9 +86,10 @@ class CommandBuffer:
             return self._newest
 
     def repeat_stop(self, now: float) -> WheelCommand | None:
-        """Return the stop again if it was sent `STOP_REPEAT_S` ago: noise may have destroyed it.
+        """Return a stop if the newest command is a stop that was last sent `STOP_REPEAT_S` ago; else None.
 
-        Returns None before that time, and while a motor turns: the board's time-out counts from the app's commands.
+        A stop is repeated because noise may have destroyed it. No other command is repeated, because the board's
+        time-out must measure the silence of the app.
         """
         with self._lock:
             if not self._newest.is_stop or now < self._sent_at + STOP_REPEAT_S:
@@ -95,24 +98,24 @@ class CommandBuffer:
             return self._newest
 
     def clear(self) -> None:
-        """Drop the command: nothing is sent, and both values are 0, until a new one is set."""
+        """Drop the command. Until `set` is called, `take` returns None and `newest` is a stop."""
         with self._lock:
             self._newest, self._due = WheelCommand(), math.inf
             self._fresh.clear()
 
     @property
     def newest(self) -> WheelCommand:
-        """The newest command of both motors, sent or not."""
+        """The newest command to both motors, whether it was sent or not."""
         return self._newest
 
     @property
     def next_due(self) -> float:
-        """When `take` has a command, on the clock of ``now``; `inf` if there is no new one."""
+        """The time from which `take` returns a command, on the clock of ``now``; `inf` if there is no new command."""
         return self._due
 
     @property
     def repeat_due(self) -> float:
-        """When `repeat_stop` has a command; `inf` while a motor turns."""
+        """The time from which `repeat_stop` returns a stop; `inf` while a motor turns."""
         return self._sent_at + STOP_REPEAT_S if self._newest.is_stop else math.inf
 
     def _in_force(self, side: Side, now: float, timeout_s: float) -> float:

@@ -1,7 +1,8 @@
-"""Stop the motors of a board from another process than the app's: a stop frame on a port that it opens itself.
+"""Stop the motors of a board from the guardian's process, by a stop frame on the board's port.
 
-This process opens the port without a lock, so the app's lock does not keep it out. Both processes write, and the kernel
-keeps each frame whole. The module imports little: no wheel turns before the guardian is ready.
+The guardian opens the port without a lock, so the app's lock does not exclude it. Both processes may write to the port,
+and the kernel does not mix the bytes of their frames. The module imports little, because the robot waits for the
+guardian's start.
 """
 
 from __future__ import annotations
@@ -26,38 +27,42 @@ if TYPE_CHECKING:
     from robotcore.hardware import Host
 
 WRITE_TIMEOUT_S = 0.2
-"""The longest time for writing the frame."""
+"""The longest time for writing the frame, in seconds."""
 
 ANSWER_TIMEOUT_S, REPEAT_S = 4.0, 0.25
-"""The longest wait for the answer, and the period of sending the frame meanwhile. Opening the port resets an Arduino,
+"""The longest wait for the board's answer, and the period of repeating the frame during this wait, in seconds. Opening
+the port resets an Arduino,
 and its boot loader takes up to two seconds."""
 
 CHUNK = 4096
 
 HANG_UP_POLL_S = 0.1
-"""The period in which the thread checks if the port was closed; until then it waits for a hang-up."""
+"""The longest wait for a hang-up of the port, in seconds. After each wait the thread checks whether the port was
+closed."""
 
 REPEAT_PAUSE_S = 0.01
-"""The pause between the two frames. A hoverboard takes a pause of a millisecond as the end of a frame."""
+"""The pause between the two stop frames, in seconds. For a hoverboard, a pause of a millisecond ends a frame."""
 
 
 class StopFrame(Cutoff):
     """Writes the stop frame of a board twice.
 
-    The first frame may follow half a frame of the app, which died while it wrote it, or noise may destroy it.
+    The first frame may be lost: noise may destroy it, or it may follow half a frame of an app that was killed.
 
-    The port is open from the beginning: opening it later would reset an Arduino. If the port is unplugged it is closed
-    at once, for Linux gives a board another name if a process still has the old port open. The next command opens the
-    port again. If the port does not exist any more, the board's own time-out stops the motors.
+    The port is opened at the start of a run, because opening it later would reset an Arduino. If the board is
+    unplugged, the port is closed at once. Otherwise Linux would give the board another port name when it is plugged in
+    again. The next command opens the port again. If the port does not exist any more, the board's own time-out stops
+    the motors.
     """
 
     def __init__(self, place: str, baud: int, frame: str, answer: str | None, *, has_owner: bool) -> None:
-        """Prepare the frame; `open` opens the port.
+        """Create the cutoff; `open` opens the port.
 
-        frame: hexadecimal digits.
+        frame: the stop frame in hexadecimal digits.
         answer: a regular expression for the board's answer to a stop; None if it does not answer.
-        has_owner: whether an app has the robot open. If not, `stop` raises BackendError if the board does not answer,
-            or if another program has the port open, for it may turn the motors again.
+        has_owner: whether an app has the robot open. Without an app, `stop` raises BackendError in two cases: the board
+        does not
+            answer, or another program has the port open and may turn the motors again.
         """
         self._place, self._baud, self._frame, self._has_owner = place, baud, bytes.fromhex(frame), has_owner
         self._answer = None if answer is None else re.compile(answer.encode("latin-1"))
@@ -141,7 +146,7 @@ class StopFrame(Cutoff):
         return False
 
     def _close_on_hang_up(self, serial: Serial, hung_up: poll) -> None:
-        """Close the port if it hangs up."""
+        """Wait until the port hangs up, and close it then."""
         while self._serial is serial:
             if hung_up.poll(HANG_UP_POLL_S * 1000):
                 with self._lock:

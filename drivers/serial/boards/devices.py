@@ -1,4 +1,4 @@
-"""The devices of a motor board: they set commands and return the newest values of the board."""
+"""The devices of a motor board, which set its commands and return its newest values."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from robotcore.hardware.motor_model import Output
 
 
 class CountAccumulator:
-    """The turns of one wheel since the board's first count, in the board's own unit.
+    """Adds up the turns of one wheel since the board's first count, in the board's own unit.
 
-    After `restart` the next count is taken as equal to the last one: turns in between are lost. One thread calls
-    `count`, others call `angle`.
+    After `restart`, the total continues from its last value at the next count, so turns in between are lost. The line's
+    thread calls `count`, and the app's threads call `angle`.
 
     >>> counter = CountAccumulator(wraps_at=2**32)
     >>> for time, count in enumerate((2**31 - 1, -(2**31) + 1)):
@@ -31,8 +31,7 @@ class CountAccumulator:
     def __init__(self, wraps_at: float | None = None) -> None:
         """Start without a count.
 
-        wraps_at: the counter of the board begins again after this many counts, 2³² if it has 32 bits; None if it
-            never does.
+        wraps_at: the number of counts after which the board's counter repeats, 2³² for 32 bits; None if it never does.
         """
         self._wraps_at = wraps_at
         self._last: float | None = None
@@ -45,7 +44,7 @@ class CountAccumulator:
     def count(self, counted: float, time: float) -> None:
         """Add a value of the board's counter.
 
-        time: when its frame arrived, in seconds.
+        time: the time of arrival of the frame with the value, in seconds.
         """
         total, _, sequence = self._newest or (0.0, 0.0, -1)
         total += self._difference(counted)
@@ -53,7 +52,7 @@ class CountAccumulator:
         self._newest = total, time, sequence + 1
 
     def restart(self) -> None:
-        """Drop the last count: the board was reset, and its counter may have any value."""
+        """Forget the last count, because the board was reset and its counter may have any value."""
         self._last = None
 
     def angle(self, rad_per_unit: float) -> Angle | None:
@@ -73,19 +72,19 @@ class CountAccumulator:
 
 
 class BoardOutput(Output):
-    """One side of a board; its values are in the unit of the board's `CommandBuffer`, duties for a `DutyMotor`."""
+    """The output to one motor of a board. Its values are in the board's own unit, which is a duty for a `DutyMotor`."""
 
     def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side) -> None:
         self._device, self._line, self._command, self._side = device, line, command, side
 
     def turn(self, duty: float) -> None:
-        """Set the command; raises DeviceLostError with the motor's name if the line is lost."""
+        """Set the command of the motor; raises DeviceLostError with the motor's name if the line is lost."""
         self._line.require(self._device)
         self._command.set(self._side, duty, self._line.now())
         self._line.wake()
 
     def close(self) -> None:
-        """Wait until the last command is settled; raises DeviceError if that takes too long."""
+        """Wait until the last command is sent and, if possible, acknowledged; raises DeviceError after a time limit."""
         self._line.settle(self._device)
 
 
@@ -108,7 +107,7 @@ class BoardMotor(Motor):
 
 
 class BoardSensor(Sensor[SampleT], Generic[SampleT]):
-    """A sensor with samples that the thread of the line receives.
+    """A sensor of a board. The thread of the line receives its samples.
 
     Reading raises DeviceLostError while the line is lost, and from then on until a new sample arrives.
     """
@@ -138,7 +137,7 @@ class BoardSensor(Sensor[SampleT], Generic[SampleT]):
 
 
 class BoardEncoder(BoardSensor[Angle], Encoder):
-    """An encoder whose counts a board adds up; ``rad_per_unit`` is the angle of one count."""
+    """An encoder on a board; ``rad_per_unit`` is the angle in rad of one unit of its counter."""
 
     def __init__(self, name: str, line: Line, counter: CountAccumulator, rad_per_unit: float) -> None:
         super().__init__(name, line, lambda: counter.angle(rad_per_unit))

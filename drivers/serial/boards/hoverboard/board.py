@@ -1,4 +1,4 @@
-"""The protocol of a hoverboard: it sends feedback by itself, and needs repeated commands."""
+"""The protocol of a hoverboard, which sends feedback by itself and needs repeated stops."""
 
 from __future__ import annotations
 
@@ -12,28 +12,31 @@ from drivers.serial.boards.hoverboard.protocol import CoefficientMixer, Feedback
 from robotcore.hal.devices import Voltage
 
 PAUSE_S = 0.005
-"""The pause between commands: the board takes 8 bytes and a pause as a command, and ignores 16 bytes."""
+"""The pause between two commands, in seconds. The board accepts 8 bytes before a pause as a command. It ignores 16
+bytes without a pause."""
 
 SILENCE_S = 0.4
-"""A board that has sent nothing for longer is lost. It is silent for 0.3 s while it beeps after its motors start."""
+"""A board that has sent nothing for this many seconds is lost. When its motors start, a board beeps and is silent for
+0.3 s."""
 
 
 class HoverboardProtocol(BoardProtocol):
     """Sends the wheels' commands through the board's mixer, and integrates the measured speeds.
 
-    A stop is repeated: a board that receives nothing for 0.8 s beeps, and counts a fault. While the board is silent
-    nothing is integrated, for there is no measured speed.
+    A stop is repeated, because a board that receives nothing for 0.8 s beeps and reports a fault. While the board is
+    silent, the angle does not change, because no speed is measured.
     """
 
     silence_s = SILENCE_S
     default_timeout_s = 0.8
-    """SERIAL_TIMEOUT in the firmware's config.h; it cannot be changed from outside."""
+    """SERIAL_TIMEOUT in the firmware's config.h; no command can change it."""
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
         self.mixer: Mixer = CoefficientMixer()
         self.left, self.right = CountAccumulator(), CountAccumulator()
-        """The turns of each motor in rpm times seconds, positive as the motor is mounted."""
+        """The turns of each motor in rpm times seconds. The sign is that of the motor, and the right motor is mounted
+        the other way round."""
         self.voltage: Voltage | None = None
         self._turned = WheelCommand()
         self._parser = Parser()
@@ -54,7 +57,7 @@ class HoverboardProtocol(BoardProtocol):
     def data_to_send(self, now: float) -> bytes:
         self._lose_if_silent(now)
         if not self.is_ready:
-            self.command.clear()  # a silent board may receive: it is sent a stop
+            self.command.clear()  # a silent board may still receive, and gets a stop
         if now < self._free_at:
             return b""
         wheels = self.command.take(now, self.timeout_s) or self.command.repeat_stop(now)
@@ -90,8 +93,9 @@ class HoverboardProtocol(BoardProtocol):
 
 
 def _centre_rpm(measured: int) -> float:
-    """Return the middle of the speeds that the board rounds down to this one.
+    """Return the mean of all speeds that the board rounds down to this whole number of rpm.
 
-    Forward is positive on one side and negative on the other, so without this a straight drive would look like a turn.
+    When a robot drives forward, one side has positive speeds and the other one negative speeds. Rounding down changes
+    the two amounts differently, so without this a straight drive would look like a turn.
     """
     return measured + 0.5 if measured else 0.0

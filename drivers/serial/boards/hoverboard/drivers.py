@@ -26,17 +26,17 @@ from robotcore.hardware.motor_model import Model
 
 
 class HoverboardSettings(PortSettings):
-    """The settings of a device of a hoverboard. The time-out in its firmware (SERIAL_TIMEOUT, 0.8 s) is fixed."""
+    """The settings of a device of a hoverboard. There is no time-out, because that of the firmware is fixed (0.8 s)."""
 
     protocol_name: ClassVar[str] = "Hoverboard FOC"
     default_baud: ClassVar[int] = 115200
 
 
 class WheelSettings(SideSettings, HoverboardSettings):
-    """The settings of a device of one of the board's two wheels."""
+    """The settings of a device on one of the board's two wheels."""
 
     inverted: bool = False
-    """Whether the board turns or counts the wheel the wrong way."""
+    """Whether the sign of this wheel is reversed, because it turns or counts the wrong way."""
 
     @property
     def sign(self) -> int:
@@ -44,25 +44,26 @@ class WheelSettings(SideSettings, HoverboardSettings):
 
 
 class HoverboardMotorSettings(WheelSettings):
-    """The settings of a motor: those of the firmware's config.h, which the board does not send.
+    """The settings of a motor.
 
+    Most of them repeat values of the firmware's config.h, because the board does not send these.
     Both motors of a board have the same settings.
     """
 
     mode: Literal["speed", "duty"]
-    """CTRL_MOD_REQ: "speed" is SPD_MODE, in which the board controls the velocity, and "duty" is VLT_MODE."""
+    """CTRL_MOD_REQ in config.h: "speed" is SPD_MODE, in which the board controls the velocity; "duty" is VLT_MODE."""
     max_rpm: Annotated[int, Field(ge=10, le=2000)] = 1000
     """N_MOT_MAX."""
     tank_steering: bool = False
-    """Whether TANK_STEERING is defined."""
+    """Whether TANK_STEERING is defined in config.h."""
     speed_coefficient: Annotated[float, Field(ge=0.1, lt=2)] = 1.0
     """SPEED_COEFFICIENT of the mixer, divided by 16384; unused with TANK_STEERING."""
     steer_coefficient: Annotated[float, Field(ge=0.1, lt=2)] = 0.5
     """STEER_COEFFICIENT of the mixer, divided by 16384; unused with TANK_STEERING."""
     model: Model | None = None
-    """The velocity of the wheel by duty, for mode "duty"."""
+    """The velocity of the wheel at each duty, for mode "duty"."""
     control: Control | None = None
-    """The controller that holds the velocity by the wheel's encoder, for mode "duty"."""
+    """The settings of velocity control by the wheel's encoder, for mode "duty"."""
 
     @property
     def mixer(self) -> Mixer:
@@ -70,7 +71,7 @@ class HoverboardMotorSettings(WheelSettings):
 
     @property
     def unit_per_rad_s(self) -> float:
-        """The board's value for 1 rad/s in its own closed loop."""
+        """The board's command value for 1 rad/s, in mode "speed"."""
         return self.sign * LIMIT / self.max_rpm * 60 / math.tau
 
     def firmware(self) -> Connection:
@@ -82,7 +83,7 @@ class HoverboardMotorSettings(WheelSettings):
         )
 
     def check(self, description: MotorDescription, robot: RobotDescription) -> None:
-        """Raise ValueError with the fault, a semicolon and the remedy if the board cannot turn the wheel so fast."""
+        """Raise ValueError if the board cannot reach the maximum velocity, or a setting contradicts the mode."""
         if self.mode == "duty":
             self._check_duty(description, robot)
         elif self.model or self.control:
@@ -105,7 +106,7 @@ class HoverboardMotorSettings(WheelSettings):
 
 
 ANSWER_S = 1.0
-"""A board that is switched on sends feedback a hundred times a second."""
+"""The longest wait for the first feedback, in seconds. A board that is on sends feedback a hundred times a second."""
 
 WIRING = (
     "Use the cable of one of the hoverboard's sensor boards. Connect its RX, TX (3.3 V) and ground to the adapter, but "
@@ -121,7 +122,7 @@ TURNING = (
 
 
 class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
-    """Turns a wheel with the board's own closed loop, or with a duty and the wheel's model."""
+    """Turns a wheel at a velocity that the board controls, or with a duty that the wheel's model gives."""
 
     name = "hoverboard-motor"
     summary = "a wheel of a hoverboard with the FOC firmware"
@@ -157,7 +158,7 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
 
 
 class DutyOutput(BoardOutput):
-    """A side of the board that takes duties; ``unit`` is the board's value of the duty 1."""
+    """The output to one motor of a board in mode "duty"; ``unit`` is the board's value for the duty 1."""
 
     def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side, unit: int) -> None:
         super().__init__(device, line, command, side)
@@ -168,7 +169,7 @@ class DutyOutput(BoardOutput):
 
 
 class HoverboardEncoder(SerialDriver[EncoderDescription, WheelSettings]):
-    """Integrates the speed that the board measures: an estimate, for the board sends no angle."""
+    """Integrates the speed that the board measures. The angle is an estimate, because the board sends no angle."""
 
     name = "hoverboard-encoder"
     summary = "the turns of a hoverboard's wheel, by its measured speed"
@@ -187,7 +188,7 @@ class HoverboardEncoder(SerialDriver[EncoderDescription, WheelSettings]):
 
 
 class HoverboardBattery(SerialDriver[BatteryDescription, HoverboardSettings]):
-    """The voltage that the board measures, in hundredths of a volt."""
+    """Returns the voltage that the board measures, with a resolution of 0.01 V."""
 
     name = "hoverboard-battery"
     summary = "the battery of a hoverboard"

@@ -1,6 +1,7 @@
-"""Frames of the Hoverboard FOC firmware: commands of 8 bytes out, feedback of 18 bytes in, all little-endian.
+"""Frames of the Hoverboard FOC firmware: the computer sends commands of 8 bytes, the board feedback of 18 bytes.
 
-Source: EFeru/hoverboard-firmware-hack-FOC, `SerialCommand` in Inc/util.h, `SerialFeedback` in Src/main.c,
+All numbers are little-endian. Source: EFeru/hoverboard-firmware-hack-FOC, `SerialCommand` in Inc/util.h,
+`SerialFeedback` in Src/main.c,
 `usart_process_command` in Src/util.c.
 """
 
@@ -19,7 +20,7 @@ START = 0xABCD
 """The first word of each frame in both directions (SERIAL_START_FRAME)."""
 
 LIMIT = 1000
-"""Steer, speed and the value of a wheel are from -1000 to 1000 (INPUT_MIN, INPUT_MAX)."""
+"""The largest value: steer, speed and the value of a wheel are from -1000 to 1000 (INPUT_MIN, INPUT_MAX)."""
 
 _COMMAND = struct.Struct("<HhhH")
 _FEEDBACK = struct.Struct("<H6hHH")
@@ -27,20 +28,21 @@ _WORDS = struct.Struct("<9H")
 _START_BYTES = START.to_bytes(2, "little")
 
 _MAX_INPUT = 1500
-"""The largest input with field weakening (FIELD_WEAK_HI)."""
+"""The largest command value in feedback of a board with field weakening (FIELD_WEAK_HI)."""
 
 _MAX_RPM = 2048
-"""The firmware stores a speed in sixteenths of an rpm in 16 bits, so it has 12 bits and a sign."""
+"""The limit of a measured speed in rpm. The firmware stores a speed as a signed 16-bit number of sixteenths of an
+rpm."""
 
 _MAX_CENTIVOLTS = 10_000
-"""No such board withstands 100 V."""
+"""The limit of a voltage in hundredths of a volt: no such board withstands 100 V."""
 
 _MAX_LED = 0xFF
-"""The state of the sideboard's lamps is a byte."""
+"""The limit of the state of the sideboard's lamps, which is a byte."""
 
 
 def command(steer: int, speed: int) -> bytes:
-    """Return the frame of a command; the board's mixer makes wheel values of it.
+    """Return the frame of a command, from which the board's mixer computes the values of the wheels.
 
     >>> command(0, 0).hex(" ")
     'cd ab 00 00 00 00 cd ab'
@@ -53,7 +55,7 @@ STOP = command(0, 0)
 """The frame that stops both wheels."""
 
 STANDING = r"\xcd\xab\0\0\0\0"
-"""A regular expression for the begin of feedback from a board that has received the stop."""
+"""A regular expression for the beginning of feedback from a board that has received the stop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,25 +65,27 @@ class Feedback:
     steer: int
     """The steer of the newest command that the board received; 0 after its time-out."""
     speed: int
-    """The speed of that command."""
+    """The speed of the newest command that the board received; 0 after its time-out."""
     right_rpm: int
-    """The measured speed, positive as the motor is mounted: the right motor is mounted the other way round."""
+    """The measured speed of the right motor in rpm. It is negative if the robot drives forward, as the motor is mounted
+    the other way round."""
     left_rpm: int
+    """The measured speed of the left motor in rpm, positive if the robot drives forward."""
     battery_v: float
     board_c: float
     """The temperature of the board in °C."""
 
     @property
     def is_stopped(self) -> bool:
-        """Whether the newest command in the board is a stop, or its time-out has dropped the command."""
+        """Whether the newest command that the board received is a stop, or the board's time-out has dropped it."""
         return self.steer == self.speed == 0
 
 
 class Parser:
-    """Finds feedback in a stream that is cut anywhere and has noise.
+    """Finds feedback in a stream of bytes that arrives in pieces of any length and has noise.
 
-    After a broken frame the search goes on behind its first byte, so that no other frame is lost. The parser keeps at
-    most one byte less than a frame.
+    After a broken frame the search continues at the frame's second byte, so that no other frame is lost. The parser
+    stores at most one byte less than a frame.
 
     >>> parser = Parser()
     >>> frame = bytes.fromhex("cd ab 00 00 00 00 d8 ff 28 00 d4 0e 2c 01 00 00 c5 5b")
@@ -91,11 +95,11 @@ class Parser:
 
     def __init__(self) -> None:
         self.dropped = 0
-        """The number of starts without a valid frame."""
+        """The number of starts of a frame that were not followed by a valid frame."""
         self._rest = b""
 
     def feed(self, data: bytes) -> list[Feedback]:
-        """Take received bytes; return the frames that they complete."""
+        """Parse received bytes; return the frames that these bytes complete."""
         stream, found, at = self._rest + data, [], 0
         while (at := _find_start(stream, at)) + _FEEDBACK.size <= len(stream):
             feedback = _parse_feedback(stream, at)
@@ -109,14 +113,14 @@ class Parser:
 
 
 def _find_start(stream: bytes, at: int) -> int:
-    """Return the index of the next start, or of the end, or of a last byte that may begin a start."""
+    """Return the index of the next start of a frame, or else of a last byte that may begin one, or else of the end."""
     if (start := stream.find(_START_BYTES, at)) >= 0:
         return start
     return len(stream) - stream.endswith(_START_BYTES[:1], at)
 
 
 def _parse_feedback(stream: bytes, at: int) -> Feedback | None:
-    """Return the frame at an index; None if its checksum is wrong or a value is impossible."""
+    """Return the frame at the index ``at``; None if its checksum is wrong or a value is impossible."""
     if reduce(xor, _WORDS.unpack_from(stream, at)):
         return None
     _, steer, speed, right_rpm, left_rpm, centivolts, tenths_c, led, _ = _FEEDBACK.unpack_from(stream, at)
@@ -141,25 +145,28 @@ class Steering(NamedTuple):
 
 
 class Mixer(ABC):
-    """The board's mixer of steer and speed. Wheel values are from -1000 to 1000, positive forward."""
+    """The board's mixer, which converts steer and speed to wheel values from -1000 to 1000, positive forward."""
 
     @property
     @abstractmethod
     def straight(self) -> float:
-        """The largest value of both wheels on a straight path."""
+        """The largest wheel value that both wheels can have on a straight path."""
 
     @property
     @abstractmethod
     def turning(self) -> float:
-        """The largest value of the wheels against each other, on the spot."""
+        """The largest wheel value on a turn on the spot, in which the wheels have opposite values."""
 
     @abstractmethod
     def steering(self, left: float, right: float) -> Steering:
-        """Return the command for two wheel values; too large values are scaled together, so that the path stays."""
+        """Return the command for two wheel values.
+
+        If one is too large, both are scaled, so that the curve stays the same.
+        """
 
 
 class TankMixer(Mixer):
-    """No mixing (TANK_STEERING): steer is the left wheel, speed the right one.
+    """The mixer with TANK_STEERING, which does not mix: steer is the left wheel's value, and speed the right one's.
 
     >>> TankMixer().steering(-2000, 1000)
     Steering(steer=-1000, speed=500)
@@ -177,7 +184,9 @@ class TankMixer(Mixer):
 
 @dataclass(frozen=True)
 class CoefficientMixer(Mixer):
-    """Left is speed plus steer, right is speed minus steer, each times its coefficient.
+    """The usual mixer: left is speed plus steer, and right is speed minus steer.
+
+    Before that, speed and steer are multiplied by their coefficients.
 
     Source: `mixerFcn` in the firmware's Src/util.c.
 
@@ -214,7 +223,7 @@ class CoefficientMixer(Mixer):
         )
 
     def wheels(self, steering: Steering) -> tuple[int, int]:
-        """Return the left and the right wheel value of a command, equal to the firmware's to the bit."""
+        """Return the left and the right wheel value of a command, exactly as the firmware computes them."""
         steer = steering.steer * 16 * round(self.steer_coefficient * ONE) >> 14
         speed = steering.speed * 16 * round(self.speed_coefficient * ONE) >> 14
         return _clamp(speed + steer >> 4), _clamp(speed - steer >> 4)
@@ -225,12 +234,12 @@ class CoefficientMixer(Mixer):
 
 
 def _scale(*words: float) -> float:
-    """Return the factor, 1 at most, by which no word is beyond the limit."""
+    """Return the factor, 1 at most, that brings all words within the limit."""
     return min(1.0, LIMIT / max(map(abs, (*words, 1.0))))
 
 
 def _neighbours(word: float) -> range:
-    """Return the words of a command next to a value; the board rounds down, so the second one is above it."""
+    """Return the whole numbers next to ``word``, one below it and two above it, as far as a command can have them."""
     below = math.floor(word)
     return range(max(below, -LIMIT), min(below + 2, LIMIT) + 1)
 
