@@ -37,7 +37,7 @@ __all__ = [
 
 
 def read(path: Path) -> Recording:
-    """Read a recording: the whole file, or the part before a cut or damage.
+    """Read a recording. If the file is cut or damaged, read the part before the cut or the damage.
 
     Raises BackendMissingError if the extra ``record`` is not installed, and RecordingError if the file is no recording.
 

@@ -30,7 +30,7 @@ class Message(NamedTuple):
 
     channel_id: int
     sequence: int
-    """It counts the messages of the channel, from one."""
+    """The number of the message in its channel. The first message has the number 1."""
     data: memoryview
 
 
@@ -54,13 +54,16 @@ class ChunkLocation:
 
 
 class Lz4Error(ValueError):
-    """A chunk is packed with lz4. The lz4 library cannot limit what it unpacks, and robotcore never writes lz4."""
+    """A chunk is packed with lz4.
+
+    Such a chunk is not read, because the lz4 library cannot limit the size of its output. Robotcore never writes lz4.
+    """
 
 
 def unpack(location: ChunkLocation, packed: bytes | memoryview) -> bytes | memoryview:
     """Return the unpacked data of a chunk.
 
-    Raises ValueError or ZstdError if the data are too large, or differ from the claims of the chunk.
+    Raises ValueError or ZstdError if the data are too large, or if the size or the checksum is not the stated one.
     """
     if location.size > MAX_RECORD_BYTES:
         raise ValueError(f"a chunk claims {location.size} bytes, more than {MAX_RECORD_BYTES}")
@@ -78,7 +81,10 @@ def unpack(location: ChunkLocation, packed: bytes | memoryview) -> bytes | memor
 
 
 def _unpack_zstd(packed: bytes | memoryview, size: int) -> bytes:
-    """Unpack a frame. The size in the frame is checked first, because the library prefers it to its argument."""
+    """Unpack a Zstandard frame to at most ``size`` bytes.
+
+    The size in the frame's header is checked first, because the library prefers it to the limit in its argument.
+    """
     claimed = get_frame_parameters(packed).content_size
     if claimed not in (size, CONTENTSIZE_UNKNOWN):
         raise ValueError(f"a frame claims {claimed} bytes in a chunk that claims {size}")
@@ -112,9 +118,9 @@ MAGIC = b"\x89MCAP0\r\n"
 _PIECE = 2**20
 """The most bytes that are read at once to compute a checksum."""
 _NO_KIND = 0
-"""No record has this opcode."""
+"""An opcode that no record has."""
 _CHUNK = struct.Struct("<QQQII")
-"""First and last message time, unpacked size, checksum, length of the compression's name."""
+"""The head of a chunk: first and last message time, unpacked size, checksum, length of the compression's name."""
 _LENGTH = struct.Struct("<Q")
 
 
@@ -126,14 +132,14 @@ class ChunkedFile:
         self.is_whole = False
         """Whether `chunks` reached the end of the file without damage."""
         self.damage = ""
-        """The place and the kind of the first damage. Empty if there is none. A missing end is no damage."""
+        """The place and the kind of the first damage; empty if there is none. A missing end is not damage."""
         self.allowance = Allowance()
 
     def chunks(self) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
-        """Yield each chunk with its records, until the end or the first damaged chunk.
+        """Yield each chunk with its records, until the end of the file or the first damaged chunk.
 
-        Reading its records raises one of `DAMAGE` if they are malformed. Raises RecordingError if the file cannot be
-        read, or is no MCAP file.
+        Reading the records of a chunk raises one of `DAMAGE` if they are malformed. Raises RecordingError if the file
+        cannot be read, or is no MCAP file.
         """
         with _open_regular(self._path) as file:
             if file.read(len(MAGIC)) != MAGIC:
@@ -226,12 +232,12 @@ def _open_regular(path: Path) -> Iterator[BinaryIO]:
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
-    """Open a file, without waiting for the other end of a FIFO."""
+    """Open a file. If the file is a FIFO, do not wait until another process opens it."""
     return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
 
 
 def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
-    """Go to the end of a record. Return the checksum of the file up to there; None if the record is too long."""
+    """Move to the end of a record. Return the file's checksum up to that place; None if the record is too long."""
     if crc is None or length > MAX_RECORD_BYTES:
         file.seek(length, os.SEEK_CUR)
         return None
@@ -260,6 +266,6 @@ def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:
 
 
 def _has_end_magic(file: BinaryIO) -> bool:
-    """Return whether the file ends with the magic that follows the index."""
+    """Return whether the file ends with the magic bytes that follow the index."""
     file.seek(-len(MAGIC), os.SEEK_END)
     return file.read() == MAGIC

@@ -1,8 +1,9 @@
 """Convert events to JSON and back, and decode the protobuf messages of pictures.
 
-Every double comes back bit for bit. ``inf`` and ``nan`` are strings in JSON. None and empty tuples are left out.
-The protobuf encoding: https://protobuf.dev/programming-guides/encoding/. The messages: RawImage.proto and
-CompressedImage.proto in https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
+A double has the same bits after it was written and read. In JSON, ``inf`` and ``nan`` are strings. None and empty
+tuples are left out.
+The encoding of protobuf: https://protobuf.dev/programming-guides/encoding/. The definitions of the picture messages,
+RawImage.proto and CompressedImage.proto: https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
 """
 
 from __future__ import annotations
@@ -29,12 +30,12 @@ _SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 def to_json(event: Any) -> bytes:
-    """Return an event as JSON. Python writes the shortest digits that read back as the same double."""
+    """Return an event as JSON. A double has the fewest digits from which the same double can be read."""
     return json.dumps(to_plain(event), allow_nan=False, separators=(",", ":")).encode()
 
 
 def from_json(kind: type[T], content: bytes) -> T:
-    """Return the event that `to_json` wrote. Raises ValueError if the JSON is no event of this class."""
+    """Return the event in a JSON text that `to_json` wrote. Raises ValueError if the JSON is no event of this class."""
     adapter: TypeAdapter[T] = _adapter(cast("Any", kind))
     return adapter.validate_python(parse_json(content))
 
@@ -52,7 +53,10 @@ def parse_json(content: bytes) -> Any:
 
 @singledispatch
 def to_plain(value: Any) -> Any:
-    """Return a value as JSON types. An object or a named tuple becomes its fields by name, any other value its text."""
+    """Return a value as JSON types.
+
+    A dataclass or a named tuple becomes a dict of its fields. A value of an unknown type becomes its text.
+    """
     if is_dataclass(value):
         return _drop_empty({field.name: getattr(value, field.name) for field in fields(value)})
     return _to_text(str(value))
@@ -66,7 +70,7 @@ def _keep(value: Any) -> Any:
 
 @to_plain.register
 def _to_text(value: str) -> str:
-    """Return a text as str, even if it is of a subclass such as an enumeration. Escape lone surrogates."""
+    """Return a text of type str, even if its class is a subclass of str. Escape lone surrogates."""
     return str.encode(value, errors="backslashreplace").decode()
 
 
@@ -113,10 +117,10 @@ _JPEG = 2
 _CHANNELS = {b"bgr8": 3, b"mono8": 1}
 
 _MAX_FIELDS = 64
-"""The most fields of a message. A picture has seven."""
+"""The most fields of a protobuf message. A message with a picture has seven."""
 
 _MAX_PIXELS = 2**24
-"""The most pixels of a JPEG. A JPEG of few bytes can claim any size; no picture of a camera has more pixels."""
+"""The most pixels of a JPEG. A small file can claim any size. No camera has more pixels."""
 
 _JPEG_BEGIN = b"\xff\xd8"
 _SEGMENT = struct.Struct(">BBH")
@@ -124,11 +128,11 @@ _SIZE = struct.Struct(">HH")
 _LENGTH_BYTES = 2
 _BASELINE = 0xC0
 _BEFORE_SIZE = {0xC4, 0xDB, 0xDD, 0xFE, *range(0xE0, 0xF0)}
-"""The segments that may precede the size: tables, restart interval, comment, application data."""
+"""The JPEG segments that may precede the size of the picture: tables, restart interval, comment, application data."""
 
 
 def decode_raw_image(message: bytes | memoryview) -> Image:
-    """Return the picture of a RawImage, read-only. Raises ValueError if it has none."""
+    """Return the picture in a RawImage message, read-only. Raises ValueError if the message has none."""
     values = dict(read_fields(message))
     width, height = (int.from_bytes(values[field], "little") for field in (_WIDTH, _HEIGHT))
     _require_pixels(width, height)
@@ -138,7 +142,7 @@ def decode_raw_image(message: bytes | memoryview) -> Image:
 
 
 def decode_compressed_image(message: bytes | memoryview) -> Image:
-    """Return the picture of a CompressedImage, read-only. Raises ValueError if it has none."""
+    """Return the picture in a CompressedImage message, read-only. Raises ValueError if the message has none."""
     content = dict(read_fields(message))[_JPEG]
     width, height = _read_jpeg_size(content)
     _require_pixels(width, height)
@@ -160,10 +164,10 @@ def _require_pixels(width: int, height: int) -> None:
 
 
 def _read_jpeg_size(content: memoryview) -> tuple[int, int]:
-    """Return the width and height in the header of a baseline JPEG, which robotcore writes.
+    """Return the width and height in the header of a baseline JPEG, the type that robotcore writes.
 
-    A decoder must find the same size. So no bytes may stand between two segments, not even fill bytes, which a decoder
-    skips. The segments: ITU-T T.81, annex B.
+    A decoder must find the same size, so this function reads the header strictly. Segments must follow each other
+    without other bytes, even without fill bytes, which a decoder skips. The segments: ITU-T T.81, annex B.
     """
     if content[:2] != _JPEG_BEGIN:
         raise ValueError("it holds no JPEG")
@@ -182,7 +186,7 @@ def _read_jpeg_size(content: memoryview) -> tuple[int, int]:
 def read_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]:
     """Yield the number and the bytes of each field of a protobuf message.
 
-    Raises ValueError if the message is cut, or has more than `_MAX_FIELDS` fields.
+    Raises ValueError if the message is incomplete, or has more than `_MAX_FIELDS` fields.
     """
     left = memoryview(message)
     for _ in range(_MAX_FIELDS):
@@ -199,7 +203,7 @@ def read_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]
 
 
 def _read_length(kind: int, left: memoryview) -> tuple[int, memoryview]:
-    """Return the length of a field in bytes, and the message from the field's content on.
+    """Return the length of a field's content in bytes, and the message without the bytes before that content.
 
     kind: the wire type of the field.
     """

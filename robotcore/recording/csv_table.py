@@ -15,7 +15,10 @@ from robotcore.recording.recording import Recording
 from robotcore.recording.summary import find_last_reads
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""The first characters of a formula in a spreadsheet: https://owasp.org/www-community/attacks/CSV_Injection."""
+"""A text that begins with one of these is a formula for a spreadsheet.
+
+Source: https://owasp.org/www-community/attacks/CSV_Injection.
+"""
 
 _POSE = ("x_m", "y_m", "heading_rad")
 _PICTURE = "sequence"
@@ -23,9 +26,11 @@ _UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
 
 
 def write_csv(recording: Recording, where: Path, name: str) -> Path:
-    """Write the table to a file, or into a folder under ``name``; return the file.
+    """Write the table to the file ``where``, and return the file.
 
-    A cell without a value is empty. A text that a spreadsheet would take for a formula begins with an apostrophe.
+    If ``where`` is a folder, the file is ``NAME.csv`` in it.
+
+    A cell without a value is empty. A text that a spreadsheet would run as a formula gets an apostrophe in front.
     Raises RecordingError if the file cannot be written.
     """
     file = where / f"{name}.csv" if where.is_dir() else where
@@ -63,7 +68,7 @@ def _build_rows(recording: Recording) -> Iterator[list[Any]]:
 
 
 def _list_sensors(recording: Recording) -> Iterator[tuple[str, str]]:
-    """Yield the name and the unit of each open sensor. The column of a camera has sequence numbers."""
+    """Yield the name and the unit of each open sensor. The column of a camera has sequence numbers of frames."""
     for device in recording.metadata.description.devices:
         if device.name in recording.metadata.devices and device.kind in (*_UNITS, "camera"):
             yield device.name, _UNITS.get(device.kind, _PICTURE)
@@ -92,7 +97,7 @@ def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> t
 
 
 def _escape_formula(text: str) -> str:
-    """Return a cell that a spreadsheet shows as text."""
+    """Return a text with an apostrophe in front if a spreadsheet would run it as a formula."""
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 

@@ -1,4 +1,4 @@
-"""The text log of a run: one line when something begins, and one when it ends."""
+"""The text log of a run. Each lasting state has a line when it begins and a line when it ends."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robotcore.runtime.result import RunResult
 
 
 class Level(Enum):
-    """The level of a line. The names are those of foxglove.Log."""
+    """The level of a line. The names are those of the levels in Foxglove's Log message."""
 
     Info = 2
     Warning = 3
@@ -27,7 +27,10 @@ class LogLine(NamedTuple):
 
 
 class RunLog:
-    """Lists the new events of each tick: a lasting state has one line when it begins and one when it ends."""
+    """Lists the new events of each tick, such as a milestone, a fault or an error.
+
+    A lasting state has a line only in the tick in which it begins and in the tick in which it ends.
+    """
 
     def __init__(self, milestones: Iterable[str], faults: Sequence[PlannedFault] = ()) -> None:
         self._awaited = set(milestones)
@@ -51,7 +54,7 @@ class RunLog:
         yield from self._changed_error(tick.error)
 
     def _changed_error(self, error: RecordedError | None) -> Iterator[LogLine]:
-        """Yield a line if the tick's error is new, and a line if ticks succeed again."""
+        """Yield a line if the tick has another error than the previous tick, or if it is the first without an error."""
         if error and error != self._error:
             yield LogLine(Level.Error, f"{error.kind}: {error.message}")
         if self._error and not error:
@@ -96,7 +99,7 @@ class RunLog:
 
 
 def list_dropped(tick: Tick) -> list[str]:
-    """Return the devices whose samples were read in a tick and are missing in the recording."""
+    """Return the devices that were read in a tick, and whose samples are missing in the recording."""
     return [read.device for read in tick.reads if read.number is None and not read.error]
 
 

@@ -1,7 +1,7 @@
-"""The events of a run: everything that the app read, and everything that it decided.
+"""The events of a run: everything that the app read, and everything that the app decided.
 
-Times are seconds on the robot's clock, velocities rad/s, angles rad. Every number is the double of the run, bit for
-bit. The names of the fields are the JSON keys in the file.
+Times are in seconds on the robot's clock, velocities in rad/s, angles in rad. Every number has exactly the bits that
+it had in the run. The names of the fields are the JSON keys in the file.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ RecordedSample = Range | Angle | Voltage | Frame
 """A recorded sample."""
 
 GUARD, ODOMETRY = "guard", "odometry"
-"""The readers of sensors besides the app: the values of ``Read.by``."""
+"""The values of ``Read.by``: the parts other than the app that read sensors."""
 
 Value = float | int | str | bool | None
 
 _T = TypeVar("_T")
 
 Events = Annotated[tuple[_T, ...], Field(max_length=10_000)]
-"""The events of one kind in a tick. An app that polls a sensor in a loop causes thousands."""
+"""The events of one kind in a tick. There may be thousands if an app polls a sensor in a loop."""
 
 
 class SampleKey(NamedTuple):
@@ -36,7 +36,7 @@ class SampleKey(NamedTuple):
 
     device: str
     number: int
-    """Counts the samples of the device from zero. Pictures on a display count as samples."""
+    """The number of the sample of this device. The first one is 0. Pictures on a display count as samples."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,21 +49,21 @@ class RecordedError:
     """
 
     kind: str
-    """The name of its class in `robotcore.errors`."""
+    """The name of the error's class in `robotcore.errors`."""
     message: str
     attributes: dict[str, Value] = field(default_factory=dict)
 
     @classmethod
     def of(cls, error: RobotcoreError | Interrupted) -> RecordedError:
-        """Return the record of an error. A subclass that an app has defined is recorded as its robotcore class."""
+        """Return the record of an error. If an app defined its class, the record names the base class in robotcore."""
         kind, _, state = error.__reduce__()[1]
         attributes = {name: value for name, value in state.items() if isinstance(value, Value) and name != "kind"}
         return cls(kind.__name__, str(error), attributes)
 
     def rebuild(self) -> RobotcoreError | Interrupted:
-        """Build the error from its record. A class that this version does not have becomes a RobotcoreError.
+        """Build the error from its record. If this version lacks the class, build a RobotcoreError.
 
-        No attribute replaces one of the class: a file must not decide on exit statuses.
+        The record cannot change attributes of the class, because a file must not decide on exit statuses.
         """
         kind: type[RobotcoreError | Interrupted] = RobotcoreError
         named = getattr(errors, self.kind, None)
@@ -78,7 +78,7 @@ class RecordedError:
 
 @dataclass(frozen=True, slots=True)
 class Read:
-    """A read of a sensor: a sample, or an error."""
+    """A read of a sensor, which returned a sample or raised an error."""
 
     device: str
     sequence: int | None = None
@@ -89,7 +89,7 @@ class Read:
     """The number of the sample in the recording; None if its picture was dropped."""
     error: RecordedError | None = None
     by: str | None = None
-    """The reader if it is not the app: `GUARD` or `ODOMETRY`."""
+    """The part that read the sensor, `GUARD` or `ODOMETRY`; None for the app."""
 
     @property
     def key(self) -> SampleKey | None:
@@ -114,7 +114,7 @@ class ShownPicture:
 
 @dataclass(frozen=True, slots=True)
 class DriveCommand:
-    """A command of the app to the drive, with its answer or its error."""
+    """A command of the app to the drive, with the velocities that were allowed, or the error."""
 
     asked: Wheels | None = None
     """The velocities that the app asked for; None is a stop."""
@@ -125,7 +125,7 @@ class DriveCommand:
 
 @dataclass(frozen=True, slots=True)
 class MotorCommand:
-    """A command of the app to a motor outside the drive, with its answer or its error."""
+    """A command of the app to a motor outside the drive, with the velocity that was accepted, or the error."""
 
     device: str
     asked: float | None = None
@@ -145,7 +145,7 @@ class WheelAngles:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """One tick: the inputs of the app, in the order of each kind, and its decisions."""
+    """One tick: the inputs of the app and its decisions. The events of each kind are in their order."""
 
     number: int
     time: float
@@ -155,20 +155,20 @@ class Tick:
     motor_asks: Events[MotorCommand] = ()
     turned: Events[WheelAngles] = ()
     standing: Events[Wheels] = ()
-    """The command that the stage held, each time that an app which commands a single wheel read it."""
+    """The value of the held command at each read. An app that commands a single wheel reads it."""
     pose: Pose | None = None
     """The pose of the odometry; None without a drive."""
     asked: Wheels | None = None
-    """The command of the app at the end of the tick."""
+    """The command of the app that was in force at the end of the tick."""
     sent: Wheels | None = None
     """The command that the safety stage sent to the wheels."""
     interventions: Events[Intervention] = ()
     """The changes that the safety stage made to the command."""
     commit_error: RecordedError | None = None
-    """The error that kept the command from being sent."""
+    """The error because of which the command was not sent."""
     shown: Events[ShownPicture] = ()
     error: RecordedError | None = None
-    """The error that broke off the tick. The run ended with it, unless it waited for a lost device."""
+    """The error that aborted the tick. It ended the run, unless the run waited for a lost device."""
     warnings: Events[str] = ()
 
 

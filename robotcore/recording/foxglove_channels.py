@@ -35,18 +35,21 @@ if TYPE_CHECKING:
 
 
 ODOMETRY, TRUE, BODY = "odom", "truth", "base_link"
-"""The coordinate frames: the start of the robot, the world of a simulator, and the robot's body (REP 105)."""
+"""The coordinate frames: the robot's start, the world of a simulator, and the robot's body.
+
+The names of the first and the last are those of REP 105.
+"""
 
 TRUE_BODY = f"{BODY}_true"
-"""The frame of the robot's body by the simulator's truth."""
+"""The coordinate frame of the robot's body at its true pose in the simulator."""
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
 def to_nanoseconds(seconds: float) -> int:
-    """Return a time in ns. Negative and non-finite times become zero.
+    """Return a time on the robot's clock, given in seconds, as nanoseconds.
 
-    seconds: the time on the robot's clock.
+    A time that is negative, infinite or NaN becomes 0.
     """
     return round(1e9 * seconds) if 0 < seconds < math.inf else 0
 
@@ -59,7 +62,9 @@ def to_timestamp(seconds: float) -> Timestamp:
 
 
 def to_quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return a rotation as a quaternion (Diebel, Representing Attitude, 2006, 5.8).
+    """Return a rotation as a quaternion.
+
+    Source: J. Diebel, Representing Attitude (2006), section 5.8.
 
     roll, pitch, yaw: the angles about x, then y, then z, in radians.
     """
@@ -76,7 +81,7 @@ def to_quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def to_pose_message(pose: Pose) -> FoxglovePose:
-    """Return a pose in the plane as Foxglove's pose in space."""
+    """Return a pose in the plane as Foxglove's message for a pose in space."""
     from foxglove.messages import Pose as FoxglovePose
     from foxglove.messages import Vector3
 
@@ -85,7 +90,7 @@ def to_pose_message(pose: Pose) -> FoxglovePose:
 
 
 def build_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
-    """Return the pose of a frame in the plane of its parent frame.
+    """Return the message for the pose of the frame ``child`` in its ``parent`` frame.
 
     time: the time on the robot's clock, in seconds.
     """
@@ -114,7 +119,7 @@ def build_mount_transform(device: str, mount: Mount) -> FrameTransform:
 
 
 def build_optical_transform(device: str) -> FrameTransform:
-    """Return the transform from a camera to its pictures: x to the right, y down, z ahead (REP 103)."""
+    """Return the transform from a camera to its pictures. In a picture, x is right, y down, z ahead (REP 103)."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
@@ -136,7 +141,7 @@ DEVICE = "device"
 
 RUN, TICKS, RESULT, END, TRUTH, LOG, POSE = "/run", "/ticks", "/result", "/end", "/truth", "/log", "/pose"
 TRANSFORMS, STATIC_TRANSFORMS = "/tf", "/tf_static"
-"""Two channels, as in ROS. A viewer that starts in the middle of a file gets the last message of each channel."""
+"""Poses have two topics, as in ROS. A viewer that starts in the middle gets the last message of each topic."""
 
 RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, TRANSFORMS, STATIC_TRANSFORMS}
 
@@ -146,11 +151,11 @@ RAYS = 9
 JPEG_QUALITY = 90
 
 Write = Callable[[Any, float], None]
-"""Writes a sample with a time of the robot's clock, in seconds."""
+"""A function that writes a sample with its time on the robot's clock, in seconds."""
 
 
 def build_topic(device: str) -> str:
-    """Return the topic of a device: its name, unless the run has a channel of that name."""
+    """Return the topic of a device. It is the device's name, with a change if the run itself has that topic."""
     topic = f"/{device}"
     return f"{topic}_device" if topic in RESERVED else topic
 
@@ -158,7 +163,7 @@ def build_topic(device: str) -> str:
 def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | None:
     """Open the channels of a device. Return the function that writes its samples; None if it has no samples.
 
-    is_jpeg: write the camera's pictures as JPEG.
+    is_jpeg: whether to write the camera's pictures as JPEG.
     """
     match device:
         case Camera():
@@ -258,7 +263,7 @@ def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
 
 
 def _build_scan(sensor: RangeSensor, reading: Range) -> LaserScan:
-    """Return a reading as an arc across the sensor's cone, because the echo may come from any direction in it."""
+    """Return a reading as an arc across the sensor's cone, because the direction of the echo is unknown."""
     from foxglove.messages import LaserScan
 
     return LaserScan(

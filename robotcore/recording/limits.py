@@ -1,6 +1,6 @@
-"""Limits on what a hostile MCAP file makes the reader do, and the errors of malformed bytes.
+"""Limits on the memory that a hostile MCAP file can make the reader use, and the errors of malformed bytes.
 
-Each length in a file is only a claim.
+The lengths that a file states may be wrong, so the reader must check each of them.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ DAMAGE = (
 MAX_RECORD_BYTES = 2**26
 """The most bytes of one record, packed or unpacked.
 
-A chunk of robotcore has 1 MiB and one more message, for example a picture of at most 60 MB.
+A chunk of robotcore has at most 1 MiB and one more message. That message may be a picture of up to 60 MB.
 """
 
 _PROBLEM_LENGTH = 160
-"""The most characters of a problem in a message."""
+"""The most characters of a problem's description in a message."""
 
 
 class Allowance:
     """Limits the records, the text and the JSON values that may be read, in proportion to the bytes read so far.
 
-    Each method raises ValueError if its limit is exceeded. A recording of robotcore has an index entry of 16 bytes for
-    each record. With its index, a run that stands still has 4 bytes of text and 0.3 values for each byte. Each limit
-    leaves room for about three times as much.
+    Each method raises ValueError if its limit is exceeded. The limits are about three times what robotcore writes. A
+    recording has an index entry of 16 bytes for each record. For each byte of the file, the run of a robot at rest has
+    4 bytes of text and 0.3 values.
     """
 
     MESSAGE_TEXT = 2**22
@@ -44,13 +44,13 @@ class Allowance:
         self._records, self._text, self._values = 2**16, 2**22, 2**16
 
     def grow(self, read_bytes: int) -> None:
-        """Raise the limits, after ``read_bytes`` more bytes were read."""
+        """Raise the limits after ``read_bytes`` more bytes of the file were read."""
         self._records += read_bytes // 8
         self._text += 12 * read_bytes
         self._values += read_bytes
 
     def take_record(self) -> None:
-        """Count a record."""
+        """Count a record that was read."""
         self._records -= 1
         if self._records < 0:
             raise ValueError("more records than a file of this size can have")
@@ -62,14 +62,14 @@ class Allowance:
             raise ValueError("more text than a file of this size can have")
 
     def take_values(self, json_text: bytes) -> None:
-        """Count the values of a JSON text by its separators and brackets. The count is never too low."""
+        """Count the values of a JSON text by its separators and brackets. The result is never too low."""
         self._values -= sum(map(json_text.count, (b",", b"[", b"{")))
         if self._values < 0:
             raise ValueError("more values than a file of this size can have")
 
 
 def format_damage(offset: int, error: BaseException) -> str:
-    """Return the place and the kind of a damage as one line.
+    """Return one line with the place of a damage in the file, and its kind.
 
     offset: the place in the file, in bytes.
     """

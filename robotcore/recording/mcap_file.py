@@ -1,4 +1,7 @@
-"""Write an MCAP file: channels, attachments, metadata. After a flush, a crash loses nothing that came before."""
+"""Write an MCAP file with channels, attachments and metadata.
+
+After a flush, a crash of the process does not lose the messages before the flush.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +15,16 @@ from robotcore.errors import BackendMissingError, RecordingError
 from robotcore.files import require_regular
 
 CHUNK_BYTES = 2**20
-"""The size of a chunk before compression, in bytes. To read one picture, a reader unpacks a whole chunk."""
+"""The size of a chunk before compression, in bytes. A reader must unpack a whole chunk for one picture."""
 
 ROOM = "Make room, or name a file elsewhere"
 """The remedy for a file that cannot be written."""
 
 
 class McapFile:
-    """Writes an MCAP file with foxglove-sdk. The first error is raised as a RecordingError, and ends the writing.
+    """Writes an MCAP file with foxglove-sdk. The first write error raises RecordingError, and later writes do nothing.
 
-    Messages are compressed in chunks, each with its checksum. `flush` ends a chunk and gives it to the system.
+    Messages are compressed in chunks, each with its checksum. `flush` ends a chunk and passes it to the system.
     """
 
     def __init__(self, path: Path) -> None:
@@ -37,7 +40,7 @@ class McapFile:
 
     @property
     def size(self) -> int:
-        """The bytes written so far, without the present chunk."""
+        """The number of bytes written so far, without the unfinished chunk."""
         return self._sink.size
 
     def json(
@@ -61,11 +64,11 @@ class McapFile:
         self._try(lambda: self._writer.write_metadata(name, dict(entries)))
 
     def flush(self) -> None:
-        """Give all messages to the system. Raises RecordingError if some could not be written."""
+        """Pass all messages to the operating system. Raises RecordingError if some could not be written."""
         self._try(self._writer.flush)
 
     def close(self) -> None:
-        """Write the index, and close the file. May be called again."""
+        """Write the index, and close the file. Later calls do nothing."""
         try:
             self._try(self._writer.close)
         finally:
@@ -83,9 +86,10 @@ class McapFile:
 
 
 class _Sink:
-    """The file object that the library writes to.
+    """The file object to which foxglove-sdk writes.
 
-    It keeps the first error and then discards all bytes. The library would print an error on stderr for each message.
+    After the first error, the object stores the error and discards all bytes. If `write` raised the error, the library
+    would print it on stderr for each message.
     """
 
     def __init__(self, path: Path) -> None:
@@ -111,7 +115,7 @@ class _Sink:
             left = left[self._file.write(left) or 0 :]
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Go to an offset, and return it. After an error only the number changes."""
+        """Move to an offset, and return it. After an error, the file itself does not move."""
         self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
         if not self.error:
             self._file.seek(self._at)
@@ -125,7 +129,10 @@ class _Sink:
 
 
 def require_recordable(path: Path) -> None:
-    """Raise an error if a recording cannot be written to this file. The file is opened, and its content stays."""
+    """Raise an error if a recording cannot be written to this file.
+
+    The check opens the file and keeps its content. It deletes a file that it created.
+    """
     require_extra()
     if path.suffix.lower() != ".mcap":
         raise RecordingError(path, "a recording is an .mcap file", "Give it that ending", kind="file-ending")
@@ -151,6 +158,6 @@ REMEDY = "pip install 'robotcore[record]'"
 
 
 def require_extra() -> None:
-    """Raise BackendMissingError if a library of the extra is missing. No library is imported."""
+    """Raise BackendMissingError if a library of the extra ``record`` is missing. The check imports no library."""
     if missing := [name for name in ("foxglove", "mcap") if find_spec(name) is None]:
         raise BackendMissingError(f"recordings need {' and '.join(missing)}. {REMEDY}")

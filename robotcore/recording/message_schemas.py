@@ -1,6 +1,6 @@
-"""The JSON schemas of a recording's messages. A message leaves out empty fields.
+"""The JSON schemas of a recording's messages. Empty fields are left out of a message.
 
-A number that is not finite is a string.
+NaN and infinite numbers are strings.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Read a recording: a whole file, or the part before a cut or damage."""
+"""Read a recording. If the file is cut or damaged, read the part before the cut or the damage."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from robotcore.recording.validation import UnknownFormatError, parse_metadata, p
 from robotcore.runtime.result import RunResult
 
 CACHED_CHUNKS = 2
-"""The number of unpacked chunks in memory. Pictures are mostly read in the order of the run."""
+"""The number of unpacked chunks to keep in memory. Two are enough to read pictures in the order of the run."""
 
 Unpack = Callable[[memoryview], Image]
-"""Decodes the message of a picture."""
+"""A function that decodes the message of a picture."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Picture:
     chunk: ChunkLocation
     channel: int
     message: int
-    """The number of the message in its channel, from one."""
+    """The number of the message in its channel. The first message has the number 1."""
     unpack: Unpack
     time: float
     """The capture time of its Frame, in seconds."""
@@ -45,7 +45,7 @@ class Picture:
 
 
 class FileSamples(Mapping[SampleKey, RecordedSample]):
-    """The samples of a file by their key. Reading a damaged picture raises RecordingError."""
+    """The samples of a file by their keys. Reading a damaged picture raises RecordingError."""
 
     def __init__(
         self, path: Path, numbers: Mapping[SampleKey, RecordedSample], pictures: Mapping[SampleKey, Picture]
@@ -68,7 +68,7 @@ class FileSamples(Mapping[SampleKey, RecordedSample]):
         return Frame(image, picture.time, picture.sequence)
 
     def __contains__(self, key: object) -> bool:
-        """Return whether the sample exists, without reading a picture."""
+        """Return whether the file has a sample. No picture is read."""
         return key in self._numbers or key in self._pictures
 
     def __iter__(self) -> Iterator[SampleKey]:
@@ -98,7 +98,7 @@ _TOPICS = {channels.RUN, channels.TICKS, channels.TRUTH, channels.RESULT, channe
 
 
 def read_file(path: Path) -> Recording:
-    """Return the recording in a file. Raises RecordingError if it is none, or has no metadata of a run."""
+    """Return the recording in a file. Raises RecordingError if the file has no metadata of a run."""
     file, builder, at = ChunkedFile(path), _RecordingBuilder(path), 0
     try:
         for chunk, records in file.chunks():
@@ -114,7 +114,7 @@ def read_file(path: Path) -> Recording:
 
 
 class _PictureLocation(NamedTuple):
-    """The message of a picture, and its decoder."""
+    """The location of a picture's message, and the function that decodes the message."""
 
     chunk: ChunkLocation
     channel: int
@@ -123,7 +123,7 @@ class _PictureLocation(NamedTuple):
 
 
 class _End(NamedTuple):
-    """The message that a recording ends before its run."""
+    """The message of a recording that ended before its run."""
 
     reason: str
 
@@ -133,13 +133,13 @@ class _Channel(NamedTuple):
 
     topic: str
     device: str | None
-    """The device whose samples it has; None for other channels."""
+    """The device whose samples are in the channel; None for a channel without samples."""
     schema: str
-    """The name of its schema."""
+    """The name of the channel's schema."""
 
 
 class _RecordingBuilder:
-    """Collects the content of a file, and builds the recording."""
+    """Collects the content of a file, and builds the recording from it."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -154,7 +154,7 @@ class _RecordingBuilder:
         self._ended_early = ""
 
     def add_chunk(self, chunk: ChunkLocation, records: Iterable[Record], allowance: Allowance) -> None:
-        """Add the records of a chunk. Raises one of `DAMAGE` if they do not fit the records before."""
+        """Add the records of a chunk. Raises one of `DAMAGE` if they are malformed or contradict earlier records."""
         for record in records:
             if isinstance(record, Message):
                 self._add_message(chunk, self._channels[record.channel_id], record, allowance)
@@ -166,7 +166,7 @@ class _RecordingBuilder:
 
     def _add_message(self, chunk: ChunkLocation, channel: _Channel, message: Message, allowance: Allowance) -> None:
         if channel.device is not None and channel.schema in _PICTURES:
-            key = SampleKey(channel.device, message.sequence - 1)  # the sequence counts from one
+            key = SampleKey(channel.device, message.sequence - 1)  # the first message has the sequence 1
             self._pictures[key] = _PictureLocation(
                 chunk, message.channel_id, message.sequence, _PICTURES[channel.schema]
             )
@@ -191,7 +191,7 @@ class _RecordingBuilder:
             self._ended_early = from_json(_End, content).reason
 
     def build(self, *, is_whole: bool, damage: str) -> Recording:
-        """Return the recording. Raises RecordingError if there is no metadata of a run."""
+        """Return the recording. Raises RecordingError if the file has no metadata of a run."""
         if self._metadata is None:
             raise _build_no_run_error(self._path, damage, is_whole=is_whole)
         samples = FileSamples(self._path, self._numbers, dict(self._list_pictures()))
@@ -208,7 +208,7 @@ class _RecordingBuilder:
         )
 
     def _list_pictures(self) -> Iterator[tuple[SampleKey, Picture]]:
-        """Yield the pictures that the run read or showed, with the time and sequence number of their frames."""
+        """Yield the key and the location of each picture that the run read or showed."""
         for tick in self._ticks:
             captured = [(read.key, read.time or 0.0, read.sequence or 0) for read in tick.reads if read.key]
             captured += [(each.key, tick.time, each.key.number) for each in tick.shown if each.key]
@@ -232,7 +232,7 @@ def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> Recording
 
 
 def explain_gaps(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:
-    """Return which inputs of the app are missing, as a text. Empty if none is.
+    """Return a text about the inputs of the app that are missing; empty if no input is missing.
 
     jpegs: the cameras whose pictures are compressed.
     """

@@ -1,4 +1,4 @@
-"""Record a run: an observer, a bounded queue, and a thread that writes the file."""
+"""Record a run with an observer, a bounded queue, and a thread that writes the file."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from robotcore.threads import start_thread
 T = TypeVar("T")
 
 QUEUE_BYTES = 32 * 2**20
-"""The size of the queue in bytes, about 140 pictures of 320 x 240."""
+"""The size of the queue in bytes. It has room for about 140 pictures of 320 x 240 pixels."""
 
 POLL_S = 0.02
-"""The period in which each thread checks the queue, in seconds.
+"""The interval at which each thread checks the queue, in seconds.
 
-Waking a thread in each tick costs 2 ms on a busy machine; the rest of a tick's recording costs 0.002 ms.
+If each tick woke the writer thread, a tick would cost 2 ms on a busy machine. The rest of its recording takes 0.002 ms.
 """
 
 
 class WriteQueue(Generic[T]):
-    """A queue from the control thread to the writer thread. `put` may wait, but never rejects an entry.
+    """A queue from the control thread to the writer thread. `put` may wait for room, but it never rejects an entry.
 
-    room: the size above which `has_room` is False, in bytes.
+    room: the size in bytes from which on `has_room` returns False.
     """
 
     def __init__(self, room: int = QUEUE_BYTES) -> None:
@@ -48,14 +48,14 @@ class WriteQueue(Generic[T]):
         self._put_bytes = self._taken_bytes = 0
 
     def has_room(self) -> bool:
-        """Return whether more pictures may be put."""
+        """Return whether the queue has room for another picture."""
         return self._put_bytes - self._taken_bytes < self._room
 
     def put(self, entry: T, size: int, *, waits: bool) -> None:
         """Add an entry.
 
         size: the approximate size of the entry, in bytes.
-        waits: return only when there is room again.
+        waits: whether to wait until the queue has room again.
         """
         if self._ended.is_set():
             return
@@ -65,17 +65,17 @@ class WriteQueue(Generic[T]):
             pass
 
     def end(self) -> None:
-        """Discard further entries, and wake a `put` that waits."""
+        """Make `put` discard all further entries, and wake a `put` that waits."""
         self._ended.set()
 
     def abandon(self) -> None:
-        """Discard further entries and those in the queue. Only the reading thread may call it."""
+        """Discard further entries and those in the queue. Only the thread that calls `get` may call this method."""
         self.end()
         while not self.is_over:
             self.get()
 
     def get(self) -> T | None:
-        """Return the oldest entry; None if there is none after `POLL_S`."""
+        """Return the oldest entry. If the queue stays empty for `POLL_S` seconds, return None."""
         if not self._entries:
             self._ended.wait(POLL_S)
             return None
@@ -90,30 +90,30 @@ class WriteQueue(Generic[T]):
 
 
 FLUSH_S = 0.5
-"""The period of flushes, in seconds. A killed process loses at most this, and what the disk had not written."""
+"""The interval of flushes, in seconds. A killed process loses at most the messages of one interval."""
 
 JOIN_S = 60.0
-"""How long the end of a run waits for a disk that hangs, in seconds."""
+"""The longest wait at the end of a run for a disk that does not respond, in seconds."""
 
 
 class Recorder:
-    """An observer that writes an ``.mcap`` file: ``session.run(request, [recorder], [recorder.layer])``.
+    """An observer that writes an ``.mcap`` file. Use: ``session.run(request, [recorder], [recorder.layer])``.
 
-    Simulated time waits for the disk. A real robot does not wait: if the disk is too slow, the recorder drops
-    pictures and counts them (``dropped``). An error of the file ends the recording, not the run.
+    Simulated time waits for the disk. A real robot cannot wait, so the recorder drops pictures if the disk is too slow,
+    and counts them in ``dropped``. If the file cannot be written, the recording ends, and the run continues.
 
     path: the file, which is overwritten.
-    is_jpeg: write the camera's pictures as JPEG. Such a recording cannot be replayed.
-    limit: the size of the file that ends the recording, in bytes. The file exceeds it by one tick, the last chunk and
+    is_jpeg: whether to write the camera's pictures as JPEG. Such a recording cannot be replayed.
+    limit: the file size in bytes at which the recording ends. The file becomes larger by one tick, the last chunk and
     the index.
     room: the size of the queue, in bytes.
     """
 
     def __init__(self, path: Path, *, is_jpeg: bool = False, limit: int | None = None, room: int = QUEUE_BYTES) -> None:
         self.failure: RobotcoreError | None = None
-        """The error that ended the recording, if one did."""
+        """The error that ended the recording; None if there is none."""
         self.ended_early = ""
-        """Why the recording ended before the run, if it did."""
+        """Why the recording ended before the run; empty if it did not."""
         self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
@@ -143,7 +143,7 @@ class Recorder:
         return self.layer.dropped
 
     def complete(self, result: RunResult) -> RunResult:
-        """Return the result with the number of dropped pictures."""
+        """Return the result with the number of dropped pictures added."""
         return replace(result, dropped_pictures=self.dropped)
 
     def begin(self, run: Run) -> None:
@@ -178,9 +178,9 @@ class Recorder:
                 )
 
     def _find_error(self, record: TickRecord) -> RecordedError | None:
-        """Return the error that ends the run in this tick, if there is one.
+        """Return the error that ends the run in this tick; None if the run continues.
 
-        The loop records a tick while the error propagates. The latched error comes first.
+        The loop calls this observer while the error propagates. An error of the latch takes precedence.
         """
         error = self.layer.find_latched(record.interventions) or sys.exc_info()[1]
         if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
@@ -188,17 +188,17 @@ class Recorder:
         return RecordedError.of(error)
 
     def _read_truth(self, record: TickRecord) -> GroundTruthSample | None:
-        """Return the ground truth; None if the simulator has died."""
+        """Return the ground truth; None if there is none, or if the simulator has died."""
         if self._run and (truth := self._run.truth):
             with suppress(RobotcoreError):
                 return GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts)
         return None
 
     def _build_writer(self, file: McapFile, run: Run, metadata: Metadata) -> RecordingWriter | None:
-        """Write the start of the file, and return its writer; None if that failed."""
+        """Write the start of the file, and return the writer of the file; None if writing failed."""
         try:
             return RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg)
-        except Exception as error:  # noqa: BLE001  any error ends the recording, not the run
+        except Exception as error:  # noqa: BLE001  any error must end only the recording, not the run
             self._set_failure(self._to_recording_error(error))
             return None
 
@@ -212,7 +212,7 @@ class Recorder:
             self._close(file)
 
     def _write_all(self, file: McapFile, writer: RecordingWriter) -> None:
-        """Write until the end of the queue. The first tick is flushed at once, so that a crash leaves a usable file."""
+        """Write entries until the queue ends. The first tick is flushed at once, so a crash leaves a usable file."""
         clock, due, unsaved = MonotonicClock(), 0.0, 0
         while not self._queue.is_over:
             if entry := self._queue.get():

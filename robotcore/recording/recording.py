@@ -20,30 +20,30 @@ from robotcore.runtime.session import Run
 from robotcore.runtime.versions import libraries
 
 FORMAT = 1
-"""The format of the files that this version writes. It reads this format and earlier ones."""
+"""The file format that this version writes. This version also reads files of earlier formats."""
 
 
 @dataclass(frozen=True)
 class Metadata:
-    """The description of a run: everything that running or replaying it needs, except an app from a user's file."""
+    """The description of a run. It is enough to run or replay the run, unless the app is a user's file."""
 
     request: RunRequest
     description: RobotDescription
-    """The robot as the run had it, drawn and randomised."""
+    """The robot of the run, after the seed drew and randomised its values."""
     is_stepped: bool
     """Whether the clock waits for the app."""
     world: WorldDescription | None = None
-    """The world as the run had it, drawn and randomised."""
+    """The world of the run, after the seed drew and randomised its values."""
     devices: tuple[str, ...] = ()
-    """The names of the open devices."""
+    """The names of the devices that the run opened."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """All settings of the app, with their values in the run."""
     milestones: tuple[str, ...] = ()
     """The milestones of the app."""
     platform: Mapping[str, str] = field(default_factory=dict)
-    """The machine and the versions of the libraries, on which digests depend."""
+    """The machine and the versions of the libraries. The digests of a run depend on them."""
     source: str | None = None
-    """The text of an app from a user's file."""
+    """The source text of an app from a user's file."""
     started: str = ""
     """The time of day at the start, ISO 8601."""
     format: int = FORMAT
@@ -56,20 +56,20 @@ class Recording:
     metadata: Metadata
     ticks: Sequence[Tick]
     samples: Mapping[SampleKey, RecordedSample]
-    """The samples of each device, and a Frame for each picture on a display.
+    """The samples of each device by key. Each picture on a display is a Frame.
 
-    A sample equals that of the run, except for a compressed picture. Reading one may raise RecordingError.
+    A sample equals that of the run, unless it is a compressed picture. Reading a picture may raise RecordingError.
     """
     result: RunResult | None = None
-    """The result of the run; None if the file ends before the run did, or is damaged before the result."""
+    """The result of the run; None if the file ends or is damaged before the result."""
     truth: Sequence[GroundTruthSample] = ()
     """The ground truth; empty if no simulator provided it."""
     ended_early: str = ""
     """Why the recording ended before the run did, for example its size limit."""
     is_cut: bool = False
-    """Whether the end of the file is missing, if only its index."""
+    """Whether the end of the file is missing, even if only the index is missing."""
     damage: str = ""
-    """The place and the kind of the first damage, in a line. Nothing after it was read."""
+    """The place and the kind of the first damage, in one line. The file was not read beyond it."""
     why_not: str = ""
     """Why the recording cannot be replayed; empty if it can."""
 
@@ -83,12 +83,12 @@ class Recording:
 
     @property
     def is_replayable(self) -> bool:
-        """Whether it has every input of the app up to its last tick."""
+        """Whether the recording has every input of the app up to its last tick."""
         return not self.why_not
 
 
 def build_metadata(run: Run) -> Metadata:
-    """Return the metadata of a run before its first tick."""
+    """Return the metadata of a run. It must be called before the first tick."""
     request = run.request
     return Metadata(
         request=request,
@@ -111,13 +111,13 @@ def _read_settings(behaviour: Behaviour) -> dict[str, Any]:
 
 
 def read_platform(backend: str) -> dict[str, str]:
-    """Return the machine, the system and the libraries: everything that the bits of a run depend on."""
+    """Return the machine, the system and the versions of the libraries. The exact numbers of a run depend on them."""
     machine = {"machine": platform.machine(), "system": platform.system(), "libc": " ".join(platform.libc_ver())}
     return {"robotcore": version("robotcore"), **machine, **libraries([backend])}
 
 
 def read_app_source(app: str) -> str | None:
-    """Return the current text of an app's file; None if the app is no file, or the file is missing."""
+    """Return the current text of an app's file; None if the app is not a file, or if the file is missing."""
     if is_app_file(app):
         with suppress(OSError, UnicodeDecodeError):
             return app_path(app).read_text(encoding="utf-8")

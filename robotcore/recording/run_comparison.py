@@ -22,27 +22,27 @@ from robotcore.recording.summary import (
 from robotcore.runtime.result import RunResult
 
 Room = tuple[Sequence[object], ...]
-"""The length and width of the floor, and the outline of each object, in metres."""
+"""The length and the width of the floor, and the outline of each object, in metres."""
 
 _DIGITS = 4
-"""The decimal digits of numbers in JSON. For lengths this is a tenth of a millimetre."""
+"""The number of decimals of numbers in JSON. Lengths are rounded to a tenth of a millimetre."""
 
 
 @dataclass(frozen=True)
 class RunSummary:
-    """The measurements of a recording: lengths in metres, poses in the world, rates in Hz."""
+    """The measurements of a recording. Lengths are in metres, poses in world coordinates, rates in Hz."""
 
     name: str
     recording: Recording
 
     @cached_property
     def result(self) -> RunResult:
-        """The result; for a cut file, the part that is known."""
+        """The result of the run. If the file has none, it is computed from the ticks."""
         return build_result(self.recording)
 
     @property
     def outcome(self) -> str:
-        """The outcome of the run; ``cut`` or ``damaged`` if the file has none."""
+        """The outcome of the run; ``cut`` or ``damaged`` if the file has no outcome."""
         if self.recording.result:
             return self.result.outcome.value
         return "damaged" if self.recording.is_damaged else "cut"
@@ -67,12 +67,12 @@ class RunSummary:
 
     @property
     def path(self) -> list[Pose]:
-        """The true path, else the odometry's."""
+        """The true path; without a simulator, the path by odometry."""
         return list((self.truth or self.odometry).values())
 
     @property
     def rate_hz(self) -> float | None:
-        """The ticks per second of the robot's clock."""
+        """The number of ticks per second of the robot's clock."""
         return measure_rate(self.recording)
 
     @property
@@ -81,7 +81,7 @@ class RunSummary:
 
     @property
     def drift(self) -> float | None:
-        """The distance between the odometry and the truth at the end."""
+        """The distance between the pose by odometry and the true pose at the end of the run, in metres."""
         both = self.truth.keys() & self.odometry.keys()
         if not both:
             return None
@@ -128,7 +128,7 @@ DIFFERS = 1
 
 @dataclass(frozen=True)
 class FirstDifference:
-    """The first tick in which two runs have different states. A state is None if that run had ended."""
+    """The first tick in which two runs have different states. A state is None if its run had already ended."""
 
     tick: int
     time_s: float
@@ -138,24 +138,24 @@ class FirstDifference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two recordings. They are alike if milestones, their order and the outcome are the same."""
+    """Two recordings. They are alike if they have the same milestones in the same order, and the same outcome."""
 
     first: RunSummary
     second: RunSummary
 
     @property
     def milestones(self) -> tuple[dict[str, float], dict[str, float]]:
-        """The milestones of both runs with their times in seconds, in the order of each run."""
+        """The milestones of both runs with their times in seconds. Each dict is in the order of its run."""
         return self.first.result.milestones, self.second.result.milestones
 
     @property
     def first_other_milestone(self) -> tuple[str | None, str | None] | None:
-        """The first pair of different milestones, with None for a missing one; None if all are the same."""
+        """The first pair of milestones that differ; None if all are the same. A missing milestone is None."""
         return next((pair for pair in zip_longest(*self.milestones) if pair[0] != pair[1]), None)
 
     @property
     def first_difference(self) -> FirstDifference | None:
-        """The first difference of their states; None if all are the same."""
+        """The first tick with different states; None if all states are the same."""
         for one, other in zip_longest(self.first.recording.ticks, self.second.recording.ticks):
             first, second = _get_state(one), _get_state(other)
             if first != second:
@@ -165,7 +165,7 @@ class Comparison:
 
     @property
     def do_rooms_differ(self) -> bool:
-        """Whether both worlds are known and their floors or objects differ."""
+        """Whether both worlds are known and differ in their floors or objects."""
         rooms = self.first.room, self.second.room
         return None not in rooms and rooms[0] != rooms[1]
 

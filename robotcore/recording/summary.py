@@ -1,4 +1,4 @@
-"""Summarise a recording: its result, the robot's path, its devices."""
+"""Summarise a recording: its result, the robot's path and the reads of its devices."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robotcore.runtime.trace import TickRecord, Trace
 
 
 def build_result(recording: Recording) -> RunResult:
-    """Return the recorded result. For a file without one, build it from the ticks."""
+    """Return the recorded result. If the file has none, build a result from the ticks."""
     if recording.result:
         return recording.result
     trace = _build_trace(recording)
@@ -45,7 +45,7 @@ def build_result(recording: Recording) -> RunResult:
 
 
 def explain_missing_end(recording: Recording) -> str:
-    """Return why a recording has no result; empty if it has one."""
+    """Return why a recording has no result; empty if it has a result."""
     if recording.result:
         return ""
     if recording.ended_early:
@@ -72,29 +72,29 @@ def _build_trace(recording: Recording) -> Trace:
 
 
 def _read_voltages(tick: Tick, recording: Recording, batteries: Container[str]) -> dict[str, float]:
-    """Return the battery voltages that were read in a tick."""
+    """Return the voltage of each battery that was read in a tick, in volts."""
     keys = [read.key for read in tick.reads if read.key and read.device in batteries]
     samples = {key.device: recording.samples.get(key) for key in keys}
     return {device: sample.voltage for device, sample in samples.items() if isinstance(sample, Voltage)}
 
 
 PosePath = dict[int, Pose]
-"""Poses by tick number. They are in the world, or relative to the start if there is no world."""
+"""Poses by the number of the tick. They are in world coordinates, or relative to the start if there is no world."""
 
 
 _MAX_M = 1e6
-"""The longest distance of a pose, in metres. A pose beyond it comes from an invalid encoder value."""
+"""The largest coordinate of a valid pose, in metres. An invalid encoder value can give a pose beyond it."""
 
 
 def build_odometry_path(recording: Recording) -> PosePath:
-    """Return the path of the odometry; empty without a drive."""
+    """Return the path by odometry; an empty dict if the robot has no drive."""
     world = recording.metadata.world
     start = world.start.pose if world else Pose(0.0, 0.0, 0.0)
     return {tick.number: start.moved(tick.pose) for tick in recording.ticks if tick.pose and _is_place(tick.pose)}
 
 
 def build_true_path(recording: Recording) -> PosePath:
-    """Return the true path; empty if no simulator recorded it."""
+    """Return the true path; an empty dict if no simulator recorded it."""
     return {sample.tick: sample.pose for sample in recording.truth if _is_place(sample.pose)}
 
 
@@ -108,12 +108,12 @@ def measure_path(path: Iterable[Pose]) -> float:
 
 
 _SHORTEST_S = 1e-6
-"""The shortest duration for which a rate is computed, in seconds."""
+"""The shortest duration for which a rate can be computed, in seconds."""
 
 
 @dataclass(frozen=True)
 class DeviceContents:
-    """The counts of one device."""
+    """The numbers of samples, reads and errors of one device."""
 
     name: str
     kind: str
@@ -124,7 +124,7 @@ class DeviceContents:
     errors: int
     """The number of reads that raised an error."""
     rate_hz: float | None
-    """The samples per second; None if the run took no time."""
+    """The number of samples per second; None if the run took no time."""
 
 
 def measure_duration(recording: Recording) -> float:
@@ -134,18 +134,18 @@ def measure_duration(recording: Recording) -> float:
 
 
 def measure_rate(recording: Recording) -> float | None:
-    """Return the ticks per second; None if no time passed."""
+    """Return the number of ticks per second; None if no time passed."""
     duration = measure_duration(recording)
     return (len(recording.ticks) - 1) / duration if duration > _SHORTEST_S else None
 
 
 def count_interventions(recording: Recording) -> dict[str, int]:
-    """Return the number of changed commands for each rule of the safety stage."""
+    """Return the number of commands that each rule of the safety stage changed, by the rule's name."""
     return dict(Counter(each.cause for tick in recording.ticks for each in tick.interventions))
 
 
 def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
-    """Yield the counts of each open device, in the order of the robot's description."""
+    """Yield the numbers of each open device, in the order of the robot's description."""
     duration, opened = measure_duration(recording), set(recording.metadata.devices)
     sequences: defaultdict[str, set[int | None]] = defaultdict(set)
     reads, shown, errors = Counter[str](), Counter[str](), Counter[str]()
@@ -166,7 +166,7 @@ def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
 
 
 def summarise_contents(recording: Recording) -> dict[str, Any]:
-    """Return the JSON fields; an unknown value is null."""
+    """Return the contents of a recording as JSON fields; an unknown value is null."""
     about, result = recording.metadata, build_result(recording)
     return {
         "app": result.app,
@@ -198,5 +198,5 @@ def summarise_contents(recording: Recording) -> dict[str, Any]:
 
 
 def find_last_reads(tick: Tick) -> dict[str, Read]:
-    """Return the last sample that each device gave in a tick, by device."""
+    """Return the last successful read of each device in a tick, by the device's name."""
     return {read.device: read for read in tick.reads if not read.error}

@@ -27,7 +27,7 @@ from robotcore.safety import CommandFilter, Commit, Intervention, Latch
 
 @dataclass(slots=True)
 class TickEvents:
-    """The events of one tick. ``samples`` holds new samples and displayed pictures, each once."""
+    """The events of one tick, in the fields of `Tick`. ``samples`` has each new sample and displayed picture once."""
 
     reads: list[Read] = field(default_factory=list)
     asks: list[DriveCommand] = field(default_factory=list)
@@ -40,10 +40,10 @@ class TickEvents:
 
 
 class TickBuffer:
-    """Collects the events of the current tick. It keeps a picture only if ``has_room`` returns True.
+    """Collects the events of the current tick. A picture is dropped if ``has_room`` returns False.
 
-    ``dropped`` counts the dropped pictures. ``reader`` names the part that reads sensors, if it is not the app.
-    ``latch`` is the latch of the run.
+    ``dropped`` is the number of dropped pictures. ``reader`` is the name of the part that reads sensors at the moment;
+    None for the app. ``latch`` is the latch of the run.
     """
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
@@ -66,7 +66,7 @@ class TickBuffer:
 
     @contextmanager
     def set_reader(self, reader: str) -> Iterator[None]:
-        """Set the reader of all sensor reads within the block."""
+        """Name the part that reads sensors within the ``with`` block."""
         self.reader = reader
         try:
             yield
@@ -75,7 +75,7 @@ class TickBuffer:
 
 
 class RecordedSensor(Generic[SampleT]):
-    """Records the reads of one sensor. A sample that is read again is recorded once."""
+    """Records the reads of one sensor. If the app reads the same sample several times, the sample is stored once."""
 
     def __init__(self, buffer: TickBuffer, device: str, read: Reader[SampleT]) -> None:
         self._buffer, self._device, self._read = buffer, device, read
@@ -104,7 +104,7 @@ class RecordedSensor(Generic[SampleT]):
 
 
 class RecordedDisplay:
-    """Records a copy of each picture, because the app may draw on in it."""
+    """Records a copy of each displayed picture, because the app may draw into the original later."""
 
     def __init__(self, buffer: TickBuffer, device: str, show: Show) -> None:
         self._buffer, self._device, self._show = buffer, device, show
@@ -119,7 +119,7 @@ class RecordedDisplay:
         self._buffer.events.shown.append(ShownPicture(self._device, self._keep(image)))
 
     def _keep(self, image: Image) -> int | None:
-        """Return the number of a picture; None if it is dropped."""
+        """Store a copy of a picture, and return its number; None if the picture is dropped."""
         number, picture = self._count, Frame(image.copy(), 0.0, self._count)
         if self._buffer.must_drop(picture):
             return None
@@ -129,7 +129,7 @@ class RecordedDisplay:
 
 
 class RecordedStage:
-    """Records the commands to the drive, and the answers of the safety stage."""
+    """Records the commands to the drive, and the velocities that the safety stage allows."""
 
     def __init__(self, buffer: TickBuffer, inner: CommandFilter) -> None:
         self._buffer, self._inner = buffer, inner
@@ -168,9 +168,9 @@ class RecordedStage:
 
 
 class RecordedMotor:
-    """Records the commands to a motor outside the drive, and the answers.
+    """Records the commands to a motor outside the drive, and the velocities that the motor accepts.
 
-    After the latch has tripped, it records no stop: the framework stops motors too.
+    After the latch has tripped, stops are not recorded, because the framework itself stops the motors too.
     """
 
     def __init__(self, buffer: TickBuffer, motor: MotorOutput) -> None:
@@ -178,11 +178,11 @@ class RecordedMotor:
 
     @property
     def output(self) -> MotorOutput:
-        """The recorded output."""
+        """The output that passes commands on to the motor and records them."""
         return MotorOutput(self._motor.name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:
-        """Send a velocity in rad/s, and record the answer or the error."""
+        """Send a velocity in rad/s to the motor. Record and return the accepted velocity, or record the error."""
         with self._record_failure(rad_s):
             given = self._motor.set_velocity(rad_s)
         self._buffer.events.motor_asks.append(MotorCommand(self._motor.name, rad_s, given))
@@ -208,7 +208,7 @@ class RecordedMotor:
 
 
 class RecordingTap(Tap):
-    """Records the reads and commands of each tick. It keeps a picture only if ``has_room`` returns True."""
+    """Records the reads and commands of each tick. A picture is dropped if ``has_room`` returns False."""
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
         self._buffer = TickBuffer(has_room)
@@ -223,7 +223,7 @@ class RecordingTap(Tap):
         return self._buffer.take()
 
     def find_latched(self, interventions: Iterable[Intervention]) -> RobotcoreError | None:
-        """Return the error of the latch if its cause is among the interventions."""
+        """Return the error of the latch if an intervention with the latch's cause is given, else None."""
         latch = self._buffer.latch
         return latch.error if latch.error and latch.cause in {each.cause for each in interventions} else None
 

@@ -1,7 +1,7 @@
-"""Check that a recording describes a possible run: rising times, a valid rate, errors that a run can raise.
+"""Check that a recording describes a possible run, with increasing times, a valid rate and known errors.
 
-Each function raises ValueError with the problem. Measured and commanded numbers may have any value: a driver may
-return NaN, and its recording must show it.
+Each function raises ValueError with the problem. Measured and commanded numbers are not checked. A driver may return
+NaN, and the recording must show it.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ MAX_SECONDS = 1e9
 _MAX_TICKS = 2**53
 _MAX_ANGLE = 1e12
 _MAX_NAMES = 1000
-"""The most milestones, and the most devices. Each becomes a row of a table."""
+"""The most milestones, and the most devices. Each of them becomes a row of a table."""
 _DEVICE_ERRORS = (BackendError, DeviceError, SafetyStop, UsageError)
-"""The errors of reading or commanding a device. A later version may add other subclasses of RobotcoreError.
+"""The errors that reading or commanding a device may raise. A later version may add other subclasses.
 
 A scripted device raises UsageError for an invalid script.
 """
 _FORMAT_LENGTH = 40
-"""The most characters of a format that a message shows."""
+"""The most characters of an unknown format's name that an error message shows."""
 _SIGNALS = range(129, 193)
-"""The exit statuses of signals."""
+"""The exit statuses of a process that a signal ended."""
 _BATTERY_KEYS = {"lowest_v", "last_v"}
 
 
@@ -48,7 +48,7 @@ class UnknownFormatError(ValueError):
 
 
 def parse_metadata(content: bytes) -> Metadata:
-    """Return the metadata of a run. Raises UnknownFormatError if a later version wrote it."""
+    """Return the metadata of a run. Raises UnknownFormatError if a later version of robotcore wrote them."""
     payload = parse_json(content)
     written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
     if written != FORMAT:
@@ -63,9 +63,9 @@ def parse_metadata(content: bytes) -> Metadata:
 
 
 def parse_tick(content: bytes, before: Tick | None) -> Tick:
-    """Return a tick.
+    """Return a tick that was read from a file.
 
-    before: the tick before it, after which it must be possible; None for the first one.
+    before: the tick before it; None for the first tick. The tick must be a possible successor of it.
     """
     tick = from_json(Tick, content)
     if not 0 <= tick.number < _MAX_TICKS or (before and tick.number != before.number + 1):
@@ -84,7 +84,7 @@ def parse_tick(content: bytes, before: Tick | None) -> Tick:
 
 
 def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range | Angle | Voltage:
-    """Return a sample of a range sensor, an encoder or a battery."""
+    """Return a sample of a range sensor, an encoder or a battery, read from JSON."""
     sample = from_json(kind, content)
     if isinstance(sample, Angle):
         _require_angle(sample.angle)
@@ -92,7 +92,7 @@ def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range |
 
 
 def parse_result(content: bytes) -> RunResult:
-    """Return the result of a run. Unknown keys are ignored."""
+    """Return the result of a run, read from JSON. Unknown keys are ignored."""
     valid = _build_result_model().model_validate(parse_json(content))
     result = RunResult(**{name: getattr(valid, name) for name in type(valid).model_fields})
     for name in ("sim_time_s", "wall_time_s"):
@@ -109,7 +109,7 @@ def parse_result(content: bytes) -> RunResult:
 
 @cache
 def _build_result_model() -> type[BaseModel]:
-    """Return the model of a result. It has all fields but the exception, which is in no file."""
+    """Return the pydantic model of a result. It has all fields except the exception, which no file contains."""
     kinds = get_type_hints(RunResult)
     recorded = [field for field in fields(RunResult) if field.name != "error"]
     types = {field.name: (kinds[field.name], _get_default(field)) for field in recorded}
@@ -140,7 +140,7 @@ def _is_signal(error: RecordedError) -> bool:
 
 
 def _require_angle(angle: float) -> None:
-    """Raise ValueError if an angle is too large. NaN is valid; an infinite angle ends a run before its record."""
+    """Raise ValueError if an angle is too large. NaN is valid. An infinite angle ends a run before it is recorded."""
     if abs(angle) > _MAX_ANGLE:
         raise ValueError(f"an angle is {angle:g} rad")
 

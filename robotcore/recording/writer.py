@@ -44,7 +44,7 @@ TICK_BYTES = 4096
 
 
 class Entry(NamedTuple):
-    """A tick from the control thread."""
+    """A tick that the control thread puts into the queue of the writer thread."""
 
     record: TickRecord
     events: TickEvents
@@ -53,13 +53,13 @@ class Entry(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Its approximate size, in bytes."""
+        """The approximate size of the entry, in bytes."""
         pictures = (sample.image.nbytes for _, sample in self.events.samples if isinstance(sample, Frame))
         return TICK_BYTES + sum(pictures)
 
 
 class RecordingWriter:
-    """Writes one run into a file: the metadata, the ticks and the result."""
+    """Writes one run into a file: its metadata, its ticks and its result."""
 
     def __init__(self, file: McapFile, run: Run, metadata: Metadata, *, is_jpeg: bool) -> None:
         from foxglove.channels import FrameTransformsChannel, LogChannel, PoseInFrameChannel
@@ -82,7 +82,7 @@ class RecordingWriter:
         self._begin(metadata)
 
     def write(self, entry: Entry) -> None:
-        """Write a tick after its samples. So a file that has a tick has its samples too."""
+        """Write the samples of a tick, then the tick. If the file is cut, each tick in it has all its samples."""
         self._now = entry.record.time
         for key, sample in entry.events.samples:
             self._write[key.device](sample, self._now)
@@ -100,7 +100,7 @@ class RecordingWriter:
         self._file.write_metadata("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
 
     def end_early(self, why: str) -> None:
-        """Write why the recording ends although the run continues."""
+        """Write the reason why the recording ends before its run."""
         self._write_log([LogLine(Level.Info, why)])
         self._file.json(channels.END, END_SCHEMA)(json.dumps({"reason": why}).encode(), to_nanoseconds(self._now))
 
@@ -118,7 +118,7 @@ class RecordingWriter:
         self._file.flush()
 
     def _write_poses(self, odometry_pose: Pose | None, truth: GroundTruthSample | None) -> None:
-        """Write the pose of the odometry and the true pose."""
+        """Write the robot's pose by odometry, and its true pose if the simulator knows it."""
         from foxglove.messages import FrameTransforms, PoseInFrame
 
         transforms = []
@@ -144,7 +144,7 @@ class RecordingWriter:
 
 
 def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
-    """Yield the start of the run in the world, the mounts of the sensors, and the frames of their pictures."""
+    """Yield the robot's start in the world, the mounts of the sensors, and the coordinate frames of their pictures."""
     if metadata.world:
         yield build_transform(TRUE, ODOMETRY, metadata.world.start.pose, 0.0)
     for device in metadata.description.devices:
@@ -155,7 +155,7 @@ def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
 
 
 def _format_request(metadata: Metadata) -> dict[str, str]:
-    """Return the request as texts, for the metadata of the file."""
+    """Return the request as a dict of texts, for the metadata of the MCAP file."""
     request = to_plain(metadata.request)
     return {name: value if isinstance(value, str) else json.dumps(value) for name, value in request.items()}
 
@@ -165,7 +165,7 @@ def _to_readable_json(description: object) -> bytes:
 
 
 class TickBuilder:
-    """Builds the ticks of one run, one after the other."""
+    """Builds the ticks of a run for the file. `build` is called once for each tick, in their order."""
 
     def __init__(self, description: RobotDescription) -> None:
         self._odometry = OdometryTracker(description.drive.geometry) if description.drive else None
@@ -173,7 +173,7 @@ class TickBuilder:
     def build(self, record: TickRecord, events: TickEvents, error: RecordedError | None) -> Tick:
         """Return a tick for the file.
 
-        error: the error that ended the run in this tick, if one did.
+        error: the error that ended the run in this tick; None if the run continues.
         """
         return Tick(
             number=record.tick,
@@ -196,7 +196,7 @@ class TickBuilder:
 
 
 class OdometryTracker:
-    """Computes the pose from the recorded wheel angles, with the odometry of the drive."""
+    """Computes the robot's pose from the recorded wheel angles, as the odometry of the drive does."""
 
     def __init__(self, geometry: DifferentialGeometry) -> None:
         self._angles = Wheels(0.0, 0.0)
@@ -204,7 +204,7 @@ class OdometryTracker:
         self._pose = Pose(0.0, 0.0, 0.0)
 
     def advance(self, turned: Iterable[WheelAngles]) -> Pose:
-        """Return the pose after the wheel angles of a tick."""
+        """Add the wheel angles of a tick, and return the pose after it."""
         for each in turned:
             if each.angles:
                 self._angles = each.angles

@@ -1,7 +1,7 @@
 """Decide whether the app that a recording names may run.
 
-A recording is data from any source. It must not make a replay run an arbitrary file. If the user names the app's file,
-the file runs with any recording.
+A recording may come from anybody, so it must not make a replay run an arbitrary file. If the user names the app's
+file, that file runs with any recording.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from robotcore.text import escape
 
 _PACKAGES = {"site-packages", "dist-packages"}
 _HARMLESS = (int, float, Enum, NoneType)
-"""Types of settings whose values name no file, command or host."""
+"""Types of settings whose values cannot name a file, a command or a host."""
 
 
 def require_recorded_app(recording: Recording, file: Path | str, given: Container[str] = ()) -> None:
-    """Raise RecordingError if the recorded app must not run without the user naming it.
+    """Raise RecordingError if the recorded app must not run unless the user names it.
 
-    An installed app may run. A file may run if it lies below the current folder and not among installed packages, has
-    the recorded text, and gets no text from the recording as a setting.
+    An installed app may run. A user's file may run if it is below the current folder and not among installed packages.
+    Its text must be the recorded one, and the recording must not set a setting of the app to a free text.
 
-    file: the name of the recording in messages.
-    given: the names of the settings that the user gives. They do not come from the recording.
+    file: the name of the recording in error messages.
+    given: the names of the settings that the user sets. Their values do not come from the recording.
     """
     app = recording.metadata.request.app
     if not is_app_file(app):
@@ -51,7 +51,7 @@ def require_recorded_app(recording: Recording, file: Path | str, given: Containe
 
 
 def is_recorded_file(recording: Recording, app: str) -> bool:
-    """Return whether ``app`` names the file of the recorded app: by its name, or by the recorded text."""
+    """Return whether ``app`` is the file of the recorded app. Its name or its text must be the recorded one."""
     recorded = recording.metadata.request.app
     if not (is_app_file(app) and is_app_file(recorded)):
         return False
@@ -59,13 +59,13 @@ def is_recorded_file(recording: Recording, app: str) -> bool:
 
 
 def has_app_changed(recording: Recording, app: str) -> bool | None:
-    """Return whether a file holds another text than the recorded app; None if no text was recorded."""
+    """Return whether the text of a file differs from the recorded text; None if no text was recorded."""
     recorded = recording.metadata.source
     return None if recorded is None else read_app_source(app) != recorded
 
 
 def _find_problem(recording: Recording, given: Container[str]) -> str:
-    """Return why the recorded app's file must not run; empty if it may. The file is imported last."""
+    """Return why the recorded app's file must not run; empty if it may. All other checks precede its import."""
     app = recording.metadata.request.app
     path = app_path(app).resolve()
     if not path.is_relative_to(Path.cwd().resolve()):
@@ -81,7 +81,7 @@ def _find_problem(recording: Recording, given: Container[str]) -> str:
 
 
 def _find_open_setting(recording: Recording, given: Container[str]) -> str | None:
-    """Return the name of a recorded setting that can be any text, and that is not the app's default."""
+    """Return the name of a setting that the recording sets to a free text other than the app's default; else None."""
     request = recording.metadata.request
     recorded = {name: value for name, value in request.settings.items() if name not in given}
     if all(isinstance(value, (int, float, NoneType)) for value in recorded.values()):
@@ -96,7 +96,7 @@ def _is_open(setting: Setting, value: Any) -> bool:
 
 
 def _is_harmless(kind: Any) -> bool:
-    """Return whether every value of a type is a number, a boolean, None, or a member of a fixed choice."""
+    """Return whether each value of a type is a number, a boolean, None, or one of a fixed set."""
     origin = get_origin(kind)
     if origin is Annotated:
         return _is_harmless(get_args(kind)[0])

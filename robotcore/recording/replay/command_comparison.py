@@ -1,4 +1,4 @@
-"""The tap that compares each command of a replay with the recorded one, and returns the recorded answer."""
+"""The tap that compares each command of a replay with the recorded command, and returns the recorded answer."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ PLATFORM_TOLERANCE = 1e-9
 
 
 class CommandComparator:
-    """Compares commands bit for bit, or within a ``tolerance``. ``largest`` is the largest accepted difference.
+    """Compares commands bit for bit, or with a ``tolerance`` in rad/s. ``largest`` is the largest accepted difference.
 
-    ``is_exact`` says if all commands so far were equal bit for bit. NaN equals NaN.
+    ``is_exact`` is True if all commands so far were equal bit for bit. Two NaN count as equal.
     """
 
     def __init__(self, tolerance: float = 0.0) -> None:
@@ -39,7 +39,7 @@ class CommandComparator:
         self.is_exact = True
 
     def __call__(self, one: Command | None, other: Command | None) -> bool:
-        """Return whether two commands are equal. None, a stop or no command, equals only None."""
+        """Return whether two commands are equal. None, which is a stop or no command, equals only None."""
         if one is None or other is None:
             return one is other
         if all(map(_is_same, one, other)):
@@ -56,7 +56,7 @@ def _is_same(one: float, other: float) -> bool:
 
 
 def _difference(one: float, other: float) -> float:
-    """Return the difference of two numbers; infinity if one is not finite and they are not the same."""
+    """Return the difference of two numbers. If one is NaN or infinite, return 0 if they are the same, else infinity."""
     if _is_same(one, other) or one == other:
         return 0.0
     return abs(one - other) if math.isfinite(one - other) else math.inf
@@ -68,7 +68,7 @@ _NO_COMMAND = "no command"
 class ReplayedStage:
     """Replaces the safety stage, and returns its recorded answers and errors.
 
-    Between ticks it accepts every stop, because the loop stops the wheels there, and so does closing the robot.
+    Between ticks it accepts every stop. The loop and the closing of the robot send stops that are not recorded.
     """
 
     def __init__(self, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
@@ -78,12 +78,12 @@ class ReplayedStage:
         self.is_committed = False
 
     def begin_tick(self) -> None:
-        """Expect the commands of the next tick. May be called several times in a tick."""
+        """Begin to compare the commands of a tick. Further calls in the same tick do nothing."""
         if not self._is_in_tick:
             self._asked, self._is_in_tick, self.is_committed = None, True, False
 
     def end_tick(self) -> None:
-        """Expect no more commands in this tick."""
+        """Stop comparing commands until the next tick begins."""
         self._is_in_tick = False
 
     @property
@@ -121,12 +121,12 @@ class ReplayedStage:
         return Commit(self._asked, tick.sent, tick.interventions)
 
     def require_all(self) -> None:
-        """Report a difference if the recorded run gave another command in this tick."""
+        """Report a difference if the recorded run gave a command in this tick that the replay has not given."""
         if left := self._cursor.current.commands:
             self._cursor.report_difference("the command", format_wheels(left[0].asked), _NO_COMMAND)
 
     def _find_answer(self, wheels: Wheels | None) -> DriveCommand:
-        """Return the recorded command that equals this one; None is a stop."""
+        """Return the recorded command after checking that it equals ``wheels``; None is a stop."""
         self._cursor.raise_if_ended()
         recorded = self._cursor.current.next_command()
         if recorded is None:
@@ -136,7 +136,10 @@ class ReplayedStage:
         return recorded
 
     def _fail(self, recorded: RecordedError) -> NoReturn:
-        """Raise the error that ended the recorded run here; report a difference if it came before the command."""
+        """Raise the error that ended the recorded run in this tick.
+
+        If that error came before the command, the replay differs, because it has given the command.
+        """
         if not (self._cursor.current.tick.commit_error or isinstance(recorded.rebuild(), SafetyStop)):
             self._cursor.report_difference("the end", f"raised {recorded.kind}: {recorded.message}", "the app goes on")
         raise_recorded(recorded, self._latch)
@@ -151,18 +154,21 @@ def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
 
 
 class ReplayedMotor:
-    """Compares the commands to a motor. After the latch has tripped, it ignores stops: closing a robot stops motors."""
+    """Compares the commands to a motor with the recorded ones.
+
+    After the latch has tripped, stops are ignored, because closing the robot stops its motors too.
+    """
 
     def __init__(self, name: str, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
         self._name, self._cursor, self._is_equal, self._latch = name, cursor, comparator, latch
 
     @property
     def output(self) -> MotorOutput:
-        """The output that returns the recorded answers."""
+        """The motor output that returns the recorded answers."""
         return MotorOutput(self._name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:
-        """Compare a command with the recorded one, and return the recorded answer in rad/s."""
+        """Compare a velocity in rad/s with the recorded one, and return the velocity that the motor accepted."""
         given = self._find_answer(MotorCommand(self._name, rad_s)).given
         return 0.0 if given is None else given
 
@@ -172,7 +178,7 @@ class ReplayedMotor:
             self._find_answer(MotorCommand(self._name))
 
     def _find_answer(self, ask: MotorCommand) -> MotorCommand:
-        """Return the recorded command that equals this one, or raise its recorded error."""
+        """Return the recorded command after checking that it equals ``ask``, or raise the recorded error."""
         self._cursor.raise_if_ended()
         asks = self._cursor.current.motor_commands
         if not asks:
@@ -186,7 +192,10 @@ class ReplayedMotor:
 
 
 def require_all_motor_commands(cursor: ReplayCursor) -> None:
-    """Report a difference if the recorded run gave another motor command in this tick, unless it ended here."""
+    """Report a difference if the recorded run gave a motor command that the replay has not given in this tick.
+
+    There is no difference if the recording ended within this tick.
+    """
     if (left := cursor.current.motor_commands) and not cursor.current.tick.error:
         cursor.report_difference("the command", format_motor_command(left[0]), _NO_COMMAND)
 
@@ -196,9 +205,10 @@ def _get_velocity(ask: MotorCommand) -> tuple[float] | None:
 
 
 class ReplayTap(Tap):
-    """A tap and an observer that end the replay with DeviationError at the first difference.
+    """A tap and an observer that raise DeviationError at the first difference, which ends the replay.
 
-    The devices below return the samples. This layer returns the answers of the safety stage and the wheel angles.
+    The replay backend's devices return the recorded samples. This tap returns the answers of the safety stage and the
+    wheel angles.
     """
 
     def __init__(self, recording: Recording, comparator: CommandComparator) -> None:
@@ -213,7 +223,7 @@ class ReplayTap(Tap):
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         """Return a reader that reports a difference if the recorded run did not read the sensor.
 
-        A battery's reader stays: the framework reads batteries at its own pace.
+        The reader of a battery is not wrapped, because the framework reads batteries at times of its own.
         """
         if isinstance(sensor, Battery):
             return read
@@ -252,10 +262,10 @@ class ReplayTap(Tap):
         return reader
 
     def begin(self, run: Run) -> None:
-        """Do nothing: the comparison begins with the first tick."""
+        """Do nothing, because the comparison begins with the first tick."""
 
     def tick(self, record: TickRecord) -> None:
-        """Compare a tick with the recorded one. `check_end` compares a new error of the app."""
+        """Compare a tick with the recorded tick. `check_end` compares an error of the app."""
         cursor, tick = self.cursor, self.cursor.current.tick
         if self._stage:
             self._stage.end_tick()
@@ -274,9 +284,9 @@ class ReplayTap(Tap):
             self._latch.set(error)
 
     def _raise_emergency_stop(self) -> None:
-        """Trip the e-stop at its recorded moment."""
+        """Trip the e-stop at the command at which it tripped in the recorded run."""
         if error := self.cursor.current.emergency_stop:
             self._latch.set(error)
 
     def end(self, result: RunResult) -> None:
-        """Do nothing: `check_end` compares the end."""
+        """Do nothing, because `check_end` compares the end of the run."""

@@ -1,4 +1,4 @@
-"""The position of a replay in its recording, and the first difference."""
+"""The current tick of a replay in its recording, and the first difference between both."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from robotcore.text import escape
 
 @dataclass(frozen=True)
 class Deviation:
-    """The first difference of a replay."""
+    """The first difference between a replay and its recording."""
 
     tick: int
     time: float
@@ -45,13 +45,13 @@ class Deviation:
     recorded: str
     replayed: str
     reads: tuple[str, ...]
-    """The reads of the recorded run in this tick."""
+    """Texts about the sensor reads of the recorded run in this tick."""
 
     @classmethod
     def of(
         cls, tick: Tick, what: str, recorded: str, replayed: str, samples: Mapping[SampleKey, RecordedSample]
     ) -> Deviation:
-        """Return the difference in a tick, with the samples that the recorded run read in it."""
+        """Return a difference in a tick, with texts about the samples that the recorded run read in this tick."""
         reads = dict.fromkeys(_format_read(read, samples) for read in tick.reads)
         return cls(tick.number, tick.time, what, recorded, replayed, tuple(reads))
 
@@ -65,7 +65,7 @@ class Deviation:
         return payload
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of a message, one fact each."""
+        """Yield the lines of a message about the difference, one fact in each line."""
         yield f"tick {self.tick}, at {self.time:g} s, {self.what} differs"
         yield f"  recorded: {self.recorded}"
         yield f"  replayed: {self.replayed}"
@@ -73,7 +73,7 @@ class Deviation:
 
 
 def format_wheels(wheels: Wheels | None) -> str:
-    """Return the text of a command with all digits; None is a stop."""
+    """Return the text of a drive command with all digits; ``stop`` for None."""
     return "stop" if wheels is None else f"left {wheels.left!r}, right {wheels.right!r} rad/s"
 
 
@@ -110,7 +110,10 @@ EventT = TypeVar("EventT")
 
 
 class TickReader:
-    """Returns the events of a recorded tick, one after the other. The last angles and the last held command repeat."""
+    """Returns the events of one recorded tick in their order.
+
+    If the replay asks for more wheel angles or held commands than were recorded, the last one is returned again.
+    """
 
     def __init__(self, tick: Tick) -> None:
         self.tick = tick
@@ -130,7 +133,7 @@ class TickReader:
 
     @property
     def early_error(self) -> RobotcoreError | None:
-        """The error that latched between two ticks, such as an e-stop. The run then did not begin this tick."""
+        """The error that tripped the latch before this tick began, such as an e-stop; None if there is none."""
         tick = self.tick
         has_begun = tick.reads or tick.asks or tick.motor_asks or tick.turned or not tick.interventions
         error = None if has_begun or tick.error is None else tick.error.rebuild()
@@ -138,13 +141,13 @@ class TickReader:
 
     @property
     def emergency_stop(self) -> RobotcoreError | None:
-        """The e-stop that tripped before the end of this tick. Only the answers of the drive show the moment."""
+        """The e-stop that tripped within this tick. The recorded answers of the drive show at which command."""
         error = self.tick.error.rebuild() if self.tick.error and not self.was_committed else None
         return error if isinstance(error, EmergencyStopError) else None
 
     @property
     def was_committed(self) -> bool:
-        """Whether the run sent a command at the end of this tick. Its error then came later."""
+        """Whether the run sent a command at the end of this tick. An error of the tick then came after the command."""
         return self.tick.asked is not None or self.tick.sent is not None
 
     def was_read(self, device: str) -> bool:
@@ -152,7 +155,7 @@ class TickReader:
         return device in self._devices
 
     def count_other_failures(self, device: str) -> int:
-        """Return the number of failed reads by the guard or the odometry before the next read of the app."""
+        """Return how often reads by the range guard or the odometry failed before the app's next read of the device."""
         left, failed = self._reads[device], 0
         while left and left[0].by and left[0].error:
             left.popleft()
@@ -162,7 +165,7 @@ class TickReader:
         return failed
 
     def next_command(self) -> DriveCommand | None:
-        """Return the next recorded command; None if there is none left."""
+        """Return the next recorded drive command; None if all have been returned."""
         return self.commands.popleft() if self.commands else None
 
     def next_angles(self) -> WheelAngles | None:
@@ -170,7 +173,7 @@ class TickReader:
         return _take(self._angles)
 
     def next_held_command(self) -> Wheels:
-        """Return the recorded held command, for an app that commands a single wheel."""
+        """Return the next recorded value of the held command. An app reads it to command a single wheel."""
         return _take(self._held_commands) or STOPPED
 
 
@@ -181,29 +184,29 @@ def _take(left: deque[EventT]) -> EventT | None:
 
 
 class ReplayCursor:
-    """The position of a replay in its recording.
+    """The current tick of a replay in its recording.
 
-    Every `raise_if_ended` raises the error that ended the replay, even if the app caught it before.
+    After the replay has ended, each call of `raise_if_ended` raises the same error. An app cannot suppress the error.
     """
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self.current = TickReader(recording.ticks[0])
-        """The recorded tick to compare with."""
+        """The recorded tick with which the replay is compared."""
         self.deviation: Deviation | None = None
-        """The first difference, if there is one."""
+        """The first difference; None if there is none so far."""
         self.trace = Trace(())
-        """The trace of the equal ticks."""
+        """The trace of the ticks that are equal to the recorded ones."""
         self._ended_by: RobotcoreError | None = None
 
     @property
     def equal_ticks(self) -> int:
-        """The number of equal ticks so far."""
+        """The number of ticks so far that are equal to the recorded ones."""
         return self.trace.ticks
 
     @property
     def is_at_end(self) -> bool:
-        """Whether the recording ended within this tick, and the app needed more of it."""
+        """Whether the recording ended within this tick, so that the app's next input or answer is missing."""
         return isinstance(self._ended_by, RecordingEndedError)
 
     def raise_if_ended(self) -> None:
@@ -212,13 +215,13 @@ class ReplayCursor:
             raise self._ended_by
 
     def report_difference(self, what: str, recorded: str, replayed: str) -> NoReturn:
-        """Keep the first difference, and raise DeviationError."""
+        """Store the first difference, and raise DeviationError."""
         self.raise_if_ended()
         self.deviation = Deviation.of(self.current.tick, what, recorded, replayed, self.recording.samples)
         self._end_with(DeviationError(str(self.deviation)))
 
     def report_missing(self, what: str, recorded: str, replayed: str) -> NoReturn:
-        """Report an event that the recording lacks. If the recording ended in this tick, end the replay."""
+        """Report an event that the recording lacks. If the recording ended within this tick, end the replay."""
         if self.current.is_cut_short:
             self.end()
         self.report_difference(what, recorded, replayed)
@@ -229,7 +232,7 @@ class ReplayCursor:
         self._end_with(RecordingEndedError(self.equal_ticks, self.current.tick.time))
 
     def advance(self, record: TickRecord) -> None:
-        """Count this tick as equal, and go to the next one."""
+        """Count this tick as equal, and continue with the next recorded tick."""
         self.trace.add(record)
         if self.equal_ticks < len(self.recording.ticks):
             self.current = TickReader(self.recording.ticks[self.equal_ticks])

@@ -27,7 +27,7 @@ from robotcore.safety import Latch
 
 @dataclass(frozen=True)
 class FirstDifference:
-    """The first tick in which the other app decides differently."""
+    """The first tick in which the evaluated app decides differently from the recorded app."""
 
     tick: int
     time: float
@@ -50,18 +50,18 @@ class FirstDifference:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The result of another app on the samples of a recording."""
+    """The result of an app that ran on the samples of a recording."""
 
     recording: Recording
     result: RunResult
     first_difference: FirstDifference | None
-    """The first different decision; None if all are the same."""
+    """The first decision that differs; None if all decisions are the same."""
     differing: int
     """The number of ticks with a different state or command."""
     late_reads: Mapping[str, int]
-    """The number of ticks, by device, in which the app read a sensor that the recorded run did not read.
+    """For each device, the number of ticks in which only the evaluated app read it, not the recorded run.
 
-    The app then received the newest earlier sample, with its old time.
+    The app then received the newest earlier sample, with the time of that sample.
     """
     states: Sequence[str]
     """The state of the app in each tick."""
@@ -71,7 +71,7 @@ class Evaluation:
 
     @property
     def ticks(self) -> int:
-        """The number of ticks of the app."""
+        """The number of ticks that the app ran."""
         return len(self.states)
 
     @property
@@ -81,12 +81,12 @@ class Evaluation:
 
     @property
     def warning(self) -> str:
-        """Why the recording lacks inputs of its run; empty if it has all."""
+        """A text about the inputs of the run that the recording lacks; empty if it has all."""
         return self.recording.why_not
 
     @property
     def exit_status(self) -> int:
-        """0, even if decisions differ; the status of the error if the app failed."""
+        """The exit status: 0 even if decisions differ, or the status of the app's error."""
         return self.result.exit_status if self.result.error and not self.is_at_end else 0
 
     def to_dict(self) -> dict[str, Any]:
@@ -118,12 +118,12 @@ def evaluate(
     file: Path | str = "",
     observers: Sequence[Observer] = (),
 ) -> Evaluation:
-    """Run an app on the samples of a recording, with its own command filter. A difference is no error.
+    """Run an app on the samples of a recording, with a real command filter. A different decision is no error.
 
-    app: the app; None is the recorded one.
-    settings: the settings of the app. The recorded app keeps its other recorded settings.
-    file: the name of the recording in messages.
-    observers: they get the run, each tick and the result.
+    app: the app; None for the recorded app.
+    settings: new settings of the app. The recorded app also has its recorded values for all other settings.
+    file: the name of the recording in error messages.
+    observers: observers of the evaluation. They receive the run, each tick and the result.
     """
     require_ticks(recording, file)
     if app is None:
@@ -142,7 +142,7 @@ def evaluate(
 class DecisionComparator(Tap):
     """A tap and an observer that compare the decisions of an app with the recorded ones.
 
-    The odometry uses the recorded wheel angles, because the robot moved as the recorded app drove it.
+    The odometry reads the recorded wheel angles, because the robot moved by the commands of the recorded app.
     """
 
     def __init__(self, recording: Recording) -> None:

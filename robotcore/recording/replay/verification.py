@@ -1,4 +1,4 @@
-"""Verify a recording: run its app again, and compare each tick with the recorded one."""
+"""Verify a recording: run its app again on the recorded samples, and compare each tick with the recorded tick."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class ReplayResult:
     recording: Recording
     result: RunResult
     ticks: int
-    """The number of equal ticks."""
+    """The number of ticks that are equal to the recorded ones."""
     deviation: Deviation | None
     """The first difference; None if there is none."""
     is_exact: bool
     """Whether all commands are equal bit for bit."""
     largest_difference: float
-    """The largest difference of a command that counts as equal on another platform, in rad/s."""
+    """The largest difference of a command that still counts as equal, in rad/s. It is 0 on the same platform."""
     trace_sha256: str
     platform: tuple[str, ...] = ()
     """The differences between the recorded platform and this one."""
@@ -55,24 +55,24 @@ class ReplayResult:
 
     @property
     def states(self) -> list[str]:
-        """The state of each tick that was equal."""
+        """The app's state in each tick that is equal to the recorded one."""
         return [tick.state for tick in self.recording.ticks[: self.ticks]]
 
     @property
     def recorded_sha256(self) -> str | None:
-        """The digest in the file; None if the run ended within a tick, or the file has no result."""
+        """The digest in the file; None if the run ended within a tick, or if the file has no result."""
         recorded = self.recording.result
         return recorded.trace_sha256 if recorded and self.ticks == recorded.ticks else None
 
     @property
     def is_equal(self) -> bool:
-        """Whether no decision differs, nor the digest if all commands are equal bit for bit."""
+        """Whether all decisions are equal. If they are equal bit for bit, the digests must be equal too."""
         is_comparable = self.is_exact and self.recorded_sha256 is not None
         return self.deviation is None and not (is_comparable and self.recorded_sha256 != self.trace_sha256)
 
     @property
     def exit_status(self) -> int:
-        """0 if everything is equal, else 1."""
+        """The exit status: 0 if everything is equal, else 1."""
         if isinstance(self.result.error, Interrupted):
             return self.result.exit_status
         return 0 if self.is_equal else DIFFERS
@@ -102,13 +102,13 @@ BACKEND = "replay"
 def replay(
     recording: Recording, file: Path | str = "", observers: Sequence[Observer] = (), *, app: str | None = None
 ) -> ReplayResult:
-    """Run the recorded app on its recorded samples, and compare each tick with the recorded one.
+    """Run the recorded app on its recorded samples, and compare each tick with the recorded tick.
 
-    Raises RecordingError if the recording lacks an input of its run, and the app's own error if the app cannot run.
+    Raises RecordingError if the recording lacks an input of its run. Raises the error of an app that cannot run.
 
-    file: the name of the recording in messages.
-    observers: they get the run, each tick and the result.
-    app: the app's file, which may have changed. If it is None, a file runs only if it has the recorded text.
+    file: the name of the recording in error messages.
+    observers: observers of the replay. They receive the run, each tick and the result.
+    app: the app's file, which may have changed since. If None, a user's file runs only if its text is the recorded one.
     """
     require_ticks(recording, file)
     if not recording.is_replayable:
@@ -136,7 +136,7 @@ def replay(
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
-    """Raise RecordingError if a recording has no tick to be replayed."""
+    """Raise RecordingError if a recording has no tick to replay."""
     if not recording.ticks:
         raise RecordingError(
             file or "the recording",
@@ -149,7 +149,7 @@ def require_ticks(recording: Recording, file: Path | str) -> None:
 def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:
     """Return the request that runs the recorded app, with its recorded settings, on its recording.
 
-    is_held: the drive gives the recorded answers, instead of those of a command filter.
+    is_held: whether the drive returns the recorded velocities. Otherwise a command filter computes them.
     """
     recorded = recording.metadata.request
     return RunRequest(
@@ -189,13 +189,16 @@ _GOES_ON = "the app goes on"
 
 
 def check_end(cursor: ReplayCursor, result: RunResult) -> None:
-    """Report a difference to the cursor if the replay ended in another way than its recording."""
+    """Report a difference if the replay ended differently from the recorded run."""
     with suppress(DeviationError, RecordingEndedError):
         _compare_end(cursor, result)
 
 
 def explain_external_end(recording: Recording) -> str:
-    """Return the external cause of the end: a signal, a dead simulator, the file. Empty if there is none."""
+    """Return the external cause that ended the recording; empty if the app itself ended it.
+
+    Examples are a signal, a simulator that died, and a file that ends early.
+    """
     result, last = recording.result, recording.ticks[-1]
     if result is None:
         return explain_missing_end(recording)
@@ -229,7 +232,7 @@ def _format_recorded_end(recording: Recording) -> str:
 
 
 def _format_end(outcome: Outcome, reason: str) -> str:
-    """Return the outcome and its reason, without object addresses and line numbers of the app."""
+    """Return the outcome and its reason. Object addresses and line numbers of the app are removed."""
     same = re.sub(r", at \S+\.py:\d+", "", re.sub(r"\b0x[0-9a-fA-F]+\b", "0x…", reason))
     return f"{outcome.value}: {same}" if same else outcome.value
 
@@ -238,9 +241,9 @@ _MACHINE = ("machine", "system", "libc")
 
 
 def compare_platforms(recorded: Mapping[str, str], backend: str) -> list[str]:
-    """Return the differences between the recorded machine and libraries and those here, one text each.
+    """Return a text for each difference between the recorded machine and libraries and those of this process.
 
-    The simulator does not count, because a replay does not use it.
+    The simulator is ignored, because a replay does not use it.
     """
     here = read_platform(backend)
     return [
