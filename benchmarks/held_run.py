@@ -11,7 +11,7 @@ from time import sleep
 
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
-from tests.robotcore.fakes import Deed
+from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.safety.guardian.doubles import RecordingBackend
 from tests.robotcore.safety.guardian.guarded_run import Causes, run_on
 from tests.robotcore.safety.guardian.recorder import Diary
@@ -31,7 +31,7 @@ def main() -> int:
         robot.drive.set_wheels(2.0, 2.0)
         return Status.RUNNING if holder.is_alive() else Status.SUCCESS
 
-    return run_on(RecordingBackend(file), Deed(drive), Causes(), timeout_s=1e6).exit_status
+    return run_on(RecordingBackend(file), FunctionApp(drive), Causes(), timeout_s=1e6).exit_status
 
 
 def _hold(diary: Diary, holds: int, random: Random) -> None:

@@ -56,21 +56,21 @@ class Outcome:
     """The times of the commands, the frames that arrived, and the longest delay of a read at the far end."""
 
     sent: list[float]
-    heard: list[ReceivedFrame]
+    received: list[ReceivedFrame]
     latest_s: float
 
     @property
     def ages(self) -> list[float]:
-        return [heard.left_at - self.sent[heard.number] for heard in self.heard]
+        return [received.left_at - self.sent[received.number] for received in self.received]
 
     @property
     def is_in_order(self) -> bool:
-        numbers = [heard.number for heard in self.heard]
+        numbers = [received.number for received in self.received]
         return numbers == sorted(set(numbers))
 
     @property
     def waited_s(self) -> float:
-        return max(heard.waited for heard in self.heard)
+        return max(received.waited for received in self.received)
 
 
 class Listener:
@@ -82,9 +82,9 @@ class Listener:
         self.latest_s = 0.0
 
     def listen(self) -> None:
-        heard, now = self._pty.heard(), self._clock.now()
+        received, now = self._pty.read(), self._clock.now()
         self.latest_s, self._last = max(self.latest_s, now - self._last), now
-        self._wire.receive(heard, now)
+        self._wire.receive(received, now)
 
 
 def main() -> int:
@@ -108,12 +108,18 @@ def _is_kept(board: BoardLine, outcome: Outcome) -> bool:
 
 def _build_row(board: BoardLine, outcome: Outcome, seconds: float) -> tuple[str, ...]:
     ages = outcome.ages
-    carried = len(outcome.heard) * board.frame_s / seconds
+    carried = len(outcome.received) * board.frame_s / seconds
     piled_up = max(0.0, len(outcome.sent) * board.frame_s - seconds) + board.frame_s
     late = quantiles(ages, n=100, method="inclusive")[-1]
     times = (median(ages), late, max(ages), outcome.waited_s, outcome.latest_s, piled_up)
     name = f"{board.name}: {board.size} bytes at {board.baud}"
-    return name, str(len(outcome.sent)), str(len(outcome.heard)), f"{carried:.0%}", *(f"{t * 1000:.1f}" for t in times)
+    return (
+        name,
+        str(len(outcome.sent)),
+        str(len(outcome.received)),
+        f"{carried:.0%}",
+        *(f"{t * 1000:.1f}" for t in times),
+    )
 
 
 def _drive(board: BoardLine, seconds: float) -> Outcome:
@@ -133,7 +139,7 @@ def _drive(board: BoardLine, seconds: float) -> Outcome:
         line.close()
         listening.stop()
     clock.close()
-    return Outcome(sent, wire.heard, listener.latest_s)
+    return Outcome(sent, wire.received, listener.latest_s)
 
 
 if __name__ == "__main__":

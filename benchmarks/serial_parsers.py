@@ -19,7 +19,7 @@ from random import Random
 from time import perf_counter
 
 from benchmarks.report import at_least_one, machine, print_table
-from tests.doubles.serial.protocols import SPOKEN, Parser, Spoken
+from tests.doubles.serial.protocols import PARSER_CASES, Parser, ParserCase
 
 LINE = 11_520
 """Bytes a second at 115200 baud, 8N1."""
@@ -53,7 +53,7 @@ def main() -> int:
     parser.add_argument("--seeds", type=at_least_one, default=3)
     options = parser.parse_args()
     rows, are_kept = [], []
-    for spoken in SPOKEN:
+    for spoken in PARSER_CASES:
         for kind, stream_of in STREAMS.items():
             measured = [
                 _measure_stream(spoken, stream_of(spoken, Random(seed), options.bytes)) for seed in range(options.seeds)
@@ -75,7 +75,7 @@ def _format_cells(measured: list[StreamResult]) -> tuple[str, str, str]:
     return str(values), f"{early / 1000:.1f} kB", f"{late / 1000:.1f} kB"
 
 
-def _measure_stream(spoken: Spoken, stream: bytes) -> StreamResult:
+def _measure_stream(spoken: ParserCase, stream: bytes) -> StreamResult:
     began = perf_counter()
     values = _feed(spoken.parser(), stream)
     seconds = perf_counter() - began
@@ -84,7 +84,7 @@ def _measure_stream(spoken: Spoken, stream: bytes) -> StreamResult:
     )
 
 
-def _measure_peak(spoken: Spoken, stream: bytes) -> int:
+def _measure_peak(spoken: ParserCase, stream: bytes) -> int:
     """Return the peak of memory in bytes, without the stream."""
     parser = spoken.parser()
     tracemalloc.start()
@@ -98,26 +98,26 @@ def _feed(parser: Parser, stream: bytes) -> int:
     return sum(len(parser.feed(stream[at : at + PIECE])) for at in range(0, len(stream), PIECE))
 
 
-def _make_noise(_: Spoken, draw: Random, count: int) -> bytes:
+def _make_noise(_: ParserCase, draw: Random, count: int) -> bytes:
     return draw.randbytes(count)
 
 
-def _make_marks(spoken: Spoken, draw: Random, count: int) -> bytes:
+def _make_marks(spoken: ParserCase, draw: Random, count: int) -> bytes:
     return bytes(draw.choice(spoken.marks) if draw.random() < 0.5 else draw.randrange(256) for _ in range(count))
 
 
-def _make_frames(spoken: Spoken, draw: Random, count: int) -> bytes:
+def _make_frames(spoken: ParserCase, draw: Random, count: int) -> bytes:
     return b"".join(_list_frames(spoken, draw, count))[:count]
 
 
-def _list_frames(spoken: Spoken, draw: Random, count: int) -> Iterator[bytes]:
+def _list_frames(spoken: ParserCase, draw: Random, count: int) -> Iterator[bytes]:
     made = 0
     while made < count:
         yield (frame := spoken.frame(draw))
         made += len(frame)
 
 
-STREAMS: dict[str, Callable[[Spoken, Random, int], bytes]] = {
+STREAMS: dict[str, Callable[[ParserCase, Random, int], bytes]] = {
     "random": _make_noise,
     "half of them marks": _make_marks,
     "frames": _make_frames,

@@ -1,4 +1,4 @@
-"""A simulated rover that is fed by a battery, whose voltages follow a script, as a board would tell them."""
+"""A simulated rover with a battery whose voltage follows a script."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ from robotcore.hal.robot import Robot
 from robotcore.testing.mock.devices import MockBattery, Script
 
 CELLS = '\n[[devices]]\nkind = "battery"\nname = "cells"\nwarn_below_v = 6.6\n'
-"""What a file says of the battery, and nothing else of any backend."""
+"""The section of the battery in a robot's file."""
 
 
 def powered_rover(folder: Path) -> RobotDescription:
-    """Return the shipped rover with a battery, from a file of its own."""
+    """Return the shipped rover with a battery, from a file in a folder."""
     file = folder / "powered.toml"
     file.write_text(files("robotcore.description").joinpath("robots", "rover.toml").read_text() + CELLS)
     return load_robot(str(file))
 
 
 class PoweredBackend(KinematicBackend):
-    """Tells of every battery what ``volts`` has; None in its place is a battery that cannot be opened."""
+    """The kinematic backend with batteries."""
 
     name = "powered"
     volts: ClassVar[Any] = 7.4
+    """The script of all batteries. If it is None, they cannot be opened."""
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         return frozenset(battery.name for battery in robot.all_of(BatteryDescription))
@@ -47,7 +48,7 @@ class PoweredBackend(KinematicBackend):
 
 
 def install(monkeypatch: pytest.MonkeyPatch, volts: Script = 7.4) -> None:
-    """Let the backend be installed, with a battery that follows the script."""
+    """Register the backend as an installed one. Its battery follows the script."""
     points = dict(registry._points(registry.BACKENDS))
     points["powered"] = EntryPoint("powered", f"{__name__}:PoweredBackend", registry.BACKENDS)
     others = registry._points

@@ -18,7 +18,7 @@ from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
 from tests.faraway.backend import FarawayBackend, register
-from tests.robotcore.fakes import Deed
+from tests.robotcore.fakes import FunctionApp
 
 ROOT = Path(__file__).parents[2]
 NAMED = ("left_motor", "right_motor", "left_encoder", "right_encoder", "nose", "backend")
@@ -56,7 +56,7 @@ def lost(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatch, number:
         return Status.RUNNING
 
     monkeypatch.setattr("robotcore.runtime.plan.load_app", type)
-    monkeypatch.setattr("robotcore.runtime.plan.configure", lambda *_: Deed(drive))
+    monkeypatch.setattr("robotcore.runtime.plan.configure", lambda *_: FunctionApp(drive))
     return run(RunRequest("an_app", options={"port": port_of(server)}))
 
 

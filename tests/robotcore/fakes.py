@@ -1,4 +1,4 @@
-"""Devices without hardware, and a rover of them under the layers of a real run."""
+"""Devices without hardware, and a rover with these devices and the layers of a real run."""
 
 from __future__ import annotations
 
@@ -131,13 +131,13 @@ class Rig:
         self._assembled: Assembled | None = None
 
     @property
-    def made(self) -> list[Device]:
+    def devices(self) -> list[Device]:
         every = (self.left, self.right, self.nose, self.eye, self.screen)
         return [device for device in every if device.name in self.names]
 
     @property
     def raw(self) -> Robot:
-        return Robot("rig", self.clock, self.made, truth=self.truth)
+        return Robot("rig", self.clock, self.devices, truth=self.truth)
 
     @property
     def assembled(self) -> Assembled:
@@ -166,7 +166,7 @@ class Rig:
 
 
 class RigBackend(Backend):
-    """Opens a rig. ``rig`` is the last one, ``rigs`` are all."""
+    """Opens a new rig in each call."""
 
     name = "rig"
     summary = "null devices"
@@ -178,6 +178,7 @@ class RigBackend(Backend):
 
     @property
     def rig(self) -> Rig:
+        """The last opened rig."""
         return self.rigs[-1]
 
     def open(self, setup: Setup) -> Robot:
@@ -186,13 +187,13 @@ class RigBackend(Backend):
         return rig.raw
 
 
-class Deed(Behaviour):
+class FunctionApp(Behaviour):
     """An app that calls a function in each tick."""
 
     needs = frozenset({Role.DRIVE})
 
-    def __init__(self, deed: Callable[[Robot], Status | None]) -> None:
-        self._deed = deed
+    def __init__(self, function: Callable[[Robot], Status | None]) -> None:
+        self._function = function
 
     def step(self, robot: Robot) -> Status:
-        return self._deed(robot)  # type: ignore[return-value]  # some deeds forget it: that is a test
+        return self._function(robot)  # type: ignore[return-value]  # some tests return no status

@@ -1,4 +1,4 @@
-"""Apps with an end that the test chooses, and observers of runs."""
+"""Apps that end as a test chooses, and observers of runs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from robotcore.runtime.behaviour import Status
 from robotcore.runtime.session import Run, RunResult
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety import STOPPED
-from tests.robotcore.fakes import Deed
+from tests.robotcore.fakes import FunctionApp
 
 Runner = Callable[..., RunResult]
 """The type of the fixture `perform`, which runs an app."""
@@ -20,60 +20,60 @@ class Watcher:
     """An observer that collects its calls: the method and the argument."""
 
     def __init__(self) -> None:
-        self.heard: list[tuple[str, Any]] = []
+        self.calls: list[tuple[str, Any]] = []
 
     def begin(self, run: Run) -> None:
-        self.heard.append(("begin", run))
+        self.calls.append(("begin", run))
 
     def tick(self, record: TickRecord) -> None:
-        self.heard.append(("tick", record))
+        self.calls.append(("tick", record))
 
     def end(self, result: RunResult) -> None:
-        self.heard.append(("end", result))
+        self.calls.append(("end", result))
 
 
-class Once(Watcher):
+class CallOnce(Watcher):
     """An observer that calls a function in one tick of a run."""
 
-    def __init__(self, deed: Callable[[], object], tick: int = 5) -> None:
+    def __init__(self, function: Callable[[], object], tick: int = 5) -> None:
         super().__init__()
-        self._deed, self._left = deed, tick
+        self._function, self._left = function, tick
 
     def tick(self, record: TickRecord) -> None:
         self._left -= 1
         if self._left == 0:
-            self._deed()
+            self._function()
 
 
-def ended_by(watcher: Watcher) -> str:
+def last_cause(watcher: Watcher) -> str:
     """Return the cause of the last intervention in the last record."""
-    records: list[TickRecord] = [found for what, found in watcher.heard if what == "tick"]
+    records: list[TickRecord] = [found for what, found in watcher.calls if what == "tick"]
     last = records[-1].interventions[-1]
     assert last.sent == STOPPED
     return last.cause
 
 
-def driving(robot: Robot, left: float = 2.0) -> None:
+def drive_wheels(robot: Robot, left: float = 2.0) -> None:
     robot.drive.set_wheels(left, 2.0)
 
 
-def then(end: Callable[[Robot], object]) -> Deed:
+def drive_then(end: Callable[[Robot], object]) -> FunctionApp:
     """Return an app that drives for two ticks and then calls ``end``."""
     ticks: list[int] = []
 
-    def deed(robot: Robot) -> Status:
+    def step(robot: Robot) -> Status:
         ticks.append(1)
-        driving(robot)
+        drive_wheels(robot)
         if len(ticks) < 3:
             return Status.RUNNING
-        said = end(robot)
-        return said if isinstance(said, Status) else Status.RUNNING
+        status = end(robot)
+        return status if isinstance(status, Status) else Status.RUNNING
 
-    return Deed(deed)
+    return FunctionApp(step)
 
 
-def raising(error: BaseException) -> Deed:
-    def deed(robot: Robot) -> None:
+def drive_then_raise(error: BaseException) -> FunctionApp:
+    def fail(robot: Robot) -> None:
         raise error
 
-    return then(deed)
+    return drive_then(fail)

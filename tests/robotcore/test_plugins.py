@@ -44,7 +44,7 @@ def test_names_are_those_of_the_entry_points(register: Register) -> None:
 
 
 def test_a_name_with_an_underscore_is_the_one_with_a_hyphen(register: Register) -> None:
-    register(null_app="tests.robotcore.fakes:Deed")
+    register(null_app="tests.robotcore.fakes:FunctionApp")
     assert load_app("null_app") is load_app("null-app")
     assert app_name("null_app") == "null-app"
     assert app_name("my_apps/null_app.py") == "my_apps/null_app.py"
@@ -69,11 +69,11 @@ def test_folder_or_other_file_is_no_app(tmp_path: Path, monkeypatch: pytest.Monk
 def test_an_app_is_not_hidden_by_a_folder_of_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, register: Register
 ) -> None:
-    register(null_app="tests.robotcore.fakes:Deed")
+    register(null_app="tests.robotcore.fakes:FunctionApp")
     monkeypatch.chdir(tmp_path)
     for name in ("null-app", "null_app"):
         (tmp_path / name).mkdir()
-        assert load_app(name).__name__ == "Deed"
+        assert load_app(name).__name__ == "FunctionApp"
 
 
 def test_project_that_is_not_installed_is_reported(register: Register, raises: Raises) -> None:

@@ -1,4 +1,4 @@
-"""The conformance kit on a board's double: a rover with devices on a pty, in simulated time."""
+"""Runs the conformance kit on a board's double: a rover with devices on a pty, in simulated time."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from tests.doubles.serial.pty import Pty
 
 
 class SerialBench(Bench):
-    """Subclasses set the ``devices`` of the rover on the board, each with its section without the port, and the board.
+    """The base class of the benches. A subclass sets ``devices`` and returns the double by `board`.
 
     >>> class TestMyBoard(SerialBench, ConformanceSuite):
     ...     devices = {"left_motor": {"driver": "my-motor", "side": "left"}}
@@ -36,22 +36,23 @@ class SerialBench(Bench):
 
     backend = SerialBackend
     devices: ClassVar[Mapping[str, Mapping[str, Any]]]
+    """The section of each device on the board, without the port."""
     extra: ClassVar[tuple[Any, ...]] = ()
     """Descriptions of more devices, such as a battery."""
 
     lacks: ClassVar[Mapping[TestSupport, str]] = {
-        TestSupport.WORLD: "there are wheels behind the board, and no world around them",
+        TestSupport.WORLD: "the board turns wheels without a world",
         TestSupport.LOST_ECHO: "nothing on the board listens for echoes",
-        TestSupport.SLOW_HARDWARE: "in simulated time nobody waits",
+        TestSupport.SLOW_HARDWARE: "in simulated time no thread waits",
     }
 
     @abstractmethod
     def board(self) -> BoardDouble:
-        """Return a new board, as after switching on."""
+        """Return a new board in its state after power-on."""
 
     @property
     def description(self) -> RobotDescription:
-        return wired(load_robot("rover"), self.devices, self.pty.path, self.extra)
+        return connect_devices(load_robot("rover"), self.devices, self.pty.path, self.extra)
 
     @pytest.fixture(autouse=True)
     def _on_a_pty(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
@@ -65,29 +66,29 @@ class SerialBench(Bench):
         return clock
 
 
-def wired(
+def connect_devices(
     robot: RobotDescription, devices: Mapping[str, Mapping[str, Any]], port: Path, extra: tuple[Any, ...] = ()
 ) -> RobotDescription:
     """Return a robot with only these devices, on one port; it has a drive if both motors are among them."""
-    kept = tuple(description for description in (*robot.devices, *extra) if description.name in devices)
+    connected = tuple(description for description in (*robot.devices, *extra) if description.name in devices)
     section = {name: {"port": str(port), **description} for name, description in devices.items()}
     drive = robot.drive if {"left_motor", "right_motor"} <= devices.keys() else None
     if drive and "left_encoder" not in devices:
         drive = drive.model_copy(update={"left_encoder": None, "right_encoder": None})
-    return robot.model_copy(update={"devices": kept, "drive": drive, "backends": {SECTION: section}})
+    return robot.model_copy(update={"devices": connected, "drive": drive, "backends": {SECTION: section}})
 
 
 class TickingBench(SerialBench):
-    """Repeats the last command of each motor in each tick; the kit commands once, and lets seconds pass."""
+    """Repeats the last command of each motor in each tick, because the kit commands once and lets seconds pass."""
 
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)
-        description = {device: MotorSpy(device) for device in robot.devices.values() if isinstance(device, Motor)}
+        spies = {device: MotorSpy(device) for device in robot.devices.values() if isinstance(device, Motor)}
 
         def tick() -> None:
-            for motor, spy in description.items():
+            for motor, spy in spies.items():
                 if abs(spy.last) > 0:  # NaN before the first command
-                    with suppress(DeviceError):  # the kit has cut its wire
+                    with suppress(DeviceError):  # the kit has cut the wire of the motor
                         motor.set_velocity(spy.last)
 
         robot.clock.every(1 / RATE_HZ, tick, "the app's ticks")
@@ -98,13 +99,13 @@ Devices = Mapping[str, Mapping[str, Any]]
 
 
 class Rig:
-    """The board, its port, and the robot with these devices; closed with its pty."""
+    """A board, its port, and a robot with these devices."""
 
     def __init__(self, folder: Path, board: BoardDouble, devices: Devices, extra: tuple[Any, ...] = ()) -> None:
         self.pty = Pty(folder)
         self.clock = SteppedClock(RATE_HZ, lambda _steps: None, PERIOD_S)
         self._powered = Powered(board, self.pty, self.clock)
-        described = wired(load_robot("rover"), devices, self.pty.path, extra)
+        described = connect_devices(load_robot("rover"), devices, self.pty.path, extra)
         self._setup = Setup(described, worlds.empty(), frozenset(devices), RATE_HZ)
         self._robot: Robot | None = None
 
@@ -130,14 +131,14 @@ class Rig:
         for _ in range(round(seconds * RATE_HZ)):
             self.motor("left").set_velocity(left)
             self.motor("right").set_velocity(right)
-            self.pass_by(1 / RATE_HZ)
+            self.pass_time(1 / RATE_HZ)
 
-    def pass_by(self, seconds: float) -> None:
+    def pass_time(self, seconds: float) -> None:
         """Let time pass."""
         self.clock.sleep_until(self.clock.now() + seconds)
 
     def close(self) -> None:
-        """Close the robot and the board; raises the errors of closing the robot."""
+        """Close the robot and the board. Raises the errors of closing the robot."""
         try:
             if self._robot:
                 self._robot.close()

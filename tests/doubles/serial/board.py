@@ -1,4 +1,4 @@
-"""The base class of the boards' doubles, and a double at work on a pty."""
+"""The base class of the boards' doubles, and a double that runs on a pty."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ class BoardDouble(ABC):
 
     @abstractmethod
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take received bytes, cut anywhere; return the immediate answers."""
+        """Take received bytes, which may be cut at any place. Return the immediate answers."""
 
     def live(self, now: float, seconds: float) -> bytes:
-        """Let time pass up to ``now``, for wheels and time-outs; return the data that the board sends by itself."""
+        """Advance wheels and time-outs to ``now``. Return the data that the board sends by itself."""
         return b""
 
     def begin(self, now: float) -> None:  # noqa: B027  most boards have no state to reset
-        """Reset the board; this is called when its port is plugged in."""
+        """Reset the board. `Powered` calls this when the port is plugged in."""
 
 
 class Powered:
-    """A board at work on its port, by a periodic task in simulated time, by a thread in real time."""
+    """Runs a board on its port, by a periodic task in simulated time and by a thread in real time."""
 
     def __init__(self, board: BoardDouble, pty: Pty, clock: Clock) -> None:
         self.board, self._pty, self._clock = board, pty, clock
@@ -37,7 +37,7 @@ class Powered:
         self._polling: PeriodicTask = clock.every(PERIOD_S, self._pump, "board")
 
     def off(self) -> None:
-        """Switch the board off. May be called again."""
+        """Switch the board off. It may be called again."""
         self._polling.stop()
 
     def _pump(self) -> None:
@@ -45,15 +45,15 @@ class Powered:
         if self._pty.is_plugged_in and not self._was_plugged_in:
             self.board.begin(now)
         self._was_plugged_in = self._pty.is_plugged_in
-        said = self.board.live(now, now - self._last) + self.board.receive(self._heard(), now)
+        data = self.board.live(now, now - self._last) + self.board.receive(self._read(), now)
         self._last = now
         if self._clock.is_lockstep:
-            self._pty.say_all(said)
+            self._pty.send_all(data)
         else:
-            self._pty.say(said)
+            self._pty.send(data)
 
-    def _heard(self) -> bytes:
-        return self._pty.all_heard() if self._clock.is_lockstep else self._pty.heard()
+    def _read(self) -> bytes:
+        return self._pty.read_all() if self._clock.is_lockstep else self._pty.read()
 
 
 LAG_S = 0.05
@@ -69,10 +69,10 @@ class Wheel:
 
     def turn(self, seconds: float) -> None:
         """Let time pass."""
-        kept = math.exp(-seconds / LAG_S)
-        lagging = self.velocity - self.command
-        self.angle += self.command * seconds + lagging * LAG_S * (1 - kept)
-        self.velocity = self.command + lagging * kept
+        remaining = math.exp(-seconds / LAG_S)
+        difference = self.velocity - self.command
+        self.angle += self.command * seconds + difference * LAG_S * (1 - remaining)
+        self.velocity = self.command + difference * remaining
 
 
 @dataclass

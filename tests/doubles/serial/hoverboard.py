@@ -1,6 +1,6 @@
-"""A hoverboard with the FOC firmware: its main loop of 5 ms, its mixer, its filters, its time-out, its feedback.
+"""A double of a hoverboard with the FOC firmware: its main loop, mixer, filters, time-out and feedback.
 
-Written after Src/main.c and Src/util.c of EFeru/hoverboard-firmware-hack-FOC, variant USART.
+Source: Src/main.c and Src/util.c of EFeru/hoverboard-firmware-hack-FOC, variant USART.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ class Firmware:
 
 
 class Input:
-    """One word of a command, on its way through the rate limiter and the low-pass filter."""
+    """The rate limiter and the low-pass filter for one word of a command."""
 
     def __init__(self) -> None:
         self._limited = self._filtered = 0
 
-    def passed(self, word: int) -> int:
+    def filter_word(self, word: int) -> int:
         """Return the output of the next main loop."""
         self._limited += max(-RATE, min((word << 4) - self._limited, RATE))
         self._filtered += ((self._limited >> 4 << 4) - (self._filtered >> 12)) * FILTER >> 4
@@ -43,61 +43,61 @@ class Input:
 
 
 class Hoverboard(BoardDouble):
-    """A board with its own battery: plugging its port does not reset it."""
+    """A board with its own battery. Plugging its port in does not reset it."""
 
     def __init__(self, wheels: Wheels, firmware: Firmware | None = None) -> None:
         self.wheels, self._firmware = wheels, firmware or Firmware()
-        self.heard: list[tuple[int, int]] = []
+        self.received: list[tuple[int, int]] = []
         self.ignored = 0
         self.volts = 37.96
         self.is_mute = False
         self._command = (0, 0)
-        self._unheard_loops = TIMEOUT_LOOPS
+        self._silent_loops = TIMEOUT_LOOPS
         self._inputs = Input(), Input()
         self._loops = 0
         self._next_loop: float | None = None
         self._is_enabled = False
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take the bytes between two pauses: eight bytes are a command, and others are ignored."""
+        """Take the bytes between two pauses. The firmware ignores them unless they are a command of eight bytes."""
         if len(data) == 8:
             start, steer, speed, checksum = struct.unpack("<HhhH", data)
             if start == 0xABCD and checksum == (start ^ steer & 0xFFFF ^ speed & 0xFFFF):
-                self._command, self._unheard_loops = (steer, speed), 0
-                self.heard.append(self._command)
+                self._command, self._silent_loops = (steer, speed), 0
+                self.received.append(self._command)
                 return b""
         self.ignored += bool(data)
         return b""
 
     def live(self, now: float, seconds: float) -> bytes:
         self.wheels.turn(seconds)
-        said = b""
+        sent = b""
         self._next_loop = now if self._next_loop is None else self._next_loop
         while self._next_loop <= now + 1e-9:
             self._next_loop += LOOP_S
-            said += self._loop()
-        return said
+            sent += self._loop()
+        return sent
 
     def _loop(self) -> bytes:
         self._loops += 1
-        self._unheard_loops += 1
-        steer, speed = command = self._command if self._unheard_loops <= TIMEOUT_LOOPS else (0, 0)
+        self._silent_loops += 1
+        steer, speed = command = self._command if self._silent_loops <= TIMEOUT_LOOPS else (0, 0)
         if not self._is_enabled and max(map(abs, command)) < 50:
             self._is_enabled = True
             assert self._next_loop is not None
             self._next_loop += ENABLING_S
-        self._turn(self._inputs[0].passed(steer), self._inputs[1].passed(speed))
+        self._turn(self._inputs[0].filter_word(steer), self._inputs[1].filter_word(speed))
         return b"" if self._loops % 2 or self.is_mute else self._feedback(steer, speed)
 
     def _turn(self, steer: int, speed: int) -> None:
-        left, right = (steer, speed) if self._firmware.is_tank else self._mixed(steer, speed)
+        left, right = (steer, speed) if self._firmware.is_tank else self._mix(steer, speed)
         unit = self._firmware.rad_s_per_unit if self._is_enabled else 0.0
         self.wheels.set(left * unit, right * unit)
 
-    def _mixed(self, steer: int, speed: int) -> tuple[int, int]:
+    def _mix(self, steer: int, speed: int) -> tuple[int, int]:
         along = speed * 16 * self._firmware.speed_coefficient >> 14
         across = steer * 16 * self._firmware.steer_coefficient >> 14
-        return _clamped(along + across >> 4), _clamped(along - across >> 4)
+        return _clamp(along + across >> 4), _clamp(along - across >> 4)
 
     def _feedback(self, steer: int, speed: int) -> bytes:
         left, right = math.floor(self.wheels.left.velocity / RPM), math.floor(-self.wheels.right.velocity / RPM)
@@ -113,5 +113,5 @@ def feedback(*words: int) -> bytes:
     return frame + struct.pack("<H", checksum)
 
 
-def _clamped(wheel: int) -> int:
+def _clamp(wheel: int) -> int:
     return max(-1000, min(wheel, 1000))

@@ -1,4 +1,4 @@
-"""Both ends of a line for tests: protocols that ask or count, and doubles that answer them."""
+"""Test protocols for a line, and the doubles at its other end."""
 
 from __future__ import annotations
 
@@ -14,22 +14,24 @@ BITS_A_BYTE = 10
 
 
 class ReceivedFrame(NamedTuple):
-    """A numbered command, when it was put on the wire and when its last byte had left; seconds."""
+    """A numbered command with its times in seconds."""
 
     number: int
     at: float
+    """The time at which the driver sent it."""
     left_at: float
+    """The time at which its last byte had left the wire."""
     waited: float
     """The time that the command waited for earlier ones on the wire."""
 
 
 class Wire(BoardDouble):
-    """The far end of a line: it measures the time of commands of ``size`` bytes at ``baud``."""
+    """The other end of a line. It measures the times of commands of ``size`` bytes at ``baud``."""
 
     def __init__(self, baud: int, size: int) -> None:
         self._frame_s = size * BITS_A_BYTE / baud
         self._size, self._kept, self._free_at = size, b"", 0.0
-        self.heard: list[ReceivedFrame] = []
+        self.received: list[ReceivedFrame] = []
 
     def receive(self, data: bytes, now: float) -> bytes:
         self._kept += data
@@ -37,7 +39,7 @@ class Wire(BoardDouble):
             frame, self._kept = self._kept[: self._size], self._kept[self._size :]
             begins = max(now, self._free_at)
             self._free_at = begins + self._frame_s
-            self.heard.append(ReceivedFrame(int(frame), now, self._free_at, begins - now))
+            self.received.append(ReceivedFrame(int(frame), now, self._free_at, begins - now))
         return b""
 
 
@@ -70,7 +72,7 @@ class NumberingProtocol(Protocol):
 
 
 class PollingProtocol(Protocol):
-    """Asks until the board answers, and then sends each word once; the board answers each word."""
+    """Asks until the board answers, and then sends each word once. The board answers each word."""
 
     is_settled: bool = True
     timeout_notice = "The board stops by itself after 0.5 s"
@@ -83,12 +85,12 @@ class PollingProtocol(Protocol):
         self.defect: Exception | None = None
         self.is_lost = False
 
-    def say(self, word: bytes, at: float = -math.inf) -> None:
+    def set_word(self, word: bytes, at: float = -math.inf) -> None:
         self.is_settled, self.word, self.at = False, word, at
 
     def begin(self, now: float) -> None:
         self.is_ready = False
-        self.say(b"?")
+        self.set_word(b"?")
 
     def receive(self, data: bytes, now: float) -> None:
         self.is_ready = self.is_settled = True
@@ -110,13 +112,13 @@ class AnsweringBoard(BoardDouble):
     """Answers all received bytes unless it is deaf, and keeps them with their times."""
 
     def __init__(self) -> None:
-        self.heard = b""
+        self.received = b""
         self.is_deaf = False
         self.times: list[float] = []
 
     def receive(self, data: bytes, now: float) -> bytes:
         if not data or self.is_deaf:
             return b""
-        self.heard += data
+        self.received += data
         self.times.append(now)
         return b"!"

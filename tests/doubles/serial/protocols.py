@@ -22,7 +22,7 @@ class Parser(Protocol):
     """The interface of every parser."""
 
     def feed(self, data: bytes) -> Sequence[object]:
-        """Take received bytes, cut anywhere; return the frames that they complete."""
+        """Take received bytes, which may be cut at any place. Return the frames that they complete."""
 
 
 class Damage(Flag):
@@ -31,7 +31,7 @@ class Damage(Flag):
     NOISE = auto()
     """Noise between frames."""
     CUT = auto()
-    """A frame without its begin, or without its end."""
+    """A frame without its start or its end."""
     CHANGED = auto()
     """A frame with one wrong byte."""
 
@@ -40,17 +40,17 @@ ANY = Damage.NOISE | Damage.CUT | Damage.CHANGED
 
 
 @dataclass(frozen=True)
-class Spoken:
-    """A parser, frames of its board, and ``marks``, bytes that make noise look like frames.
-
-    ``seen`` is the damage that the frames allow to detect; other damage may make wrong values in any parser.
-    """
+class ParserCase:
+    """A parser with frames of its board."""
 
     name: str
     parser: Callable[[], Parser]
     frame: Callable[[Random], bytes]
+    """Returns a random valid frame."""
     marks: bytes
+    """Bytes that make noise look like frames."""
     seen: Damage
+    """The damage that the format can detect. Other damage may give wrong values with any parser."""
 
     def __str__(self) -> str:
         return self.name
@@ -84,11 +84,11 @@ def _line(draw: Random) -> bytes:
 
 
 NONE = Damage(0)
-"""An answer of ROSArduinoBridge has no checksum. That of robotcore_bridge is an XOR; two more equal letters keep it."""
+"""No damage. ROSArduinoBridge has no checksum, and two additional equal letters keep the XOR of robotcore_bridge."""
 
-SPOKEN = (
-    Spoken("tfmini", tfmini.Parser, _range, b"\x59\x00\x08", ANY),
-    Spoken("hoverboard", hoverboard.Parser, _wheels, b"\xcd\xab\x00", ANY),
-    Spoken("waveshare", waveshare.Parser, _object, b'{}":,\r\n"T":1001', Damage.NOISE | Damage.CUT),
-    Spoken("ros-arduino", rosarduino.Parser, _line, b"0123456789 -*\r\n", NONE),
+PARSER_CASES = (
+    ParserCase("tfmini", tfmini.Parser, _range, b"\x59\x00\x08", ANY),
+    ParserCase("hoverboard", hoverboard.Parser, _wheels, b"\xcd\xab\x00", ANY),
+    ParserCase("waveshare", waveshare.Parser, _object, b'{}":,\r\n"T":1001', Damage.NOISE | Damage.CUT),
+    ParserCase("ros-arduino", rosarduino.Parser, _line, b"0123456789 -*\r\n", NONE),
 )

@@ -1,4 +1,4 @@
-"""A serial port with its far end: a pseudo-terminal that can be unplugged and plugged in again."""
+"""A pseudo-terminal as a serial port that can be unplugged and plugged in again."""
 
 from __future__ import annotations
 
@@ -16,10 +16,13 @@ from threading import RLock
 from robotcore.hal.wall_clock import MonotonicClock
 
 WAITING_S = 20.0
-"""The longest wait for the kernel, which passes bytes on some microseconds later; a busy machine took over a second."""
+"""The longest wait for the kernel, which usually passes bytes on within microseconds.
+
+A busy machine took over a second.
+"""
 
 FULL = 4000
-"""A few bytes less than the kernel keeps unread (N_TTY_BUF_SIZE)."""
+"""A few bytes less than the kernel's buffer of unread bytes (N_TTY_BUF_SIZE)."""
 
 
 class Pty:
@@ -35,7 +38,7 @@ class Pty:
         self.plug_in()
 
     def plug_in(self) -> None:
-        """Make a new port."""
+        """Create a new port with the same path."""
         with self._lock:
             self._far, self._near = os.openpty()
             tty.setraw(self._near)
@@ -44,7 +47,7 @@ class Pty:
             self.path.symlink_to(os.ttyname(self._near))
 
     def unplug(self) -> None:
-        """Remove the port; a process that has it open gets a hang-up."""
+        """Remove the port. A process that has it open gets a hang-up."""
         with self._lock:
             self.path.unlink(missing_ok=True)
             for end in (self._far, self._near):
@@ -55,51 +58,55 @@ class Pty:
     def is_plugged_in(self) -> bool:
         return self._far >= 0
 
-    def heard(self, wait_s: float = 0.0) -> bytes:
-        """Return the bytes for the board; wait ``wait_s`` for the first one."""
+    def read(self, wait_s: float = 0.0) -> bytes:
+        """Return the bytes for the board. Wait up to ``wait_s`` seconds for the first one."""
         with self._lock:
             if self.is_plugged_in and select.select([self._far], [], [], wait_s)[0]:
                 return os.read(self._far, 4096)
             return b""
 
-    def say(self, data: bytes) -> int:
-        """Send as the board; return the number of bytes that the kernel took, less than all if its buffer is full."""
+    def send(self, data: bytes) -> int:
+        """Send as the board. Return the number of bytes that the kernel took, fewer than all if its buffer is full."""
         with self._lock, suppress(BlockingIOError):
             if self.is_plugged_in:
                 return os.write(self._far, data)
         return 0
 
-    def all_heard(self) -> bytes:
+    def read_all(self) -> bytes:
         """Return all bytes for the board, also those that the kernel has not passed on yet.
 
-        It sends a mark behind them. No other thread may send meanwhile, so this is for simulated time.
+        The method writes a mark behind them and reads up to it. No other thread may send during the call, so use it
+        in simulated time only.
         """
         with self._lock:
             if not self.is_plugged_in:
                 return b""
-            mark, heard, clock = secrets.token_bytes(12), b"", MonotonicClock()
+            mark, data_read, clock = secrets.token_bytes(12), b"", MonotonicClock()
             taken = 0
             with suppress(BlockingIOError):
                 taken = os.write(self._near, mark)
             assert taken == len(mark), f"{self.path}: the kernel took {taken} bytes of a mark of {len(mark)}"
-            while not heard.endswith(mark):
-                heard += self.heard(max(0.0, WAITING_S - clock.now()))
-                assert heard.endswith(mark) or clock.now() < WAITING_S, (
-                    f"{self.path}: no mark in {WAITING_S:g} s, at the end of the {len(heard)} bytes that came: "
-                    f"somebody else reads or sends ({heard[-50:]!r})"
+            while not data_read.endswith(mark):
+                data_read += self.read(max(0.0, WAITING_S - clock.now()))
+                assert data_read.endswith(mark) or clock.now() < WAITING_S, (
+                    f"{self.path}: no mark within {WAITING_S:g} s, at the end of {len(data_read)} bytes. "
+                    f"Another thread reads or sends: {data_read[-50:]!r}"
                 )
-            return heard.removesuffix(mark)
+            return data_read.removesuffix(mark)
 
-    def say_all(self, data: bytes) -> None:
-        """Send as the board, and wait until the kernel has passed it on; no other thread may read meanwhile."""
+    def send_all(self, data: bytes) -> None:
+        """Send as the board, and wait until the kernel has passed the bytes on.
+
+        No other thread may read during the call.
+        """
         with self._lock:
             if data and self.is_plugged_in:
                 before, clock = self._waiting, MonotonicClock()
-                there, taken = min(before + len(data), FULL), self.say(data)
-                while (waiting := self._waiting) < there:
+                expected, taken = min(before + len(data), FULL), self.send(data)
+                while (waiting := self._waiting) < expected:
                     assert clock.now() < WAITING_S, (
                         f"{self.path}: {before} bytes waited to be read, the kernel took {taken} of {len(data)} more, "
-                        f"and after {WAITING_S:g} s {waiting} wait: it has not handed them over, or somebody reads"
+                        f"and after {WAITING_S:g} s {waiting} wait. The kernel is late, or another thread reads"
                     )
                     select.select([], [], [], 0)
 
@@ -110,7 +117,7 @@ class Pty:
         return int(struct.unpack("i", count)[0])
 
     def close(self) -> None:
-        """Remove the port for good. May be called again."""
+        """Remove the port. It may be called again."""
         if self.is_plugged_in:
             self.unplug()
 

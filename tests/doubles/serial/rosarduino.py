@@ -15,14 +15,14 @@ from tests.doubles.serial.board import BoardDouble, Wheels
 
 REFUSED = "Invalid Command"
 STOPS = {"m 0 0", "o 0 0"}
-"""The commands that robotcore_bridge always obeys without a checksum."""
+"""The commands that robotcore_bridge always executes, even without a checksum."""
 
 FULL_SPEED_RAD_S = 16.0
 """The velocity of a wheel at full duty."""
 
 
 class ArduinoDouble(BoardDouble):
-    """The common part of both firmwares; ``counts_per_turn`` are edges."""
+    """The common part of both firmwares. ``counts_per_turn`` counts edges."""
 
     frame_s: float
 
@@ -30,16 +30,16 @@ class ArduinoDouble(BoardDouble):
         self.wheels = wheels or Wheels()
         self.counts_per_turn, self.takes_duties = counts_per_turn, takes_duties
         self.commands: list[str] = []
-        """Every obeyed line, without checksums."""
+        """All executed lines, without checksums."""
         self.refused = 0
         self.now = 0.0
         self.begin(0.0)
 
     def begin(self, now: float) -> None:
-        """Reset the board: the wheels stop, and counts begin at zero."""
+        """Reset the board. The wheels stop, and counts start at zero."""
         self.wheels.set(0, 0)
         self.deadman_s, self._fed = 2.0, -math.inf
-        self._zeros = self._counted()
+        self._zeros = self._read_counts()
         self._line = b""
         self.now = now
 
@@ -57,7 +57,7 @@ class ArduinoDouble(BoardDouble):
     @property
     def counts(self) -> tuple[int, int]:
         """The left and the right wheel's counts since it was reset."""
-        left, right = (now - zero for now, zero in zip(self._counted(), self._zeros, strict=True))
+        left, right = (now - zero for now, zero in zip(self._read_counts(), self._zeros, strict=True))
         return left, right
 
     @abstractmethod
@@ -70,14 +70,14 @@ class ArduinoDouble(BoardDouble):
         self.wheels.set(left * unit, right * unit)
         return "OK"
 
-    def _answered(self, line: str, answer: str) -> str:
+    def _record(self, line: str, answer: str) -> str:
         if answer == REFUSED:
             self.refused += 1
         else:
             self.commands.append(line)
         return answer
 
-    def _counted(self) -> tuple[int, int]:
+    def _read_counts(self) -> tuple[int, int]:
         left, right = (
             math.floor(wheel.angle * self.counts_per_turn / math.tau + 1e-9)
             for wheel in (self.wheels.left, self.wheels.right)
@@ -86,7 +86,7 @@ class ArduinoDouble(BoardDouble):
 
 
 class RosArduinoBridgeDouble(ArduinoDouble):
-    """ROSArduinoBridge: it takes any line as some command, and a CR alone as an unknown one."""
+    """ROSArduinoBridge. It takes each line as a command, and an empty line as an unknown one."""
 
     frame_s = 0.033
     echo_cm = 50
@@ -94,7 +94,7 @@ class RosArduinoBridgeDouble(ArduinoDouble):
 
     def _obey(self, line: str) -> bytes:
         letter, arguments = _read(line)
-        return f"{self._answered(line, self._answer(letter, *arguments))}\r\n".encode()
+        return f"{self._record(line, self._answer(letter, *arguments))}\r\n".encode()
 
     def _answer(self, letter: str, first: int, second: int) -> str:
         if letter == "b":
@@ -108,7 +108,7 @@ class RosArduinoBridgeDouble(ArduinoDouble):
         if letter == "p":
             return str(self.echo_cm)
         if letter == "r":
-            self._zeros = self._counted()
+            self._zeros = self._read_counts()
         return "OK" if letter and letter in "rucwx" else REFUSED
 
 
@@ -121,12 +121,12 @@ def _read(line: str) -> tuple[str, tuple[int, int]]:
 
 
 class RobotcoreBridgeDouble(ArduinoDouble):
-    """robotcore_bridge: it refuses malformed lines, and adds a checksum to an answer if the question has one."""
+    """robotcore_bridge. It refuses malformed lines, and adds a checksum to an answer if the question has one."""
 
     frame_s = 1 / 30
     version = 1
     millimetres: int | None = 500
-    """The distance that its module measures; None without an echo."""
+    """The measured distance. None: no echo."""
     is_mute = False
 
     def __init__(self, *, millivolts: int = 7400, counts_per_turn: int = 960) -> None:
@@ -135,7 +135,7 @@ class RobotcoreBridgeDouble(ArduinoDouble):
 
     def begin(self, now: float) -> None:
         super().begin(now)
-        self._asks_for_sums = False
+        self._needs_checksums = False
         self._measured = now
 
     def live(self, now: float, seconds: float) -> bytes:
@@ -150,9 +150,9 @@ class RobotcoreBridgeDouble(ArduinoDouble):
         text, star, checksum = line.partition("*")
         is_summed = bool(star)
         is_right = is_summed and checksum == f"{_sum(text):02X}"
-        self._asks_for_sums = is_right or (self._asks_for_sums and line != "v")
-        is_trusted = is_right or not (is_summed or (self._asks_for_sums and line[0] in "mokur")) or line in STOPS
-        answer = self._answered(text, self._answer(text) if is_trusted and len(line) < 32 else REFUSED)
+        self._needs_checksums = is_right or (self._needs_checksums and line != "v")
+        is_trusted = is_right or not (is_summed or (self._needs_checksums and line[0] in "mokur")) or line in STOPS
+        answer = self._record(text, self._answer(text) if is_trusted and len(line) < 32 else REFUSED)
         return f"{answer}*{_sum(answer):02X}\r\n".encode() if is_summed else f"{answer}\r\n".encode()
 
     def _answer(self, text: str) -> str:
@@ -180,7 +180,7 @@ class RobotcoreBridgeDouble(ArduinoDouble):
             self.deadman_s = arguments[0] / 1000
             return "OK"
         if letter == "r" and not arguments:
-            self._zeros = self._counted()
+            self._zeros = self._read_counts()
             return "OK"
         return "OK" if letter == "u" and len(arguments) == 4 and arguments[3] else REFUSED
 

@@ -1,7 +1,7 @@
-"""Doubles of Sabertooths in packet serial mode, each at its address, on one line; they never answer.
+"""Doubles of Sabertooths in packet serial mode, each at its address, on one line. They never answer.
 
-Written after Dimension Engineering's manuals: the baud rate is taken from the first byte, the time-out is off when the
-power comes on, begins anew with each packet to that address, and leaves when the motor is told anew.
+Source: Dimension Engineering's manuals. A board takes the baud rate from the first byte. Its time-out is off at
+power-on and restarts with each packet to its address. The next command to a motor ends a stop by the time-out.
 """
 
 from __future__ import annotations
@@ -10,30 +10,30 @@ from tests.doubles.serial.board import BoardDouble, Wheels
 
 
 class Sabertooth:
-    """One board; M1 turns the left wheel and M2 the right one, at ``full_rad_s`` for 127."""
+    """A board whose M1 turns the left wheel and M2 the right one. The command 127 gives ``full_rad_s``."""
 
     def __init__(self, wheels: Wheels, full_rad_s: float) -> None:
         self.wheels, self._full_rad_s = wheels, full_rad_s
         self.values = [0, 0]
         self.timeout_s = 0.0
-        self._heard_at = 0.0
+        self._received_at = 0.0
 
     def obey(self, command: int, value: int, now: float) -> None:
-        self._heard_at = now
+        self._received_at = now
         if command == 14:
             self.timeout_s = value / 10
         elif command in (0, 1, 4, 5):
             self.values[command // 4] = -value if command % 4 else value
 
     def turn(self, now: float, seconds: float) -> None:
-        if self.timeout_s and now - self._heard_at > self.timeout_s:
+        if self.timeout_s and now - self._received_at > self.timeout_s:
             self.values = [0, 0]
         self.wheels.set(*(value / 127 * self._full_rad_s for value in self.values))
         self.wheels.turn(seconds)
 
 
 class Sabertooths(BoardDouble):
-    """The line: boards ignore all bytes before that of the baud rate, and all later ones if another byte came first."""
+    """The line with all boards. If its first byte is not that of the baud rate, the boards ignore all bytes."""
 
     def __init__(self, *, full_rad_s: float, addresses: tuple[int, ...] = (128,)) -> None:
         self.boards = {address: Sabertooth(Wheels(), full_rad_s) for address in addresses}

@@ -23,7 +23,7 @@ def pty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Pty]:
 def test_bytes_that_the_kernel_does_not_take_are_reported(pty: Pty) -> None:
     termios.tcflow(pty._far, termios.TCOOFF)
     with pytest.raises(AssertionError, match=r"0 bytes waited to be read, the kernel took 0 of 5 more, .* 0 wait"):
-        pty.say_all(b"hello")
+        pty.send_all(b"hello")
 
 
 def test_bytes_that_another_reader_took_are_reported(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -31,24 +31,24 @@ def test_bytes_that_another_reader_took_are_reported(pty: Pty, monkeypatch: pyte
         termios.tcflush(_pty._near, termios.TCIFLUSH)
         return os.write(_pty._far, data)
 
-    pty.say_all(b"before")
-    monkeypatch.setattr(Pty, "say", read_by_another)
+    pty.send_all(b"before")
+    monkeypatch.setattr(Pty, "send", read_by_another)
     with pytest.raises(AssertionError, match=r"6 bytes waited to be read, the kernel took 5 of 5 more, .* 5 wait"):
-        pty.say_all(b"hello")
+        pty.send_all(b"hello")
 
 
 def test_more_than_the_kernel_keeps_is_not_waited_for(pty: Pty) -> None:
     for _ in range(20):
-        pty.say_all(bytes(FULL))
+        pty.send_all(bytes(FULL))
 
 
 def test_a_mark_that_the_kernel_does_not_take_is_reported(pty: Pty) -> None:
     termios.tcflow(pty._near, termios.TCOOFF)
     with pytest.raises(AssertionError, match="took 0 bytes of a mark"):
-        pty.all_heard()
+        pty.read_all()
 
 
 def test_a_mark_that_does_not_come_is_reported(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(Pty, "heard", lambda _pty, _wait_s=0.0: b"chatter")
-    with pytest.raises(AssertionError, match="somebody else reads or sends"):
-        pty.all_heard()
+    monkeypatch.setattr(Pty, "read", lambda _pty, _wait_s=0.0: b"chatter")
+    with pytest.raises(AssertionError, match="reads or sends"):
+        pty.read_all()

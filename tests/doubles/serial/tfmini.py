@@ -1,4 +1,4 @@
-"""A double of a TFmini-S: a frame with the distance each hundredth of a second."""
+"""A double of a TFmini-S, which sends a frame with the distance every 10 ms."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.doubles.serial.board import BoardDouble
 
 PERIOD_S = 0.01
 SLACK_S = 1e-9
-"""The tolerance of times, which are no exact sums."""
+"""The tolerance of times, because sums of floats are not exact."""
 
 REACH_M = 12.0
 STRONG, WEAK = 1000, 20
@@ -25,15 +25,14 @@ def frame(distance_cm: int, amplitude: int = STRONG, temperature: int = WARM) ->
 
 
 class TFminiS(BoardDouble):
-    """Sends the ``distance`` in metres, `inf` for nothing; if it ``is_blind`` no light comes back.
-
-    ``says`` replaces its frames if it is set.
-    """
+    """Sends the distance that a function returns in metres, `inf` for none."""
 
     def __init__(self, distance: Callable[[], float] = lambda: math.inf) -> None:
         self._distance, self._due = distance, 0.0
         self.is_blind = False
-        self.says: bytes | None = None
+        """If true, no light comes back."""
+        self.replacement: bytes | None = None
+        """If set, these bytes replace the frames."""
 
     def receive(self, data: bytes, now: float) -> bytes:
         return b""
@@ -42,8 +41,8 @@ class TFminiS(BoardDouble):
         if now < self._due:
             return b""
         self._due = now + PERIOD_S - SLACK_S
-        return self._measured() if self.says is None else self.says
+        return self._measure() if self.replacement is None else self.replacement
 
-    def _measured(self) -> bytes:
+    def _measure(self) -> bytes:
         distance = math.inf if self.is_blind else self._distance()
         return frame(WEAK_CM, WEAK) if distance > REACH_M else frame(round(distance * 100))

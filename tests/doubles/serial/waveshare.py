@@ -19,34 +19,35 @@ PULSES = 660
 """ONE_CIRCLE_PLUSES of the UGV Rover."""
 
 BUFFER = 256
-"""The receive buffer of a starting board in bytes; further bytes are lost."""
+"""The receive buffer of a starting board in bytes. The board loses further bytes."""
 
 ROM_S = 0.35
-"""The time of the ROM and the bootloader after a reset, in which received bytes are lost."""
+"""The time of the ROM and the bootloader after a reset, in which the board loses received bytes."""
 
 STARTING_S = 2.0
-"""The time until its loop starts, at least 1.7 s."""
+"""The time from a reset until the board's loop starts. A real board takes at least 1.7 s."""
 
 STARTED = b"Initialize LittleFS for Flash files ctrl.\r\nLittleFS mount succeed.\r\nServer Starts.\r\nUGV started.\r\n"
 
 
 class WaveshareBoard(BoardDouble):
-    """The board's loop. It has its own battery, so unplugging does not reset it. ``received`` has its commands."""
+    """The board's loop. The board has its own battery, so unplugging does not reset it."""
 
     def __init__(self, wheel_m: float = WHEEL_M) -> None:
         self._metres = wheel_m / 2
         self.wheels = Wheels()
         self.centivolts = 1187
         self.received: list[dict[str, Any]] = []
+        """All received JSON objects."""
         self.starts_at = -math.inf
         self._waiting, self._is_halted = b"", False
-        self._forget(0.0)
+        self._reset_settings(0.0)
 
     def reset(self, now: float) -> None:
         """Reset the board: its motors stop, and its odometers and settings are cleared."""
         self.wheels = Wheels()
         self.starts_at = now + STARTING_S
-        self._forget(now)
+        self._reset_settings(now)
 
     def receive(self, data: bytes, now: float) -> bytes:
         self._waiting += data
@@ -54,7 +55,7 @@ class WaveshareBoard(BoardDouble):
             self._waiting = self._waiting[:BUFFER] if now > self.starts_at - STARTING_S + ROM_S else b""
             return b""
         *lines, self._waiting = self._waiting.split(b"\n")
-        return b"".join(self._heard(line, now) for line in lines)
+        return b"".join(self._receive_line(line, now) for line in lines)
 
     def live(self, now: float, seconds: float) -> bytes:
         self.wheels.turn(seconds)
@@ -66,13 +67,13 @@ class WaveshareBoard(BoardDouble):
             self._set_speeds(0, 0)
         return started + self._flow(now)
 
-    def _forget(self, now: float) -> None:
+    def _reset_settings(self, now: float) -> None:
         self.heartbeat_s, self.interval_s, self.is_flowing, self.echoes = 3.0, 0.05, True, False
         self.rates = (1.0, 1.0)
         self._commanded_at, self._fed_at, self._is_halted = now, -math.inf, False
         self._waiting = b""
 
-    def _heard(self, line: bytes, now: float) -> bytes:
+    def _receive_line(self, line: bytes, now: float) -> bytes:
         try:
             received, _ = json.JSONDecoder().raw_decode(line.decode().lstrip())
         except ValueError:
@@ -117,10 +118,12 @@ class WaveshareBoard(BoardDouble):
         feedback: dict[str, float] = {"T": 1001, "L": left.velocity * self._metres, "R": right.velocity * self._metres}
         feedback |= dict(zip(("ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz"), (-112, 48, 8190) * 3, strict=True))
         feedback |= {"odl": self._centimetres(left), "odr": self._centimetres(right), "v": self.centivolts}
-        return b"{%s}\r\n" % b",".join(b'"%s":%s' % (key.encode(), _written(value)) for key, value in feedback.items())
+        return b"{%s}\r\n" % b",".join(
+            b'"%s":%s' % (key.encode(), _format_number(value)) for key, value in feedback.items()
+        )
 
     def _centimetres(self, wheel: Wheel) -> int:
-        """Return the odometer in whole pulses, cut towards zero."""
+        """Return a wheel's odometer in centimetres, from whole pulses, truncated towards zero."""
         return int(int(wheel.angle / math.tau * PULSES) / PULSES * math.tau * self._metres * 100)
 
 
@@ -128,7 +131,7 @@ TINY = 1e-37
 """The smallest float of the microcontroller."""
 
 
-def _written(value: float) -> bytes:
+def _format_number(value: float) -> bytes:
     """Return a number in ArduinoJson's format: nine digits of a double at most, exponents beyond 1e-5 and 1e7."""
     if isinstance(value, int) or abs(value) < TINY:
         return b"%d" % int(value)

@@ -25,7 +25,7 @@ from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import Joint, ProximitySensor
 from tests.doubles.coppeliasim.scene.states import State
 from tests.doubles.coppeliasim.scenes import bubblerob_scene, default_scene
-from tests.robotcore.runs import Once
+from tests.robotcore.runs import CallOnce
 from tests.texts import CheckText
 
 BOUND_S = 6.0
@@ -48,7 +48,7 @@ def double(simulator: Simulator) -> Iterator[Double]:
         yield double
 
 
-def drive(port: int, *observers: Once, duration_s: float = 60.0) -> RunResult:
+def drive(port: int, *observers: CallOnce, duration_s: float = 60.0) -> RunResult:
     clock = MonotonicClock()
     settings, options = {"duration_s": duration_s}, {"port": port}
     result = run(RunRequest("avoid-obstacles", "coppeliasim", settings=settings, options=options), observers)
@@ -66,7 +66,7 @@ def require_error(result: RunResult, kind: str) -> None:
 def test_server_that_ends_in_a_run_ends_it_and_the_next_run_works() -> None:
     with Double(default_scene()) as dying:
         port = dying.zmq_port
-        require_error(drive(port, Once(lambda: dying.__exit__(None, None, None))), "server-gone")
+        require_error(drive(port, CallOnce(lambda: dying.__exit__(None, None, None))), "server-gone")
     with Double(default_scene(), zmq_port=port):
         assert drive(port, duration_s=0.3).outcome is Outcome.SUCCESS
 
@@ -81,7 +81,7 @@ def test_server_that_hangs_in_a_run_ends_it_and_the_next_run_restores_the_scene(
             is_over.wait(BOUND_S)
 
     hanging = threading.Thread(target=hang)
-    result = drive(double.zmq_port, Once(hanging.start))
+    result = drive(double.zmq_port, CallOnce(hanging.start))
     is_over.set()
     hanging.join()
     require_error(result, "timeout")
@@ -104,7 +104,7 @@ def test_simulation_that_the_user_halts_ends_the_run(
         with simulator.lock:
             halt(simulator)
 
-    result = drive(double.zmq_port, Once(halt_locked))
+    result = drive(double.zmq_port, CallOnce(halt_locked))
     require_error(result, kind)
     check_text(result.reason, hide=[double.zmq_port])
 
@@ -117,7 +117,7 @@ def test_simulator_that_drops_its_client_ends_the_run(simulator: Simulator, doub
             before = simulator.time
             assert simulator.changed.wait_for(lambda: simulator.time > before + 0.1, BOUND_S)
 
-    require_error(drive(double.zmq_port, Once(drop_clients)), "lockstep-lost")
+    require_error(drive(double.zmq_port, CallOnce(drop_clients)), "lockstep-lost")
 
 
 def test_second_program_is_refused_and_the_first_continues(
@@ -125,7 +125,7 @@ def test_second_program_is_refused_and_the_first_continues(
 ) -> None:
     monkeypatch.setattr(lease, "RENEWAL_S", 0.1)
     second: list[RunResult] = []
-    first = drive(double.zmq_port, Once(lambda: second.append(drive(double.zmq_port))), duration_s=0.5)
+    first = drive(double.zmq_port, CallOnce(lambda: second.append(drive(double.zmq_port))), duration_s=0.5)
     assert first.outcome is Outcome.SUCCESS, first.reason
     require_error(second[0], "lease-held")
     check_text(second[0].reason, hide=[double.zmq_port])
@@ -143,7 +143,7 @@ def test_program_that_lost_its_lease_changes_nothing_more(
             simulator.pause()
         last.append(list_names(simulator))
 
-    result = drive(double.zmq_port, Once(take_over))
+    result = drive(double.zmq_port, CallOnce(take_over))
     require_error(result, "lease-lost")
     check_text(result.reason, hide=[double.zmq_port])
     assert list_names(simulator) == last[0]
@@ -228,7 +228,7 @@ def test_signal_during_a_call_ends_the_run_and_restores_the_scene(
         clock.sleep_until(clock.now() + 0.05)
         advance()
 
-    pressing = Once(lambda: monkeypatch.setattr(simulator, "advance", advance_during_ctrl_c))
+    pressing = CallOnce(lambda: monkeypatch.setattr(simulator, "advance", advance_during_ctrl_c))
     result = drive(double.zmq_port, pressing)
     assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 128 + signal.SIGINT)
     assert {thing.handle for thing in simulator.graph} == before

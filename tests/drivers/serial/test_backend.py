@@ -17,7 +17,7 @@ from robotcore.hal.backend import Capability, Setup
 from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.testing.simulation_rules import RepeatRules
-from tests.doubles.serial.bench import SerialBench, wired
+from tests.doubles.serial.bench import SerialBench, connect_devices
 from tests.doubles.serial.board import Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.rosarduino import RobotcoreBridgeDouble
@@ -32,7 +32,7 @@ def motor(side: str, **settings: Any) -> dict[str, Any]:
 
 
 def robot_on(port: object, left: dict[str, Any], right: dict[str, Any]) -> RobotDescription:
-    return wired(load_robot("rover"), {"left_motor": left, "right_motor": right}, Path(str(port)))
+    return connect_devices(load_robot("rover"), {"left_motor": left, "right_motor": right}, Path(str(port)))
 
 
 @pytest.fixture
@@ -133,7 +133,7 @@ class TestDoctor:
     def test_boards_that_answer_are_opened_and_read(self, pty: Pty, check_text: CheckText) -> None:
         clock = MonotonicClock()
         powered = Powered(RobotcoreBridgeDouble(), pty, clock)
-        *_, boards = self.examine(wired(load_robot("rover"), WHEELS, pty.path))
+        *_, boards = self.examine(connect_devices(load_robot("rover"), WHEELS, pty.path))
         powered.off()
         clock.close()
         assert (boards.what, boards.level, boards.kind) == ("boards", Level.OK, "boards-ok")
@@ -150,8 +150,8 @@ class TestDoctor:
     ) -> None:
         monkeypatch.setattr("drivers.serial.boards.rosarduino.drivers.ANSWER_S", 0.3)
         clock = MonotonicClock()
-        talking = clock.every(0.02, lambda: pty.say(said), "talking")
-        *_, port, board = self.examine(wired(load_robot("rover"), WHEELS, pty.path))
+        talking = clock.every(0.02, lambda: pty.send(said), "talking")
+        *_, port, board = self.examine(connect_devices(load_robot("rover"), WHEELS, pty.path))
         talking.stop()
         clock.close()
         assert (port.what, port.level) == ("port", Level.OK)
@@ -159,7 +159,9 @@ class TestDoctor:
         check_text(board)
 
     def test_a_camera_is_examined_too(self) -> None:
-        robot = wired(load_robot("rover"), {"eye": {"driver": "v4l2", "device": "/dev/video99"}}, Path("/dev/nowhere"))
+        robot = connect_devices(
+            load_robot("rover"), {"eye": {"driver": "v4l2", "device": "/dev/video99"}}, Path("/dev/nowhere")
+        )
         del robot.backends[SECTION]["eye"]["port"]
         *_, camera = self.examine(robot)
         assert (camera.what, camera.level) == ("camera", Level.ERROR)
@@ -171,7 +173,7 @@ class TestDoctor:
         clock = MonotonicClock()
         powered = Powered(RobotcoreBridgeDouble(), pty, clock)
         with pty.path.open() as file, subprocess.Popen(["/bin/sleep", "60"], stdin=file) as reader:
-            robot = wired(load_robot("rover"), WHEELS, pty.path)
+            robot = connect_devices(load_robot("rover"), WHEELS, pty.path)
             *_, port, boards = self.examine(robot)
             (note,) = SerialBackend().notes(setup_of(robot))
             reader.kill()

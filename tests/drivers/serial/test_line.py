@@ -42,12 +42,12 @@ class Bench:
         self.line.open("wheel", 1.0)
         return self
 
-    def pass_by(self, seconds: float) -> None:
+    def pass_time(self, seconds: float) -> None:
         self.clock.sleep_until(self.clock.now() + seconds)
 
     def lose(self) -> None:
         self.pty.unplug()
-        self.pass_by(2 * PERIOD_S)
+        self.pass_time(2 * PERIOD_S)
 
 
 @pytest.fixture
@@ -59,20 +59,20 @@ def bench(pty: Pty) -> Iterator[Bench]:
 
 def test_a_line_sends_due_data_and_receives(bench: Bench) -> None:
     bench.open()
-    bench.protocol.say(b"go")
+    bench.protocol.set_word(b"go")
     bench.line.settle("wheel")
-    assert bench.board.heard == b"?go"
+    assert bench.board.received == b"?go"
 
 
 def test_the_last_word_is_sent_in_closing(bench: Bench, pty: Pty) -> None:
-    bench.open().protocol.say(b"stop")
+    bench.open().protocol.set_word(b"stop")
     bench.line.close()
-    assert pty.all_heard() == b"stop"
+    assert pty.read_all() == b"stop"
 
 
 def test_a_command_without_acknowledgement_is_an_error_with_the_time_out(bench: Bench, raises: Raises) -> None:
     bench.open().board.is_deaf = True
-    bench.protocol.say(b"stop")
+    bench.protocol.set_word(b"stop")
     with raises(DeviceError, "not-acknowledged", device="wheel"):
         bench.line.settle("wheel")
 
@@ -81,7 +81,7 @@ def test_no_more_is_sent_than_the_line_carries(pty: Pty) -> None:
     bench = Bench(pty, baud=300).open()
     bench.board.times.clear()
     for _ in range(3):
-        bench.protocol.say(b"123")
+        bench.protocol.set_word(b"123")
         bench.line.settle("wheel")
     bench.line.close()
     gaps = [after - before for before, after in pairwise(bench.board.times)]
@@ -96,18 +96,18 @@ def test_a_lost_port_is_an_error_with_the_time_out(bench: Bench, raises: Raises)
 
 def test_a_lost_port_is_reopened_and_its_protocol_reset(bench: Bench) -> None:
     bench.open().lose()
-    bench.protocol.say(b"old")
+    bench.protocol.set_word(b"old")
     bench.pty.plug_in()
-    bench.pass_by(2 * FIRST_RETRY_S)
+    bench.pass_time(2 * FIRST_RETRY_S)
     bench.line.require("wheel")
-    assert bench.board.heard == b"??"
+    assert bench.board.received == b"??"
 
 
 def test_a_reopened_port_is_lost_until_its_board_answers(bench: Bench, raises: Raises) -> None:
     bench.open().lose()
     bench.board.is_deaf = True
     bench.pty.plug_in()
-    bench.pass_by(2 * FIRST_RETRY_S)
+    bench.pass_time(2 * FIRST_RETRY_S)
     with raises(DeviceLostError, "board-silent", device="wheel"):
         bench.line.require("wheel")
 
@@ -118,7 +118,7 @@ def test_a_sample_from_before_a_loss_is_not_read_after_it(bench: Bench, raises: 
     bench.line.require_since_lost("wheel", heard_at)
     bench.lose()
     bench.pty.plug_in()
-    bench.pass_by(2 * FIRST_RETRY_S)
+    bench.pass_time(2 * FIRST_RETRY_S)
     bench.line.require("wheel")
     with raises(DeviceLostError, "no-sample-yet", device="wheel"):
         bench.line.require_since_lost("wheel", heard_at)
@@ -134,14 +134,14 @@ def test_a_lost_port_is_tried_ever_more_seldom(bench: Bench, monkeypatch: pytest
         return False
 
     monkeypatch.setattr(Path, "exists", is_there)
-    bench.pass_by(6.0)
+    bench.pass_time(6.0)
     gaps = [after - before for before, after in pairwise(tried)]
     assert gaps == pytest.approx([0.2, 0.4, 0.8, 1.6, 2.0], abs=2 * PERIOD_S)
 
 
 def test_an_exception_in_the_protocol_closes_the_line(bench: Bench, raises: Raises) -> None:
     bench.open().protocol.defect = KeyError("side")
-    bench.pass_by(1.0)
+    bench.pass_time(1.0)
     with raises(DeviceError, "protocol-defect", device="wheel") as caught:
         bench.line.require("wheel")
     assert isinstance(caught.value.__cause__, KeyError)
@@ -207,8 +207,8 @@ def test_a_port_that_another_program_holds_is_refused_by_path_and_by_usb_id(
 def test_a_board_that_does_not_read_is_an_error_and_delays_nothing(pty: Pty, raises: Raises) -> None:
     bench = Bench(pty, baud=4_000_000).open()
     bench.powered.off()
-    bench.protocol.say(b"x" * 50_000)
-    bench.pass_by(PERIOD_S)
+    bench.protocol.set_word(b"x" * 50_000)
+    bench.pass_time(PERIOD_S)
     with raises(DeviceLostError, "port-lost", device="wheel"):
         bench.line.require("wheel")
     bench.line.close()
@@ -228,18 +228,18 @@ class TestByAThread:
         powered = Powered(board, pty, clock)
         line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 5.0)
-        protocol.say(b"go")
+        protocol.set_word(b"go")
         line.wake()
         line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, "was never heard")
         pty.unplug()
         with pytest.raises(DeviceLostError):
             _require_often(line, clock)
         pty.plug_in()
-        line.wait_until(lambda: board.heard == b"?go?" and protocol.is_ready, "wheel", 5.0, "never came back")
-        protocol.say(b"stop")
+        line.wait_until(lambda: board.received == b"?go?" and protocol.is_ready, "wheel", 5.0, "never came back")
+        protocol.set_word(b"stop")
         line.close()
         powered.off()
-        assert board.heard + pty.heard() == b"?go?stop"
+        assert board.received + pty.read() == b"?go?stop"
 
     def test_a_board_that_was_lost_while_the_program_was_suspended_is_not_reported_as_silent(
         self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch, raises: Raises
@@ -273,13 +273,13 @@ class TestByAThread:
         line.open("wheel", 5.0)
         with monkeypatch.context() as patient:
             patient.setattr(line_module, "MAX_WAIT_S", 1000.0)
-            protocol.say(b"go", at=clock.now() + 0.05)
+            protocol.set_word(b"go", at=clock.now() + 0.05)
             line.wake()
             line.wait_until(lambda: protocol.is_settled, "wheel", 5.0, "was never heard")
         line.wake()
         line.close()
         powered.off()
-        assert board.heard == b"?go"
+        assert board.received == b"?go"
 
     def test_a_line_that_was_given_up_waits(
         self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch

@@ -27,7 +27,7 @@ class Driving:
 
     baud: int
     sent: dict[int, float] = field(default_factory=dict)
-    heard: list[ReceivedFrame] = field(default_factory=list)
+    received: list[ReceivedFrame] = field(default_factory=list)
 
     @property
     def frame_s(self) -> float:
@@ -52,28 +52,28 @@ def driving(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Driving]
             protocol.set(number, clock.now())
             clock.sleep_until(clock.now() + TOLD_EVERY_S)
         line.close()
-        driving.heard = wire.heard
+        driving.received = wire.received
         yield driving
 
 
 def test_no_command_waits_for_another_one_on_the_wire(driving: Driving) -> None:
-    assert max(heard.waited for heard in driving.heard) <= LATER_S
+    assert max(frame.waited for frame in driving.received) <= LATER_S
 
 
 def test_only_the_newest_command_is_sent(driving: Driving) -> None:
-    assert all(heard.number >= driving.newest_at(heard.at - LATER_S - PERIOD_S) for heard in driving.heard)
+    assert all(frame.number >= driving.newest_at(frame.at - LATER_S - PERIOD_S) for frame in driving.received)
 
 
 def test_no_command_is_sent_twice_or_after_a_newer_one(driving: Driving) -> None:
-    numbers = [heard.number for heard in driving.heard]
+    numbers = [frame.number for frame in driving.received]
     assert numbers == sorted(set(numbers))
 
 
 def test_the_age_of_arriving_commands_is_bounded(driving: Driving) -> None:
     bound = TOLD_EVERY_S + driving.frame_s + 2 * LATER_S
-    assert max(heard.left_at - driving.sent[heard.number] for heard in driving.heard) <= bound
+    assert max(frame.left_at - driving.sent[frame.number] for frame in driving.received) <= bound
 
 
 def test_a_line_that_carries_every_command_sends_every_one_and_a_slower_one_is_never_idle(driving: Driving) -> None:
     most = LASTING_S / max(TOLD_EVERY_S, driving.frame_s + PERIOD_S)
-    assert len(driving.heard) >= 0.95 * most
+    assert len(driving.received) >= 0.95 * most

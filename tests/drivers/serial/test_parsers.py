@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.doubles.serial.protocols import ANY, SPOKEN, Damage, Parser, Spoken
+from tests.doubles.serial.protocols import ANY, PARSER_CASES, Damage, Parser, ParserCase
 
 EXAMPLES = 25
 """The examples of each rule and parser; every run of the suite draws others."""
@@ -17,17 +17,17 @@ EXAMPLES = 25
 KEPT = 2000
 """The largest size of a pickled parser in bytes."""
 
-every_parser = pytest.mark.parametrize("spoken", SPOKEN, ids=str)
+every_parser = pytest.mark.parametrize("spoken", PARSER_CASES, ids=str)
 
 NOISE = 40
 """The most bytes between frames."""
 
 
-def frames_of(spoken: Spoken) -> st.SearchStrategy[bytes]:
+def frames_of(spoken: ParserCase) -> st.SearchStrategy[bytes]:
     return st.integers(0, 2**32).map(lambda seed: spoken.frame(Random(seed)))
 
 
-def noise_for(spoken: Spoken) -> st.SearchStrategy[bytes]:
+def noise_for(spoken: ParserCase) -> st.SearchStrategy[bytes]:
     """Any bytes, often with starts of frames."""
     marked = st.lists(st.sampled_from([bytes([mark]) for mark in spoken.marks]), max_size=NOISE).map(b"".join)
     return st.one_of(
@@ -35,7 +35,7 @@ def noise_for(spoken: Spoken) -> st.SearchStrategy[bytes]:
     )
 
 
-def damaged(spoken: Spoken, frames: st.SearchStrategy[bytes], kinds: Damage = ANY) -> st.SearchStrategy[bytes]:
+def damaged(spoken: ParserCase, frames: st.SearchStrategy[bytes], kinds: Damage = ANY) -> st.SearchStrategy[bytes]:
     """A damaged frame, or noise in its place."""
     made = {
         Damage.NOISE: noise_for(spoken),
@@ -48,7 +48,7 @@ def damaged(spoken: Spoken, frames: st.SearchStrategy[bytes], kinds: Damage = AN
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_cuts_of_the_stream_change_nothing(spoken: Spoken, data: st.DataObject) -> None:
+def test_cuts_of_the_stream_change_nothing(spoken: ParserCase, data: st.DataObject) -> None:
     frames = frames_of(spoken)
     stream = b"".join(data.draw(st.lists(st.one_of(frames, damaged(spoken, frames)), max_size=8)))
     cuts = data.draw(st.lists(st.integers(0, len(stream)), max_size=20).map(sorted))
@@ -58,7 +58,7 @@ def test_cuts_of_the_stream_change_nothing(spoken: Spoken, data: st.DataObject) 
 
 
 @every_parser
-def test_single_bytes_make_the_same_frames(spoken: Spoken) -> None:
+def test_single_bytes_make_the_same_frames(spoken: ParserCase) -> None:
     draw = Random(1)
     stream = b"".join(spoken.frame(draw) + draw.randbytes(draw.randrange(20)) for _ in range(400))
     parser = spoken.parser()
@@ -68,7 +68,7 @@ def test_single_bytes_make_the_same_frames(spoken: Spoken) -> None:
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_every_frame_of_a_clean_line_is_reported(spoken: Spoken, data: st.DataObject) -> None:
+def test_every_frame_of_a_clean_line_is_reported(spoken: ParserCase, data: st.DataObject) -> None:
     frames = data.draw(st.lists(frames_of(spoken), min_size=2, max_size=8))
     assert list(spoken.parser().feed(b"".join(frames))) == [_said(spoken, frame) for frame in frames]
 
@@ -76,7 +76,7 @@ def test_every_frame_of_a_clean_line_is_reported(spoken: Spoken, data: st.DataOb
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_no_value_is_reported_that_no_frame_carried(spoken: Spoken, data: st.DataObject) -> None:
+def test_no_value_is_reported_that_no_frame_carried(spoken: ParserCase, data: st.DataObject) -> None:
     whole = data.draw(st.lists(frames_of(spoken), min_size=1, max_size=4))
     repeated = st.sampled_from(whole)
     stream = data.draw(st.lists(st.one_of(repeated, damaged(spoken, repeated, spoken.seen)), max_size=12))
@@ -87,7 +87,7 @@ def test_no_value_is_reported_that_no_frame_carried(spoken: Spoken, data: st.Dat
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_the_second_frame_after_damage_is_found(spoken: Spoken, data: st.DataObject) -> None:
+def test_the_second_frame_after_damage_is_found(spoken: ParserCase, data: st.DataObject) -> None:
     frames = frames_of(spoken)
     before = data.draw(st.lists(st.one_of(frames, damaged(spoken, frames)), max_size=8))
     after = data.draw(st.lists(frames, min_size=3, max_size=5))
@@ -101,7 +101,7 @@ def test_the_second_frame_after_damage_is_found(spoken: Spoken, data: st.DataObj
 @every_parser
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(st.data())
-def test_any_bytes_neither_raise_nor_fill_memory(spoken: Spoken, data: st.DataObject) -> None:
+def test_any_bytes_neither_raise_nor_fill_memory(spoken: ParserCase, data: st.DataObject) -> None:
     parser = spoken.parser()
     for piece in data.draw(st.lists(noise_for(spoken), max_size=20)):
         parser.feed(piece)
@@ -110,7 +110,7 @@ def test_any_bytes_neither_raise_nor_fill_memory(spoken: Spoken, data: st.DataOb
 
 @every_parser
 @pytest.mark.parametrize("mark", ["each mark", "all marks"])
-def test_a_stream_of_nothing_but_beginnings_is_not_kept(spoken: Spoken, mark: str) -> None:
+def test_a_stream_of_nothing_but_beginnings_is_not_kept(spoken: ParserCase, mark: str) -> None:
     streams = [bytes([one]) for one in spoken.marks] if mark == "each mark" else [spoken.marks]
     for stream in streams:
         parser = spoken.parser()
@@ -118,7 +118,7 @@ def test_a_stream_of_nothing_but_beginnings_is_not_kept(spoken: Spoken, mark: st
         assert _kept(parser) < KEPT
 
 
-def _said(spoken: Spoken, frame: bytes) -> object:
+def _said(spoken: ParserCase, frame: bytes) -> object:
     """Return the values of a frame; the parser may need a second frame to accept the first one."""
     return spoken.parser().feed(2 * frame)[0]
 

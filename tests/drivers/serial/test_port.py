@@ -125,4 +125,4 @@ def test_a_finished_write_is_no_failure_after_a_long_suspension(
         port.write(b"m 20 20\r")
         monkeypatch.undo()
         port.close()
-        assert pty.heard() == b"m 20 20\r"
+        assert pty.read() == b"m 20 20\r"

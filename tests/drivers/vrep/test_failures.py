@@ -32,7 +32,7 @@ from tests.doubles.coppeliasim.scene.objects import Joint
 from tests.doubles.coppeliasim.scene.simulator import Simulator
 from tests.doubles.coppeliasim.scene.states import State
 from tests.drivers.vrep.test_apps import create_arena
-from tests.robotcore.runs import Once
+from tests.robotcore.runs import CallOnce
 
 BOUND_S = 20.0
 """Fails a test whose run hangs; errors come within two seconds on an idle machine."""
@@ -58,7 +58,9 @@ def patient(tmp_path: Path) -> str:
     return str(file)
 
 
-def drive(port: int, *observers: Once, robot: str = "rover", duration_s: float = 60.0, **options: object) -> RunResult:
+def drive(
+    port: int, *observers: CallOnce, robot: str = "rover", duration_s: float = 60.0, **options: object
+) -> RunResult:
     clock = MonotonicClock()
     settings, options = {"duration_s": duration_s}, {"port": port, **options}
     request = RunRequest("avoid-obstacles", "vrep", robot, settings=settings, options=options)
@@ -90,7 +92,7 @@ def test_server_that_fails_in_a_run_ends_it_and_the_next_run_works(
     server: LegacyServer, fault: Callable[[], Fault], error: type[RemoteApiError], patient: str, *, stepped: bool
 ) -> None:
     robot = "rover" if error is ServerTimeoutError else patient
-    result = drive(server.port, Once(lambda: server.service.fail(fault())), robot=robot, stepped=stepped)
+    result = drive(server.port, CallOnce(lambda: server.service.fail(fault())), robot=robot, stepped=stepped)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert type(result.error) is error
     server.service.fail(None)
@@ -118,7 +120,7 @@ def test_simulation_that_the_user_halts_ends_the_run(
         with simulator.lock:
             halt(simulator)
 
-    result = drive(server.port, Once(halt_locked), robot=patient, stepped=stepped)
+    result = drive(server.port, CallOnce(halt_locked), robot=patient, stepped=stepped)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert isinstance(result.error, SimulationHaltedError)
     assert result.error.kind == kind
@@ -126,7 +128,7 @@ def test_simulation_that_the_user_halts_ends_the_run(
 
 def test_second_app_on_a_port_is_refused(server: LegacyServer) -> None:
     second: list[RunResult] = []
-    first = drive(server.port, Once(lambda: second.append(drive(server.port))), duration_s=0.5)
+    first = drive(server.port, CallOnce(lambda: second.append(drive(server.port))), duration_s=0.5)
     assert first.outcome is Outcome.SUCCESS
     assert isinstance(second[0].error, RemoteApiError)
     assert second[0].error.kind == "port-in-use"
@@ -169,7 +171,7 @@ def test_signal_during_an_exchange_stops_wheels_and_simulation(
     simulator: Simulator, server: LegacyServer, patient: str, *, stepped: bool
 ) -> None:
     result = drive(
-        server.port, Once(lambda: server.service.fail(InterruptBeforeReply(server))), robot=patient, stepped=stepped
+        server.port, CallOnce(lambda: server.service.fail(InterruptBeforeReply(server))), robot=patient, stepped=stepped
     )
     left = simulator.graph.find("/rover/left_motor")
     assert isinstance(left, Joint)

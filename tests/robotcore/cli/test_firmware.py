@@ -24,10 +24,10 @@ class AnsweringBoard:
 
     def _run(self) -> None:
         while not self._leaving.is_set():
-            for _ in range(self._pty.heard(0.02).count(b"\r")):
+            for _ in range(self._pty.read(0.02).count(b"\r")):
                 self._deaf -= 1
                 if self._deaf < 0:
-                    self._pty.say(self._reply)
+                    self._pty.send(self._reply)
 
     def close(self) -> None:
         self._leaving.set()
@@ -87,7 +87,7 @@ def test_avrdude_that_fails_is_quoted_and_the_board_is_not_asked(
 ) -> None:
     tools.put("avrdude", "echo 'avrdude: stk500_recv(): programmer is not responding' >&2; exit 1")
     answer = cli("firmware", "flash", "--port", str(pty.path))
-    assert (answer.status, pty.heard()) == (3, b"")
+    assert (answer.status, pty.read()) == (3, b"")
     check_text(answer.err)
 
 

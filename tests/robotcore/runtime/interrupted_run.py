@@ -14,11 +14,11 @@ from unittest.mock import patch
 from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.session import RunRequest, RunResult, run
-from tests.robotcore.fakes import Deed, RigBackend
+from tests.robotcore.fakes import FunctionApp, RigBackend
 from tests.robotcore.runs import Watcher
 
 
-class App(Deed):
+class App(FunctionApp):
     """Drives, and calls the deed from its third tick on."""
 
     ticks = 0

@@ -18,7 +18,7 @@ from robotcore.runtime.behaviour import Status
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.session import Run, run
 from robotcore.runtime.trace import TickRecord
-from tests.robotcore.fakes import Deed, NullMotor, Rig
+from tests.robotcore.fakes import FunctionApp, NullMotor, Rig
 from tests.robotcore.recording.replay.memory import Memory
 from tests.texts import CheckText
 
@@ -130,7 +130,7 @@ class Board:
 
     def run(self, deed: Callable[[Robot], Status | None], timeout: float = 1.5) -> Outcome:
         self.loop = Loop(
-            self.rig.assembled, Deed(deed), self.rig.rate_hz, timeout, [self.records.append], outage=self._outage
+            self.rig.assembled, FunctionApp(deed), self.rig.rate_hz, timeout, [self.records.append], outage=self._outage
         )
         return self.loop.run()
 

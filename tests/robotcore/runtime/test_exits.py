@@ -27,8 +27,8 @@ from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run
 from robotcore.runtime.signals import SignalGuard
 from robotcore.runtime.trace import TickRecord
-from tests.robotcore.fakes import Deed, Rig, RigBackend
-from tests.robotcore.runs import Runner, Watcher, driving, ended_by, raising, then
+from tests.robotcore.fakes import FunctionApp, Rig, RigBackend
+from tests.robotcore.runs import Runner, Watcher, drive_then, drive_then_raise, drive_wheels, last_cause
 from tests.texts import CheckText
 
 
@@ -40,7 +40,7 @@ def test_no_command_passes_after_the_third_signal(
 
     def end_by_signal(number: int) -> None:
         with pytest.raises(DeviceClosedError):
-            driving(robots[0])
+            drive_wheels(robots[0])
         died.append(backend.rig.wheels)
 
     def press(robot: Robot) -> None:
@@ -50,7 +50,7 @@ def test_no_command_passes_after_the_third_signal(
                 signal.raise_signal(signal.SIGTERM)
 
     monkeypatch.setattr("robotcore.runtime.signals.end_by_signal", end_by_signal)
-    perform(then(press))
+    perform(drive_then(press))
     assert died == [(0.0, 0.0)]
 
 
@@ -74,7 +74,7 @@ def test_late_watchdog_interrupt_ends_the_run_with_the_latched_error(
 
     monkeypatch.setattr("robotcore.runtime.session.assemble", keep)
     monkeypatch.setattr(SignalGuard, "mask", mask_too_late)
-    result = perform(then(lambda _: Status.SUCCESS))
+    result = perform(drive_then(lambda _: Status.SUCCESS))
     assert (result.outcome, result.error) == (Outcome.STOPPED, latched)
     assert backend.rig.left.releases == 1
 
@@ -95,37 +95,37 @@ class TestEmergencyStop:
 
     def test_press_ends_the_run_as_stopped(self, perform: Runner, backend: RigBackend, check_text: CheckText) -> None:
         button = self.Button()
-        result = perform(then(driving), observers=[button])
+        result = perform(drive_then(drive_wheels), observers=[button])
         assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
         assert isinstance(result.error, EmergencyStopError)
         check_text(result.reason)
-        assert ended_by(button) == "e-stop"
+        assert last_cause(button) == "e-stop"
         assert backend.rig.wheels == (0.0, 0.0)
         assert result.ticks == 5
 
     def test_app_that_catches_the_e_stop_is_stopped(self, perform: Runner, backend: RigBackend) -> None:
         def deaf(robot: Robot) -> None:
             try:
-                driving(robot)
+                drive_wheels(robot)
             except BaseException:  # noqa: BLE001  some apps do
                 return
 
-        assert perform(then(deaf), observers=[self.Button()]).outcome is Outcome.STOPPED
+        assert perform(drive_then(deaf), observers=[self.Button()]).outcome is Outcome.STOPPED
         assert backend.rig.wheels == (0.0, 0.0)
 
 
 class TestLatch:
     def test_velocity_that_is_nan_is_an_intervention(self, perform: Runner) -> None:
         watcher = Watcher()
-        result = perform(then(lambda robot: driving(robot, math.nan)), observers=[watcher])
-        assert (result.outcome, ended_by(watcher)) == (Outcome.STOPPED, "invalid command")
+        result = perform(drive_then(lambda robot: drive_wheels(robot, math.nan)), observers=[watcher])
+        assert (result.outcome, last_cause(watcher)) == (Outcome.STOPPED, "invalid command")
 
     def test_stale_sample_is_an_intervention_and_stops_at_once(self, perform: Runner, backend: RigBackend) -> None:
         stood: list[Any] = []
 
         def age(robot: Robot) -> Status:
             if robot.clock.now() < 0.1:
-                driving(robot)
+                drive_wheels(robot)
                 return Status.RUNNING
             backend.rig.nose.age = 2.0
             try:
@@ -135,14 +135,14 @@ class TestLatch:
             return Status.SUCCESS
 
         watcher = Watcher()
-        result = perform(Deed(age), observers=[watcher])
-        assert (result.outcome, ended_by(watcher)) == (Outcome.STOPPED, "stale sample")
+        result = perform(FunctionApp(age), observers=[watcher])
+        assert (result.outcome, last_cause(watcher)) == (Outcome.STOPPED, "stale sample")
         assert stood == [(0.0, 0.0)]
 
 
 @pytest.mark.parametrize("kind", [SystemExit, KeyboardInterrupt, GeneratorExit, RecursionError, MemoryError])
 def test_any_exception_of_an_app_ends_its_run(perform: Runner, backend: RigBackend, kind: type[BaseException]) -> None:
-    result = perform(raising(kind("so")))
+    result = perform(drive_then_raise(kind("so")))
     assert isinstance(result.error, BehaviourError)
     assert result.exit_status == 5
     assert backend.rig.wheels == (0.0, 0.0)
@@ -167,7 +167,7 @@ def test_threads_of_an_app_move_nothing_after_the_run(perform: Runner, backend: 
         return Status.SUCCESS
 
     kept: list[Robot] = []
-    assert perform(then(end)).outcome is Outcome.SUCCESS
+    assert perform(drive_then(end)).outcome is Outcome.SUCCESS
     command(kept[0])
     kept[0].drive.stop()
     assert refused == ["all", "all"]
@@ -185,10 +185,10 @@ class TestObservers:
 
         watcher = Watcher()
         with pytest.raises(ZeroDivisionError):
-            perform(then(driving), observers=[Broken(), watcher])
+            perform(drive_then(drive_wheels), observers=[Broken(), watcher])
         assert backend.rig.wheels == (0.0, 0.0)
         assert backend.rig.left.releases == 1
-        (result,) = [value for what, value in watcher.heard if what == "end"]
+        (result,) = [value for what, value in watcher.calls if what == "end"]
         assert result.outcome is Outcome.ERROR
 
     def test_other_observers_get_the_result_if_one_raises_at_the_end(self, perform: Runner) -> None:
@@ -198,8 +198,8 @@ class TestObservers:
 
         watcher = Watcher()
         with pytest.raises(ZeroDivisionError):
-            perform(then(lambda _: Status.SUCCESS), observers=[Broken(), watcher])
-        assert [what for what, _ in watcher.heard][-1] == "end"
+            perform(drive_then(lambda _: Status.SUCCESS), observers=[Broken(), watcher])
+        assert [what for what, _ in watcher.calls][-1] == "end"
 
     def test_signal_does_not_interrupt_the_beginning(self, perform: Runner) -> None:
         class Beginning(Watcher):
@@ -208,9 +208,9 @@ class TestObservers:
                 super().begin(run)
 
         observers = [Beginning(), Watcher()]
-        result = perform(then(driving), observers=observers)
+        result = perform(drive_then(drive_wheels), observers=observers)
         assert (result.outcome, result.ticks) == (Outcome.INTERRUPTED, 0)
-        assert [[what for what, _ in each.heard] for each in observers] == [["begin", "end"]] * 2
+        assert [[what for what, _ in each.calls] for each in observers] == [["begin", "end"]] * 2
 
 
 def test_motors_stand_before_the_program_is_suspended(perform: Runner, backend: RigBackend) -> None:
@@ -223,7 +223,7 @@ def test_motors_stand_before_the_program_is_suspended(perform: Runner, backend: 
         held.append(len(stood))
 
     try:
-        result = perform(then(press), RunRequest("an_app", timeout_s=0.2))
+        result = perform(drive_then(press), RunRequest("an_app", timeout_s=0.2))
     finally:
         signal.signal(signal.SIGTSTP, before)
     assert set(stood) == {(0.0, 0.0)}
@@ -250,7 +250,7 @@ def test_sample_after_a_suspension_is_new(perform: Runner, backend: RigBackend) 
 
     before = signal.signal(signal.SIGTSTP, suspend)
     try:
-        result = perform(then(press))
+        result = perform(drive_then(press))
     finally:
         signal.signal(signal.SIGTSTP, before)
     waking[-1].join()
@@ -266,9 +266,9 @@ def test_result_is_not_verified_if_the_truth_has_died(perform: Runner, backend: 
         rig.truth = Dead()
 
     backend._prepare = kill
-    result = perform(then(lambda _: Status.SUCCESS), RunRequest("an_app", world="open"))
+    result = perform(drive_then(lambda _: Status.SUCCESS), RunRequest("an_app", world="open"))
     assert (result.outcome, result.verified) == (Outcome.SUCCESS, None)
 
 
 def test_error_of_a_device_is_in_the_result(perform: Runner) -> None:
-    assert isinstance(perform(raising(DeviceError("eye", "gone"))).error, DeviceError)
+    assert isinstance(perform(drive_then_raise(DeviceError("eye", "gone"))).error, DeviceError)

@@ -11,7 +11,7 @@ from robotcore.runtime.behaviour import Status
 from robotcore.runtime.loop import Loop
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
-from tests.robotcore.fakes import Deed, Rig
+from tests.robotcore.fakes import FunctionApp, Rig
 from tests.texts import Raises
 
 
@@ -21,7 +21,7 @@ def loop_of(
     timeout: float = 10.0,
     observer: Callable[[TickRecord], None] = lambda _: None,
 ) -> Loop:
-    return Loop(rig.assembled, Deed(deed), rig.rate_hz, timeout, [observer])
+    return Loop(rig.assembled, FunctionApp(deed), rig.rate_hz, timeout, [observer])
 
 
 def returning(*statuses: Status) -> Callable[[Robot], Status]:

@@ -17,7 +17,7 @@ from robotcore.runtime.session import RunRequest, RunResult, run
 from robotcore.testing.mock.devices import LOST, Script
 from robotcore.testing.mock.robot import MockRobot
 from tests.doubles import powered
-from tests.robotcore.fakes import Deed
+from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.runs import Watcher
 from tests.texts import CheckText
 
@@ -30,7 +30,7 @@ def robot_with_voltage(volts: Script, warn_below_v: float | None = 6.6) -> MockR
     return MockRobot(robot, readings={"cells": volts})
 
 
-class Idle(Deed):
+class Idle(FunctionApp):
     """An app that needs no device and never ends."""
 
     needs = frozenset()
@@ -106,7 +106,7 @@ def test_app_may_read_a_battery_by_its_name() -> None:
         seen.append(robot["cells"].read().voltage)  # type: ignore[attr-defined]  # it is a Battery
         return Status.RUNNING
 
-    robot_with_voltage([7.4, 7.3]).run(Deed(reading), 3)
+    robot_with_voltage([7.4, 7.3]).run(FunctionApp(reading), 3)
     assert seen == [7.4, 7.3, 7.3]
 
 
@@ -174,5 +174,5 @@ def test_loss_of_a_battery_can_be_injected(monkeypatch: pytest.MonkeyPatch, rove
     watcher = Watcher()
     request = RunRequest("avoid-obstacles", "powered", str(rover.file), "open", timeout_s=1.2, faults=("cells lost=1",))
     run(request, [watcher])
-    voltages = [value.voltages for what, value in watcher.heard if what == "tick"]
+    voltages = [value.voltages for what, value in watcher.calls if what == "tick"]
     assert [bool(each) for each in voltages] == [tick >= 20 for tick in range(25)]

@@ -24,8 +24,8 @@ from robotcore.runtime import session
 from robotcore.runtime.behaviour import Status
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest, RunResult
-from tests.robotcore.fakes import Deed, RigBackend
-from tests.robotcore.runs import Runner, Watcher, driving, raising, then
+from tests.robotcore.fakes import FunctionApp, RigBackend
+from tests.robotcore.runs import Runner, Watcher, drive_then, drive_then_raise, drive_wheels
 from tests.texts import CheckText
 
 
@@ -36,14 +36,14 @@ from tests.texts import CheckText
 def test_status_of_the_app_is_the_outcome(
     perform: Runner, backend: RigBackend, status: Status, outcome: Outcome, exit_status: int
 ) -> None:
-    result = perform(then(lambda _: status))
+    result = perform(drive_then(lambda _: status))
     assert (result.outcome, result.exit_status, result.ticks) == (outcome, exit_status, 3)
     assert result.error is None
     assert backend.rig.wheels == (0.0, 0.0)
 
 
 def test_timeout_is_a_failure_with_the_apps_state(perform: Runner, check_text: CheckText) -> None:
-    result = perform(then(lambda _: None), RunRequest("app", timeout_s=0.5))
+    result = perform(drive_then(lambda _: None), RunRequest("app", timeout_s=0.5))
     assert (result.outcome, result.exit_status) == (Outcome.TIMEOUT, 1)
     check_text(result.reason)
     assert (result.sim_time_s, result.ticks) == (0.5, 11)
@@ -65,7 +65,7 @@ def test_timeout_is_a_failure_with_the_apps_state(perform: Runner, check_text: C
 def test_error_has_an_outcome_and_stops_every_motor(
     perform: Runner, backend: RigBackend, error: BaseException, outcome: Outcome, exit_status: int
 ) -> None:
-    result = perform(raising(error))
+    result = perform(drive_then_raise(error))
     assert (result.outcome, result.exit_status) == (outcome, exit_status)
     assert result.error is error
     assert result.reason == str(error)
@@ -74,7 +74,7 @@ def test_error_has_an_outcome_and_stops_every_motor(
 
 
 def test_exception_of_the_app_is_the_cause_of_the_error(perform: Runner, backend: RigBackend) -> None:
-    result = perform(raising(KeyError("left")))
+    result = perform(drive_then_raise(KeyError("left")))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
     assert result.error
     assert isinstance(result.error.__cause__, KeyError)
@@ -82,7 +82,7 @@ def test_exception_of_the_app_is_the_cause_of_the_error(perform: Runner, backend
 
 
 def test_velocity_that_is_nan_is_a_safety_stop(perform: Runner, backend: RigBackend) -> None:
-    result = perform(then(lambda robot: driving(robot, float("nan"))))
+    result = perform(drive_then(lambda robot: drive_wheels(robot, float("nan"))))
     assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
     assert backend.rig.wheels == (0.0, 0.0)
 
@@ -91,7 +91,7 @@ def test_velocity_that_is_nan_is_a_safety_stop(perform: Runner, backend: RigBack
 def test_other_exceptions_of_the_app_are_behaviour_errors(
     perform: Runner, backend: RigBackend, error: BaseException
 ) -> None:
-    result = perform(raising(error))
+    result = perform(drive_then_raise(error))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
     assert backend.rig.wheels == (0.0, 0.0)
     assert backend.rig.left.releases == 1
@@ -100,10 +100,10 @@ def test_other_exceptions_of_the_app_are_behaviour_errors(
 def test_velocity_that_is_nan_ends_the_run_even_if_the_app_catches_the_error(perform: Runner) -> None:
     def swallow(robot: Robot) -> Status:
         with suppress(Exception):
-            driving(robot, float("nan"))
+            drive_wheels(robot, float("nan"))
         return Status.RUNNING
 
-    result = perform(then(swallow))
+    result = perform(drive_then(swallow))
     assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
 
 
@@ -113,14 +113,14 @@ def test_untranslated_exception_of_a_driver_is_a_device_error(perform: Runner, b
         robot.range.read()
         return Status.RUNNING
 
-    result = perform(then(unplug))
+    result = perform(drive_then(unplug))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert isinstance(result.error, DeviceError)
     assert result.error.device == "nose"
 
 
 def test_reason_of_the_app_is_in_the_result(perform: Runner) -> None:
-    app = then(lambda _: Status.FAILURE)
+    app = drive_then(lambda _: Status.FAILURE)
     app.reason = "reason"
     assert perform(app).reason == app.reason
 
@@ -136,7 +136,7 @@ def test_reason_of_the_app_is_in_the_result(perform: Runner) -> None:
 def test_only_needed_and_wanted_devices_are_opened(
     perform: Runner, backend: RigBackend, needs: set[Role], wants: set[Role], opened: set[str]
 ) -> None:
-    app = Deed(lambda _: Status.SUCCESS)
+    app = FunctionApp(lambda _: Status.SUCCESS)
     app.needs, app.wants = frozenset(needs), frozenset(wants)  # type: ignore[misc]
     perform(app)
     assert backend.rig.names == opened
@@ -144,7 +144,7 @@ def test_only_needed_and_wanted_devices_are_opened(
 
 def test_unmet_need_is_refused_before_anything_is_opened(perform: Runner, backend: RigBackend) -> None:
     with pytest.raises(UnmetNeedError):
-        perform(then(lambda _: Status.SUCCESS), RunRequest("app", robot="lookout"))
+        perform(drive_then(lambda _: Status.SUCCESS), RunRequest("app", robot="lookout"))
     assert backend.rigs == []
 
 
@@ -157,9 +157,9 @@ def test_simulated_time_is_paced_only_on_request(perform: Runner, monkeypatch: p
             paced.append(source)
 
     monkeypatch.setattr(session, "PacedClock", Noting)
-    perform(then(lambda _: Status.SUCCESS))
+    perform(drive_then(lambda _: Status.SUCCESS))
     assert paced == []
-    perform(then(lambda _: Status.SUCCESS), RunRequest("app", realtime=True))
+    perform(drive_then(lambda _: Status.SUCCESS), RunRequest("app", realtime=True))
     assert len(paced) == 1
 
 
@@ -169,20 +169,20 @@ def _reset() -> Any:
 
 def test_observers_get_the_run_each_tick_and_the_result(perform: Runner) -> None:
     watcher = Watcher()
-    result = perform(then(lambda _: Status.SUCCESS), observers=[watcher])
-    assert [name for name, _ in watcher.heard] == ["begin", "tick", "tick", "tick", "end"]
-    assert watcher.heard[-1][1] is result
-    assert [record.tick for name, record in watcher.heard if name == "tick"] == [0, 1, 2]
+    result = perform(drive_then(lambda _: Status.SUCCESS), observers=[watcher])
+    assert [name for name, _ in watcher.calls] == ["begin", "tick", "tick", "tick", "end"]
+    assert watcher.calls[-1][1] is result
+    assert [record.tick for name, record in watcher.calls if name == "tick"] == [0, 1, 2]
 
 
 def test_observers_get_the_result_of_a_failed_run(perform: Runner) -> None:
     watcher = Watcher()
-    perform(raising(DeviceError("eye", "no picture")), observers=[watcher])
-    assert watcher.heard[-1][0] == "end"
+    perform(drive_then_raise(DeviceError("eye", "no picture")), observers=[watcher])
+    assert watcher.calls[-1][0] == "end"
 
 
 def test_result_has_the_names_of_the_request(perform: Runner) -> None:
-    result = perform(then(lambda _: Status.SUCCESS), RunRequest("an_app", seed=4))
+    result = perform(drive_then(lambda _: Status.SUCCESS), RunRequest("an_app", seed=4))
     assert (result.app, result.backend, result.robot, result.world, result.seed) == (
         "an-app",
         "rig",
@@ -193,16 +193,16 @@ def test_result_has_the_names_of_the_request(perform: Runner) -> None:
 
 
 def test_result_has_milestones_interventions_and_digest(perform: Runner, backend: RigBackend) -> None:
-    app = then(lambda _: Status.SUCCESS)
+    app = drive_then(lambda _: Status.SUCCESS)
     app.milestones = ("start", "never")  # type: ignore[misc]
     backend._prepare = lambda rig: setattr(rig.nose, "distance", 0.05)
-    first, second = perform(app), perform(then(lambda _: Status.SUCCESS))
+    first, second = perform(app), perform(drive_then(lambda _: Status.SUCCESS))
     assert (first.milestones, first.interventions) == ({"start": 0.0}, 3)
     assert first.trace_sha256 == second.trace_sha256
 
 
 def test_json_has_every_field_but_the_exception(perform: Runner) -> None:
-    result = json.loads(perform(raising(DeviceError("eye", "no picture"))).to_json())
+    result = json.loads(perform(drive_then_raise(DeviceError("eye", "no picture"))).to_json())
     assert result["outcome"] == "error"
     assert "error" not in result
     assert set(result) == set(RunResult.__dataclass_fields__) - {"error"}

@@ -13,8 +13,8 @@ from robotcore.runtime.behaviour import Status
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest
 from robotcore.runtime.signals import SignalGuard
-from tests.robotcore.fakes import Deed, Rig, RigBackend, StillTruth
-from tests.robotcore.runs import Runner, then
+from tests.robotcore.fakes import FunctionApp, Rig, RigBackend, StillTruth
+from tests.robotcore.runs import Runner, drive_then
 from tests.texts import CheckText
 
 
@@ -25,7 +25,7 @@ def test_failure_to_close_turns_a_success_into_an_error(
         backend.rig.eye.close = _fail_to_close  # type: ignore[method-assign]
         return Status.SUCCESS
 
-    app = then(unplug)
+    app = drive_then(unplug)
     app.needs = frozenset({Role.DRIVE, Role.CAMERA})  # type: ignore[misc]
     result = perform(app)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
@@ -40,7 +40,7 @@ def test_other_motor_stops_if_one_fails_and_the_first_error_counts(
     def cut(robot: Robot) -> None:
         backend.rig.left.is_broken = True
 
-    result = perform(then(cut))
+    result = perform(drive_then(cut))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert isinstance(result.error, DeviceError)
     assert result.error.device == "left_motor"
@@ -57,7 +57,7 @@ def test_second_signal_does_not_interrupt_the_stopping(perform: Runner, backend:
         backend.rig.left._apply = press_again  # type: ignore[method-assign]
         signal.raise_signal(signal.SIGTERM)
 
-    result = perform(then(press))
+    result = perform(drive_then(press))
     assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 143)
     assert backend.rig.wheels == (0.0, 0.0)
     assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
@@ -74,7 +74,7 @@ def test_late_signal_does_not_prevent_closing(
         mask(guard)
 
     monkeypatch.setattr(SignalGuard, "mask", mask_too_late)
-    result = perform(then(lambda _: Status.SUCCESS))
+    result = perform(drive_then(lambda _: Status.SUCCESS))
     assert (result.outcome, result.exit_status) == (Outcome.INTERRUPTED, 143)
     assert (backend.rig.left.releases, backend.rig.right.releases) == (1, 1)
 
@@ -86,7 +86,7 @@ def test_failure_to_open_the_robot_is_an_error_of_the_run(
         raise DeviceGroupError("opening rover", [DeviceError("eye", "no picture")])
 
     backend._prepare = fail
-    result = perform(then(lambda _: Status.SUCCESS))
+    result = perform(drive_then(lambda _: Status.SUCCESS))
     assert (result.outcome, result.exit_status, result.ticks) == (Outcome.ERROR, 3, 0)
     assert (result.trace_sha256, result.sim_time_s) == (None, 0.0)
     check_text(result.reason)
@@ -99,14 +99,14 @@ def _fail_to_close() -> None:
 AHEAD = Pose(0.0, 0.0, 0.0)
 
 
-class Verifying(Deed):
+class Verifying(FunctionApp):
     """Verifies that the robot is at rest."""
 
     def verify(self, truth: Truth) -> bool | None:
         return truth.is_at_rest
 
 
-class Confused(Deed):
+class Confused(FunctionApp):
     def verify(self, truth: Truth) -> bool | None:
         raise IndexError("index")
 
@@ -131,7 +131,7 @@ def test_success_is_verified_by_the_simulators_truth(
 
 def test_app_without_verify_is_not_verified(perform: Runner, backend: RigBackend) -> None:
     backend._prepare = lambda rig: setattr(rig, "truth", StillTruth(AHEAD))
-    result = perform(then(lambda _: Status.SUCCESS), RunRequest("app", world="open"))
+    result = perform(drive_then(lambda _: Status.SUCCESS), RunRequest("app", world="open"))
     assert (result.verified, result.contacts) == (None, 0)
 
 

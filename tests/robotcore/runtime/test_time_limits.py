@@ -22,12 +22,12 @@ from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.time_limits import judge_limit
 from robotcore.runtime.trace import TickRecord
 from robotcore.safety.motor_stop import STOP_S
-from tests.robotcore.fakes import Deed, RigBackend
-from tests.robotcore.runs import Runner, Watcher, ended_by, then
+from tests.robotcore.fakes import FunctionApp, RigBackend
+from tests.robotcore.runs import Runner, Watcher, drive_then, last_cause
 from tests.texts import CheckText
 
 
-class Judge(Deed):
+class Judge(FunctionApp):
     """An app in this file."""
 
 
@@ -77,12 +77,12 @@ def test_app_that_does_not_return_is_stopped(
         gate.wait()
 
     watcher = Watcher()
-    result = perform(then(hang), hasty, observers=[watcher])
+    result = perform(drive_then(hang), hasty, observers=[watcher])
     assert isinstance(result.error, WatchdogError)
     assert (result.outcome, result.exit_status) == (Outcome.STOPPED, 4)
     assert (result.error.kind, result.error.fields["state"]) == ("step-timeout", "start")
     assert backend.rig.wheels == (0.0, 0.0)
-    assert ended_by(watcher) == "watchdog"
+    assert last_cause(watcher) == "watchdog"
     assert result.interventions >= 1
 
 
@@ -95,7 +95,7 @@ def test_app_that_catches_the_interrupt_once_is_stopped(
         except BaseException:  # noqa: BLE001  some apps do
             return
 
-    assert isinstance(perform(then(swallow), hasty).error, WatchdogError)
+    assert isinstance(perform(drive_then(swallow), hasty).error, WatchdogError)
 
 
 def test_error_of_a_sensor_that_hangs_has_its_name(
@@ -104,7 +104,7 @@ def test_error_of_a_sensor_that_hangs_has_its_name(
     def hang(robot: Robot) -> None:
         backend.rig.nose._newest = gate.wait  # type: ignore[method-assign, assignment]
 
-    result = perform(then(hang), hasty)
+    result = perform(drive_then(hang), hasty)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert isinstance(result.error, DeviceError)
     assert result.error.device == "nose"
@@ -119,10 +119,10 @@ def test_simulator_that_lets_no_time_pass_ends_the_run(
         backend.rig.clock._advance = lambda _: gate.wait()  # type: ignore[assignment]
 
     watcher = Watcher()
-    result = perform(then(hang), hasty, observers=[watcher])
+    result = perform(drive_then(hang), hasty, observers=[watcher])
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert isinstance(result.error, BackendError)
-    assert ended_by(watcher) == "watchdog"
+    assert last_cause(watcher) == "watchdog"
     assert backend.rig.wheels == (0.0, 0.0)
 
 
@@ -132,7 +132,7 @@ def test_other_motor_stops_if_one_hangs(
     def hang(robot: Robot) -> None:
         backend.rig.left.on_command = lambda _: gate.wait()
 
-    result = perform(then(hang), hasty)
+    result = perform(drive_then(hang), hasty)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert isinstance(result.error, DeviceError)
     assert result.error.device == "left_motor"
@@ -146,7 +146,7 @@ def test_stop_that_hangs_at_the_end_is_reported_and_the_other_motor_stops(
         backend.rig.left.on_command = lambda _: gate.wait()
         raise ValueError
 
-    result = perform(then(hang), hasty)
+    result = perform(drive_then(hang), hasty)
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
     check_text(result.reason)
     assert backend.rig.right.sent[-1] == 0.0
@@ -158,7 +158,7 @@ def test_slow_stop_of_a_simulated_motor_is_no_hang(perform: Runner, backend: Rig
         backend.rig.left.on_command = lambda _: wall.sleep_until(wall.now() + 2 * STOP_S)
         raise ValueError
 
-    result = perform(then(dawdle))
+    result = perform(drive_then(dawdle))
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 5)
     check_text(result.reason)
 
@@ -176,7 +176,7 @@ def test_observer_that_hangs_ends_the_run(
                 gate.wait()
 
     monkeypatch.setattr(SteppedClock, "is_lockstep", False)  # as on a real robot
-    result = perform(then(lambda _: None), hasty, observers=[Hung()])
+    result = perform(drive_then(lambda _: None), hasty, observers=[Hung()])
     assert isinstance(result.error, WatchdogError)
     assert result.error.kind == "observer-timeout"
     assert backend.rig.wheels == (0.0, 0.0)
@@ -189,7 +189,7 @@ def test_simulated_time_waits_for_an_observer(perform: Runner, hasty: RunRequest
                 gate.wait(1.0)
 
     ticks = iter([Status.RUNNING, Status.SUCCESS])
-    result = perform(then(lambda _: next(ticks)), hasty, observers=[Slow()])
+    result = perform(drive_then(lambda _: next(ticks)), hasty, observers=[Slow()])
     assert result.outcome is Outcome.SUCCESS
 
 
@@ -208,7 +208,7 @@ def test_dragged_window_ends_no_run(
         return Status.SUCCESS
 
     monkeypatch.setattr(backend, "has_gui", True)
-    assert perform(then(drag), replace(hasty, gui=True)).outcome is Outcome.SUCCESS
+    assert perform(drive_then(drag), replace(hasty, gui=True)).outcome is Outcome.SUCCESS
 
 
 def test_backend_that_does_not_open_the_robot_ends_the_run(
@@ -217,7 +217,7 @@ def test_backend_that_does_not_open_the_robot_ends_the_run(
     monkeypatch.setattr("robotcore.runtime.time_limits.OPENING_S", 0.3)
     monkeypatch.setattr("robotcore.safety.watchdog.FIRST_TICK_S", 0.3)
     monkeypatch.setattr(backend, "_prepare", lambda _: gate.wait())
-    result = perform(then(lambda _: None))
+    result = perform(drive_then(lambda _: None))
     assert (result.outcome, result.exit_status, result.ticks) == (Outcome.ERROR, 3, 0)
     assert isinstance(result.error, BackendError)
     assert result.error.kind == "opening-timeout"
@@ -245,7 +245,7 @@ def test_run_outside_the_main_thread_is_interrupted_in_python_code(
             pass
 
     results: list[RunResult] = []
-    thread = threading.Thread(target=lambda: results.append(perform(then(burn), hasty)))
+    thread = threading.Thread(target=lambda: results.append(perform(drive_then(burn), hasty)))
     thread.start()
     thread.join(60)
     (result,) = results

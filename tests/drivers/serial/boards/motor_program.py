@@ -27,7 +27,7 @@ def main() -> None:
     with Guardian([spec], LEASE_S) as guardian:
         while not select([sys.stdin], [], [], 0.02)[0]:
             guardian.renew_lease()
-            protocol.say(TURN)
+            protocol.set_word(TURN)
             line.wake()
         guardian.end_lease()
     line.close()

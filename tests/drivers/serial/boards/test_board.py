@@ -65,33 +65,33 @@ class Wired:
             self.step()
             assert self.now < end
 
-    def pass_by(self, seconds: float) -> None:
+    def pass_time(self, seconds: float) -> None:
         for _ in range(round(seconds / STEP_S)):
             self.step()
 
 
 @pytest.fixture(params=BOARDS)
-def wired(request: pytest.FixtureRequest) -> Wired:
+def connect_devices(request: pytest.FixtureRequest) -> Wired:
     make_talk, make_board, turning = BOARDS[request.param]
-    wired = Wired(make_talk(), make_board(), turning)
-    wired.until(is_ready=True)
-    return wired
+    connect_devices = Wired(make_talk(), make_board(), turning)
+    connect_devices.until(is_ready=True)
+    return connect_devices
 
 
-def test_a_board_that_is_reported_to_turn_turns(wired: Wired) -> None:
-    wired.set()
-    wired.pass_by(0.1)
-    assert wired.has_turned
+def test_a_board_that_is_reported_to_turn_turns(connect_devices: Wired) -> None:
+    connect_devices.set()
+    connect_devices.pass_time(0.1)
+    assert connect_devices.has_turned
 
 
-def test_a_command_during_a_loss_turns_no_wheel_after_it(wired: Wired) -> None:
-    wired.is_cut = True
-    wired.until(is_ready=False)
-    wired.set()  # another thread has checked the line just before the loss
-    wired.is_cut = False
-    wired.until(is_ready=True)
-    wired.pass_by(1.0)
-    assert not wired.has_turned
+def test_a_command_during_a_loss_turns_no_wheel_after_it(connect_devices: Wired) -> None:
+    connect_devices.is_cut = True
+    connect_devices.until(is_ready=False)
+    connect_devices.set()  # another thread has checked the line just before the loss
+    connect_devices.is_cut = False
+    connect_devices.until(is_ready=True)
+    connect_devices.pass_time(1.0)
+    assert not connect_devices.has_turned
 
 
 def test_the_shortest_time_out_of_all_motors_applies(check_text: CheckText) -> None:
@@ -136,13 +136,13 @@ def test_no_sample_from_before_a_loss_is_read_after_it(tmp_path: Path, name: str
     make, section = DEVICES_OF_BOARDS[name]
     with closing(Rig(tmp_path, make(), section, (BATTERY,))) as rig:
         sensors = [device for device in rig.robot.devices.values() if not isinstance(device, Motor)]
-        rig.pass_by(0.1)
+        rig.pass_time(0.1)
         rig.pty.unplug()
-        rig.pass_by(2.0)
+        rig.pass_time(2.0)
         rig.pty.plug_in()
         back_at, read = rig.clock.now(), set()
         for _ in range(600):
-            rig.pass_by(0.002)
+            rig.pass_time(0.002)
             for sensor in sensors:
                 assert isinstance(sensor, Sensor)
                 with suppress(DeviceLostError):

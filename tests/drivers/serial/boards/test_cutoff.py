@@ -39,11 +39,11 @@ class Bench:
 
     def until_heard(self, frame: bytes, do: Callable[[], object] = bool) -> None:
         """Call a function, and wait until the board has received these bytes."""
-        before = len(self.board.heard)
+        before = len(self.board.received)
         do()
-        while frame not in self.board.heard[before:]:
+        while frame not in self.board.received[before:]:
             self.clock.sleep_until(self.clock.now() + 0.005)
-            assert self.clock.now() < END_S, self.board.heard[-50:]
+            assert self.clock.now() < END_S, self.board.received[-50:]
 
     def over(self) -> str:
         """Return the output after the program and its guardian have ended."""
@@ -68,7 +68,7 @@ def test_the_guardian_stops_the_board_of_a_killed_program(bench: Bench, check_te
     bench.until_heard(TURN)
     bench.until_heard(STOP, bench.program.kill)
     said = bench.over()
-    assert bench.board.heard.endswith(STOP)
+    assert bench.board.received.endswith(STOP)
     check_text(said, hide=[bench.program.pid])
 
 
@@ -84,7 +84,7 @@ def test_a_board_that_was_plugged_in_again_is_reported_to_stop(bench: Bench) -> 
     bench.until_heard(TURN, bench.pty.plug_in)
     bench.until_heard(STOP, bench.program.kill)
     bench.over()
-    assert bench.board.heard.endswith(STOP)
+    assert bench.board.received.endswith(STOP)
 
 
 def test_an_unplugged_board_is_left_to_its_own_time_out(bench: Bench, check_text: CheckText) -> None:
@@ -107,7 +107,7 @@ def test_a_port_that_is_unplugged_is_let_go_lest_the_board_come_back_by_another_
         assert _times_open(str(pty.path.resolve())) == 2, "one of them the double's"
         cutoff.stop()
         cutoff.close()
-        assert pty.all_heard() == 2 * STOP
+        assert pty.read_all() == 2 * STOP
 
 
 @pytest.fixture
@@ -132,7 +132,7 @@ def stopping(path: Path, answer: str | None) -> str | None:
 def test_a_stop_without_a_run_is_confirmed_by_the_board(tmp_path: Path, powered: Powered) -> None:
     assert stopping(tmp_path / "board", "!") is None
     assert isinstance(powered.board, AnsweringBoard)
-    assert powered.board.heard == 2 * STOP
+    assert powered.board.received == 2 * STOP
 
 
 @pytest.mark.parametrize("is_deaf", [True, False])
@@ -163,7 +163,7 @@ def test_the_stop_of_a_board_that_never_answers_is_unconfirmed(tmp_path: Path, c
         assert clock.now() >= REPEAT_PAUSE_S
         assert isinstance(unconfirmed, Unconfirmed)
         check_text(unconfirmed)
-        assert pty.all_heard() == 2 * STOP
+        assert pty.read_all() == 2 * STOP
 
 
 def test_a_program_that_has_the_port_open_is_reported_after_the_stop(bench: Bench, check_text: CheckText) -> None:

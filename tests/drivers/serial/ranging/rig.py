@@ -46,7 +46,7 @@ class Rig:
 
     def sends(self, *frames: bytes, cycles: int = 0) -> None:
         """Send these frames together every hundredth of a second from now on; let ``cycles`` of these pass."""
-        self.double.says = b"".join(frames)
+        self.double.replacement = b"".join(frames)
         self.cycles(cycles)
 
     def cycles(self, count: int = 1) -> None:

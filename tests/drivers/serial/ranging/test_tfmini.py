@@ -136,7 +136,7 @@ def test_a_missing_port_is_not_reported_as_a_silent_sensor(rig: Rig, raises: Rai
 
 def test_nothing_is_ever_sent_to_it(rig: Rig) -> None:
     rig.open().close()
-    assert rig.pty.heard() == b""
+    assert rig.pty.read() == b""
 
 
 def test_frames_from_a_full_buffer_make_no_sample(rig: Rig) -> None:
@@ -170,7 +170,7 @@ def test_an_unplugged_sensor_is_lost_and_comes_back(rig: Rig, raises: Raises) ->
 def test_a_thread_reads_the_sensor_in_real_time(tmp_path: Path) -> None:
     clock = MonotonicClock()
     with Pty(tmp_path) as pty:
-        talking = clock.every(PERIOD_S, lambda: pty.say(frame(50)), "TFmini")
+        talking = clock.every(PERIOD_S, lambda: pty.send(frame(50)), "TFmini")
         sensor = TFmini().open(NOSE, TFminiSettings(port=str(pty.path)), Host(load_robot("rover"), clock))
         before = sensor.read()
         for _ in range(5000):

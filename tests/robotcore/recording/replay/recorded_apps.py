@@ -12,7 +12,7 @@ from robotcore.hal.devices import Image, Motor
 from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.behaviour import Behaviour, Status
 
-Deed = Literal[
+FunctionApp = Literal[
     "succeed",
     "fail",
     "go_on",
@@ -32,7 +32,7 @@ class Ending(Behaviour):
 
     ticks: int = 5
     speed: float = 0.1
-    deed: Deed = "succeed"
+    deed: FunctionApp = "succeed"
     needs = frozenset({Role.DRIVE, Role.RANGE})
     count = 0
 
@@ -119,7 +119,7 @@ class Seldom(Behaviour):
 class Gripping(Behaviour):
     """Moves a gripper outside the drive at ``speed``, depending on its answers."""
 
-    deed: Deed = "succeed"
+    deed: FunctionApp = "succeed"
     speed: float = 1.5
     needs = frozenset({Role.DRIVE})
     count = 0

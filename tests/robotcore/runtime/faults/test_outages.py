@@ -12,7 +12,7 @@ from robotcore.runtime.behaviour import Status
 from robotcore.runtime.faults.base import StallingClock
 from robotcore.runtime.faults.outages import Lost
 from robotcore.runtime.loop import Loop
-from tests.robotcore.fakes import Deed, picture
+from tests.robotcore.fakes import FunctionApp, picture
 from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
 from tests.texts import Raises
 
@@ -135,7 +135,7 @@ class TestLost:
 
 def _loop(spec: str, timeout: float) -> Loop:
     rig = faulty(spec)
-    return Loop(rig.assembled, Deed(lambda _: Status.RUNNING), 20, timeout)
+    return Loop(rig.assembled, FunctionApp(lambda _: Status.RUNNING), 20, timeout)
 
 
 def _tick_times(spec: str, ticks: int) -> list[float]:
@@ -145,5 +145,5 @@ def _tick_times(spec: str, ticks: int) -> list[float]:
         times.append(robot.clock.now())
         return Status.RUNNING if len(times) < ticks else Status.SUCCESS
 
-    Loop(faulty(spec).assembled, Deed(note), 20, 10.0).run()
+    Loop(faulty(spec).assembled, FunctionApp(note), 20, 10.0).run()
     return times

@@ -212,7 +212,7 @@ class TestClosing:
         rig.robot.close()
         assert rig.wheels == (0.0, 0.0)
         assert (rig.left.releases, rig.right.releases) == (1, 1)
-        for device in rig.made:
+        for device in rig.devices:
             assert _is_closed(device)
 
     def test_one_broken_motor_is_reported_once_and_keeps_nothing_from_being_closed(self) -> None:
@@ -224,11 +224,11 @@ class TestClosing:
             rig.robot.close()
         assert [str(failure) for failure in raised.value.failures] == ["left_motor: no current"]
         assert rig.right.sent[-1] == 0.0
-        assert all(_is_closed(device) for device in rig.made)
+        assert all(_is_closed(device) for device in rig.devices)
 
     def test_the_backend_is_let_go_with_the_robot(self) -> None:
         rig, released = Rig(), list[str]()
-        raw = Robot("rig", rig.clock, rig.made, release=lambda: released.append("once"))
+        raw = Robot("rig", rig.clock, rig.devices, release=lambda: released.append("once"))
         robot = assemble(raw, ROVER, 20).robot
         robot.close()
         robot.close()

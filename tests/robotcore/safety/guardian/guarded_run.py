@@ -22,7 +22,7 @@ from robotcore.hal.robot import Robot
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.session import Observer, Run, RunRequest, RunResult, run
 from robotcore.runtime.trace import TickRecord
-from tests.robotcore.fakes import Deed
+from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.safety.guardian.doubles import RecordingBackend, RecordingMotor
 from tests.robotcore.safety.guardian.recorder import Diary
 
@@ -32,7 +32,7 @@ HOARD: list[bytearray] = []
 HOLD_US = 800_000
 
 
-class App(Deed):
+class App(FunctionApp):
     """Drives; from its third tick on it also runs the given step."""
 
     ticks = 0

@@ -29,7 +29,7 @@ class Conversation:
         speeds = math.floor(-right), math.floor(left)
         self.protocol.receive(feedback(steer, speed, *speeds, 3700, 300, 0) * frames, self.now)
 
-    def pass_by(self, seconds: float) -> None:
+    def pass_time(self, seconds: float) -> None:
         """Let time pass in thousandths of a second, and take the data to send."""
         for _ in range(round(seconds * 1000)):
             self.now += 0.001
@@ -38,7 +38,7 @@ class Conversation:
 
     def drive(self, left: float, right: float, seconds: float) -> None:
         for _ in range(round(seconds / FRAME_S)):
-            self.pass_by(FRAME_S)
+            self.pass_time(FRAME_S)
             self.receive(left, right)
 
     def set(self, left: float, right: float) -> None:
@@ -76,17 +76,17 @@ def test_a_command_that_turns_is_sent_once_so_that_the_boards_own_time_out_count
 
 def test_frames_are_apart_and_the_newer_command_is_sent(conversation: Conversation) -> None:
     conversation.set(100, 100)
-    conversation.pass_by(0.001)
+    conversation.pass_time(0.001)
     conversation.set(200, 200)
     conversation.set(300, 300)
-    conversation.pass_by(0.02)
+    conversation.pass_time(0.02)
     (first_at, _), (second_at, second) = conversation.sent
     assert second_at - first_at >= PAUSE_S - 1e-9
     assert second == command(0, 300)
 
 
 def test_next_due_is_when_something_is_due(conversation: Conversation) -> None:
-    conversation.pass_by(0.001)
+    conversation.pass_time(0.001)
     protocol = conversation.protocol
     assert protocol.data_to_send(protocol.next_due(conversation.now) - 1e-6) == b""
     assert protocol.data_to_send(protocol.next_due(conversation.now) + 1e-6) == STOP
@@ -101,11 +101,11 @@ def test_a_stop_is_settled_when_feedback_confirms_it(conversation: Conversation)
     conversation.receive(100, 100)
     conversation.set(0, 0)
     assert not conversation.protocol.is_settled
-    conversation.pass_by(0.005)
+    conversation.pass_time(0.005)
     assert not conversation.protocol.is_settled, "what it told before it was told to stand says nothing"
     conversation.receive(100, 100, speed=100)
     assert not conversation.protocol.is_settled
-    conversation.pass_by(0.01)
+    conversation.pass_time(0.01)
     conversation.receive(90, 90)
     assert conversation.protocol.is_settled
 
@@ -113,7 +113,7 @@ def test_a_stop_is_settled_when_feedback_confirms_it(conversation: Conversation)
 def test_a_silent_board_is_lost_and_stands_until_a_new_command(conversation: Conversation) -> None:
     conversation.set(100, 100)
     conversation.drive(100, 100, 0.1)
-    conversation.pass_by(SILENCE_S + 0.01)
+    conversation.pass_time(SILENCE_S + 0.01)
     assert not conversation.protocol.is_ready
     conversation.sent.clear()
     conversation.drive(0, 0, 0.5)
@@ -129,7 +129,7 @@ def test_angles_are_the_measured_speeds_over_their_times(conversation: Conversat
 def test_frames_that_come_at_once_count_as_long_as_they_took(conversation: Conversation) -> None:
     conversation.receive(60.5, 60.5)
     for _ in range(10):
-        conversation.pass_by(0.02)
+        conversation.pass_time(0.02)
         conversation.receive(60.5, 60.5, frames=2)
     assert conversation.angles() == pytest.approx((0.2 * 60.5 * RPM,) * 2)
 
@@ -144,7 +144,7 @@ def test_frames_that_waited_in_the_buffer_are_no_gap(conversation: Conversation)
 def test_nothing_is_added_for_a_time_without_feedback(conversation: Conversation) -> None:
     conversation.drive(60.5, 60.5, 1.0)
     before = conversation.angles()
-    conversation.pass_by(SILENCE_S + 0.01)
+    conversation.pass_time(SILENCE_S + 0.01)
     conversation.receive(60.5, 60.5)
     assert conversation.angles() == before
     conversation.drive(60.5, 60.5, 0.5)

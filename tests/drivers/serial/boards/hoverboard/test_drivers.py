@@ -14,7 +14,7 @@ from robotcore.description import BatteryDescription, load_robot
 from robotcore.errors import DescriptionError, DeviceGroupError, DeviceLostError
 from robotcore.hardware import Host, bind_devices
 from robotcore.testing import ConformanceSuite
-from tests.doubles.serial.bench import Rig, TickingBench, wired
+from tests.doubles.serial.bench import Rig, TickingBench, connect_devices
 from tests.doubles.serial.board import BoardDouble, Wheels
 from tests.doubles.serial.hoverboard import Firmware, Hoverboard
 from tests.texts import Raises
@@ -109,7 +109,7 @@ def test_wheels_against_each_other_beyond_the_mixer_turn_slower_alike(robots: Ro
     board = Hoverboard(Wheels(), Firmware(rad_s_per_unit=FULL_RAD_S / 1000))
     rig = robots.on(board, mode="duty", model={"forward_rad_s": 18.0, "backward_rad_s": 18.0})
     rig.drive(12.0, -12.0, 1.0)
-    assert board.heard[-1] == (1000, 0)
+    assert board.received[-1] == (1000, 0)
     rig.drive(12.0, -6.0, 1.0)
     assert board.wheels.right.velocity == pytest.approx(-board.wheels.left.velocity / 2, rel=0.01)
 
@@ -118,9 +118,9 @@ def test_an_app_that_is_silent_is_stopped_by_the_board(robots: Robots) -> None:
     board = Hoverboard(Wheels())
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, 4.0, 0.5)
-    rig.pass_by(0.7)
+    rig.pass_time(0.7)
     assert board.wheels.left.velocity > 3
-    rig.pass_by(1.0)
+    rig.pass_time(1.0)
     assert abs(board.wheels.left.velocity) < 0.01
 
 
@@ -130,17 +130,17 @@ def test_a_lost_port_is_reported_and_comes_back_standing_with_its_angles(robots:
     rig.drive(4.0, 4.0, 0.5)
     before = rig.angle("left")
     rig.pty.unplug()
-    rig.pass_by(0.05)
+    rig.pass_time(0.05)
     with raises(DeviceLostError, "port-lost", device="left_motor"):
         rig.motor("left").set_velocity(4.0)
     with raises(DeviceLostError, "port-lost", device="left_encoder"):
         rig.angle("left")
-    rig.pass_by(2.0)
+    rig.pass_time(2.0)
     assert abs(board.wheels.left.velocity) < 0.01
     rig.pty.plug_in()
-    board.heard.clear()
-    rig.pass_by(3.0)
-    assert set(board.heard) == {(0, 0)}
+    board.received.clear()
+    rig.pass_time(3.0)
+    assert set(board.received) == {(0, 0)}
     assert rig.angle("left") == pytest.approx(before, abs=0.3)
     rig.drive(4.0, 4.0, 0.5)
     assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
@@ -154,8 +154,8 @@ def test_a_silent_board_is_lost_although_its_port_is_open(robots: Robots, raises
     with raises(DeviceLostError, "board-silent", device="left_motor"):
         rig.drive(4.0, 4.0, 1.0)
     board.is_mute = False
-    rig.pass_by(0.2)
-    assert board.heard[-1] == (0, 0)
+    rig.pass_time(0.2)
+    assert board.received[-1] == (0, 0)
     rig.drive(4.0, 4.0, 0.5)
 
 
@@ -171,11 +171,11 @@ def test_closing_waits_until_the_board_has_received_the_stop(robots: Robots) -> 
     rig = robots.on(board, mode="speed")
     rig.drive(4.0, 4.0, 0.5)
     rig.robot.close()
-    assert board.heard[-1] == (0, 0)
+    assert board.received[-1] == (0, 0)
 
 
 def test_another_process_stops_both_wheels_by_one_frame() -> None:
-    robot = wired(load_robot("rover"), devices(mode="speed"), Path("/dev/ttyUSB0"), (BATTERY,))
+    robot = connect_devices(load_robot("rover"), devices(mode="speed"), Path("/dev/ttyUSB0"), (BATTERY,))
     bindings = bind_devices(robot, "serial")
     specs = [spec for each in bindings for spec in each.cutoffs(Host(robot, owner=None, clock=None))]  # type: ignore[arg-type]
     assert [spec.parameters["frame"] for spec in specs] == [STOP.hex()] * 2
@@ -196,7 +196,7 @@ REFUSED: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_settings_beyond_the_board_are_refused_in_the_robots_file(case: str, raises: Raises) -> None:
-    robot = wired(load_robot("rover"), devices(**REFUSED[case]), Path("/dev/ttyUSB0"), (BATTERY,))
+    robot = connect_devices(load_robot("rover"), devices(**REFUSED[case]), Path("/dev/ttyUSB0"), (BATTERY,))
     with raises(DescriptionError, "missing-key" if case == "no-mode" else "description"):
         bind_devices(robot, "serial")
 
@@ -204,6 +204,6 @@ def test_settings_beyond_the_board_are_refused_in_the_robots_file(case: str, rai
 def test_two_motors_with_different_settings_of_one_firmware_are_refused(raises: Raises) -> None:
     sections = devices(mode="speed")
     sections["right_motor"]["steer_coefficient"] = 1.0
-    robot = wired(load_robot("rover"), sections, Path("/dev/ttyUSB0"), (BATTERY,))
+    robot = connect_devices(load_robot("rover"), sections, Path("/dev/ttyUSB0"), (BATTERY,))
     with raises(DescriptionError):
         bind_devices(robot, "serial")

@@ -17,7 +17,7 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.clock import Clock, SteppedClock
 from robotcore.hal.robot import Robot
 from robotcore.testing import worlds
-from tests.doubles.serial.bench import wired
+from tests.doubles.serial.bench import connect_devices
 from tests.doubles.serial.board import PERIOD_S, Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.rosarduino import ArduinoDouble
@@ -51,7 +51,7 @@ class Rig:
         return SerialBackend().open(Setup(robot, worlds.empty(), names, RATE_HZ))
 
     def described(self, devices: Mapping[str, Mapping[str, Any]]) -> RobotDescription:
-        return wired(load_robot("rover"), devices, self.pty.path, (BATTERY,))
+        return connect_devices(load_robot("rover"), devices, self.pty.path, (BATTERY,))
 
     def _clock(self, board: ArduinoDouble) -> Clock:
         clock = SteppedClock(RATE_HZ, lambda _steps: None, PERIOD_S)

@@ -178,7 +178,9 @@ def test_an_unknown_version_is_reported(rig: Rig, raises: Raises) -> None:
 
 
 @pytest.mark.parametrize(
-    "board", [RobotcoreBridgeDouble(millivolts=-1), RosArduinoBridgeDouble()], ids=["not-wired", "ros-arduino-bridge"]
+    "board",
+    [RobotcoreBridgeDouble(millivolts=-1), RosArduinoBridgeDouble()],
+    ids=["not-wired", "ros-arduino-bridge"],
 )
 def test_a_battery_that_the_board_does_not_measure_is_noted(
     rig: Rig, board: ArduinoDouble, check_text: CheckText

@@ -17,7 +17,7 @@ from robotcore.hal.robot import Robot
 from robotcore.hardware import Host, bind_devices
 from robotcore.testing import ConformanceSuite
 from robotcore.testing.bench import Motion, let_pass, motion_between
-from tests.doubles.serial.bench import Rig, TickingBench, wired
+from tests.doubles.serial.bench import Rig, TickingBench, connect_devices
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.sabertooth import Sabertooths
 from tests.texts import Raises
@@ -84,21 +84,21 @@ def test_motors_of_two_boards_share_a_line(tmp_path: Path, line: Sabertooths) ->
 def test_an_app_that_is_silent_is_stopped_by_the_board(rig: Rig, line: Sabertooths) -> None:
     rig.drive(4.0, 4.0, 0.5)
     assert line.boards[128].timeout_s == 0.5
-    rig.pass_by(1.0)
+    rig.pass_time(1.0)
     assert line.boards[128].values == [0, 0]
 
 
 def test_a_lost_port_is_reported_and_comes_back_standing(rig: Rig, line: Sabertooths, raises: Raises) -> None:
     rig.drive(4.0, 4.0, 0.5)
     rig.pty.unplug()
-    rig.pass_by(0.05)
+    rig.pass_time(0.05)
     with raises(DeviceLostError, "port-lost", device="left_motor"):
         rig.motor("left").set_velocity(4.0)
-    rig.pass_by(1.0)
+    rig.pass_time(1.0)
     assert line.boards[128].values == [0, 0]
     rig.pty.plug_in()
     line.packets.clear()
-    rig.pass_by(3.0)
+    rig.pass_time(3.0)
     assert {value for _, command, value in line.packets if command != 14} == {0}
     rig.drive(4.0, 4.0, 0.5)
     assert line.boards[128].values == [32, 32]
@@ -117,7 +117,7 @@ def test_a_port_that_is_there_without_a_board_opens(tmp_path: Path) -> None:
 
 
 def test_another_process_stops_the_board_by_its_address() -> None:
-    robot = wired(load_robot("rover"), motors(address=129), Path("/dev/ttyUSB0"))
+    robot = connect_devices(load_robot("rover"), motors(address=129), Path("/dev/ttyUSB0"))
     host = Host(robot, owner=None, clock=None)  # type: ignore[arg-type]
     specs = [spec for each in bind_devices(robot, "serial") for spec in each.cutoffs(host)]
     assert [spec.parameters["frame"] for spec in specs] == [stop(128).hex(), stop(129).hex()]
@@ -134,6 +134,6 @@ REFUSED: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_settings_beyond_the_board_are_refused_in_the_robots_file(case: str, raises: Raises) -> None:
-    robot = wired(load_robot("rover"), motors(**REFUSED[case]), Path("/dev/ttyUSB0"))
+    robot = connect_devices(load_robot("rover"), motors(**REFUSED[case]), Path("/dev/ttyUSB0"))
     with raises(DescriptionError, "out-of-bounds" if case == "address" else "description"):
         bind_devices(robot, "serial")

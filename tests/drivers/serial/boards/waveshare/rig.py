@@ -14,7 +14,7 @@ from robotcore.hal.devices import Battery, Encoder, Motor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
 from robotcore.testing import worlds
-from tests.doubles.serial.bench import wired
+from tests.doubles.serial.bench import connect_devices
 from tests.doubles.serial.board import PERIOD_S, Powered
 from tests.doubles.serial.pty import Pty
 from tests.doubles.serial.waveshare import WaveshareBoard
@@ -36,7 +36,7 @@ def rover(port: Path, **motors: Any) -> RobotDescription:
     robot = load_robot("rover")
     assert robot.drive
     robot = robot.model_copy(update={"drive": robot.drive.model_copy(update={"wheel_radius_m": RADIUS_M})})
-    return wired(robot, devices(**motors), port, (BatteryDescription(kind="battery", name="battery"),))
+    return connect_devices(robot, devices(**motors), port, (BatteryDescription(kind="battery", name="battery"),))
 
 
 class Rig:
@@ -59,9 +59,9 @@ class Rig:
         for _ in range(max(1, round(20 * seconds))):
             self.motor("left").set_velocity(left)
             self.motor("right").set_velocity(right)
-            self.pass_by(0.05)
+            self.pass_time(0.05)
 
-    def pass_by(self, seconds: float) -> None:
+    def pass_time(self, seconds: float) -> None:
         self.clock.sleep_until(self.clock.now() + seconds)
 
     def motor(self, side: str) -> Motor:

@@ -92,7 +92,7 @@ def test_the_time_out_is_set_before_the_board_turns(rig: Rig) -> None:
 
 def test_the_shortest_time_out_applies(rig: Rig) -> None:
     rig.open(board_timeout_s=5)
-    rig.pass_by(0.01)
+    rig.pass_time(0.01)
     assert rig.board.heartbeat_s == 0.5
     rig.drive(4.0, 4.0)
     assert rig.board.heartbeat_s == 5
@@ -100,17 +100,17 @@ def test_the_shortest_time_out_applies(rig: Rig) -> None:
 
 def test_the_motors_of_a_tick_share_one_line_that_is_sent_once(rig: Rig) -> None:
     rig.open()
-    rig.pass_by(0.01)
+    rig.pass_time(0.01)
     rig.board.received.clear()
     rig.drive(5.0, -2.5)
-    rig.pass_by(0.3)
+    rig.pass_time(0.3)
     assert [line for line in rig.board.received if line["T"] == 1] == [{"T": 1, "L": 0.2, "R": -0.1}]
 
 
 def test_the_board_stops_if_the_app_is_silent(rig: Rig) -> None:
     rig.open().drive(5.0, 5.0)
     assert rig.board.wheels.left.command == 5.0
-    rig.pass_by(0.6)
+    rig.pass_time(0.6)
     assert rig.board.wheels.left.command == 0.0
 
 
@@ -118,7 +118,7 @@ def test_a_lost_stop_is_repeated(rig: Rig) -> None:
     rig.open(board_timeout_s=5).drive(5.0, 5.0)
     rig.drive(0.0, 0.0)
     rig.board.wheels.set(5.0, 5.0)
-    rig.pass_by(0.3)
+    rig.pass_time(0.3)
     assert rig.board.wheels.left.command == 0.0
 
 
@@ -175,7 +175,7 @@ def test_a_board_that_is_reset_while_it_drives_stands_until_a_new_command(rig: R
     rig.board.reset(rig.clock.now())
     with raises(DeviceLostError, "board-silent", device="left_motor"):
         rig.drive(5.0, 5.0, seconds=SILENCE_S + 0.1)
-    rig.pass_by(STARTING_S + 0.5)
+    rig.pass_time(STARTING_S + 0.5)
     assert rig.board.wheels.left.angle == rig.board.wheels.right.angle == 0.0
     assert rig.board.heartbeat_s == 0.5
     assert rig.angles() == pytest.approx(angles, abs=0.1)
@@ -192,10 +192,10 @@ def test_an_unplugged_port_is_lost_and_comes_back(rig: Rig, raises: Raises) -> N
         rig.angles()
     with raises(DeviceLostError, "port-lost", device="battery"):
         rig.volts()
-    rig.pass_by(0.6)
+    rig.pass_time(0.6)
     assert rig.board.wheels.left.command == 0.0, "its own time-out has stopped it"
     rig.pty.plug_in()
-    rig.pass_by(3.0)
+    rig.pass_time(3.0)
     assert rig.board.wheels.left.command == 0.0
     rig.drive(5.0, 5.0)
     assert rig.board.wheels.left.command == 5.0
@@ -204,14 +204,14 @@ def test_an_unplugged_port_is_lost_and_comes_back(rig: Rig, raises: Raises) -> N
 def test_an_odometer_with_a_wrong_digit_is_no_angle(rig: Rig) -> None:
     rig.open().drive(5.0, 5.0, seconds=1)
     before = rig.angles()
-    rig.pty.say_all(rig.board.feedback().replace(b'"odl":', b'"odl":9'))
-    rig.pass_by(0.01)
+    rig.pty.send_all(rig.board.feedback().replace(b'"odl":', b'"odl":9'))
+    rig.pass_time(0.01)
     assert rig.angles() == pytest.approx(before, abs=0.1)
 
 
 def test_noise_between_lines_changes_nothing(rig: Rig) -> None:
     rig.open().drive(5.0, 5.0, seconds=1)
-    rig.pty.say_all(bytes(range(256)) + b"\n")
+    rig.pty.send_all(bytes(range(256)) + b"\n")
     rig.drive(5.0, 5.0, seconds=0.2)
     assert rig.angles()[0] == pytest.approx(rig.board.wheels.left.angle, abs=0.01 / RADIUS_M)
 
@@ -227,7 +227,7 @@ def test_closing_stops_the_board(rig: Rig) -> None:
     rig.open(board_timeout_s=5).drive(5.0, 5.0)
     assert rig.robot
     rig.robot.close()
-    rig.pass_by(0.01)
+    rig.pass_time(0.01)
     assert rig.board.wheels.left.command == rig.board.wheels.right.command == 0.0
 
 
@@ -239,7 +239,7 @@ def test_another_process_stops_it_in_the_middle_of_a_line(rig: Rig) -> None:
     rig.board.receive(speeds(0.3, 0.3)[:9], rig.clock.now())
     cutoff.stop()
     cutoff.close()
-    rig.pass_by(0.01)
+    rig.pass_time(0.01)
     assert rig.board.wheels.left.command == rig.board.wheels.right.command == 0.0
 
 
