@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 class LazyGroup(click.Group):
     """A group that imports a command's module only if the command is used.
 
-    package: the package with the modules of the commands.
-    commands: in the order of the help. ``"run"`` is the function ``command`` of the module ``run``.
+    package: the name of the package with the modules of the commands.
+    commands: the commands in the order of the help. ``"run"`` is the function ``command`` of the module ``run``.
         ``"lists:apps"`` is the function ``apps`` of the module ``lists``.
     """
 
@@ -43,17 +43,18 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command. Raise UnknownNameError, which offers the nearest name, if there is none."""
+        """Return the command. If there is none, raise UnknownNameError, which suggests the nearest name."""
         if args[0] not in self._places and not args[0].startswith("-"):
             raise UnknownNameError("command", args[0], list(self._places))
         return super().resolve_command(ctx, args)
 
 
 class AnsweringCommand(click.Command):
-    """A command that answers in one line of JSON with ``--json``, also if it fails.
+    """A command that answers with one line of JSON if ``--json`` is given, even if the command fails.
 
-    The answer to a failure has the keys ``app``, ``error``, ``kind`` and ``exit_status``. ``kind`` is that of the
-    error. The error is raised again, and written on stderr. While the command runs, a signal raises Interrupted.
+    The answer of a failed command has the keys ``app``, ``error``, ``kind`` and ``exit_status``. ``kind`` identifies
+    the error. The error is also raised, so that the caller writes it on stderr. While the command runs, a signal raises
+    Interrupted.
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
@@ -81,23 +82,23 @@ class AnsweringCommand(click.Command):
     ) -> dict[str, Any]:
         """Return the answer of a command that failed.
 
-        parameters: the command's parameters by name. Invalid ones are missing.
+        parameters: the command's parameters by name, without the invalid ones.
         """
         return {"app": parameters.get("app") or "", "error": str(error), "exit_status": error.exit_status}
 
     def _parse_leniently(self, ctx: click.Context, given: list[str]) -> dict[str, Any]:
-        """Return the valid parameters of an invalid command line."""
+        """Return the valid parameters of a command line that also has invalid ones."""
         return self.make_context(
             ctx.info_name, given, resilient_parsing=True, ignore_unknown_options=True, allow_extra_args=True
         ).params
 
     def _write_answer(self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted) -> None:
-        with suppress(OSError):  # stdout is closed; the exit status reports the failure
+        with suppress(OSError):  # stdout is closed, so only the exit status reports the failure
             write_json({**self.build_failure_answer(parameters, error), "kind": error.kind})
 
 
 class RunCommand(AnsweringCommand):
-    """A command that answers with all keys of a RunResult, also if the run did not begin."""
+    """A command that answers with all keys of a RunResult, even if the run did not begin."""
 
     def build_failure_answer(
         self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
@@ -107,7 +108,7 @@ class RunCommand(AnsweringCommand):
 
 
 def prepare_result(*, as_json: bool) -> None:
-    """Import what `write_result` needs. After the run, file descriptors and memory may be used up."""
+    """Import the modules that `write_result` needs. After the run, there may be no file descriptors or memory left."""
     if not as_json:
         import robotcore.view.text  # noqa: F401
 
@@ -115,7 +116,7 @@ def prepare_result(*, as_json: bool) -> None:
 def write_result(result: RunResult, *, as_json: bool) -> None:
     """Write the result of a run on stdout, and its notes and its error on stderr.
 
-    In JSON, a run that an error ended has the key ``kind`` too, with the error's kind.
+    In JSON, a run that an error ended also has the key ``kind``, which identifies the error.
     """
     for note in result.notes:
         write_line(f"note: {note}", is_error=True)

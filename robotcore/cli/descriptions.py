@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from robotcore.hal.backend import Exported
 
 _OPTIONAL_SECTIONS = ("conditions", "randomisation")
-"""Sections of a world that most worlds leave out."""
+"""The sections that most descriptions of worlds do not have."""
 
 
 @click.command("check")
@@ -67,7 +67,7 @@ def check(
 
 
 def _check_robot(file: str, robot: RobotDescription) -> int:
-    """Print a summary of a robot, and the result of each backend that has a section of its own."""
+    """Print a summary of a robot, and the check of each of its backend sections. Return the exit status."""
     from robotcore.errors import BackendMissingError
 
     results = [([f"OK, {_format_robot(robot)}"], ""), *(_check_section(robot, section) for section in robot.backends)]
@@ -79,7 +79,7 @@ def _check_robot(file: str, robot: RobotDescription) -> int:
 
 
 def _inspect_scene(file: str, robot: RobotDescription, name: str, options: Mapping[str, str]) -> int:
-    """Print which devices of a robot are in the open scene of a simulator."""
+    """Print which devices of a robot are in the open scene of a simulator. Return the exit status."""
     from robotcore.hal.backend import Setup, load_backend
     from robotcore.hal.check_finding import Level
 
@@ -95,7 +95,10 @@ def _inspect_scene(file: str, robot: RobotDescription, name: str, options: Mappi
 
 
 def _check_section(robot: RobotDescription, section: str) -> tuple[list[str], str]:
-    """Return a backend's lines on its section, and the reason if the backend cannot check it."""
+    """Check the section of a backend in a robot's file.
+
+    Return the lines to print, and the reason if the backend cannot check the section.
+    """
     from robotcore.errors import BackendMissingError
     from robotcore.hal.backend import load_backend
 
@@ -154,12 +157,12 @@ def export(robot: str, file_format: str, world: str | None, seed: int | None, ou
 
 
 def _name_texture_folder(output: Path) -> str:
-    """Return the name of the folder for pictures. Bytes that are not Unicode are left out, since XML forbids them."""
+    """Return the name of the folder for textures. Bytes that are not Unicode are left out, because XML forbids them."""
     return f"{output.stem}_textures".encode(errors="ignore").decode()
 
 
 def _write_model(model: Exported, output: Path | None) -> None:
-    """Write the pictures before the model, so that a model that exists has all its pictures."""
+    """Write the pictures, then the model. If the model exists, all its pictures exist too."""
     if output is None:
         write_content(model.text)
         return

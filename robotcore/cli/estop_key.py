@@ -1,4 +1,4 @@
-"""The space bar of the terminal as the e-stop of a run."""
+"""Make the space bar of the terminal the e-stop of a run."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ HINT = "space: stop"
 PRESSED = "the space bar was pressed in the terminal"
 BUFFER = 64
 CLOSING_S = 1.0
-"""The longest wait for the reading thread, in seconds."""
+"""The longest wait for the thread that reads the keys to end, in seconds."""
 
 POLL_S = 0.1
-"""Seconds between two checks of the run and of the foreground process group."""
+"""The interval at which the thread checks the run and the terminal's foreground process group, in seconds."""
 
 
 def can_listen() -> bool:
-    """Return whether standard input is a terminal and this job is in its foreground."""
+    """Return whether standard input is a terminal, and whether this process is in its foreground."""
     if os.name != "posix" or sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
         return False
     return _is_in_foreground(sys.stdin.fileno())
 
 
 class EmergencyStopKey:
-    """An observer that makes the space bar the e-stop of a run, and restores the terminal after it.
+    """An observer that makes the space bar the e-stop of a run. It restores the terminal at the end.
 
-    The terminal is in ``cbreak`` mode: a key is read at once and is not shown. While the job is in the background or
-    suspended, or Python's debugger reads a command, the terminal is in its former mode. An app can still read from
-    standard input.
+    During the run the terminal is in ``cbreak`` mode, in which a key is read at once and not shown. It returns to its
+    former mode while the process is in the background or suspended, and while Python's debugger reads a command. An app
+    can still read from standard input.
     """
 
     def __init__(self) -> None:
@@ -52,7 +52,7 @@ class EmergencyStopKey:
         self._thread: Thread | None = None
 
     def hint(self) -> str:
-        """Return a hint for the user while the key works, else an empty text."""
+        """Return the hint for the user if the key works now, else an empty text."""
         return HINT if self._before is not None and _is_in_foreground(self._terminal) else ""
 
     def begin(self, run: Run) -> None:
@@ -67,14 +67,14 @@ class EmergencyStopKey:
         self.close()
 
     def close(self) -> None:
-        """Stop reading keys, and restore the terminal. May be called again."""
+        """Stop reading keys, and restore the terminal. Later calls do nothing."""
         self._is_over.set()
         self.pause()
         if self._thread:
             self._thread.join(CLOSING_S)
 
     def pause(self) -> None:
-        """Restore the terminal until `resume`."""
+        """Restore the terminal until `resume` is called."""
         import termios
 
         with self._lock, suppress(termios.error), _block_job_signals():
@@ -84,7 +84,7 @@ class EmergencyStopKey:
                 self._before = None
 
     def resume(self) -> None:
-        """Take the terminal again, as soon as the job is in the foreground."""
+        """Use the terminal again as soon as the process is in the foreground."""
         self._is_paused = self._is_over.is_set()
         self._take()
 
@@ -95,7 +95,7 @@ class EmergencyStopKey:
                     self._run.emergency.press(PRESSED)
 
     def _read_keys(self, keys: int) -> bytes:
-        """Return the keys that were pressed, after `POLL_S` at most."""
+        """Return the keys that were pressed. Wait at most `POLL_S` seconds."""
         if not _is_in_foreground(self._terminal):
             self._is_over.wait(POLL_S)
             return b""
@@ -107,7 +107,7 @@ class EmergencyStopKey:
         return _read(keys) if ready and not self._is_over.is_set() else b""
 
     def _take(self) -> None:
-        """Put the terminal into ``cbreak`` mode, if the job is in the foreground and not paused."""
+        """Put the terminal into ``cbreak`` mode if the process is in the foreground and the key is not paused."""
         import termios
         import tty
 
@@ -128,7 +128,7 @@ class EmergencyStopKey:
 
 @contextmanager
 def _open_keys(terminal: int) -> Iterator[int]:
-    """Open the terminal anew without blocking, so that the app's own descriptor still blocks."""
+    """Open the terminal a second time in non-blocking mode. The app's own descriptor stays in blocking mode."""
     keys = os.open(os.ttyname(terminal), os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
     try:
         yield keys
@@ -137,14 +137,14 @@ def _open_keys(terminal: int) -> Iterator[int]:
 
 
 def _read(keys: int) -> bytes:
-    """Return the keys that can be read now. Another reader may have taken them."""
+    """Return the keys that can be read now. There may be none if another reader was faster."""
     with suppress(OSError):
         return os.read(keys, BUFFER)
     return b""
 
 
 def _is_debugger_asking() -> bool:
-    """Return whether the main thread is in Python's own debugger."""
+    """Return whether the main thread runs Python's own debugger."""
     frame = sys._current_frames().get(main_thread().ident or 0)  # noqa: SLF001  there is no other way to inspect a thread
     while frame:
         if frame.f_globals.get("__name__") == "bdb":
@@ -154,14 +154,14 @@ def _is_debugger_asking() -> bool:
 
 
 def _is_in_foreground(terminal: int) -> bool:
-    with suppress(OSError):  # it is not the terminal of this session
+    with suppress(OSError):  # the terminal belongs to another session
         return os.tcgetpgrp(terminal) == os.getpgrp()
     return False
 
 
 @contextmanager
 def _block_job_signals() -> Iterator[None]:
-    """Block SIGTTOU and SIGTTIN, which would stop the whole job if it uses the terminal in the background."""
+    """Block SIGTTOU and SIGTTIN. They would stop all processes of the job if it uses the terminal in the background."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTTOU, signal.SIGTTIN])
     try:
         yield

@@ -114,7 +114,7 @@ def _setting_row(setting: Setting) -> dict[str, Any]:
 
 
 def _format_type(kind: Any) -> str:
-    """Return the name of a type, without the limits of an ``Annotated`` type."""
+    """Return the name of a type. The limits of an ``Annotated`` type are left out."""
     bare = getattr(kind, "__origin__", kind) if hasattr(kind, "__metadata__") else kind
     return bare.__name__ if isinstance(bare, type) else str(bare)
 

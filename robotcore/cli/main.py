@@ -17,13 +17,13 @@ from robotcore.cli.output import write_error, write_failure, write_line, write_l
 from robotcore.errors import Interrupted, RobotcoreError
 
 SIGNALLED = 128
-"""An exit status above this one is 128 + the number of a signal."""
+"""An exit status greater than this is 128 + the number of the signal that ended the process."""
 
 INTERRUPTED = SIGNALLED + 2
 """The exit status after SIGINT."""
 
 EXITING_S = 3.0
-"""Seconds for the exit of the interpreter."""
+"""The interpreter has this many seconds to exit. Then the process ends at once."""
 
 UNWRITTEN = 1
 """The exit status if the output cannot be written."""
@@ -70,17 +70,17 @@ def main() -> NoReturn:
 
 
 def run_app(name: str) -> NoReturn:
-    """Run an app as ``robotcore run NAME`` with this process's arguments, and exit.
+    """Run an app with this process's arguments, as ``robotcore run NAME`` does, and exit.
 
-    An app's file calls this, so that ``python FILE`` runs the app.
+    An app's file calls this function, so that ``python FILE`` runs the app.
     """
     _exit(execute(["run", name, *sys.argv[1:]]))
 
 
 def execute(arguments: Sequence[str]) -> int:
-    """Run one command and return its exit status, which is 128 + n after the signal n.
+    """Run one command, and return its exit status. After the signal n, the status is 128 + n.
 
-    A RobotcoreError and a wrong argument are written on stderr. Any other exception is raised.
+    A RobotcoreError and an invalid argument are reported on stderr. Any other exception is raised.
 
     >>> execute(["worlds", "--no-such-option"])
     2
@@ -102,7 +102,7 @@ def execute(arguments: Sequence[str]) -> int:
 
 
 def _exit(status: int) -> NoReturn:
-    """Flush the output, and exit with the status, or by the signal that the status names."""
+    """Flush the output, and exit with a status. If the status is that of a signal, end the process by that signal."""
     if not _flush(sys.stdout):
         status = status or UNWRITTEN
     _flush(sys.stderr)
@@ -115,7 +115,7 @@ def _exit(status: int) -> NoReturn:
 
 
 def _limit_exit(status: int) -> None:
-    """End the process after `EXITING_S`, since the interpreter waits without limit for threads of the app."""
+    """End the process after `EXITING_S` seconds. Otherwise the interpreter would wait for the app's threads forever."""
 
     def end(_number: int, _frame: FrameType | None) -> NoReturn:
         names = [thread.name for thread in threading.enumerate() if thread is not threading.main_thread()]
@@ -128,7 +128,7 @@ def _limit_exit(status: int) -> None:
 
 
 def _flush(stream: TextIO | None) -> bool:
-    """Flush a stream, and return whether it could be written. Redirect it to the null device if not."""
+    """Flush a stream, and return whether that succeeded. If not, redirect the stream to the null device."""
     if stream is None:
         return True
     try:

@@ -1,4 +1,4 @@
-"""Options that several commands share, and the types of their values."""
+"""The options that several commands share, and the types of their values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Folder(click.Path):
-    """A folder's name. An empty name, such as that of an unset variable of the shell, is refused."""
+    """The type of a folder's name. An empty name, such as an unset variable of the shell, is an error."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path, file_okay=False)
@@ -40,14 +40,14 @@ def pair(value: str) -> tuple[str, str]:
 
 
 def count(value: str) -> int:
-    """Parse a whole number from 1 on."""
+    """Parse a whole number that is at least 1."""
     if not value.strip().isdecimal() or not int(value):
         raise click.BadParameter(f"{value!r} is no count. Take a whole number from 1 on")
     return int(value)
 
 
 def size(value: str) -> int:
-    """Parse a size in bytes, from 1 on.
+    """Parse a size in bytes that is at least 1.
 
     >>> size("500MB"), size("1.5 GiB"), size("4096")
     (500000000, 1610612736, 4096)
@@ -64,7 +64,7 @@ def size(value: str) -> int:
 
 
 def names(value: str) -> tuple[str, ...]:
-    """Split names at commas, in order, without repetitions.
+    """Split names at commas. Keep their order, and drop repetitions.
 
     >>> names("open, arena,open")
     ('open', 'arena')
@@ -76,7 +76,7 @@ def names(value: str) -> tuple[str, ...]:
 
 
 def faults(_context: click.Context, _parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
-    """Parse the specs of ``--fault``, and return their canonical form. A file is replaced by its specs."""
+    """Parse the values of ``--fault``, and return their canonical form. A file name becomes the faults in the file."""
     if not values:
         return ()
     from robotcore.runtime.faults.spec import read_specs
@@ -127,14 +127,14 @@ _OPTIONS = (
 
 
 def run_options(command: Command) -> Command:
-    """Add the options of a run to a command, named as the fields of a `RunRequest`."""
+    """Add the options of a run to a command. Their names are those of the fields of `RunRequest`."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
 
 
 def connection_options(command: Command) -> Command:
-    """Add ``--port`` and ``--option`` to a command, which merges their values by `merge_options`."""
+    """Add ``--port`` and ``--option`` to a command. The command passes their values to `merge_options`."""
     option = click.option(
         "--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend."
     )
@@ -142,12 +142,12 @@ def connection_options(command: Command) -> Command:
 
 
 def merge_options(port: str | None, options: tuple[tuple[str, str], ...]) -> dict[str, str]:
-    """Return the options of a backend, with ``port`` if it is given."""
+    """Return the options of a backend as a dict. It has the key ``port`` if ``port`` is given."""
     return {**dict(options), **({} if port is None else {"port": port})}
 
 
 def load_connected_robot(backend: Backend, robot: str, options: Mapping[str, str]) -> RobotDescription:
-    """Load a robot with the options of its connection.
+    """Load a robot, given the options of the connection to it.
 
     Raises UnknownNameError if an option is not one of the backend's `connection_options`.
     """

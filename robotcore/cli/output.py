@@ -24,7 +24,7 @@ PIPED_WIDTH = 160
 INDENT = "  "
 
 _STYLES = re.compile(r"(\x1b\[[0-9;]*m)")
-"""The escape sequences that `click.style` adds."""
+"""Matches the escape sequences that `click.style` adds to a text."""
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Print one line of JSON instead.")
 """The option ``--json`` of a command."""
@@ -36,10 +36,10 @@ def write_json(data: Any) -> None:
 
 
 def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = False) -> None:
-    """Write a text in one line, with its control characters and line breaks escaped.
+    """Write a text in one line. Control characters and line breaks are escaped.
 
-    is_error: write on stderr. A failure to write there is ignored, so that the result still reaches stdout.
-    is_styled: keep the colours of `click.style`. The caller must have escaped the words in between.
+    is_error: whether to write on stderr. A failure to write there is ignored, so that the result still reaches stdout.
+    is_styled: whether the text has colours of `click.style`. The caller must have escaped the words between them.
     """
     parts = _STYLES.split(text) if is_styled else [text]
     line = "".join(part if index % 2 else escape(part, keep="\t") for index, part in enumerate(parts))
@@ -48,23 +48,23 @@ def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = Fals
 
 
 def write_lines(text: str, *, indent: str = "", is_error: bool = False) -> None:
-    """Write each line of a text after ``indent``. With `INDENT`, no line of an app looks like one of robotcore."""
+    """Write each line of a text after ``indent``. `INDENT` distinguishes an app's lines from those of robotcore."""
     for line in text.split("\n"):
         write_line(f"{indent}{line}" if line else "", is_error=is_error)
 
 
 def write_content(text: str) -> None:
-    """Write the content of a file without a change, for another program."""
+    """Write the content of a file unchanged, so that another program can read it."""
     click.echo(text, nl=False)
 
 
 def redirect_prints(*, as_json: bool) -> AbstractContextManager[object]:
-    """Return a context in which prints of an app go to stderr if stdout is for JSON."""
+    """Return a context in which an app's prints go to stderr if ``as_json`` is True. Stdout is then only for JSON."""
     return redirect_stdout(sys.stderr) if as_json else nullcontext()
 
 
 def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]) -> None:
-    """Write a table. Its first column holds names."""
+    """Write a table with a row for each item. The first column has the names of the rows."""
     from rich import box
     from rich.table import Table
 
@@ -77,7 +77,10 @@ def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]
 
 
 def write(renderable: RenderableType) -> None:
-    """Write a renderable of rich: coloured and as wide as the terminal, or plain and `PIPED_WIDTH` wide in a pipe."""
+    """Write a renderable of rich. In a terminal it has colours and the terminal's width.
+
+    In a pipe it has no colours, and its width is `PIPED_WIDTH`.
+    """
     from rich.console import Console
 
     width = None if sys.stdout and sys.stdout.isatty() else PIPED_WIDTH
@@ -88,7 +91,7 @@ def write(renderable: RenderableType) -> None:
 
 
 class _EscapedRenderable:
-    """A renderable of rich that escapes the control characters of its texts. Rich's own colours stay."""
+    """A renderable of rich whose texts have their control characters escaped. The colours of rich are kept."""
 
     def __init__(self, renderable: RenderableType) -> None:
         self._renderable = renderable
@@ -99,7 +102,7 @@ class _EscapedRenderable:
 
 
 def write_failure(message: str) -> None:
-    """Write an error message on stderr. Lines after the first one are indented."""
+    """Write an error message on stderr. All lines except the first are indented."""
     first, *others = message.split("\n")
     write_line(f"{click.style('error:', fg='red', bold=True)} {escape(first)}", is_error=True, is_styled=True)
     for line in others:
@@ -107,7 +110,7 @@ def write_failure(message: str) -> None:
 
 
 def write_error(error: RobotcoreError | Interrupted) -> None:
-    """Write an error on stderr: each fault of a file in its own line, and an app's error after its traceback."""
+    """Write an error on stderr. Each fault in a file has its own line. An app's error follows its traceback."""
     if isinstance(error, BehaviourError) and error.traceback:
         write_lines(error.traceback.rstrip("\n"), indent=INDENT, is_error=True)
     faults = str(error).split("\n") if isinstance(error, DescriptionError) else [str(error)]
@@ -116,7 +119,7 @@ def write_error(error: RobotcoreError | Interrupted) -> None:
 
 
 def write_usage_error(error: click.ClickException) -> None:
-    """Write an error in the arguments on stderr, and the command that explains them."""
+    """Write an error in the arguments on stderr, and the command that shows their help."""
     context = getattr(error, "ctx", None)
     write_failure(error.format_message())
     write_line(f"Try '{context.command_path if context else 'robotcore'} --help'.", is_error=True)
@@ -127,7 +130,7 @@ NEWLINE, FINDING_INDENT, FINDING_WIDTH = "\n", 23, 1000
 
 
 def write_finding(finding: Finding) -> None:
-    """Write a finding and its remedy, as wide as the terminal, or in long lines in a pipe."""
+    """Write a finding and its remedy, wrapped to the width of the terminal. In a pipe the lines are not wrapped."""
     from shutil import get_terminal_size
 
     width = max(get_terminal_size().columns, 2 * FINDING_INDENT) if sys.stdout.isatty() else FINDING_WIDTH

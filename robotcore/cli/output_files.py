@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def require_apart(option: str, output: Path | None, *inputs: Path | str) -> None:
-    """Raise UsageError if an output is a file that the command reads, also under another name or by a link."""
+    """Raise UsageError if an output file is also an input of the command, even by another name or by a link."""
     if output and any(is_same(output, file) for file in inputs):
         raise UsageError(
             f"{option} {output}: the command reads this file. Name another one",
@@ -27,7 +27,7 @@ def require_apart(option: str, output: Path | None, *inputs: Path | str) -> None
 
 
 def require_ending(option: str, output: Path | None, endings: Collection[str]) -> None:
-    """Raise UsageError if an output has none of these suffixes. A folder may have any name."""
+    """Raise UsageError if the output's suffix is not one of ``endings``. A folder may have any name."""
     if output and not output.is_dir() and output.suffix.lower() not in endings:
         raise UsageError(
             f"{option} {output}: the format is {' or '.join(endings)}. Give the file that suffix",
@@ -38,7 +38,7 @@ def require_ending(option: str, output: Path | None, endings: Collection[str]) -
 
 
 def is_same(file: Path, named: Path | str) -> bool:
-    """Return whether both names are of one existing file."""
+    """Return whether both names refer to the same existing file."""
     try:
         return file.samefile(named)
     except (OSError, ValueError):
@@ -50,10 +50,10 @@ def make_recorder(
 ) -> Recorder | None:
     """Return an observer that records the run, or None without a file.
 
-    file: the recording to write.
-    options: the backend's options. A file among them must not be the recording.
-    is_jpeg: record the camera as JPEG.
-    limit: the largest size of the file in bytes.
+    file: the recording to write; None for no recording.
+    options: the backend's options. If one of them names a file, the recording must not overwrite it.
+    is_jpeg: whether to record the camera as JPEG.
+    limit: the file size in bytes at which the recording ends; None for no limit.
 
     Raises UsageError if the file cannot be written.
     """
@@ -81,9 +81,9 @@ def make_recorder(
 
 
 def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, str]:
-    """Return the result, and a line about the recording if there is one.
+    """Return the result, and a line about the recording; the line is empty if there is no recording.
 
-    A run whose recording is incomplete has exit status 1 at least.
+    If the recording is incomplete, the exit status of the result is at least 1.
     """
     if failure := recorder.failure:
         write_failure(f"the recording is incomplete: {failure}")

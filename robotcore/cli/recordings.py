@@ -1,4 +1,4 @@
-"""Commands on recordings: ``info`` shows one, ``compare`` compares two, ``replay`` decides a recorded run again."""
+"""Commands on recordings: ``info`` shows one, ``compare`` compares two, ``replay`` runs the app of one again."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def replay(
 
 
 def _require_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:
-    """Raise UsageError if an output would overwrite the recording, or has a wrong suffix."""
+    """Raise UsageError if an output would overwrite the recording, or has the wrong suffix."""
     table_file = table / f"{file.stem}.csv" if table and table.is_dir() else table
     for option, output in (("--picture", picture), ("--csv", table_file), ("--video", video)):
         require_apart(option, output, file)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 _FIRST_SIMULATOR = "pybullet"
-"""The demo tries this one first: its camera needs no OpenGL, so it works wherever it is installed."""
+"""The simulator that the demo tries first. Its camera needs no OpenGL, so it works on every machine."""
 
 
 @click.command("run", cls=RunCommand)
@@ -100,7 +100,7 @@ def command(
 
 
 def _finish(result: RunResult, written: list[str], *, as_json: bool) -> int:
-    """Write the result and the names of the written files. Return the exit status, also if stdout is closed."""
+    """Write the result and the names of the written files. Return the exit status, even if stdout is closed."""
     try:
         write_result(result, as_json=as_json)
         for line in written:
@@ -116,7 +116,7 @@ def _finish(result: RunResult, written: list[str], *, as_json: bool) -> int:
 def _save_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> tuple[RunResult, bool]:
     """Save the picture if the run began. Return the result, and whether the picture was saved.
 
-    A run whose picture cannot be written has exit status 1 at least.
+    If the picture cannot be written, the exit status of the result is at least 1.
     """
     try:
         return result, drawer.save(picture)
@@ -126,7 +126,7 @@ def _save_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> 
 
 
 def _make_picture_recorder(picture: Path | None) -> PictureRecorder | None:
-    """Return an observer that draws the run. Raise UsageError if the file cannot be written."""
+    """Return an observer that draws the run; None without a file. Raise UsageError if the file cannot be written."""
     if picture is None:
         return None
     from robotcore.view.picture import PictureRecorder, require_writable
@@ -166,9 +166,9 @@ def _run(
 def _make_forced_exit_handler(
     recorder: Recorder | None, notifier: Notifier | None, *, as_json: bool
 ) -> Callable[[RunResult], None]:
-    """Return a function that writes the result before a forced exit, on the present standard output.
+    """Return a function that writes the result on the current standard output before a forced exit.
 
-    A service exits in this function, since its exit status may differ (see `Notifier.choose_exit_status`).
+    Under a service manager, the function also ends the process, because `Notifier` may choose another exit status.
     """
     stdout = sys.stdout
 
@@ -184,7 +184,7 @@ def _make_forced_exit_handler(
 
 
 def _build_request_fields(host: str | None, port: str | None, **values: Any) -> dict[str, Any]:
-    """Return the fields of a RunRequest. ``--host`` and ``--port`` become options of the backend."""
+    """Return the fields of a RunRequest. The values of ``--host`` and ``--port`` become options of the backend."""
     short = {"host": host, "port": port}
     options = {**dict(values["options"]), **{key: value for key, value in short.items() if value is not None}}
     return {**values, "options": options, "settings": dict(values["settings"])}
@@ -212,7 +212,10 @@ def demo(seed: int, picture: Path, *, gui: bool) -> int:
 
 
 def choose_simulator() -> tuple[str, str]:
-    """Return the first physics simulator that works here, else the built-in one, and the reason in words."""
+    """Return the name of a simulator, and the reason for its choice as text.
+
+    It is the first physics simulator that works on this machine, else the built-in kinematic simulator.
+    """
     from robotcore.hal.backend import loadable_backends
 
     physical = [backend for backend in loadable_backends() if backend.brings_physics]
@@ -225,7 +228,7 @@ def choose_simulator() -> tuple[str, str]:
 
 
 def _find_failure(backend: Backend) -> str:
-    """Return why a simulator cannot be used, and the remedy. Return "" if a robot opens, moves and sees in it."""
+    """Return why a simulator cannot be used, and the remedy; empty if its smoke test succeeds."""
     if not backend.is_installed:
         return f"{backend.name} is not installed. {backend.remedy}."
     from robotcore.cli.doctor.smoke_test import diagnose

@@ -31,7 +31,7 @@ def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, s
 
 
 def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
-    """Return a set-up with the robot's motors only."""
+    """Return a set-up that has only the robot's motors."""
     from robotcore.description import MotorDescription
     from robotcore.hal.backend import Setup
 

@@ -25,7 +25,7 @@ FOLDER = Folder()
 
 
 class _SweepCommand(AnsweringCommand):
-    """A command that keeps its command line for the report."""
+    """A command that passes its command line on to the report."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.obj = shlex.join([*ctx.command_path.split(), *args])
@@ -135,7 +135,7 @@ def _make_request(
 def _make_engine(
     cluster: str | None, jobs: int | None, wall_timeout_s: float | None, backends: tuple[str, ...]
 ) -> Engine:
-    """Return the engine that runs the runs. Raise BackendMissingError if its packages are not installed."""
+    """Return the engine that executes the runs. Raise BackendMissingError if one of its packages is missing."""
     if cluster is None:
         from robotcore.sweep.local import LocalEngine, count_cores
 
@@ -164,7 +164,7 @@ def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 
 
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
-    """Run the missing runs. Return the error that ended the sweep, or None."""
+    """Execute the missing runs. Return the error that ended the sweep early, or None."""
     from robotcore.runtime.signals import SignalGuard
     from robotcore.sweep.local import execute
     from robotcore.sweep.summary import SweepProgress

@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 
 MISSED = 1
-"""Exit status if a --require was missed."""
+"""The exit status if a bound of ``--require`` was missed."""
 
 _JSON_KEYS = {"contacts_unknown": "untold"}
-"""The keys in JSON that differ from the field of a group."""
+"""The JSON keys that differ from the names of a group's fields, by field."""
 
 DIGITS = 6
-"""Digits after the decimal point in JSON."""
+"""The number of decimals of numbers in JSON."""
 
 
 def show_resumed(results: Results, done: int) -> None:
-    """Print how many runs are done already, and their date."""
+    """Print how many runs were already done, and the date of the newest."""
     date, total = f"{results.date:%Y-%m-%d %H:%M}", len(results.sweep)
     if done == total:
         write_line(f"All runs are done since {date}; --fresh runs them again.")
@@ -44,7 +44,7 @@ def show_sweep(
 ) -> int:
     """Print the result of a sweep, and return its exit status.
 
-    Requirements are not checked if the sweep did not end.
+    The requirements are only checked if all runs ended.
     """
     from robotcore.sweep.statistics import group_records, list_met_requirements, list_missed_requirements
 
@@ -115,7 +115,7 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
 
 
 def _write_findings(results: Results) -> None:
-    """Print which conditions explain failures, or why none is named."""
+    """Print the conditions under which more runs failed, or why none was found."""
     from robotcore.sweep.failure_analysis import explain
 
     lines = explain(results.records()).lines

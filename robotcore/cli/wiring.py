@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 
 USES, NAME = 32, 7
-"""The widths of a pad's uses and of its name in characters. A row of the drawing then has 95 columns."""
+"""The number of characters for the uses of a pad and for its name. A row of the drawing then has 95 columns."""
 
 USED, FREE = "●", "○"
 STYLES = {"signal": "green", "ground": "blue", "reserved": "magenta", "3.3 V": "yellow", "5 V": "red"}
 
 
 def draw_connector(wiring: Wiring) -> Iterator[str]:
-    """Yield the lines of the drawing, which are at most 100 columns wide.
+    """Yield the lines of a drawing of the board's connector. A line has at most 100 columns.
 
-    The pads are drawn in two columns, as on the board. A full dot marks a pad with a wire.
+    The drawing has two columns of pads, as the board has. A filled dot marks a pad with a wire.
     """
     edge = " " * (USES + NAME + 3)
     yield f"{edge}┌─────────┐"
@@ -130,7 +130,7 @@ def _pads(wire: Wire) -> str:
 
 
 def _notes(wiring: Wiring) -> Iterator[str]:
-    """Yield each note once, with its devices, wrapped to 100 columns."""
+    """Yield each different note with the names of its devices, wrapped to 100 columns."""
     devices: dict[str, list[str]] = {}
     for device, note in wiring.notes:
         devices.setdefault(note, []).append(device)

@@ -1,6 +1,6 @@
 """A canvas to draw on, and the colours of the pictures.
 
-Coordinates are pixels, colours are (red, green, blue). The canvas is drawn at twice its size, for smooth edges.
+Coordinates are pixels, colours are (red, green, blue). The canvas is drawn at twice its size, so that edges are smooth.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
 FINENESS = 2
-"""The canvas has this many pixels for one pixel of the image, in each direction."""
+"""The canvas has this many pixels per pixel of the image, both horizontally and vertically."""
 
 _SHIFT = 4
-"""OpenCV takes coordinates in sixteenths of a pixel."""
+"""The number of binary digits of OpenCV's coordinates behind the point. They count sixteenths of a pixel."""
 
 
 class Canvas:
@@ -49,7 +49,7 @@ class Canvas:
         return np.asarray(small, np.uint8)
 
     def polygon(self, corners: Sequence[Point], colour: Colour) -> None:
-        """Fill a polygon."""
+        """Fill a polygon with a colour."""
         cv2.fillPoly(self._sheet, [_to_fixed_point(corners)], colour[::-1], cv2.LINE_AA, _SHIFT)
 
     def line(self, points: Sequence[Point], colour: Colour, width: float, *, closed: bool = False) -> None:
@@ -58,7 +58,7 @@ class Canvas:
         cv2.polylines(self._sheet, [_to_fixed_point(points)], closed, colour[::-1], thickness, cv2.LINE_AA, _SHIFT)
 
     def disc(self, centre: Point, radius: float, colour: Colour) -> None:
-        """Fill a circle."""
+        """Fill a circle with a colour."""
         x, y = _to_fixed_point([centre])[0]
         reach = round(radius * FINENESS * 2**_SHIFT)
         cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
@@ -74,11 +74,10 @@ class Canvas:
         self._mix(np.asarray(mask, np.uint8), (20, 22, 30), opacity)
 
     def text(self, place: Point, words: str, colour: Colour, height: float, *, bold: bool = False) -> float:
-        """Write a text, and return its width in pixels.
+        """Write a text on the canvas, and return the text's width in pixels.
 
         place: the left end of the baseline.
-        words: the text. A character that cannot be shown is written as an escape. OpenCV would end the process if it
-            got a lone surrogate.
+        words: the text. A character that the font lacks is written as an escape. A lone surrogate would crash OpenCV.
         height: the height of capitals, in pixels.
         """
         scale, thickness = _compute_type_size(height, bold=bold)
@@ -93,7 +92,7 @@ class Canvas:
         return mask
 
     def _mix(self, mask: NDArray[np.uint8], colour: Colour, opacity: float) -> None:
-        """Mix a colour into the area of the mask."""
+        """Mix a colour into the area of the mask. An opacity of 1 replaces the old colour."""
         x, y, width, height = cv2.boundingRect(mask)
         area = self._sheet[y : y + height, x : x + width]
         share = mask[y : y + height, x : x + width, None] * np.float32(opacity / 255)
@@ -105,7 +104,7 @@ _CAPITAL = 21
 """The height of a capital of this font at scale 1, in pixels."""
 
 _HAS_OUTLINES = int(cv2.__version__.partition(".")[0]) >= 5
-"""Whether OpenCV draws letters as outlines, bold from thickness 2 on. Versions before 5 draw strokes."""
+"""Whether OpenCV draws letters as outlines, with thickness 2 or more for bold. Before version 5 it draws strokes."""
 
 
 def measure_text(words: str, height: float, *, bold: bool = False) -> float:
@@ -115,14 +114,14 @@ def measure_text(words: str, height: float, *, bold: bool = False) -> float:
 
 
 def _compute_type_size(height: float, *, bold: bool) -> tuple[float, int]:
-    """Return OpenCV's scale and thickness."""
+    """Return OpenCV's scale and thickness for a text whose capitals have a height in pixels."""
     fine = height * FINENESS
     stroke = max(1, round(fine / (10 if bold else 14)))
     return fine / _CAPITAL, 1 + bold if _HAS_OUTLINES else stroke
 
 
 def _to_fixed_point(points: Sequence[Point]) -> NDArray[np.int32]:
-    """Return points in OpenCV's sixteenths of a pixel, (n, 2)."""
+    """Return points as OpenCV's integers in sixteenths of a pixel, of shape (n, 2)."""
     fine = (np.asarray(points, float) * FINENESS - 0.5) * 2**_SHIFT
     return np.asarray(np.rint(fine), np.int32)
 
@@ -145,7 +144,7 @@ _STATES: tuple[Colour, ...] = (
     (130, 70, 10),
     (85, 88, 100),
 )
-"""The colours of states. They differ with the common kinds of colour blindness too. None is like a green ball."""
+"""The colours of states. People with the common kinds of colour blindness can distinguish them. None is green."""
 
 
 def assign_state_colours(states: Iterable[str]) -> dict[str, Colour]:
@@ -154,12 +153,12 @@ def assign_state_colours(states: Iterable[str]) -> dict[str, Colour]:
 
 
 def darken(colour: Colour, share: float) -> Colour:
-    """Return a colour with each part multiplied by ``share``, from 0 to 1."""
+    """Return a colour with each component multiplied by ``share``, from 0 to 1."""
     red, green, blue = colour
     return round(red * share), round(green * share), round(blue * share)
 
 
 def lighten(colour: Colour, share: float) -> Colour:
-    """Return a colour mixed with a ``share`` of white, from 0 to 1."""
+    """Return a mixture of a colour and white. ``share`` is that of white, from 0 to 1."""
     red, green, blue = (round(part + (255 - part) * share) for part in colour)
     return red, green, blue

@@ -33,7 +33,7 @@ _LINE, _ROW = 22, 16
 
 
 def draw_comparison(comparison: Comparison) -> Image:
-    """Return the picture, BGR, 1000 x 1600, with the world of the first recording."""
+    """Return the picture of a comparison, with the world of the first recording: BGR, 1000 pixels high, 1600 wide."""
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
     verdict, colour = ("alike", GOOD) if comparison.is_alike else ("differ", BAD)
     canvas.text((_EDGE, 66), "  and  ".join(build_titles(comparison)), INK, 25, bold=True)
@@ -81,7 +81,7 @@ def _draw_table(canvas: Canvas, comparison: Comparison) -> None:
 
 
 def _wrap(words: str) -> list[str]:
-    """Return the lines of a text that fit in a column."""
+    """Split a text into lines that fit into a column."""
     lines: list[str] = []
     for word in words.split():
         longer = f"{lines[-1]} {word}" if lines else word
@@ -93,7 +93,7 @@ def _wrap(words: str) -> list[str]:
 
 
 def _shorten(words: str, width: float, *, bold: bool = False) -> str:
-    """Return a word, shortened to a width in pixels."""
+    """Return a word. If it is wider than ``width`` pixels, shorten it."""
     while measure_text(words, 13, bold=bold) > width:
         words = words[:-4] + "..."
     return words
@@ -105,7 +105,7 @@ Row = tuple[str, str, str]
 
 
 def format_comparison(comparison: Comparison) -> RenderableType:
-    """Return the verdict, the first difference and the table of measurements."""
+    """Return the verdict, the first difference, and the table of measurements."""
     verdict = Text("alike", "bold green") if comparison.is_alike else Text("differ", "bold red")
     verdict += Text(f"  {escape(_format_finding(comparison))}")
     first_difference = Text(f"  {escape(_format_state_difference(comparison))}")
@@ -120,14 +120,14 @@ def format_comparison(comparison: Comparison) -> RenderableType:
 
 
 def build_titles(comparison: Comparison) -> tuple[str, str]:
-    """Return the file names of both recordings, with their folders if the names are the same."""
+    """Return the names of both files. If the names are equal, include their folders."""
     names = comparison.first.name, comparison.second.name
     first, second = (PurePath(name).name for name in names)
     return names if first == second else (first, second)
 
 
 def build_rows(comparison: Comparison) -> Iterator[Row]:
-    """Yield the rows of the table: a name and the values of both runs."""
+    """Yield the rows of the table. Each has the name of a measurement and the values of both runs."""
     one, other = comparison.first, comparison.second
     yield "run", format_heading(one.result), format_heading(other.result)
     yield "outcome", one.outcome, other.outcome

@@ -18,7 +18,7 @@ from robotcore.view.canvas import INK, PAPER, Canvas, Colour, Point, darken, lig
 
 
 class TrackPoint(NamedTuple):
-    """The pose and the state of a tick."""
+    """The robot's pose and the app's state in one tick."""
 
     time: float
     """The time of the tick, in seconds."""
@@ -31,7 +31,7 @@ class TrackPoint(NamedTuple):
 
 
 class Track:
-    """The points of a run.
+    """The poses and states of a run, one point for each tick.
 
     >>> track = Track()
     >>> track.points += [TrackPoint(t, state, Pose(t, 0, 0)) for t, state in ((0.0, "search"), (1.0, "seen"))]
@@ -52,7 +52,10 @@ class Track:
         return list(dict.fromkeys(step.state for step in self.points))
 
     def segments(self) -> Iterator[tuple[str, list[TrackPoint]]]:
-        """Yield each state and its points without a change of state. A segment begins with the last point before it."""
+        """Yield each state with its points, for each period without a change of state.
+
+        A segment begins with the last point of the previous segment, so that the drawn line has no gaps.
+        """
         last: list[TrackPoint] = []
         for state, steps in groupby(self.points, key=lambda step: step.state):
             segment = [*last, *steps]
@@ -60,14 +63,14 @@ class Track:
             last = segment[-1:]
 
     def state_durations(self) -> Iterator[tuple[str, float, float]]:
-        """Yield each state, the time when it was first reached, and its total duration, in seconds."""
+        """Yield each state, the time when the app first reached it, and its total duration, both in seconds."""
         for state in self.states:
             segments = [steps for name, steps in self.segments() if name == state]
             first = next(step.time for step in segments[0] if step.state == state)
             yield state, first, sum(steps[-1].time - steps[0].time for steps in segments)
 
     def find_milestone_poses(self, milestones: Mapping[str, float]) -> dict[str, Pose]:
-        """Return the pose at each milestone. A milestone that is not a state is left out.
+        """Return the robot's pose at each milestone. A milestone that is not a state is left out.
 
         milestones: the time of each milestone, in seconds.
         """
@@ -80,10 +83,10 @@ class Track:
 
 
 MARGIN_M = 0.12
-"""The margin around the map."""
+"""The margin around the map, in metres."""
 
 ROBOT_ROOM_M = 0.2
-"""The margin around a robot that left the floor."""
+"""The margin around a robot that left the floor, in metres."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +105,7 @@ class MapTransform:
 
     @classmethod
     def fit(cls, world: WorldDescription, track: Track, size: float) -> MapTransform:
-        """Return the transform that shows the floor, its walls and the whole track on a square canvas.
+        """Return the transform with which a square canvas shows the floor, its walls and the whole track.
 
         size: the side of the canvas, in pixels.
         """
@@ -113,16 +116,16 @@ class MapTransform:
         return cls(size / 2 / reach, (size / 2, size / 2))
 
     def to_pixel(self, x: float, y: float) -> Point:
-        """Return the pixel of a point, in metres."""
+        """Return the pixel of a point that is given in metres."""
         return self.origin[0] + x * self.scale, self.origin[1] - y * self.scale
 
     def to_pixels(self, points: Sequence[tuple[float, float]]) -> list[Point]:
-        """Return the pixels of points, in metres."""
+        """Return the pixels of points that are given in metres."""
         return [self.to_pixel(x, y) for x, y in points]
 
 
 def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
-    """Draw the floor with a line each metre, the obstacles with their shadows, and the targets."""
+    """Draw the floor with a grid line for each metre, the obstacles with their shadows, and the targets."""
     _draw_floor(canvas, transform, world)
     shadows = [_compute_shadow(prism, world) for prism in world.prisms]
     canvas.draw_shadow([transform.to_pixels(shadow) for shadow in shadows], 0.28, 0.015 * transform.scale)
@@ -135,7 +138,7 @@ def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription)
 
 
 def draw_track(canvas: Canvas, transform: MapTransform, track: Track, colours: Mapping[str, Colour]) -> None:
-    """Draw the track in the colours of the states."""
+    """Draw the track. Each part has the colour of its state."""
     width = max(2.0, 0.028 * transform.scale)
     points = [transform.to_pixel(step.pose.x, step.pose.y) for step in track.points]
     canvas.line(points, PAPER, width + 4)
@@ -158,7 +161,7 @@ def draw_milestones(
 
 
 def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> None:
-    """Draw the mark of a milestone."""
+    """Draw a ring, the mark of a milestone."""
     for share, filling in ((1.0, INK), (0.8, PAPER), (0.45, colour)):
         canvas.disc(centre, radius * share, filling)
 
@@ -211,7 +214,7 @@ _CIRCLE = [(math.cos(turn * math.tau / 48), math.sin(turn * math.tau / 48)) for 
 
 
 def _compute_shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
-    """Return the outline of a prism and its shadow on the floor."""
+    """Return the outline of the area that a prism and its shadow cover on the floor."""
     x, y, z = world.light.direction
     foot = np.array(prism.outline, np.float32)
     top = foot - np.array((x, y), np.float32) * np.float32(prism.height_m / z)

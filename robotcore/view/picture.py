@@ -60,7 +60,7 @@ class RunFigure:
     """The robot."""
 
     world: WorldDescription | None
-    """The world; None if it has no description."""
+    """The world; None if the run has no description of a world."""
 
     track: Track
     """The poses and states of the run."""
@@ -72,11 +72,11 @@ class RunFigure:
     """The result of the run."""
 
     recorded: RunResult | None = None
-    """The recorded run whose samples the app was evaluated on; None if this is no evaluation."""
+    """The recorded run on whose samples the app was evaluated; None if this is no evaluation."""
 
 
 def draw_figure(figure: RunFigure) -> Image:
-    """Return the picture: BGR, 1000 x 1600."""
+    """Return the picture as a BGR image, 1000 pixels high and 1600 wide."""
     colours = assign_state_colours(figure.track.states)
     seen = _scale_image(figure.seen)
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
@@ -89,7 +89,7 @@ def draw_figure(figure: RunFigure) -> Image:
 
 
 def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
-    """Return the heading, the outcome, its colour and the measurements."""
+    """Return the heading, the outcome, the colour of the outcome, and the measurements."""
     result = figure.result
     if figure.recorded:
         words = f"{result.sim_time_s:.1f} s of its decisions, along the recorded path"
@@ -133,7 +133,7 @@ def _scale_image(seen: Image | None) -> Image:
 
 
 def _paste(image: Image, part: Image, left: int) -> None:
-    """Paste a part below the title."""
+    """Paste a part of the picture below the title, with its left edge at ``left``."""
     height, width = part.shape[:2]
     image[_TOP : _TOP + height, left : left + width] = part
 
@@ -145,7 +145,7 @@ def _draw_blank(width: int, height: int, words: str) -> Image:
 
 
 def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str, Colour]) -> None:
-    """Draw a line for each state: its colour, the time when it was first reached, and its total duration."""
+    """Draw a line for each state with its colour, the time when it was first reached, and its total duration."""
     columns = (_SIDE + 84.0, _SIDE + _SIDE_WIDTH - 230.0, _SIDE + _SIDE_WIDTH - 80.0)
     y = top + 44.0
     for x, words in zip(columns, ("state", "reached", "lasted"), strict=True):
@@ -164,10 +164,10 @@ def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str,
 
 
 _ROOM_M = 0.5
-"""The margin around a path without a world, in metres."""
+"""The margin around the path if there is no world, in metres."""
 
 _LARGEST_M = 100.0
-"""The largest side of a floor, in metres. A longer path is drawn beyond it."""
+"""The largest side of a floor, in metres. A longer path is drawn beyond the floor."""
 
 
 def build_figure(
@@ -177,12 +177,12 @@ def build_figure(
     *,
     is_evaluation: bool = False,
 ) -> RunFigure:
-    """Return the figure of a recording, with its true path if there is one, else with the path by odometry.
+    """Return the figure of a recording. It shows the true path if there is one, else the path by odometry.
 
     recording: the recording.
-    states: the states of a replay or evaluation, one a tick; None for the recorded ones. They may end earlier.
-    result: the result of a replay or evaluation; None for the recorded one.
-    is_evaluation: whether an app was evaluated on the samples.
+    states: the state in each tick of a replay or evaluation, which may end early; None for the recorded states.
+    result: the result of the replay or evaluation; None for the recorded result.
+    is_evaluation: whether another app was evaluated on the recorded samples.
     """
     about, path = recording.metadata, build_true_path(recording) or build_odometry_path(recording)
     track = Track()
@@ -200,7 +200,7 @@ def build_figure(
 
 
 def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
-    """Return the last picture on a display in the ticks, else the last camera image; None if there is none."""
+    """Return the last picture that a display showed in the ticks, else the last camera image, else None."""
     shown = (each.key for tick in reversed(ticks) for each in reversed(tick.shown))
     read = (each.key for tick in reversed(ticks) for each in reversed(tick.reads))
     for keys in (shown, read):
@@ -215,7 +215,7 @@ def _read_frame(recording: Recording, key: SampleKey | None) -> Frame | None:
 
 
 def build_world(recording: Recording, track: Track) -> WorldDescription:
-    """Return the recorded world; without one, a floor that the track fits on."""
+    """Return the recorded world. If there is none, return a world with a floor as large as the track."""
     if world := recording.metadata.world:
         return world
     reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
@@ -224,7 +224,7 @@ def build_world(recording: Recording, track: Track) -> WorldDescription:
 
 
 class PictureRecorder:
-    """An observer that records the picture of a run: its true path, and the last image that the app read or showed.
+    """An observer that draws the picture of a run. It has the true path, and the last image that was read or shown.
 
     >>> from robotcore import RunRequest, run
     >>> recorder = PictureRecorder()
@@ -260,7 +260,10 @@ class PictureRecorder:
         return None if self._figure is None else draw_png(self._figure)
 
     def save(self, file: Path) -> bool:
-        """Write the picture as PNG, and return whether a run began. Raises UsageError if the file cannot be written."""
+        """Write the picture as PNG. Return False if no run began, so that there is no picture.
+
+        Raises UsageError if the file cannot be written.
+        """
         content = self.png()
         if content is None:
             return False
@@ -280,7 +283,7 @@ def encode_png(image: Image) -> bytes:
 
 
 def save_png(content: bytes, file: Path) -> None:
-    """Write a picture completely or not at all. Raises UsageError if the file cannot be written."""
+    """Write a PNG to a file. After an error the file is unchanged. Raises UsageError if the file cannot be written."""
     try:
         with replace_file(file) as part:
             part.write_bytes(content)
@@ -289,7 +292,7 @@ def save_png(content: bytes, file: Path) -> None:
 
 
 def find_last_image(robot: Robot) -> Image | None:
-    """Return the last picture on a display, else the last camera image; None if there is none. Reads no device."""
+    """Return the last picture that a display showed, else the last camera image, else None. No device is read."""
     devices = robot.devices.values()
     shown = [each.latest for each in devices if isinstance(each, AppDisplay)]
     read = [each.latest.image for each in devices if isinstance(each, AppSensor) and isinstance(each.latest, Frame)]
@@ -297,7 +300,7 @@ def find_last_image(robot: Robot) -> Image | None:
 
 
 def require_writable(file: Path) -> None:
-    """Raise UsageError if a picture cannot be written to a file. The content of the file stays."""
+    """Raise UsageError if a picture cannot be written to a file. The check keeps the content of the file."""
     if file.suffix.lower() != ".png":
         raise UsageError(f"--picture {file}: not a .png file. Name a .png file", kind="file-ending")
     try:

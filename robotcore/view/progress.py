@@ -20,20 +20,20 @@ from robotcore.runtime.trace import TickRecord, format_voltages
 from robotcore.text import escape
 
 REFRESH_HZ = 10
-"""The line is drawn this many times per second."""
+"""How many times per second the line is drawn."""
 
 
 class Progress:
     """An observer that shows a line during a run: state, range, voltage, time, pace, active faults and a hint.
 
-    A tick stores its record. A thread draws the newest record. Warnings of the run stand below the line.
+    `tick` only stores the record of the tick. A thread draws the newest record. Warnings of the run are below the line.
     """
 
     def __init__(self, console: Console | None = None, hint: Callable[[], str] = str) -> None:
-        """Prepare the line; the run shows it.
+        """Prepare the line. It appears when the run begins.
 
         console: where to draw; None for stderr.
-        hint: returns the text at the end of the line. It is called each time the line is drawn.
+        hint: a function that returns the text at the end of the line. It is called each time the line is drawn.
         """
         self._hint = hint
         self._spinner = Spinner("dots")
@@ -59,7 +59,7 @@ class Progress:
         self.close()
 
     def close(self) -> None:
-        """Remove the line. May be called several times."""
+        """Remove the line. Later calls do nothing."""
         self._run = None
         self._live.stop()
 
@@ -93,19 +93,19 @@ class Progress:
         return line
 
     def _format_pace(self, record: TickRecord, run: Run) -> str:
-        """Return the simulated time per wall time; an empty text on a real robot."""
+        """Return the ratio of simulated time to real time, such as ``2.0x real time``; empty on a real robot."""
         if isinstance(run.robot.clock, MonotonicClock):
             return ""
         return f"{record.time / max(self._wall.now(), 1e-3):.1f}x real time"
 
 
 def _format_faults(run: Run, time: float) -> str:
-    """Return the injected faults that are active at a time."""
+    """Return the names of the injected faults that are active at a time in seconds."""
     return "; ".join(str(fault) for fault in run.faults if fault.is_on(time))
 
 
 def _format_range(run: Run) -> str:
-    """Return the last range that the app read. The function reads no device."""
+    """Return the last range that the app read as text. No device is read."""
     sensors = (each for each in run.robot.devices.values() if isinstance(each, RangeSensor))
     sensor = next(sensors, None)
     if not isinstance(sensor, AppSensor) or (sample := sensor.latest) is None:

@@ -32,7 +32,7 @@ _RED = "bold red"
 
 
 def format_summary(result: RunResult) -> Text:
-    """Return the outcome, the measurements, the milestones and the reason, one line each."""
+    """Return a text with the outcome, the measurements, the milestones and the reason, each in its own line."""
     style = _RED if result.dispute else _STYLES.get(result.outcome, _RED)
     outcome = Text(result.outcome.value, style)
     lines = [", ".join(list_measures(result)), *list_events(result)]
@@ -71,14 +71,14 @@ def list_measures(result: RunResult) -> Iterator[str]:
 
 
 def list_events(result: RunResult) -> Iterator[str]:
-    """Yield the milestones and the injected faults, if there are any."""
+    """Yield a text about the milestones and texts about the injected faults, if there are any."""
     if result.milestones:
         yield ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())
     yield from list_faults(result)
 
 
 def list_faults(result: RunResult) -> Iterator[str]:
-    """Yield the injected faults that began, and those that would have begun after the end of the run."""
+    """Yield a text about the faults that began, and one about those that were due after the end of the run."""
     for title, has_begun in (("with faults", True), ("ended before", False)):
         if texts := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is has_begun]:
             yield f"{title}: {'; '.join(texts)}"
@@ -88,7 +88,7 @@ _UNITS = ("bytes", "kB", "MB", "GB")
 
 
 def format_contents(recording: Recording, file: Path) -> RenderableType:
-    """Return the summary of a recording. Its texts may hold control characters, so they are escaped."""
+    """Return the summary of a recording. Control characters in its texts are escaped."""
     title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_list_states(recording, file)))}")
     about = [Text(f"  {escape(line)}") for line in _list_facts(recording)]
     return Group(title, *about, Text(), _format_ending(recording), Text(), _build_device_table(recording))
@@ -196,7 +196,7 @@ def _format_equal_ticks(replayed: ReplayResult) -> str:
 
 
 def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
-    """Yield whether the app's file is the recorded one, if that may explain a deviation."""
+    """Yield whether the app's file has changed since the recording, if that may explain a deviation."""
     name = app_path(replayed.result.app).name
     if replayed.has_app_changed:
         yield f"{name} has changed since it was recorded"
@@ -250,7 +250,7 @@ def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:
 
 
 def _get_name(evaluation: Evaluation) -> str:
-    """Return the name of the evaluated app; ``now`` if it is the recorded one."""
+    """Return the name of the evaluated app; ``now`` if it is the recorded app."""
     app = evaluation.result.app
     return "now" if app == build_result(evaluation.recording).app else app
 

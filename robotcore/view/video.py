@@ -20,24 +20,24 @@ WIDTH = 640
 _MAX_HEIGHT = 1280
 
 _MAX_REPEATS = 100
-"""The most pictures of a video per tick, on average. The times in a file may be years apart."""
+"""The most pictures per tick, on average. The times in a recording may be years apart."""
 
 _MAX_PICTURES = 100_000
-"""The most pictures of a video: 83 minutes at 20 Hz. A small recording can have millions of ticks."""
+"""The most pictures of a video, 83 minutes at 20 Hz. A small recording can have millions of ticks."""
 
 _STRIP = 36
 """The height of the strip with the state and the time, in pixels."""
 
 Scene = tuple[float, str, SampleKey]
-"""The time of a tick, its state, and its picture."""
+"""The time of a tick in seconds, its state, and the key of its picture."""
 
 
 def write_video(recording: Recording, file: Path, device: str | None = None) -> None:
-    """Write the images of a camera or a display as an ``.mp4`` file, with the time and the state below.
+    """Write the images of a camera or a display as an ``.mp4`` file, with the time and the state below each image.
 
     recording: the recording.
     file: the file to write.
-    device: the name of a camera or a display. None for the first display with a picture, else the first camera.
+    device: the name of a camera or a display; None for the first display with a picture, else the first camera.
 
     Raises UsageError if there is no such device or no picture, and RecordingError if the file cannot be written or
     the video would be too long.
@@ -71,7 +71,7 @@ def write_video(recording: Recording, file: Path, device: str | None = None) -> 
 
 
 def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene], count: int) -> None:
-    """Write the video to ``part``, which replaces ``file``."""
+    """Write the video to the temporary file ``part``. Errors name ``file``, which ``part`` will replace."""
     rate = recording.metadata.request.rate_hz
     size = _compute_size(_read_picture(recording, scenes[0][2]))
     writer = cv2.VideoWriter(str(part), cv2.VideoWriter.fourcc(*"mp4v"), rate, (size[0], size[1] + _STRIP))
@@ -87,7 +87,7 @@ def _write(part: Path, file: Path, recording: Recording, scenes: Sequence[Scene]
 
 
 def _choose_device(recording: Recording) -> str:
-    """Return the first display with a picture, else the first camera."""
+    """Return the name of the first display with a picture, else of the first camera."""
     shown = (each.device for tick in recording.ticks for each in tick.shown if each.key)
     for name in (*islice(shown, 1), *_list_picture_devices(recording)):
         return name
@@ -97,13 +97,13 @@ def _choose_device(recording: Recording) -> str:
 
 
 def _list_picture_devices(recording: Recording) -> list[str]:
-    """Return the open cameras, then the open displays."""
+    """Return the names of the open cameras, then those of the open displays."""
     opened = [each for each in recording.metadata.description.devices if each.name in recording.metadata.devices]
     return [each.name for kind in ("camera", "display") for each in opened if each.kind == kind]
 
 
 def _list_scenes(recording: Recording, device: str) -> Iterator[Scene]:
-    """Yield one scene per tick from the first picture on. A tick without a new picture has the last one."""
+    """Yield a scene for each tick from the first picture on. A tick without a new picture repeats the previous one."""
     last: SampleKey | None = None
     for tick in recording.ticks:
         keys = [*(each.key for each in reversed(tick.shown)), *(each.key for each in reversed(tick.reads))]
@@ -115,7 +115,7 @@ def _list_scenes(recording: Recording, device: str) -> Iterator[Scene]:
 def _build_pictures(
     recording: Recording, scenes: Sequence[Scene], count: int, size: tuple[int, int]
 ) -> Iterator[Image]:
-    """Yield the pictures of the video at its fixed rate. A picture is repeated if the next tick came late."""
+    """Yield the pictures of the video at its fixed rate. A picture repeats until the time of the next tick."""
     at, rate = 0, recording.metadata.request.rate_hz
     for index in range(count):
         now = scenes[0][0] + index / rate
@@ -131,7 +131,7 @@ def _read_picture(recording: Recording, key: SampleKey) -> Image:
 
 
 def _compute_size(image: Image) -> tuple[int, int]:
-    """Return an even width and height. A picture that is higher than `_MAX_HEIGHT` is distorted."""
+    """Return an even width and height for a picture. A picture higher than `_MAX_HEIGHT` is compressed vertically."""
     height, width = image.shape[:2]
     return WIDTH, 2 * max(1, round(min(WIDTH * height / width, _MAX_HEIGHT) / 2))
 

@@ -59,14 +59,14 @@ def command(
 
 
 def _diagnose(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[AboutFinding]:
-    """Yield the findings as they come. Modules that need NumPy are imported after the check of NumPy."""
+    """Yield each finding as soon as it is known. NumPy is checked before the modules that import it."""
     from robotcore.cli.doctor.machine import machine_checks
     from robotcore.hal.check_finding import findings_of
 
     found = list(findings_of(machine_checks()))
     yield from ((MACHINE, finding) for finding in found)
     if any(finding.level.value == "error" and finding.what == "NumPy" for finding in found):
-        return  # nothing else can be imported
+        return  # all other checks import NumPy
     description = None if robot is None else _load_robot(robot, backend, options)
     for name in (backend,) if backend else _choose_backends():
         yield from ((name, finding) for finding in _diagnose_backend(name, description, is_chosen=backend is not None))
@@ -114,13 +114,13 @@ def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: b
 
 
 def _split_remedy(message: str) -> tuple[str, str]:
-    """Split an error message into the fault and the remedy, its last sentence."""
+    """Split an error message into the fault and the remedy. The remedy is the last sentence."""
     fault, _, remedy = message.rpartition(". ")
     return fault, remedy
 
 
 def _write_each(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
-    """Write each finding as it comes."""
+    """Write each finding as soon as it is known, and yield it."""
     for about, finding in found:
         write_finding(finding)
         yield about, finding

@@ -1,6 +1,6 @@
-"""Check what every backend needs: Python, NumPy and OpenCV.
+"""Check the packages that every backend needs: Python, NumPy and OpenCV.
 
-This module imports none of them, so that a broken NumPy becomes a finding.
+This module imports NumPy and OpenCV only in their checks, so that a broken library becomes a finding.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ OLDEST, NEWEST = (3, 10), (3, 13)
 
 
 def machine_checks() -> tuple[tuple[str, Check], ...]:
-    """Return the checks of any machine."""
+    """Return the checks that apply to every machine, by name."""
     return (("Python", python), ("NumPy", numpy), ("OpenCV", opencv))
 
 
@@ -33,12 +33,12 @@ def python() -> Iterator[Finding]:
 
 
 def numpy() -> Iterator[Finding]:
-    """Check whether NumPy can be imported and computes."""
+    """Check whether NumPy can be imported and computes correctly."""
     try:
         import numpy as np
 
         total = int(np.arange(4).sum())
-    except Exception as error:  # noqa: BLE001  a library of another build raises anything
+    except Exception as error:  # noqa: BLE001  an incompatible build of a library may raise any exception
         yield _broken("NumPy", error, "pip install --force-reinstall 'numpy>=1.24'")
     else:
         assert total == 6, total
@@ -52,7 +52,7 @@ def opencv() -> Iterator[Finding]:
         import numpy as np
 
         cv2.cvtColor(np.zeros((2, 2, 3), np.uint8), cv2.COLOR_BGR2GRAY)
-    except Exception as error:  # noqa: BLE001  a library of another build raises anything
+    except Exception as error:  # noqa: BLE001  an incompatible build of a library may raise any exception
         remedy = "pip install --force-reinstall opencv-python-headless; on a Pi: sudo apt install python3-opencv"
         yield _broken("OpenCV", error, remedy)
     else:

@@ -1,4 +1,4 @@
-"""The smoke test of a backend: a simulated robot opens, moves and renders a picture."""
+"""The smoke test of a backend: open a simulated robot, move it, and read a camera image."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from robotcore.hal.robot import Robot, Role
 
 ROBOT, WORLD = "rover", "open"
 TEST_S = 0.25
-"""Simulated seconds of the test. Each motor turns its wheel in this time."""
+"""The simulated duration of the test, in seconds. Each motor turns its wheel for this time."""
 
 VELOCITY_RAD_S = 2.0
 
 
 def diagnose(backend: Backend, robot: RobotDescription | None = None) -> Iterator[Finding]:
-    """Yield the findings of the smoke test, if the backend has one, and of the backend's own checks."""
+    """Yield the findings of the backend's own checks, after those of the smoke test if the backend has one."""
     if backend.is_smoke_tested:
         yield from smoke_test(backend, robot)
     yield from backend.examine(robot)
 
 
 def smoke_test(backend: Backend, robot: RobotDescription | None) -> Iterator[Finding]:
-    """Yield whether a backend is installed, and whether a robot works in it.
+    """Yield a finding about the installation of a backend, and one about a robot that was opened in it.
 
-    backend: a backend that does not simulate is only checked for its installation.
-    robot: the robot to open, by default the rover.
+    backend: the backend. If it is not a simulator, only its installation is checked.
+    robot: the robot to open; None for the rover.
     """
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
@@ -56,7 +56,7 @@ def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
         return _build_failure(backend, "; ".join(map(str, error.failures)), error.kind)
     except RobotcoreError as error:
         return _build_failure(backend, str(error), error.kind)
-    except Exception as error:  # noqa: BLE001  a simulator of another build raises anything
+    except Exception as error:  # noqa: BLE001  an incompatible build of a simulator may raise any exception
         text = " ".join(str(error).split())
         return Finding.error(
             backend.name, f"does not work: {type(error).__name__}: {text}", backend.remedy, kind="simulator-broken"
@@ -64,7 +64,7 @@ def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
 
 
 def _build_failure(backend: Backend, text: str, kind: str) -> Finding:
-    """Return an error as a finding. The last sentence of its message is the remedy."""
+    """Return an error as a finding. The last sentence of the error's message becomes the remedy."""
     fault, _, remedy = text.rpartition(". ")
     if not fault:
         return Finding.error(backend.name, text, f"Try robotcore run green-search --backend {backend.name}", kind=kind)
@@ -72,7 +72,7 @@ def _build_failure(backend: Backend, text: str, kind: str) -> Finding:
 
 
 def _drive(name: str, robot: Robot) -> Finding:
-    """Turn all motors and read the camera. The simulator's own pose shows whether the robot moved."""
+    """Turn all motors and read the camera. The true pose in the simulator shows whether the robot moved."""
     done = ["opens"]
     before = robot.truth.pose() if robot.truth else None
     for motor in robot.motors.values():
@@ -92,7 +92,7 @@ def _drive(name: str, robot: Robot) -> Finding:
 
 
 def _check_display(name: str) -> Finding:
-    """Check whether a window can open. Only Linux shows this, by the variable DISPLAY."""
+    """Check whether a window can open. Only on Linux is this known in advance, by the variable DISPLAY."""
     if not sys.platform.startswith("linux"):
         return Finding.ok("display", f"--backend {name} --gui opens its window", kind="display")
     if display := os.environ.get("DISPLAY"):

@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 
 
 CACHES = ("__pycache__", "_cache")
-"""Suffixes of folders that installers, test runners and linters leave in a template. They are not copied."""
+"""The endings of folders that installers, test runners and linters create in a template. They are not copied."""
 
 
 @dataclass(frozen=True)
 class Template:
-    """A project in ``templates/FOLDER``, which is copied under a new name.
+    """A project in ``templates/FOLDER`` that can be copied under a new name.
 
-    The template itself is a complete project, and is tested as one. The copy has the new name in texts and in the
-    names of files: ``my-robot`` as a project, ``my_robot`` as a module, ``MyRobot`` as a class.
+    The template itself is a complete project with tests. In the copy, the new name replaces the template's name in
+    texts and file names: ``my-robot`` as a project, ``my_robot`` as a module, ``MyRobot`` as a class.
 
     >>> PROJECT.rename_text("my-robot: import my_robot", "rover-2")
     'rover-2: import rover_2'
@@ -43,7 +43,7 @@ class Template:
     """The template's folder in ``templates``."""
 
     stand_in: str
-    """The template's own name, which the new name replaces."""
+    """The template's own name. In a copy, the new name replaces it."""
 
     first_steps: tuple[str, ...]
     """The commands to type first in the new project."""
@@ -54,7 +54,7 @@ class Template:
         return resources.files("robotcore.cli.scaffold").joinpath("templates", self.folder)
 
     def rename_text(self, text: str, name: str) -> str:
-        """Return a text of the template with the new name in place of the template's."""
+        """Return a text of the template in which the new name replaces the template's name."""
         words = dict(zip(_spellings(self.stand_in), _spellings(name), strict=True))
         return re.sub("|".join(words), lambda found: words[found[0]], text)
 
@@ -64,7 +64,7 @@ class Template:
 
     @property
     def reserved_names(self) -> set[str]:
-        """Names of the template's other files. A project of such a name would have two files of one name."""
+        """The names of the template's other files. With such a project name, two files would have the same name."""
         stems = (each.name.partition(".")[0] for each in self.entries(self.root))
         return {stem for stem in stems if stem not in _spellings(self.stand_in)}
 
@@ -93,7 +93,7 @@ DRIVER = Template(
 
 
 def module_of(name: str) -> str:
-    """Return the name of a project's module."""
+    """Return the name of the module of a project."""
     return name.replace("-", "_")
 
 
@@ -103,11 +103,14 @@ def _spellings(name: str) -> tuple[str, str, str]:
 
 
 NAME = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
-"""Names that a package, a module and a robot can all have."""
+"""Matches the names that a package, a module and a robot can all have."""
 
 
 def require_free(template: Template, folder: Path) -> None:
-    """Raise UsageError if ``folder`` exists, cannot be made, or has an invalid name or one that is in use."""
+    """Raise UsageError if the project ``folder`` cannot be created.
+
+    It may exist already, its parent may be missing, or its name may be invalid or in use.
+    """
     name = folder.name
     _require_absent(folder)
     if not NAME.fullmatch(name):
@@ -137,7 +140,7 @@ def _require_absent(folder: Path) -> None:
 
 
 def _suggest_name(name: str) -> str:
-    """Return a valid name that resembles ``name``, or nothing if there is none."""
+    """Return a valid name that resembles ``name``; empty if there is none."""
     meant = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
     return meant if NAME.fullmatch(meant) else ""
 
@@ -148,7 +151,7 @@ def _format_suggestion(name: str) -> str:
 
 
 def _describe_use(template: Template, name: str) -> str:
-    """Return the present use of a name in words, or nothing if the name is free."""
+    """Return what already has this name, as text; empty if the name is free."""
     module = module_of(name)
     if iskeyword(module):
         return "a keyword of Python"
@@ -169,12 +172,12 @@ def _use_as_backend(name: str) -> str:
 
 
 def make(template: Template, folder: Path) -> None:
-    """Make a project from a template.
+    """Create a project from a template.
 
     template: the template to copy.
-    folder: the new project's folder, which must not exist. Its last part is the project's name.
+    folder: the folder of the new project, which must not exist. The last part of its path is the project's name.
 
-    The files are written into a temporary folder, which is renamed at the end. So ``folder`` is complete or does not
+    The files are written into a temporary folder, which is renamed at the end. So the project is complete or does not
     exist. Raises UsageError if the name is invalid or in use, or the files cannot be written.
     """
     require_free(template, folder)
