@@ -16,16 +16,16 @@ from robotcore.plugins import APPS, app_names, load_registered
 from robotcore.runtime.behaviour import Behaviour
 
 INSTEAD = "Put that code below if __name__ == '__main__', or into step()"
-"""The remedy for a file that does more at import than define an app."""
+"""The remedy in the message about an app's file that ends the process when it is imported."""
 
 
 def is_app_file(name: str) -> bool:
-    """Return whether an app's name is that of a file, such as ``my_app.py`` or ``my_app.py:MyApp``."""
+    """Return whether an app's name is a file name, such as ``my_app.py`` or ``my_app.py:MyApp``."""
     return name.partition(":")[0].endswith(".py")
 
 
 def refuse_other_file(name: str) -> None:
-    """Raise UsageError if a name is that of a folder, or of a file that is not a ``.py`` file."""
+    """Raise UsageError if a folder or a file other than a ``.py`` file has this name."""
     path = Path(name)
     if name and path.exists():
         what = "a folder" if path.is_dir() else "no .py file"
@@ -35,17 +35,17 @@ def refuse_other_file(name: str) -> None:
 
 
 def app_path(name: str) -> Path:
-    """Return the file in an app's name, without the class."""
+    """Return the file of an app's name, for example ``my_app.py`` for ``my_app.py:MyApp``."""
     return Path(name.partition(":")[0])
 
 
 def load_app_file(name: str) -> type[Behaviour]:
     """Return the behaviour that a file defines.
 
-    Raises UsageError if the file or the behaviour does not exist, or if the file would end the process. Raises
-    BehaviourError if the file raises another exception.
+    Raises UsageError if the file or the behaviour does not exist. Raises UsageError too if the import of the file calls
+    ``sys.exit``. Raises BehaviourError if the import raises another exception.
 
-    name: the file, and if it defines several behaviours a colon and the class.
+    name: the file, such as ``my_app.py``. A file with several behaviours needs the class too: ``my_app.py:MyApp``.
     """
     file, _, wanted = name.partition(":")
     path = app_path(name)
@@ -66,7 +66,11 @@ def load_app_file(name: str) -> type[Behaviour]:
 
 
 class _Source(SourceFileLoader):
-    """Always compiles the source. A ``.pyc`` file has a resolution of one second, and would miss a quick edit."""
+    """A loader that always compiles the source.
+
+    Python's cached ``.pyc`` file stores the time of the source in whole seconds. An edit within the same second would
+    have no effect.
+    """
 
     def path_stats(self, path: str) -> NoReturn:
         raise OSError
@@ -107,9 +111,9 @@ class _Folder:
     """A folder of apps, and the modules that were imported from it."""
 
     others: frozenset[str]
-    """The names of the modules that were imported before the folder was used."""
+    """The names of the modules that were imported before this folder was first searched."""
     modules: dict[str, ModuleType] = field(default_factory=dict)
-    """The folder's modules, while another folder is in use."""
+    """The folder's modules, stored here while another folder is in use."""
     is_in_use: bool = False
     """Whether imports search this folder first."""
 
@@ -118,10 +122,10 @@ _folders: dict[Path, _Folder] = {}
 
 
 def use_script_folder(file: Path) -> None:
-    """Search the folder of this file first in imports, as Python does for a script.
+    """Let imports search the folder of an app's file first, as Python does for a script.
 
-    The folder of the last file is no longer searched, and its modules leave ``sys.modules``. They return when that
-    folder is used again.
+    The folder of the previously loaded file is no longer searched. Its modules are removed from ``sys.modules``, and
+    restored when that folder is used again.
     """
     path = file.parent.absolute()
     for other, folder in _folders.items():
@@ -136,7 +140,7 @@ def _remove_folder(path: Path, folder: _Folder) -> None:
     folder.is_in_use = False
     for name in [name for name in sys.modules if _is_module_of(path, name, folder.others)]:
         folder.modules[name] = sys.modules.pop(name)
-    with suppress(ValueError):  # an app may have changed the path
+    with suppress(ValueError):  # an app may have changed sys.path
         sys.path.remove(str(path))
 
 
@@ -148,7 +152,7 @@ def _restore_folder(path: Path, folder: _Folder) -> None:
 
 
 def _is_module_of(path: Path, name: str, others: frozenset[str]) -> bool:
-    """Return whether a module's top-level package lies directly in a folder, and not in a library below it."""
+    """Return whether a module's top-level package lies directly in a folder, not in a subfolder."""
     if (top_level := _top_level(name)) in others:
         return False
     module = sys.modules.get(top_level)
@@ -161,7 +165,10 @@ def _top_level(name: str) -> str:
 
 
 def load_app(name: str) -> type[Behaviour]:
-    """Return the app with this name, or the app in this ``.py`` file. An underscore in a name counts as a hyphen."""
+    """Return the app with this registered name, or the app in this ``.py`` file.
+
+    In a registered name, an underscore counts as a hyphen.
+    """
     if is_app_file(name):
         return load_app_file(name)
     if app_name(name) not in app_names():
@@ -171,5 +178,8 @@ def load_app(name: str) -> type[Behaviour]:
 
 
 def app_name(name: str) -> str:
-    """Return the name of an app in results: the file as given, or the registered name with hyphens."""
+    """Return an app's name as results contain it. Underscores of a registered name become hyphens.
+
+    A file name stays the same.
+    """
     return name if is_app_file(name) else name.replace("_", "-")

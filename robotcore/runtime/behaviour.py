@@ -1,4 +1,4 @@
-"""The base class of apps: a behaviour that decides once in each tick."""
+"""The base class of apps: a behaviour decides once in each tick what the robot does."""
 
 from __future__ import annotations
 
@@ -19,40 +19,47 @@ class Status(Enum):
 
 
 class Stopping(NamedTuple):
-    """Where and from which speed an app stops in front of obstacles."""
+    """The distance at which an app stops in front of obstacles, and its speed of approach."""
 
     distance: float
-    """The distance at which it stops, in metres."""
+    """The distance at which the app stops, in metres."""
     speed: float
-    """Its speed of approach, in m/s."""
+    """The speed at which the app approaches an obstacle, in m/s."""
 
 
 class Behaviour(ABC):
-    """Decides once in each tick what a robot does. It never sleeps, never reads the wall clock, and does no I/O.
+    """The base class of apps. An app decides once in each tick what a robot does.
 
-    Make it a dataclass: its fields are the app's settings (``--set speed_m_s=0.2``), and their types are checked.
+    An app must not sleep, read the wall clock, read files or use a network. Make it a dataclass. The fields are then
+    the app's settings (``--set speed_m_s=0.2``), and robotcore checks their types.
     """
 
     needs: ClassVar[frozenset[Role]] = frozenset()
-    """The roles that the app cannot do without. No other devices are opened."""
+    """The roles that the app requires. A run opens only the devices of ``needs`` and ``wants``."""
     wants: ClassVar[frozenset[Role]] = frozenset()
-    """The roles that are opened too, if the robot has them."""
+    """The roles that the app uses if the robot has them."""
     milestones: ClassVar[tuple[str, ...]] = ()
-    """Names of states. A milestone is reached when ``state`` has its name for the first time."""
+    """The states whose first time is recorded. A milestone is reached when ``state`` first equals its name."""
     state: str = "start"
-    """The app's present state, for people and for the trace."""
+    """The app's present state, such as ``search``. The display of a run and the trace show it."""
     reason: str = ""
-    """Why the app ended, for the result."""
+    """The reason why the app ended, which the result contains."""
 
     @abstractmethod
     def step(self, robot: Robot) -> Status:
-        """Read sensors, command the drive, and return whether the app goes on. Called once in each tick."""
+        """Read sensors, command the drive, and return the status of the app. The loop calls this once in each tick."""
 
     @property
     def stopping(self) -> Stopping | None:
-        """Where the app stops in front of obstacles; None if it does not. The range guard must act at less distance."""
+        """Return how the app stops in front of obstacles. None means that it does not stop by itself.
+
+        A run is refused if the range guard would stop the robot before the app does.
+        """
         return None
 
     def verify(self, truth: Truth) -> bool | None:
-        """Return whether the simulator's truth at the end of a run shows a success; None if this app cannot say."""
+        """Return whether a run was a success, by the true state of the simulator at the end.
+
+        Return None if this app cannot decide it.
+        """
         return None

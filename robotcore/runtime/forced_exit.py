@@ -13,23 +13,29 @@ from robotcore.runtime.signals import SignalGuard
 from robotcore.safety.thread_reserve import Reserve
 
 SHUTDOWN_GRACE_S = 0.2
-"""On a forced exit, closing the robot and each receiver of the result get this time, in seconds."""
+"""The time limit on a forced exit for closing the robot, and for each receiver of the result, in seconds."""
 
 SHUTDOWN_THREADS = 4
-"""The calls that may hang on a forced exit, each in its own thread: latch, closing, observers, ``on_forced_exit``."""
+"""The number of reserved threads for the calls that may hang on a forced exit.
+
+The calls are the latch, the closing of the robot, the observers and ``on_forced_exit``.
+"""
 
 
 def print_reason(result: RunResult) -> None:
-    """Print the reason on standard error, past Python's stream: the hanging thread may hold its lock."""
+    """Print the reason of a forced exit on standard error.
+
+    The file descriptor is used directly, because a hanging thread may hold the lock of ``sys.stderr``.
+    """
     os.write(2, f"error: {result.reason}\n".encode())
 
 
 class ForcedExit:
-    """Ends the process of a run, after the result went to its receivers.
+    """Ends the process of a run, after it has passed the result to the receivers.
 
-    signals: the guard of the run. A run outside the main thread does not end its process.
-    reserve: its threads call the receivers, because a receiver may hang too.
-    receivers: called one after the other with the result.
+    signals: the signal guard of the run. The process is ended only if the run is in the main thread.
+    reserve: the threads that call the receivers, because a receiver may hang too.
+    receivers: functions that are called one after the other with the result.
     """
 
     def __init__(
@@ -38,7 +44,11 @@ class ForcedExit:
         self._signals, self._reserve, self._receivers = signals, reserve, receivers
 
     def end_after_hang(self, error: RobotcoreError, build_result: Callable[[RobotcoreError], RunResult]) -> None:
-        """End the process after the watchdog's error. The motors are stopped already."""
+        """End the process after the watchdog has reported a hang and stopped the motors.
+
+        error: the error of the watchdog.
+        build_result: returns the result of the run for this error.
+        """
         if self._signals.is_in_main_thread:
             try:
                 self._reserve.release_memory()
@@ -49,7 +59,7 @@ class ForcedExit:
     def stop_after_signals(self, assembled: Assembled, build_result: Callable[[Interrupted], RunResult]) -> None:
         """Stop every motor and report the result. `SignalGuard` then ends the process.
 
-        The latch trips in another thread, because this thread may be in a call that hangs.
+        The latch is tripped in another thread, because a signal may have interrupted this thread in a call that hangs.
         """
         self._reserve.release_memory()
         try:

@@ -1,4 +1,4 @@
-"""Faults on purpose: what can fail on a robot, made to fail when and as one says, the same on every backend."""
+"""Injected faults: a run makes chosen devices fail at chosen times, in the same way on every backend."""
 
 from robotcore.runtime.faults.base import SENSORS, Fault, FaultContext, Kind, PollingLayer
 from robotcore.runtime.faults.planning import PlannedFault, plan_faults

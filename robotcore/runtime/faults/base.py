@@ -1,4 +1,4 @@
-"""The base classes of injected faults: parameters, kinds of device, context, and layers that poll."""
+"""The base classes of injected faults: parameters, kinds of target, context, and polling layers."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ from robotcore.runtime.layers.imperfections import Noise, random_at
 
 @dataclass(frozen=True)
 class FaultContext:
-    """The context of one fault in a run, with its random numbers.
+    """The context of one fault in a run. It provides the fault's random numbers.
 
-    Seed, fault, device and time determine each number. So every run draws the same, however often an app reads.
+    The seed, the fault, the device and the time determine each number. So the numbers do not depend on how many times
+    an app reads a sensor.
     """
 
     clock: Clock
@@ -33,16 +34,16 @@ class FaultContext:
     seed: int
     """The seed of the run."""
     position: int
-    """The position among the faults of the run."""
+    """The position of the fault in the list of the run's faults, from 0."""
     written: str
     """The specification of the fault, for messages."""
 
     def random_at(self, device: str, time: float) -> Random:
-        """Return the random generator of a device for a time in seconds."""
+        """Return a random generator that is seeded by a device's name and a time in seconds."""
         return random_at(f"{self.seed}:{self._source(device)}", time)
 
     def noise(self, device: str, sigma: float) -> Noise:
-        """Return normal noise of a device with the standard deviation ``sigma``."""
+        """Return the normally distributed noise of a device. ``sigma`` is its standard deviation."""
         return Noise(self.seed, self._source(device), sigma)
 
     def _source(self, device: str) -> str:
@@ -50,14 +51,14 @@ class FaultContext:
 
 
 ROUNDING_S = 1e-6
-"""Times that differ by less are equal, because sums and quotients round them."""
+"""Times that differ by less count as equal, because sums and quotients have rounding errors. In seconds."""
 
 LONGEST_S = 1e5
-"""The latest time on a robot's clock."""
+"""The largest time that a fault's parameter may have, in seconds on a robot's clock."""
 
 
 class Kind(str, Enum):
-    """A kind of target that can fail."""
+    """A kind of target that a fault can affect."""
 
     CAMERA = "camera"
     RANGE = "range sensor"
@@ -77,11 +78,14 @@ Probability = Annotated[float, Field(ge=0, le=1, description="probability")]
 
 
 class Fault(StrictModel):
-    """The base class of faults. A fault can be on targets of the kinds ``on``; ``example`` is a specification of it.
+    """The base class of faults. The fields of a subclass are the parameters of its fault.
 
-    The fields are its parameters, each with its unit as ``description``. The field ``value`` is the value of the effect
-    itself, as in ``drop=0.2``. A fault is active from ``after`` seconds on the robot's clock, for ``lasts`` seconds or
-    to the end.
+    The ``description`` of a field is its unit. The field ``value`` is the value of the effect itself, as in
+    ``drop=0.2``. A fault begins at ``after`` seconds on the robot's clock. It ends ``lasts`` seconds later, or with the
+    run.
+
+    on: the kinds of targets that the fault can affect.
+    example: a specification of the fault.
     """
 
     on: ClassVar[frozenset[Kind]] = frozenset()
@@ -92,7 +96,7 @@ class Fault(StrictModel):
 
     @abstractmethod
     def layer(self, context: FaultContext) -> Layer:
-        """Return the layer that makes devices fail. It is put over the devices of the target only."""
+        """Return the layer that makes devices fail. A run applies it to the target's devices and to the clock only."""
 
     def is_on(self, time: float) -> bool:
         """Return whether the fault is active at a time in seconds."""
@@ -100,7 +104,7 @@ class Fault(StrictModel):
 
 
 class TickEndClock(ClockWrapper):
-    """Calls ``end_tick`` at the end of each tick, just before time passes."""
+    """A clock that calls ``end_tick`` at the end of each tick, just before time passes."""
 
     def __init__(self, source: Clock, end_tick: Callable[[], None]) -> None:
         super().__init__(source)
@@ -112,9 +116,10 @@ class TickEndClock(ClockWrapper):
 
 
 class StallingClock(ClockWrapper):
-    """Makes a sleep return ``stall`` seconds late, first at ``first``, then every ``every`` seconds.
+    """A clock that stalls the loop: at set times, a sleep lasts at least ``stall`` seconds.
 
-    No stall begins at ``end`` or later. Time and due calls go on during a stall.
+    The first stall begins at the time ``first``, and another one every ``every`` seconds. No stall begins at ``end`` or
+    later. During a stall, time passes and due callbacks are called.
     """
 
     def __init__(self, source: Clock, stall: float, first: float, every: float, end: float) -> None:
@@ -132,13 +137,13 @@ class StallingClock(ClockWrapper):
 
 
 class PollingLayer(Layer):
-    """Reads its sensors in every tick: at the end of the tick, if no other part has read them."""
+    """A layer that reads its sensors in every tick. It reads those that the app has not read at the end of the tick."""
 
     def __init__(self) -> None:
         self._polled: list[PolledReader[Any]] = []
 
     def polled(self, read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return a reader that is read in every tick."""
+        """Return a function that reads like ``read``. The layer calls it in each tick in which no other part does."""
         polled = PolledReader(read)
         self._polled.append(polled)
         return polled
@@ -152,7 +157,10 @@ class PollingLayer(Layer):
 
 
 class PolledReader(Generic[SampleT]):
-    """Reads a sensor when it is called, and at the end of a tick without a call. The latter raises no DeviceError."""
+    """Reads a sensor when it is called.
+
+    In a tick without such a call, `end_tick` reads the sensor and ignores DeviceErrors.
+    """
 
     def __init__(self, read: Reader[SampleT]) -> None:
         self._read = read

@@ -1,4 +1,4 @@
-"""Faults of motors: dead, weak, reversed. The motors do not report them, and a stop always works."""
+"""Faults of motors: dead, weak, reversed. A faulty motor reports no error, and always obeys a stop."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MOTORS = frozenset({Kind.MOTOR})
 
 
 class Dead(Fault):
-    """Does not turn."""
+    """Keeps a motor from turning."""
 
     on = _MOTORS
     example = "right_motor dead after=10"
@@ -29,7 +29,7 @@ class Dead(Fault):
 
 
 class Weak(Fault):
-    """Turns at this share of the commanded velocity."""
+    """Turns a motor at the given share of the commanded velocity."""
 
     on = _MOTORS
     example = "left_motor weak=0.6"
@@ -41,7 +41,7 @@ class Weak(Fault):
 
 
 class Reversed(Fault):
-    """Turns the wrong way, like a motor with swapped wires."""
+    """Turns a motor in the wrong direction, as if its wires were swapped."""
 
     on = _MOTORS
     example = "left_motor reversed"
@@ -51,9 +51,9 @@ class Reversed(Fault):
 
 
 class MotorGainLayer(Layer):
-    """Multiplies velocities by ``gain`` while ``fault`` is active.
+    """Multiplies the commanded velocities of motors by ``gain`` while ``fault`` is active.
 
-    If the fault begins or ends while a command is in force, the command is sent again at the end of the tick.
+    If the fault begins or ends while a motor turns, the layer sends the motor's command again at the end of the tick.
     """
 
     def __init__(self, fault: Fault, clock: Clock, gain: float) -> None:
@@ -77,7 +77,10 @@ class MotorGainLayer(Layer):
 
 
 class FaultyMotor:
-    """Sends ``gain()`` times each velocity to a motor. A deadman may stop the motor from another thread."""
+    """Multiplies each velocity by the result of ``gain()`` and sends it to a motor.
+
+    A deadman may stop the motor from another thread.
+    """
 
     def __init__(self, motor: MotorOutput, gain: Callable[[], float]) -> None:
         self._motor, self._gain = motor, gain
@@ -86,7 +89,10 @@ class FaultyMotor:
         self._lock = RLock()
 
     def set_velocity(self, rad_s: float) -> float:
-        """Send a velocity in rad/s; return it without the gain, as a motor without the fault would."""
+        """Send ``gain()`` times a velocity, and return the velocity itself, both in rad/s.
+
+        The caller does not notice the fault, because a motor without the fault returns the same.
+        """
         with self._lock:
             self._asked = rad_s
             self._send()
@@ -100,13 +106,16 @@ class FaultyMotor:
             self._motor.stop()
 
     def renew(self) -> None:
-        """Send the last velocity again if the gain has changed since."""
+        """Send the last velocity again if the gain has changed since it was sent."""
         with self._lock:
             if self._gain() * self._asked != self._command:
                 self._send()
 
     def _send(self) -> None:
-        """Send the velocity. If a stop came meanwhile, because its wait for the lock timed out, stop again."""
+        """Send the velocity. If another thread stopped the motor meanwhile, stop the motor again.
+
+        A stop does not wait for the lock for ever, so it may happen during this call.
+        """
         stops = self._stops
         self._command = self._gain() * self._asked
         self._motor.set_velocity(self._command)

@@ -1,4 +1,4 @@
-"""Faults that last for a while, once or repeatedly: a stalled loop, a lost device, a lost connection."""
+"""Faults that last for a limited time and may be repeated: a stalled loop, a lost device, a lost connection."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ Pause = Annotated[float, Field(ge=0.001, le=60, description="seconds")]
 
 
 class Outage(Fault):
-    """Fails for ``value`` seconds, and again every ``every`` seconds. No outage begins later than ``lasts`` seconds."""
+    """A fault in outages of ``value`` seconds. If ``every`` is set, an outage begins every ``every`` seconds.
+
+    The first outage begins at the time ``after``. No outage begins later than ``lasts`` seconds after that time.
+    """
 
     value: Duration
     every: Duration | None = None
@@ -27,11 +30,13 @@ class Outage(Fault):
     def _fits_together(self) -> Outage:
         if self.every is None and self.lasts is not None:
             raise ValueError(
-                f"lasts={self.lasts:g} is for how long it may begin again; say with every=SECONDS how often, "
-                f"or leave it out: it fails for {self.value:g} seconds"
+                f"lasts={self.lasts:g} limits the time in which the fault is repeated, but every=SECONDS is missing. "
+                f"Add it, or leave lasts out: the fault then happens once, for {self.value:g} seconds"
             )
         if self.every is not None and self.every <= self.value:
-            raise ValueError(f"every={self.every:g} comes before the end of {self.value:g} seconds; take it longer")
+            raise ValueError(
+                f"every={self.every:g} begins an outage before the last one of {self.value:g} seconds ends. Raise every"
+            )
         return self
 
     def is_on(self, time: float) -> bool:
@@ -42,7 +47,7 @@ class Outage(Fault):
 
 
 class Stall(Outage):
-    """Stalls the loop for so long. Time goes on without a tick, and the deadman stops the motors."""
+    """Stalls the loop for the given time. Time passes without a tick, and the deadman stops the motors."""
 
     on = frozenset({Kind.LOOP})
     example = "loop stall=0.3 after=5 every=10"
@@ -54,7 +59,7 @@ class Stall(Outage):
 
 
 class Lost(Outage):
-    """Disconnects devices for so long. Each call fails, except that a stop is still sent."""
+    """Disconnects devices for the given time. Their calls fail, except that a motor still stops."""
 
     on = frozenset(Kind) - {Kind.LOOP}
     example = "connection lost=2 after=10"
@@ -64,7 +69,7 @@ class Lost(Outage):
 
 
 class StalledLoop(Layer):
-    """Extends sleeps of the loop."""
+    """Makes the loop's sleeps longer, so that the loop stalls."""
 
     def __init__(self, fault: Stall) -> None:
         self._fault = fault
@@ -75,7 +80,7 @@ class StalledLoop(Layer):
 
 
 class ConnectionLoss(Layer):
-    """Makes reads, commands and pictures fail while the connection is lost."""
+    """Makes the calls of sensors, motors and displays fail while the connection is lost."""
 
     def __init__(self, fault: Lost, context: FaultContext) -> None:
         self._fault, self._context = fault, context
@@ -102,7 +107,7 @@ class ConnectionLoss(Layer):
         return show_picture
 
     def require(self, device: str) -> None:
-        """Raise DeviceLostError, with the device and the fault, while the connection is lost."""
+        """Raise DeviceLostError if the connection to a device is lost now."""
         if self._fault.is_on(self._context.clock.now()):
             written = self._context.written
             raise DeviceLostError(

@@ -1,4 +1,4 @@
-"""Plans the faults of a run: finds the effect and the target of each specification, before anything is opened."""
+"""Plans the faults of a run: finds the effect and the target of each specification, before the robot is opened."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _KINDS = {
     "motor": Kind.MOTOR,
     "display": Kind.DISPLAY,
 }
-"""The kinds of targets, by the kind of a device's description."""
+"""For each ``kind`` in a device's description, the kind of target."""
 
 _FIRST_OF = {"camera": Kind.CAMERA, "range": Kind.RANGE, "battery": Kind.BATTERY, "display": Kind.DISPLAY}
 
@@ -40,20 +40,23 @@ ROLES = {
     Kind.LOOP: "loop",
     Kind.CONNECTION: "connection",
 }
-"""The name of a target for each kind that works on every robot with such a device."""
+"""For each kind, a target name that is valid on every robot with a device of this kind."""
 
 
 class Target(NamedTuple):
-    """Devices of one kind that fail together."""
+    """The target of a fault: one or more devices of one kind, which fail together."""
 
     kind: Kind
     """The kind of the target."""
     devices: frozenset[str]
-    """The names of the devices: none for the loop, all for the connection."""
+    """The names of the devices. The target ``loop`` has no device, ``connection`` has all devices."""
 
 
 def find_target(name: str, description: RobotDescription, opened: Collection[str]) -> Target:
-    """Return the target of this name in a run that opens these devices. Raises UsageError if there is none."""
+    """Return the target with a name. ``opened`` are the names of the devices that the run opens.
+
+    Raises UsageError if there is no such target.
+    """
     targets = targets_of(description, opened)
     if name in targets:
         return targets[name]
@@ -66,7 +69,7 @@ def find_target(name: str, description: RobotDescription, opened: Collection[str
 
 
 def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, Target]:
-    """Return the possible targets by name, for a robot whose devices ``opened`` are open."""
+    """Return all targets of a robot by name. ``opened`` are the names of the devices that the run opens."""
     devices = {each.name: _KINDS[each.kind] for each in description.devices if each.name in opened}
     return {
         "loop": Target(Kind.LOOP, frozenset()),
@@ -89,29 +92,36 @@ def _open(names: Iterable[str | None], devices: dict[str, Kind]) -> list[str]:
 
 
 def effects() -> list[str]:
-    """Return the names of all effects, each once."""
+    """Return the names of all effects, sorted and without duplicates."""
     return sorted({effect_of(name) for name in fault_names()})
 
 
 def effect_of(name: str) -> str:
-    """Return the effect of a registered name: the part before the dot. The rest separates faults of one effect."""
+    """Return the effect of a registered fault: the part of its name before the dot, such as ``noise``.
+
+    The part after the dot tells faults with the same effect apart, as in ``noise.camera``.
+    """
     return name.partition(".")[0]
 
 
 def load_fault(name: str) -> type[Fault]:
-    """Return the fault of a registered name. Raises BackendMissingError if it cannot be loaded or is no fault."""
+    """Return the fault class with a registered name.
+
+    Raises BackendMissingError if the class cannot be loaded or does not inherit Fault.
+    """
     found = load_registered("fault", FAULTS, name)
     if not (isinstance(found, type) and issubclass(found, Fault)):
         raise BackendMissingError(
-            f"the fault {name!r} is no class that inherits robotcore.runtime.faults.Fault. Mend its entry point"
+            f"the fault {name!r} is no class that inherits robotcore.runtime.faults.Fault. Correct its entry point"
         )
     return found
 
 
 def find_faults(effect: str) -> list[type[Fault]]:
-    """Return the faults with this effect, one for each kind of device.
+    """Return the fault classes with an effect. Several classes may have one effect, for different kinds of target.
 
-    Raises UnknownNameError with the nearest name; UsageError if no fault is registered.
+    Raises UnknownNameError, which suggests the nearest name, if no fault has the effect. Raises UsageError if no fault
+    is registered at all.
     """
     names = [name for name in fault_names() if effect_of(name) == effect]
     if not names and (known := effects()):
@@ -120,12 +130,15 @@ def find_faults(effect: str) -> list[type[Fault]]:
 
 
 def effects_on(kind: Kind) -> list[str]:
-    """Return the effects on a kind of device. A fault that cannot be loaded is left out."""
+    """Return the names of the effects on a kind of target. A fault that cannot be loaded is left out."""
     return sorted({effect_of(name) for name in fault_names() if kind in _kinds_of(name)})
 
 
 def modules_of(specs: Iterable[str]) -> list[str]:
-    """Return the modules whose code the specifications run. Invalid specifications are left out."""
+    """Return the names of the modules that define the faults of these specifications.
+
+    Invalid specifications are left out.
+    """
     names = {word.partition("=")[0].replace("-", "_") for spec in specs for word in spec.split()[1:2]}
     return sorted(load_fault(name).__module__ for name in fault_names() if effect_of(name) in names)
 
@@ -137,7 +150,7 @@ def _kinds_of(name: str) -> frozenset[Kind]:
 
 
 class DeviceFilter(Layer):
-    """Puts ``layer`` over the devices of these names and over the clock only."""
+    """Applies ``layer`` only to the clock and to the devices with these names."""
 
     def __init__(self, layer: Layer, names: Collection[str]) -> None:
         self._layer, self._names = layer, names
@@ -157,7 +170,7 @@ class DeviceFilter(Layer):
 
 @dataclass(frozen=True)
 class PlannedFault:
-    """A checked fault on a target of the robot."""
+    """A fault whose specification was checked, with its target on the robot."""
 
     spec: Spec
     """The specification."""
@@ -166,14 +179,14 @@ class PlannedFault:
     target: Target
     """The devices that fail."""
     position: int
-    """The position among the faults of the run."""
+    """The position of the fault in the list of the run's faults, from 0."""
 
     def __str__(self) -> str:
         """Return the specification in its canonical form."""
         return str(self.spec)
 
     def layer(self, clock: Clock, seed: int) -> Layer:
-        """Return the layer over the target's devices for one run."""
+        """Return the layer that makes the target's devices fail in one run."""
         context = FaultContext(clock, seed, self.position, str(self))
         return DeviceFilter(self.fault.layer(context), self.target.devices)
 
@@ -185,9 +198,11 @@ class PlannedFault:
 def plan_faults(
     specs: Sequence[str], description: RobotDescription, opened: Collection[str]
 ) -> tuple[PlannedFault, ...]:
-    """Return the faults of a run that opens the devices ``opened``.
+    """Check the specifications of a run's faults, and return the faults.
 
-    Raises UsageError with the right form if a specification is wrong.
+    opened: the names of the devices that the run opens.
+
+    Raises UsageError, with the correct form, if a specification is wrong.
     """
     return tuple(_plan_fault(Spec.parse(text), description, opened, index) for index, text in enumerate(specs))
 
@@ -215,7 +230,10 @@ def _build_kind_error(spec: Spec, kind: Kind, candidates: Sequence[type[Fault]])
 
 
 def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
-    """Return the fault with its parameters. Raises UsageError with the wrong parameter and the right form."""
+    """Return the fault with the parameters of a specification.
+
+    Raises UsageError, with the wrong parameter and the correct form.
+    """
     mistake = _find_mistake(spec, fault)
     if not mistake:
         try:
@@ -228,7 +246,10 @@ def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
 
 
 def _find_mistake(spec: Spec, fault: type[Fault]) -> str:
-    """Return a description of an unknown parameter or of a missing or needless value; empty without a mistake."""
+    """Return a message about an unknown parameter, or about a missing or superfluous value.
+
+    The message is empty if there is no such mistake.
+    """
     known = [name for name in fault.model_fields if name != VALUE]
     for key, _ in spec.parameters:
         if key not in known:

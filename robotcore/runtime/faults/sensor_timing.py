@@ -1,4 +1,4 @@
-"""Faults of samples: lost, late or frozen samples."""
+"""Faults in the timing of samples: lost, late or frozen samples."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
 
 
 class Drop(Fault):
-    """Loses each sample with this probability. The last sample stays and gets older."""
+    """Loses each sample with the given probability. The sensor then returns its last sample again."""
 
     on = SENSORS
     example = "camera drop=0.2 after=5"
@@ -30,14 +30,14 @@ class Drop(Fault):
 
 
 class NoEcho(Drop):
-    """Loses each echo with this probability. There is no new sample, and never inf."""
+    """Loses each echo with the given probability. The sensor then returns its last sample again, not inf."""
 
     on = frozenset({Kind.RANGE})
     example = "range no_echo=0.5"
 
 
 class Freeze(Fault):
-    """Gives no new sample. The last sample stays and gets older."""
+    """Loses every sample. The sensor returns its last sample again and again."""
 
     on = SENSORS
     example = "camera freeze after=5 lasts=0.5"
@@ -47,9 +47,9 @@ class Freeze(Fault):
 
 
 class Delay(Fault):
-    """Delays each sample by so long.
+    """Delays each sample by the given time.
 
-    The last sample stays until a newer one arrives, so the time of capture never decreases.
+    The sensor returns the last sample until a newer one arrives, so the time of capture never decreases.
     """
 
     on = SENSORS
@@ -62,7 +62,10 @@ class Delay(Fault):
 
 
 class LostSamples(PollingLayer):
-    """Loses samples captured while ``fault`` is active, each with a probability; never the first sample."""
+    """Drops each sample that is captured while ``fault`` is active, with a probability.
+
+    The first sample of a run is never dropped.
+    """
 
     def __init__(self, fault: Fault, context: FaultContext, probability: float) -> None:
         super().__init__()
@@ -76,7 +79,7 @@ class LostSamples(PollingLayer):
 
 
 class _Lossy(Generic[SampleT]):
-    """Reads the newest sample that was not lost."""
+    """Reads a sensor, and returns the newest sample that was not lost."""
 
     def __init__(self, read: Reader[SampleT], is_lost: Callable[[float], bool]) -> None:
         self._read, self._is_lost = read, is_lost
@@ -90,7 +93,7 @@ class _Lossy(Generic[SampleT]):
 
 
 class LateSamples(PollingLayer):
-    """Delays samples by ``latency`` seconds while ``fault`` is active."""
+    """Delays the samples of sensors by ``latency`` seconds while ``fault`` is active."""
 
     def __init__(self, fault: Fault, latency: float, clock: Clock) -> None:
         super().__init__()
@@ -100,13 +103,13 @@ class LateSamples(PollingLayer):
         return self.polled(_Late(read, self._last_due))
 
     def _last_due(self) -> float:
-        """Return the latest time of capture that has arrived by now, in seconds."""
+        """Return the latest capture time, in seconds, of the samples that have arrived by now."""
         now = self._clock.now()
         return now - self._latency + ROUNDING_S if self._fault.is_on(now) else inf
 
 
 class _Late(Generic[SampleT]):
-    """Reads the newest sample that has arrived. The first sample arrives at once."""
+    """Reads a sensor, and returns the newest sample that has arrived. The first sample arrives without a delay."""
 
     def __init__(self, read: Reader[SampleT], last_due: Callable[[], float]) -> None:
         self._read, self._last_due = read, last_due

@@ -1,4 +1,4 @@
-"""Faults of values: noise, spikes and stuck distances, noisy pictures, slipping encoders. Times stay."""
+"""Faults in the values of samples, such as noise, stuck distances and slip. The times of capture do not change."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
 
 
 class RangeNoise(Fault):
-    """Adds normal noise of this deviation to each distance."""
+    """Adds normal noise to each distance, with the given standard deviation."""
 
     on = frozenset({Kind.RANGE})
     example = "range noise=0.05"
@@ -34,7 +34,10 @@ class RangeNoise(Fault):
 
 
 class Stuck(Fault):
-    """Always reads this distance, with new times. Beyond the sensor's range it reads inf."""
+    """Replaces each measured distance by the given one. The times of capture do not change.
+
+    If the distance is beyond the sensor's range, the samples contain ``inf``.
+    """
 
     on = frozenset({Kind.RANGE})
     example = "range stuck=1.5 after=5"
@@ -46,7 +49,7 @@ class Stuck(Fault):
 
 
 class Spikes(Fault):
-    """Reads, with this probability, a random distance within the sensor's range."""
+    """Replaces a distance, with the given probability, by a random one within the sensor's range."""
 
     on = frozenset({Kind.RANGE})
     example = "range spikes=0.1"
@@ -64,7 +67,7 @@ class Spikes(Fault):
 
 
 class RangeDistortion(Layer):
-    """Replaces each reading of a range sensor while ``fault`` is active."""
+    """Replaces each reading of a range sensor by the result of ``misread`` while ``fault`` is active."""
 
     def __init__(self, fault: Fault, misread: Callable[[RangeSensor, Range], Range]) -> None:
         self._fault, self._misread = fault, misread
@@ -85,7 +88,7 @@ GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
 
 
 class CameraNoise(Fault):
-    """Adds normal noise of this deviation to each pixel."""
+    """Adds normal noise to each pixel, with the given standard deviation."""
 
     on = frozenset({Kind.CAMERA})
     example = "camera noise=20 after=5"
@@ -115,7 +118,7 @@ Share = Annotated[float, Field(ge=0, le=1, description="share")]
 
 
 class Slip(Fault):
-    """Misses this share of the wheel's rotation."""
+    """Makes an encoder miss the given share of its wheel's rotation."""
 
     on = frozenset({Kind.ENCODER})
     example = "encoders slip=0.1"
@@ -127,7 +130,7 @@ class Slip(Fault):
 
 
 class SlipLayer(PollingLayer):
-    """Removes a ``share`` of the rotation while ``fault`` is active."""
+    """Subtracts a ``share`` of each wheel's rotation from its encoder's angle while ``fault`` is active."""
 
     def __init__(self, fault: Fault, share: float) -> None:
         super().__init__()
@@ -138,7 +141,10 @@ class SlipLayer(PollingLayer):
 
 
 class _Missing:
-    """Reads an angle without the missed share of each rotation that began while the fault was active."""
+    """Reads an encoder, and subtracts the share of the rotation that the fault removes.
+
+    The rotation between two samples counts if the fault was active at the first of them.
+    """
 
     def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
         self._read, self._fault, self._share = read, fault, share

@@ -19,14 +19,14 @@ GRAMMAR = "TARGET EFFECT[=VALUE] [KEY=VALUE …]"
 EXAMPLE = "camera drop=0.2 after=5"
 
 LONGEST = 60
-"""The longest quoted text of a user in a message, in characters."""
+"""A message quotes at most this number of characters of a user's text."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
 
 @dataclass(frozen=True)
 class Spec:
-    """A parsed specification. Its names and parameters are not checked yet.
+    """A parsed specification of a fault. Its names and parameters are not checked yet.
 
     >>> str(Spec.parse("  camera drop=0.20   lasts=3.0 after=5 "))
     'camera drop=0.2 after=5 lasts=3'
@@ -53,7 +53,7 @@ class Spec:
         return cls(_check_name(text, target), effect.replace("-", "_"), value, tuple(sorted(parameters)))
 
     def __str__(self) -> str:
-        """Return the canonical form: sorted parameters, numbers in their shortest form."""
+        """Return the canonical form of the specification. Its parameters are sorted, and its numbers are shortest."""
         effect = self.effect if self.value is None else f"{self.effect}={self.value}"
         return " ".join([self.target, effect, *(f"{key}={value}" for key, value in self.parameters)])
 
@@ -64,7 +64,7 @@ class Spec:
 
 
 def quote_text(text: str) -> str:
-    """Return a user's text in quotes, shortened for a message."""
+    """Return a user's text for a message, in quotes and shortened if it is long."""
     return repr(text if len(text) <= LONGEST else f"{text[:LONGEST]}…")
 
 
@@ -73,7 +73,7 @@ def _refusal(text: str, fault: str) -> UsageError:
 
 
 def _format_number(number: float) -> str:
-    """Return the shortest text that reads back as the same number."""
+    """Return the shortest text from which ``float`` makes the same number."""
     return repr(number).removesuffix(".0")
 
 
@@ -102,11 +102,11 @@ SUFFIX = ".toml"
 LARGEST = 1e300
 
 MAX_INJECTED_FAULTS = 100
-"""The most faults of a run. Each fault is a layer over a device."""
+"""The largest number of faults in a run. Each fault adds a layer to its devices."""
 
 
 def _word(value: Any) -> str:
-    """Return a TOML value in the form of a specification."""
+    """Return a TOML value as it is written in a specification."""
     match value:
         case str():
             return value
@@ -114,7 +114,7 @@ def _word(value: Any) -> str:
             pass
         case int() | float() if abs(value) < LARGEST:
             return repr(float(value))
-    raise ValueError("is neither a number nor a word; write a number, or a word in quotes")
+    raise ValueError("is neither a number nor a word. Write a number, or a word in quotes")
 
 
 Word = Annotated[str, BeforeValidator(_word)]
@@ -125,9 +125,11 @@ class _File(StrictModel):
 
 
 def read_specs(texts: Iterable[str]) -> tuple[str, ...]:
-    """Return specifications in their canonical form. A file name is replaced by the file's specifications.
+    """Return specifications of faults in their canonical form.
 
-    Raises UsageError if a form is wrong. `plan_faults` checks the specifications against the robot.
+    A text may be the name of a TOML file. The specifications in the file then take its place.
+
+    Raises UsageError if the form of a specification is wrong. `plan_faults` checks if it fits the robot.
     """
     specs = [str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)])]
     if len(specs) > MAX_INJECTED_FAULTS:
@@ -165,7 +167,7 @@ def _spec(words: dict[str, str], file: str, place: str) -> Spec:
 
 
 VALUE = "value"
-"""The field for the value of the effect itself, as in ``drop=0.2``."""
+"""The field of a `Fault` for the value of the effect itself, such as 0.2 in ``drop=0.2``."""
 
 
 @dataclass(frozen=True)
@@ -173,30 +175,33 @@ class Parameter:
     """One parameter of a fault."""
 
     name: str
-    """Its key in a specification."""
+    """The parameter's key in a specification."""
     unit: str
-    """Its unit, such as seconds."""
+    """The parameter's unit, such as seconds."""
     limits: str
-    """Its limits in words, such as ``from 0 to 1``; empty without limits."""
+    """The parameter's limits as a text, such as ``from 0 to 1``. Empty if it has no limits."""
     is_required: bool
-    """Whether a specification must give it."""
+    """Whether each specification must contain the parameter."""
 
     @property
     def form(self) -> str:
-        """The form in a specification, such as ``after=SECONDS``; in brackets if it is optional."""
+        """The form of the parameter in a specification, such as ``drop=PROBABILITY``.
+
+        The form of an optional parameter is in brackets: ``[after=SECONDS]``.
+        """
         written = f"{self.name}={self.unit.upper().replace(' ', '_')}"
         return written if self.is_required else f"[{written}]"
 
 
 def parameters_of(effect: str, fault: type[Fault]) -> list[Parameter]:
-    """Return the parameters of a fault. The value comes first, under the name of the effect."""
+    """Return the parameters of a fault. The first one is the effect's value, and has the name of the effect."""
     fields = fault.model_json_schema().get("properties", {})
     order = sorted(fields, key=lambda name: (name != VALUE, not fault.model_fields[name].is_required(), name))
     return [_parameter(effect if name == VALUE else name, fields[name], fault, name) for name in order]
 
 
 def form_of(target: str, effect: str, fault: type[Fault]) -> str:
-    """Return the full form of a fault: ``camera drop=PROBABILITY [after=SECONDS] [lasts=SECONDS]``."""
+    """Return the form of a fault's specification: ``camera drop=PROBABILITY [after=SECONDS] [lasts=SECONDS]``."""
     parameters = [parameter.form for parameter in parameters_of(effect, fault)]
     bare = [] if VALUE in fault.model_fields else [effect]
     return " ".join([target, *bare, *parameters])

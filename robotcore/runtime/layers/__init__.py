@@ -1,4 +1,4 @@
-"""The layers between a driver's devices and the app. `assembly` defines their order."""
+"""The layers between a driver's devices and the app. The module `assembly` defines their order."""
 
 from robotcore.runtime.layers.assembly import Assembled, assemble, needed_devices
 

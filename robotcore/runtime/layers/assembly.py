@@ -1,4 +1,4 @@
-"""Assembles the robot of a run: the driver's devices, the layers over them, the safety stage, the app's devices."""
+"""Assembles the robot of a run from the driver's devices, the layers, the safety stage and the app's devices."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ from robotcore.safety.thread_reserve import Reserve
 
 @dataclass(frozen=True)
 class Stack:
-    """The layers of a run, the lowest first, and the clock of its loop."""
+    """The layers of a run, in order from the driver to the app, and the clock of the loop."""
 
     clock: TickClock
     layers: tuple[Layer, ...]
 
     @property
     def taps(self) -> tuple[Tap, ...]:
-        """The layers that also see the calls above the safety stage, the lowest first."""
+        """The layers that also see the calls between the app and the safety stage."""
         return tuple(layer for layer in self.layers if isinstance(layer, Tap))
 
     def wrap_motor(self, motor: Motor) -> MotorOutput:
-        """Return the output that commands a driver's motor through the layers."""
+        """Return an output that sends commands through the layers to a driver's motor."""
         return reduce(lambda output, layer: layer.motor(output), self.layers, MotorOutput.of(motor))
 
     def wrap_device(self, device: Device) -> Device:
-        """Return a sensor or a display as the app gets it."""
+        """Return the app's version of a driver's sensor or display. Its calls pass the layers."""
         if isinstance(device, Sensor):
             read: Reader[Any] = device.read
             for layer in self.layers:
@@ -64,7 +64,7 @@ class Stack:
 
 
 def wrap_clock(clock: Clock, layers: Iterable[Layer]) -> Clock:
-    """Return the clock by which a loop under the layers sleeps."""
+    """Return the clock for the loop: the backend's clock, wrapped by each layer."""
     return reduce(lambda wrapped, layer: layer.clock(wrapped), layers, clock)
 
 
@@ -81,20 +81,22 @@ class Assembled:
     clock: TickClock
     """The clock of the loop."""
     latch: Latch
-    """Ends the run for good."""
+    """The latch of the run. A tripped latch ends the run."""
     stage: CommandFilter | None
     """The command filter of the drive; None if the run has no drive."""
     brakes: StopGroup
-    """Stops every motor."""
+    """The stops of all motors."""
     activity: ActivityMonitor
     """The activity of the loop's thread, for the watchdog."""
     halts: tuple[Callable[[str], None], ...] = ()
-    """Stop the drive and each motor outside it between two ticks, for a cause."""
+    """Functions that stop the drive and each other motor between two ticks. The argument is the cause."""
 
     def halt(self, cause: str) -> None:
-        """Stop every motor between two ticks, for a cause that is no command of the app.
+        """Stop every motor between two ticks, without a command of the app.
 
-        A lost motor is skipped. Raises any other failure, after all motors were tried.
+        cause: the reason, which the intervention in the trace contains.
+
+        The failure of a lost motor is ignored. Any other failure is raised after all stops were tried.
         """
         with ExitStack() as each:
             for halt in self.halts:
@@ -102,10 +104,12 @@ class Assembled:
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
-    """Return the names of the devices to open for the roles ``needs``, and ``wants`` if the robot has them.
+    """Return the names of the devices to open for an app.
 
-    A drive needs its motors, its encoders, and, for the range guard, the range sensors ahead. Raises UnmetNeedError if
-    the robot lacks a need.
+    needs: the roles that the app requires. Raises UnmetNeedError if the robot lacks one.
+    wants: the roles that the app uses if the robot has them.
+
+    A drive requires its motors, its encoders, and the range sensors ahead for the range guard.
     """
     names: set[str] = set()
     for role in sorted(map(_role, needs)):
@@ -133,16 +137,17 @@ def assemble(
 ) -> Assembled:
     """Build the app's robot over a robot that a backend opened.
 
-    raw: the robot of the backend.
-    description: the robot's description; its safety limits apply.
-    rate_hz: ticks per second.
-    clock: replaces the backend's clock.
-    conditions: the imperfections of the world; their noise is drawn from ``seed``.
+    raw: the robot that the backend opened.
+    description: the robot's description. Its safety limits apply.
+    rate_hz: the number of ticks in a second.
+    clock: a clock in place of the backend's clock.
+    conditions: the imperfections of the world.
+    seed: the seed of the noise in ``conditions``.
     faults: the layers of injected faults.
-    taps: recorder and replay. They read each sensor once a tick, and see each command as the app gives it.
-    guard: sees each velocity that a motor gets.
-    activity: notes what the loop's thread does.
-    reserve: threads and memory for stops.
+    taps: the recorder and the replay. They read each sensor once in a tick, and get each command of the app unchanged.
+    guard: the layer that reports the commands of motors to the guardian process.
+    activity: the record of the loop thread's activity, for the watchdog.
+    reserve: the reserved threads and memory for stops.
     """
     reserve = reserve or Reserve(MonotonicClock())
     safety, activity, latch = description.safety, activity or ActivityMonitor(), Latch(reserve)
@@ -232,7 +237,7 @@ def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None
 
 
 def _limit(devices: Mapping[str, Device], description: RobotDescription) -> None:
-    """Set the voltage below which a battery warns."""
+    """Set for each battery the voltage below which a run warns."""
     for battery in description.all_of(BatteryDescription):
         device = devices.get(battery.name)
         if isinstance(device, Battery):

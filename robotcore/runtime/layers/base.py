@@ -1,4 +1,4 @@
-"""The interfaces of layers: what lies between a driver's devices and the app."""
+"""The interfaces of layers. A layer changes or observes the calls between an app and a driver's devices."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Show = Callable[[Image], None]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MotorOutput:
-    """The two calls that command one motor. A layer replaces one or both of them."""
+    """The two functions that command one motor. A layer may replace one or both of them."""
 
     name: str
     """The motor's name in the robot's description."""
@@ -36,13 +36,14 @@ class MotorOutput:
 
 
 _REMOVED_HOOKS = {"camera", "range_sensor", "encoder", "battery"}
-"""Hooks of former versions. A fault in another package that still defines one would have no effect."""
+"""Methods of former versions that are no longer called. A layer that still defines one is refused."""
 
 
 class Layer:
-    """Lies between the devices of a driver and the safety stage. A hook that a subclass leaves out changes nothing.
+    """The base class of layers, which lie between a driver's devices and the safety stage.
 
-    Each hook gets the call as the layers below offer it, and returns the call that the layers above use.
+    Each method gets a function or a clock of the next layer towards the driver. It returns the one that the next layer
+    towards the app uses. A method that a subclass does not define changes nothing.
     """
 
     def __init_subclass__(cls) -> None:
@@ -63,22 +64,22 @@ class Layer:
         return show
 
     def clock(self, clock: Clock) -> Clock:
-        """Return the clock by which the loop sleeps."""
+        """Return the clock with which the loop sleeps. It may wrap ``clock``."""
         return clock
 
 
 class Tap(Layer):
-    """A layer that also sees the calls above the safety stage: the app's commands and the odometry's input.
+    """A layer that also gets the calls between the app and the safety stage.
 
-    The recorder and the replay are taps.
+    These are the app's commands and the wheel angles for the odometry. The recorder and the replay are taps.
     """
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
-        """Return the command filter that the drive uses."""
+        """Return the command filter to which the drive sends its commands. It may wrap ``inner``."""
         return inner
 
     def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
-        """Return the output by which the app commands a motor outside the drive."""
+        """Return the output with which the app commands a motor that is not part of the drive."""
         return motor
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
@@ -86,11 +87,14 @@ class Tap(Layer):
         return read
 
     def latch(self, latch: Latch) -> None:
-        """Receive the latch of the run, once, before the first read."""
+        """Receive the latch of the run. This is called once, before the first sensor is read."""
 
 
 def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range:
-    """Return a reading with another distance in metres: at least the sensor's minimum, ``inf`` beyond its maximum."""
+    """Return a reading with another distance in metres, limited to the sensor's range.
+
+    A distance below the range becomes the sensor's minimum. A distance beyond the range becomes ``inf``.
+    """
     if distance > sensor.max_range:
         return replace(reading, distance=inf, point=None)
     return replace(reading, distance=max(distance, sensor.min_range))

@@ -1,4 +1,4 @@
-"""Two layers of checks: the age of samples, and the duration of driver calls."""
+"""Two layers that check a run: one checks the age of samples, one the duration of driver calls."""
 
 from __future__ import annotations
 
@@ -44,10 +44,13 @@ class MaxAgeReader(Generic[SampleT]):
 
 
 GRACE_S = 0.3
-"""The time for the thread to come back. A simulator that hangs is then reported within two seconds."""
+"""The time in seconds for the thread to continue after the watchdog's interruption.
+
+With this value, a simulator that hangs is reported within two seconds.
+"""
 
 SHORT_S = 0.06
-"""A sleep of up to this time does not extend the limit: it is short beside the limit of a call."""
+"""A sleep of up to this time, in seconds, does not extend the time limit of its call. The limit is much longer."""
 
 _ADVICE = "Is it still running and connected? If it is only slow, raise safety.answer_s in the robot's description"
 
@@ -59,7 +62,7 @@ class CallMonitorLayer(Layer):
     activity: ActivityMonitor
     """The activity of the loop's thread, which the watchdog checks."""
     answer_s: float
-    """The limit of one call in seconds."""
+    """The time limit of one driver call, in seconds."""
     robot: str
     """The robot's name, for messages."""
 
@@ -91,9 +94,10 @@ class CallMonitorLayer(Layer):
 
 
 class _MonitoredClock(ClockWrapper):
-    """A backend's clock. The limit of a sleep is its duration plus the limit of a call.
+    """A backend's clock whose calls the watchdog checks.
 
-    An OSError or EOFError of the driver within a sleep becomes a BackendError.
+    The time limit of a sleep is its duration plus the limit of a driver call. If the driver raises OSError or EOFError
+    during a sleep, BackendError is raised.
     """
 
     def __init__(self, source: Clock, activity: ActivityMonitor, limit: TimeLimit) -> None:

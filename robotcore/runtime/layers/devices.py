@@ -12,7 +12,10 @@ from robotcore.runtime.layers.base import MotorOutput, Reader, Show
 
 
 class AppSensor(Sensor[SampleT]):
-    """A sensor that returns one sample a tick, read through the layers. All else is the driver's sensor."""
+    """A sensor that reads a driver's sensor through the layers. Within a tick it always returns the same sample.
+
+    All other attributes are those of the driver's sensor.
+    """
 
     def __init__(self, inner: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]) -> None:
         Device.__init__(self, inner.name)
@@ -48,12 +51,12 @@ def wrap_sensor(sensor: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]
 
 @cache
 def _app_class(kind: type[Sensor[Any]]) -> type[AppSensor[Any]]:
-    """Return a class that is an AppSensor and, for ``isinstance``, of the device kind, such as Camera."""
+    """Return a class that inherits AppSensor and a device class such as Camera, so that ``isinstance`` works."""
     return cast("type[AppSensor[Any]]", type(f"App{kind.__name__}", (AppSensor, kind), {}))
 
 
 class AppMotor(Motor):
-    """A motor whose commands pass ``output``. Closing it closes the driver's motor."""
+    """A motor that sends its commands to ``output``. Closing this motor closes the driver's motor."""
 
     def __init__(self, inner: Motor, output: MotorOutput) -> None:
         super().__init__(inner.name, inner.max_velocity)
@@ -75,7 +78,7 @@ class AppMotor(Motor):
 
 
 class AppDisplay(Display):
-    """A display that shows pictures through the layers. ``latest`` is the newest picture."""
+    """A display that passes pictures through the layers to a driver's display. ``latest`` is the newest picture."""
 
     def __init__(self, inner: Display, show: Show) -> None:
         super().__init__(inner.name)

@@ -30,10 +30,11 @@ from robotcore.safety import (
 
 
 def wheel_output(name: str, stage: CommandFilter, *, is_left: bool) -> MotorOutput:
-    """Return the output for one wheel of a drive. Its command passes the filter with the other wheel's command.
+    """Return the output with which an app commands one wheel of a drive.
 
-    ``set_velocity`` returns the velocity for the tick so far; a later command for the other wheel may scale both.
-    ``stop`` stops the whole drive, because one wheel that stops alone would turn the robot.
+    Each command passes the filter together with the command of the other wheel. In the same tick, a later command for
+    the other wheel may scale both velocities, so the result of ``set_velocity`` is preliminary. ``stop`` stops the
+    whole drive, because one wheel that stops alone would turn the robot.
     """
 
     def set_velocity(rad_s: float) -> float:
@@ -47,15 +48,15 @@ def wheel_output(name: str, stage: CommandFilter, *, is_left: bool) -> MotorOutp
 
 @dataclass(frozen=True)
 class GuardedDrive:
-    """A drive, and the safety stage that its commands pass."""
+    """A drive, and the command filter that its commands pass."""
 
     drive: DifferentialDrive
     stage: CommandFilter
-    """The filter that the app's commands enter: the safety filter under the taps."""
+    """The filter to which the drive sends the app's commands: the safety filter, wrapped by the taps."""
     suspend: Callable[[str], None]
-    """Stops the drive between two ticks, for a cause that is no command of the app."""
+    """Stops the drive between two ticks, without a command of the app. The argument is the cause."""
     outputs: dict[str, MotorOutput]
-    """The output of each wheel for the app, by the motor's name."""
+    """The output with which the app commands each wheel, by the motor's name."""
 
     @classmethod
     def over(
@@ -72,14 +73,16 @@ class GuardedDrive:
         brakes: StopGroup,
         take_guardian_stops: Callable[[], int],
     ) -> GuardedDrive:
-        """Build the drive that ``description`` describes.
+        """Build the drive and its command filter.
 
-        devices: the app's devices, for encoders and range sensors.
+        devices: the app's devices. The drive uses their encoders and range sensors.
         wheels: the outputs of the left and the right motor.
-        limit: the largest velocity of both wheels, rad/s.
-        taps: the taps that see the drive's commands and the wheel angles.
-        brakes: those on the robot's motors.
-        take_guardian_stops: returns how often the guardian has stopped the motors since the last call.
+        limit: the largest velocity of each wheel, in rad/s.
+        description: the robot's description, with the safety limits.
+        drive: the description of the drive.
+        taps: the taps that get the drive's commands and the wheel angles.
+        brakes: the stops of the robot's motors.
+        take_guardian_stops: returns how many times the guardian has stopped the motors since the last call.
         """
         left, right = wheels
         commanded = CommandIntegrator(clock)
@@ -125,7 +128,7 @@ def _rules(
     limit: float,
     rate_hz: float,
 ) -> Iterator[Rule]:
-    """Yield the rules in their order. The range guard is last, so that no rule changes its result."""
+    """Yield the rules in the order of their use. The range guard is last, so that no other rule changes its result."""
     yield VelocityLimit(limit)
     if drive.max_acceleration_rad_s2:
         yield AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz)
@@ -150,7 +153,10 @@ def _read_encoders(left: Encoder, right: Encoder) -> Callable[[], Wheels]:
 
 
 def _read_present_angles(left: Encoder, right: Encoder, commanded: CommandIntegrator) -> Callable[[], Wheels]:
-    """Return a reader of the present angles. It adds the commanded rotation since the encoders' samples."""
+    """Return a function that returns the present wheel angles in radians.
+
+    It adds to each encoder's angle the rotation that was commanded since the sample was captured.
+    """
 
     def angles() -> Wheels:
         on_left, on_right = left.read(), right.read()

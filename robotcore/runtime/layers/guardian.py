@@ -1,4 +1,4 @@
-"""The layer that reports motor commands to the guardian process, and the guardian's stops to the run."""
+"""The layer that reports motor commands to the guardian process, and counts the stops that the guardian made."""
 
 from __future__ import annotations
 
@@ -18,11 +18,15 @@ if TYPE_CHECKING:
 
 
 def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | None:
-    """Return the layer that guards a robot's motors until ``end``; None if the robot has no cutoffs.
+    """Start a guardian, and return the layer that reports a robot's motors to it. None if the robot has no cutoffs.
 
-    ``lease`` is the deadman's lease in seconds. The guardian acts after the deadman. So its lease is longer by the time
-    that the deadman waits for its lock, and by the longest patience of the cutoffs. Raises GuardianError if no guardian
-    starts.
+    raw: the robot that the backend opened.
+    lease: the deadman's lease, in seconds.
+    end: the context that ends the guardian.
+
+    The guardian must stop the motors later than the deadman does. Its lease is therefore longer than the deadman's, by
+    the time for which the deadman waits for its lock and by the longest patience of the cutoffs. Raises GuardianError
+    if the guardian does not start.
     """
     if not raw.cutoffs:
         return None
@@ -33,10 +37,10 @@ def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | No
 
 
 class GuardianLayer(Layer):
-    """Holds a lease of the guardian from before the first motor turns until the last motor has stopped.
+    """Begins a lease of the guardian before the first motor turns, and ends it after the last motor has stopped.
 
     The clock's thread may stop motors while the loop commands them. A lock keeps the lease consistent with the set of
-    turning motors. No thread holds it while a driver works.
+    turning motors. No thread holds the lock during a driver call.
     """
 
     def __init__(self, guardian: Guardian) -> None:
@@ -65,9 +69,10 @@ class GuardianLayer(Layer):
 
     @contextmanager
     def turning(self, motor: str) -> Iterator[None]:
-        """Renew the lease for a command that turns a motor. The motor counts as turning from then on.
+        """Return a context for a command that turns a motor. It renews the guardian's lease first.
 
-        If the guardian does not answer, stop every motor and raise GuardianError before the command.
+        The motor counts as turning from then on. If the guardian does not answer, every motor is stopped, and
+        GuardianError is raised before the command is sent.
         """
         command = object()
         with self._stopping_all(), self._lock:
@@ -82,7 +87,7 @@ class GuardianLayer(Layer):
                 self._turning.add(motor)
 
     def end_turning(self, motor: str) -> None:
-        """Remove a stopped motor. End the lease if no motor turns."""
+        """Record that a motor has stopped. End the lease if no other motor turns."""
         with self._lock:
             if motor in self._turning:
                 self._turning.remove(motor)
@@ -90,9 +95,10 @@ class GuardianLayer(Layer):
                     self._guardian.end_lease()
 
     def take_stops(self) -> int:
-        """Return how often the guardian has stopped the motors since the last call.
+        """Return how many times the guardian has stopped the motors since the last call.
 
-        If it has, stop the drivers' motors too: the drivers still hold the old command.
+        If it has stopped them, stop the motors through their drivers too. A driver does not notice the guardian's stop,
+        and may still send its last command.
         """
         with self._stopping_all(), self._lock:
             stops = self._stops + self._guardian.stops()
@@ -111,5 +117,5 @@ class GuardianLayer(Layer):
 
     def _stop_all(self) -> None:
         for motor in self._motors:
-            with suppress(RobotcoreError):  # the other motors must stop; the next command reports the failure
+            with suppress(RobotcoreError):  # the other motors must stop too, and the next command raises again
                 motor.stop()

@@ -1,4 +1,4 @@
-"""The layer of a world's imperfections: noise, bias and blur of sensors, gains of wheels."""
+"""The layer that simulates a world's imperfections: noise, bias and blur of sensors, and velocity errors of wheels."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ from robotcore.hal.devices import Camera, Frame, Image, Range, RangeSensor, Sens
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, limit_reading
 
 STRIP_STARTS = 1 << 16
-"""The number of positions in a strip of noise at which a picture's noise may begin."""
+"""The number of positions at which a picture's noise may begin in the strip, a long array of random numbers."""
 
 
 class Noise:
-    """Normal noise of one device. Seed, device and time determine each value; ``sigma`` is the standard deviation.
+    """Normal noise of one device, with the standard deviation ``sigma``.
+
+    The seed, the device and the time determine each value.
 
     >>> noise = Noise(seed=1, device="nose", sigma=0.01)
     >>> noise.at(0.25) == noise.at(0.25), noise.at(0.25) == noise.at(0.5)
@@ -33,15 +35,19 @@ class Noise:
         self._strip: NDArray[np.int16] = np.empty(0, dtype=np.int16)
 
     def at(self, time: float) -> float:
-        """Return the error of a number captured at ``time`` (s), by the method of Box and Muller (1958)."""
+        """Return the error of a value that was captured at ``time``, in seconds.
+
+        The error is drawn by the method of Box and Muller (1958).
+        """
         random = self._random_at(time)
         radius = math.sqrt(-2 * math.log(1 - random.random()))
         return self._sigma * radius * math.cos(math.tau * random.random())
 
     def over(self, shape: tuple[int, ...], time: float) -> NDArray[np.int16]:
-        """Return the errors of a picture captured at ``time`` (s), in whole grey levels, ``int16`` of ``shape``.
+        """Return the errors of a picture that was captured at ``time``, in seconds.
 
-        The time selects a section of one long strip. To draw new numbers would take longer than to paint the picture.
+        The errors are in whole grey levels, as ``int16`` of ``shape``. They are a section of one long array, and the
+        time selects the section. Drawing new numbers would take longer than painting the picture.
         """
         size = math.prod(shape)
         if len(self._strip) < STRIP_STARTS + size:
@@ -50,7 +56,10 @@ class Noise:
         return self._strip[start : start + size].reshape(shape)
 
     def _drawn(self, length: int) -> NDArray[np.int16]:
-        """Return a strip of noise. Only the numbers of NumPy's ``RandomState`` are the same in every version."""
+        """Return an array of normal noise in whole grey levels.
+
+        NumPy guarantees the same numbers in every version only for ``RandomState``.
+        """
         generator = np.random.RandomState(Random(self._key).getrandbits(32))
         return np.rint(_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
 
@@ -59,14 +68,15 @@ class Noise:
 
 
 def random_at(key: str, time: float) -> Random:
-    """Return a generator for a key and a time, rounded to the microsecond."""
+    """Return a random generator that is seeded by a key and by a time in seconds, rounded to microseconds."""
     return Random(f"{key}:{round(1e6 * time)}")
 
 
 def _before_rounding(sigma: float) -> float:
-    """Return the deviation of normal noise that has the deviation ``sigma`` after rounding, by bisection.
+    """Return a standard deviation for normal noise such that the noise has the deviation ``sigma`` after rounding.
 
-    Rounding reduces a small deviation (0.2 becomes 0.11) and increases others (1 becomes 1.04).
+    Rounding to whole numbers reduces a small deviation (0.2 becomes 0.11) and increases others (1 becomes 1.04). The
+    result is found by bisection.
     """
     low, high = 0.0, sigma + 1
     for _ in range(30):
@@ -76,7 +86,7 @@ def _before_rounding(sigma: float) -> float:
 
 
 def _rounded(sigma: float) -> float:
-    """Return the deviation of normal noise after rounding to whole numbers.
+    """Return the standard deviation that normal noise of deviation ``sigma`` has after rounding to whole numbers.
 
     The variance is the sum of (2k - 1) · P(abs(x) > k - 1/2) over k = 1, 2, …
     """
@@ -87,11 +97,16 @@ def _rounded(sigma: float) -> float:
 PERFECT = Conditions()
 
 Effect = Callable[[Image, float], Image]
-"""Returns a changed picture for a picture and its time of capture in seconds."""
+"""A function that returns a changed picture. Its arguments are a picture and the time of capture in seconds."""
 
 
 class ImperfectionLayer(Layer):
-    """Applies the conditions to every device. The ``seed`` determines the noise; gains apply to the ``drive``."""
+    """Applies the conditions of a world to every device.
+
+    conditions: the noise, bias and blur of sensors, and the gain of each wheel.
+    seed: the seed of the noise.
+    drive: the description of the drive, which names the motors of the wheels.
+    """
 
     def __init__(self, conditions: Conditions, seed: int, drive: Drive | None) -> None:
         self._conditions, self._seed = conditions, seed
@@ -109,7 +124,10 @@ class ImperfectionLayer(Layer):
         return read
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
-        """Return an output that sends ``gain`` times the velocity, and returns the velocity without the gain."""
+        """Return an output that multiplies each velocity by the wheel's gain and sends it to ``motor``.
+
+        The output returns the velocity without the gain, because an app must not notice the wheel's error.
+        """
         gain = self._gains.get(motor.name, 1.0)
         if gain == 1.0:
             return motor
@@ -122,7 +140,7 @@ class ImperfectionLayer(Layer):
 
 
 class ProcessedFrames:
-    """Reads frames and applies effects to their pictures in order. Time and sequence stay."""
+    """Reads frames and applies effects to their pictures in order. Time and sequence do not change."""
 
     def __init__(self, read: Reader[Frame], effects: Sequence[Effect]) -> None:
         self._read, self._effects = read, effects
@@ -137,7 +155,10 @@ class ProcessedFrames:
 
 
 class NoisyRange:
-    """Reads distances and adds a bias and noise, within the sensor's limits. Beyond its range it returns ``inf``."""
+    """Reads a range sensor, and adds a bias and noise to each distance.
+
+    A result below the sensor's range becomes its minimum. A result beyond the range becomes ``inf``.
+    """
 
     def __init__(self, sensor: RangeSensor, read: Reader[Range], bias: float, noise: Noise) -> None:
         self._sensor, self._read, self._bias, self._noise = sensor, read, bias, noise
@@ -164,7 +185,7 @@ def _blur(sigma: float) -> Effect:
 
 
 def _response(conditions: Conditions) -> Effect:
-    """Return the effect of exposure and warmth. It limits the result to white."""
+    """Return the effect of exposure and warmth. Values above white become white."""
     import cv2
 
     warmth = conditions.camera_warmth
@@ -174,7 +195,7 @@ def _response(conditions: Conditions) -> Effect:
 
 
 def grain(noise: Noise) -> Effect:
-    """Return the effect that adds noise to a picture, limited to black and white."""
+    """Return the effect that adds noise to a picture. The result is limited to grey levels from 0 to 255."""
     import cv2
 
     def grainy(image: Image, time: float) -> Image:

@@ -1,4 +1,4 @@
-"""The safety stage of a motor outside the drive."""
+"""The safety stage of a motor that is not part of the drive."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from robotcore.safety.deadman import TimedLock
 class StandaloneGuard:
     """Guards a motor that belongs to no drive. Each command is sent at once, and expires after one lease.
 
-    A velocity that is not finite trips the latch, and a tripped latch stops the motor for good. In a tick that lasts
-    longer than a lease, commands are ignored.
+    A velocity that is not finite trips the latch. After the latch has tripped, the motor stays stopped. If a tick lasts
+    longer than a lease, its further commands stop the motor.
     """
 
     def __init__(
@@ -31,7 +31,7 @@ class StandaloneGuard:
 
     @property
     def output(self) -> MotorOutput:
-        """The guarded output."""
+        """The output that an app commands. Its calls pass this guard."""
         return MotorOutput(self._motor.name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:
@@ -55,13 +55,13 @@ class StandaloneGuard:
         return 0.0
 
     def stop(self) -> None:
-        """Stop at once. If that hangs or fails, the deadman tries again."""
+        """Stop the motor at once. If the stop hangs or fails, the deadman tries again."""
         with TimedLock(self._lock):
             self._halt()
             self._deadman.rest()
 
     def suspend(self, cause: str) -> None:
-        """Stop between two ticks. Only a drive reports the ``cause``."""
+        """Stop the motor between two ticks. The ``cause`` is not used, because only a drive records interventions."""
         self.stop()
 
     def _cut(self, expiry: float) -> None:
