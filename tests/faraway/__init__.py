@@ -1,1 +1,1 @@
-"""A backend as third parties write them: its simulator is a process of its own, behind a socket without time-outs."""
+"""A backend as a third party might write it. Its simulator is another process, behind a socket without time-outs."""

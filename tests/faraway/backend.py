@@ -1,4 +1,4 @@
-"""The client's side, as naive as vendors' clients are: a call waits for its answer for as long as it takes."""
+"""The client of the simulator. Like many vendors' clients, a call waits for its answer without a time limit."""
 
 from __future__ import annotations
 
@@ -23,41 +23,44 @@ from robotcore.hal.robot import Robot
 
 
 class FarawayOptions(StrictModel):
-    """Where the simulator listens."""
+    """The options of the backend."""
 
     port: int
+    """The port of the simulator."""
 
 
 class FarawayBackend(Backend):
-    """Opens robots in the simulator of `tests.faraway.server`; ``wire`` is the connection of the last one."""
+    """Opens robots in the simulator of `tests.faraway.server`."""
 
     name = "faraway"
     summary = "the built-in simulator, behind a socket"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
     wire: Wire
+    """The connection of the last opened robot."""
 
     def open(self, setup: Setup) -> Robot:
         port = setup.options_as(FarawayOptions).port
         self.wire = wire = Wire(Client(("127.0.0.1", port)))
         wire.connection.send(setup)
-        clock = SteppedClock(setup.rate_hz, lambda steps: wire.ask("advance", steps))
-        devices = [_opened(description, wire) for description in setup.chosen]
+        clock = SteppedClock(setup.rate_hz, lambda steps: wire.call("advance", steps))
+        devices = [_open_device(description, wire) for description in setup.chosen]
         return Robot(setup.robot.name, clock, devices, truth=FarTruth(wire), release=wire.close)
 
 
 class Wire:
-    """The connection; one asks at a time. ``asked`` is all that was, whether or not an answer came."""
+    """The connection. Only one thread at a time sends a request."""
 
     def __init__(self, connection: Connection[Any, Any]) -> None:
         self.connection = connection
-        self.asked: list[tuple[Any, ...]] = []
+        self.requests: list[tuple[Any, ...]] = []
+        """All requests, also those without an answer."""
         self._lock = Lock()
 
-    def ask(self, *what: Any) -> Any:
-        self.asked.append(what)
+    def call(self, *request: Any) -> Any:
+        self.requests.append(request)
         with self._lock:
-            self.connection.send(what)
+            self.connection.send(request)
             return self.connection.recv()
 
     def close(self) -> None:
@@ -70,16 +73,17 @@ class FarMotor(Motor):
         self._wire = wire
 
     def _apply(self, rad_s: float) -> None:
-        self._wire.ask("turn", self.name, rad_s)
+        self._wire.call("turn", self.name, rad_s)
 
 
 class FarRange(RangeSensor):
-    def __init__(self, answer: RangeSensorDescription, wire: Wire) -> None:
-        super().__init__(answer.name, min_range=answer.min_range_m, max_range=answer.max_range_m, cone=answer.cone_rad)
+    def __init__(self, description: RangeSensorDescription, wire: Wire) -> None:
+        limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
+        super().__init__(description.name, cone=description.cone_rad, **limits)
         self._wire = wire
 
     def _newest(self) -> Range:
-        reading: Range = self._wire.ask("read", self.name)
+        reading: Range = self._wire.call("read", self.name)
         return reading
 
 
@@ -89,7 +93,7 @@ class FarCamera(Camera):
         self._wire = wire
 
     def _newest(self) -> Frame:
-        frame: Frame = self._wire.ask("read", self.name)
+        frame: Frame = self._wire.call("read", self.name)
         frame.image.flags.writeable = False
         return frame
 
@@ -100,7 +104,7 @@ class FarEncoder(Encoder):
         self._wire = wire
 
     def _newest(self) -> Angle:
-        angle: Angle = self._wire.ask("read", self.name)
+        angle: Angle = self._wire.call("read", self.name)
         return angle
 
 
@@ -109,27 +113,27 @@ class FarTruth:
         self._wire = wire
 
     def pose(self) -> Pose:
-        pose: Pose = self._wire.ask("tell", "pose")
+        pose: Pose = self._wire.call("truth", "pose")
         return pose
 
     def twist(self) -> Twist:
-        twist: Twist = self._wire.ask("tell", "twist")
+        twist: Twist = self._wire.call("truth", "twist")
         return twist
 
     def contacts(self) -> int:
-        contacts: int = self._wire.ask("tell", "contacts")
+        contacts: int = self._wire.call("truth", "contacts")
         return contacts
 
 
 def register(directory: Path) -> None:
-    """Let whoever has the directory on its path find this backend, as an installed package's is found."""
+    """Write the metadata of an installed package, so that a process with the directory on its path has this backend."""
     package = directory / "faraway-0.1.dist-info"
     package.mkdir()
     (package / "METADATA").write_text("Metadata-Version: 2.1\nName: faraway\nVersion: 0.1\n")
     (package / "entry_points.txt").write_text("[robotcore.backends]\nfaraway = tests.faraway.backend:FarawayBackend\n")
 
 
-def _opened(description: AnyDevice, wire: Wire) -> Device:
+def _open_device(description: AnyDevice, wire: Wire) -> Device:
     match description:
         case MotorDescription():
             return FarMotor(description, wire)

@@ -1,6 +1,6 @@
-"""The built-in simulator in a process of its own; ``python -m tests.faraway.server`` prints its port, serves one run.
+"""The built-in simulator as a server: ``python -m tests.faraway.server`` prints its port and serves one run.
 
-A request is a tuple: what is to be done and with what; the answer is what it returned.
+A request is a tuple of an action and its arguments. The answer is the action's result.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ def main() -> None:
 
 
 def serve(connection: Connection[Any, Any]) -> None:
-    """Open the robot that comes first, and do what is asked until nobody asks any more."""
+    """Receive a setup, open its robot, and answer requests until the connection closes."""
     setup: Setup = connection.recv()
     with KinematicBackend().open(replace(setup, options={})) as robot:
-        deeds = deeds_on(robot)
+        actions = build_actions(robot)
         while True:
-            what, *arguments = connection.recv()
-            connection.send(deeds[what](*arguments))
+            action, *arguments = connection.recv()
+            connection.send(actions[action](*arguments))
 
 
-def deeds_on(robot: Robot) -> dict[str, Callable[..., Any]]:
-    """Return what can be asked, by name."""
+def build_actions(robot: Robot) -> dict[str, Callable[..., Any]]:
+    """Return the actions of the server by name."""
 
     def read(name: str) -> object:
         sensor = robot[name]
@@ -55,10 +55,10 @@ def deeds_on(robot: Robot) -> dict[str, Callable[..., Any]]:
         assert isinstance(clock, SteppedClock)
         clock.sleep_until(clock.now() + steps * clock.step)
 
-    def tell(what: str) -> object:
-        return getattr(robot.truth, what)()
+    def read_truth(name: str) -> object:
+        return getattr(robot.truth, name)()
 
-    return {"read": read, "turn": turn, "advance": advance, "tell": tell}
+    return {"read": read, "turn": turn, "advance": advance, "truth": read_truth}
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A simulator in another process that dies, or falls silent, in the middle of a run."""
+"""A simulator in another process that dies or hangs during a run."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def backend(monkeypatch: pytest.MonkeyPatch) -> FarawayBackend:
     return faraway
 
 
-def lost(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatch, number: int) -> RunResult:
-    """Run an app that drives, while the server is sent a signal in the fifth tick."""
+def run_and_signal(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatch, number: int) -> RunResult:
+    """Run an app that drives. Send the server a signal in the fifth tick."""
     ticks: list[int] = []
 
     def drive(robot: Robot) -> Status:
@@ -61,27 +61,27 @@ def lost(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatch, number:
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_the_end_has_a_name_and_every_motor_was_reported_to_stop(
+def test_the_reason_names_a_device_and_every_motor_gets_a_stop(
     server: subprocess.Popen[str], backend: FarawayBackend, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
 ) -> None:
-    result = lost(server, monkeypatch, number)
-    server.kill()  # what waits for an answer learns that there is none
+    result = run_and_signal(server, monkeypatch, number)
+    server.kill()  # ends all waits for an answer
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert any(name in result.reason.partition(";")[0] for name in NAMED)
     assert result.verified is None
-    last = {what[1]: what[2] for what in backend.wire.asked if what[0] == "turn"}
+    last = {request[1]: request[2] for request in backend.wire.requests if request[0] == "turn"}
     assert last == {"left_motor": 0.0, "right_motor": 0.0}
 
 
-def test_it_is_found_as_an_installed_backend_is_and_comes_to_the_same_decisions(
+def test_an_installed_backend_gives_the_same_commands_as_the_built_in_one(
     server: subprocess.Popen[str], tmp_path: Path
 ) -> None:
     register(tmp_path)
     path = os.pathsep.join([str(tmp_path), str(ROOT)])
-    run_it = [sys.executable, "-m", "robotcore", "run", "green-search", "--world", "open", "--timeout", "2", "--json"]
+    command = [sys.executable, "-m", "robotcore", "run", "green-search", "--world", "open", "--timeout", "2", "--json"]
     digests = []
     for arguments in (["--backend", "faraway", "--port", port_of(server)], ["--backend", "kinematic"]):
         env = {**os.environ, "PYTHONPATH": path}
-        answer = subprocess.run([*run_it, *arguments], env=env, capture_output=True, text=True, check=False)
+        answer = subprocess.run([*command, *arguments], env=env, capture_output=True, text=True, check=False)
         digests.append(json.loads(answer.stdout)["trace_sha256"])
     assert digests[0] == digests[1]

@@ -11,13 +11,13 @@ from tests.firmware.host import Firmware
 
 FLAGS = ("-std=gnu++11", "-O1", "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-fsanitize=undefined")
 TRAPPING = "-fsanitize-undefined-trap-on-error"
-"""What C++ leaves open ends the test's process: no overflow goes unseen, though here int has 32 bits."""
+"""Undefined behaviour ends the test's process. It detects overflows, although int has 32 bits here."""
 
 
 @pytest.fixture(scope="session")
 def firmware(tmp_path_factory: pytest.TempPathFactory) -> Firmware:
     if not (compiler := shutil.which("g++")):
-        pytest.skip("needs g++, to compile the firmware's own C++ for this computer")
+        pytest.skip("needs g++ to compile the firmware's C++ for this computer")
     library = tmp_path_factory.mktemp("firmware") / "host.so"
     source = Path(__file__).with_name("host.cpp")
     subprocess.run([compiler, *FLAGS, TRAPPING, f"-I{shipped_sketch()}", source, "-o", library], check=True)

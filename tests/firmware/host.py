@@ -1,4 +1,4 @@
-"""The firmware's own C++, compiled for this computer: lines, encoders, deadman and speeds as the board has them."""
+"""The firmware's C++, compiled for this computer: its lines, encoders, deadman and speed control."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 NOTHING, LINE, SPOILT = range(3)
-"""What a byte makes of a line, as line.h has it."""
+"""The results of `LineReader::take` in line.h."""
 
 
 class Command(NamedTuple):
@@ -20,7 +20,7 @@ class Command(NamedTuple):
     summed: bool = False
 
 
-class _Understood(ctypes.Structure):
+class _ParsedLine(ctypes.Structure):
     ended: int
     isCommand: int  # noqa: N815  as in C++
     name: int
@@ -34,24 +34,24 @@ class _Understood(ctypes.Structure):
 
 
 _SIGNATURES: dict[str, tuple[Any, list[Any]]] = {
-    "reader": (c_void_p, []),
+    "makeReader": (c_void_p, []),
     "dropReader": (None, [c_void_p]),
-    "take": (_Understood, [c_void_p, c_char]),
-    "counted": (c_int32, [c_char_p, c_int32]),
-    "watched": (c_void_p, [c_uint16]),
-    "dropWatched": (None, [c_void_p]),
+    "take": (_ParsedLine, [c_void_p, c_char]),
+    "countEdges": (c_int32, [c_char_p, c_int32]),
+    "makeDeadman": (c_void_p, [c_uint16]),
+    "dropDeadman": (None, [c_void_p]),
     "feed": (None, [c_void_p, c_uint32]),
     "disarm": (None, [c_void_p]),
     "hasExpired": (c_bool, [c_void_p, c_uint32]),
-    "kept": (c_void_p, [c_int16] * 6),
-    "dropKept": (None, [c_void_p]),
+    "makeController": (c_void_p, [c_int16] * 6),
+    "dropController": (None, [c_void_p]),
     "setTarget": (None, [c_void_p, c_int16]),
     "step": (c_int16, [c_void_p, c_int32]),
 }
 
 
 class Firmware:
-    """The library; each method makes the object it asks anew."""
+    """The compiled library. Each method creates a new object of the firmware."""
 
     def __init__(self, library: Path) -> None:
         self._c = ctypes.CDLL(str(library))
@@ -59,19 +59,19 @@ class Firmware:
             function = getattr(self._c, name)
             function.restype, function.argtypes = returned, taken
 
-    def understood(self, data: bytes) -> list[Command | None]:
-        """Return what each line that ends in these bytes is: a command, or None."""
-        reader = self._c.reader()
+    def parse(self, data: bytes) -> list[Command | None]:
+        """Return for each line that ends in these bytes a command, or None if the line is none."""
+        reader = self._c.makeReader()
         try:
-            understood = [self._c.take(reader, bytes([byte])) for byte in data]
+            lines = [self._c.take(reader, bytes([byte])) for byte in data]
         finally:
             self._c.dropReader(reader)
-        return [_command(line) for line in understood if line.ended != NOTHING]
+        return [_read_command(line) for line in lines if line.ended != NOTHING]
 
     def count_edges(self, levels: Iterable[int]) -> int:
-        """Return the count of an encoder whose two levels were these, A in bit 1 and B in bit 0."""
+        """Return the count of an encoder after these levels, with channel A in bit 1 and B in bit 0."""
         seen = bytes(levels)
-        return int(self._c.counted(seen, len(seen)))
+        return int(self._c.countEdges(seen, len(seen)))
 
     def deadman(self, ms: int) -> Deadman:
         return Deadman(self._c, ms)
@@ -82,7 +82,7 @@ class Firmware:
 
 class Deadman:
     def __init__(self, library: Any, ms: int) -> None:
-        self._c, self._it = library, library.watched(ms)
+        self._c, self._it = library, library.makeDeadman(ms)
 
     def feed(self, now: int) -> None:
         self._c.feed(self._it, now % 2**32)
@@ -94,28 +94,28 @@ class Deadman:
         return bool(self._c.hasExpired(self._it, now % 2**32))
 
     def __del__(self) -> None:
-        self._c.dropWatched(self._it)
+        self._c.dropDeadman(self._it)
 
 
 class SpeedControl:
     def __init__(self, library: Any, start: int, full: int, gains: tuple[int, int, int, int]) -> None:
-        self._c, self._it = library, library.kept(start, full, *gains)
+        self._c, self._it = library, library.makeController(start, full, *gains)
 
     def set_target(self, speed: int) -> None:
         self._c.setTarget(self._it, speed)
 
     def step(self, counts: int) -> int:
-        """Return the duty for the next frame, given the last one's counts."""
+        """Return the duty of the next frame from the counts of the last one."""
         return int(self._c.step(self._it, counts))
 
     def __del__(self) -> None:
-        self._c.dropKept(self._it)
+        self._c.dropController(self._it)
 
 
-def _command(understood: _Understood) -> Command | None:
-    if not understood.isCommand:
+def _read_command(parsed: _ParsedLine) -> Command | None:
+    if not parsed.isCommand:
         return None
-    return Command(chr(understood.name), tuple(understood.args[: understood.count]), bool(understood.summed))
+    return Command(chr(parsed.name), tuple(parsed.args[: parsed.count]), bool(parsed.summed))
 
 
 FRAME_S = 1 / 30
@@ -124,17 +124,17 @@ COUNTS = 960
 
 @dataclass
 class Motor:
-    """A gear motor at a duty of -255 to 255: a dead band, a speed in a line above it, a first-order lag."""
+    """A gear motor with a duty from -255 to 255: a dead band, a linear speed above it, a first-order lag."""
 
     full: float
-    """Counts a frame at full duty."""
+    """The speed at full duty, in counts a frame."""
     lag_s: float
     dead: float
     speed: float = 0.0
     place: float = 0.0
 
     def turn(self, duty: int) -> int:
-        """Turn for a frame; return how many edges its encoder has seen."""
+        """Turn for a frame. Return the edges that the encoder counts in it."""
         before = math.floor(self.place)
         goal = math.copysign(max(0.0, abs(duty) - self.dead) / (255 - self.dead) * self.full, duty)
         for _ in range(10):
@@ -143,8 +143,11 @@ class Motor:
         return math.floor(self.place) - before
 
 
-def driven(motor: Motor, step: Callable[[int], int], frames: int) -> list[float]:
-    """Return the speed after each frame, in counts a frame, of a motor that is given what ``step`` says."""
+def run_motor(motor: Motor, step: Callable[[int], int], frames: int) -> list[float]:
+    """Run a motor with the duties of a controller. Return its speed after each frame, in counts a frame.
+
+    step: returns the duty for the next frame from the counts of the last one.
+    """
     counts, speeds = 0, []
     for _ in range(frames):
         counts = motor.turn(step(counts))

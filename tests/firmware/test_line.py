@@ -13,7 +13,7 @@ from tests.firmware.host import Command, Firmware
 _TAKEN = re.compile(rb"([ -~])((?: -?[0-9]{1,6}(?:[ :]-?[0-9]{1,6}){0,3})?)(?:\*[0-9A-F]{2})?")
 
 
-def summed(line: str) -> bytes:
+def add_checksum(line: str) -> bytes:
     return f"{line}*{reduce(xor, line.encode()):02X}\r".encode()
 
 
@@ -26,12 +26,12 @@ def summed(line: str) -> bytes:
         (b"u 20:12:0:50\r", Command("u", (20, 12, 0, 50))),
         (b"k 32767\r", Command("k", (32767,))),
         (b"m -0 00007\r", Command("m", (0, 7))),
-        (summed("m 20 20"), Command("m", (20, 20), summed=True)),
-        (summed("v"), Command("v", (), summed=True)),
+        (add_checksum("m 20 20"), Command("m", (20, 20), summed=True)),
+        (add_checksum("v"), Command("v", (), summed=True)),
     ],
 )
-def test_command_is_understood(firmware: Firmware, line: bytes, command: Command) -> None:
-    assert firmware.understood(line) == [command]
+def test_command_is_parsed(firmware: Firmware, line: bytes, command: Command) -> None:
+    assert firmware.parse(line) == [command]
 
 
 @pytest.mark.parametrize(
@@ -44,29 +44,29 @@ def test_command_is_understood(firmware: Firmware, line: bytes, command: Command
         b"m 20 20 " + 30 * b"0", 1000 * b"m",
     ],
 )  # fmt: skip
-def test_anything_else_is_no_command_and_the_next_one_is_understood(firmware: Firmware, line: bytes) -> None:
-    assert firmware.understood(line + b"\re\r") == [None, Command("e", ())]
+def test_malformed_line_is_no_command_and_the_next_line_is_parsed(firmware: Firmware, line: bytes) -> None:
+    assert firmware.parse(line + b"\re\r") == [None, Command("e", ())]
 
 
 def test_line_of_31_characters_is_read_and_of_32_dropped(firmware: Firmware) -> None:
     longest, longer = b"u -000020:-000012:000000:000050\r", b"u -000020:-000012:-000000:000050\r"
     assert (len(longest), len(longer)) == (32, 33)
-    assert firmware.understood(longest + longer + b"e\r") == [Command("u", (-20, -12, 0, 50)), None, Command("e", ())]
+    assert firmware.parse(longest + longer + b"e\r") == [Command("u", (-20, -12, 0, 50)), None, Command("e", ())]
 
 
 @pytest.mark.parametrize("nothing", [b"\r", b"\r\r\r", b"\r\n", b"\n\r", b"\n\n"])
-def test_empty_line_is_nothing(firmware: Firmware, nothing: bytes) -> None:
-    assert firmware.understood(nothing + b"e\r") == [Command("e", ())]
+def test_empty_line_is_ignored(firmware: Firmware, nothing: bytes) -> None:
+    assert firmware.parse(nothing + b"e\r") == [Command("e", ())]
 
 
-def test_lines_of_a_terminal_that_ends_them_in_cr_lf_are_understood(firmware: Firmware) -> None:
-    assert firmware.understood(b"e\r\nm 5 5\r\n") == [Command("e", ()), Command("m", (5, 5))]
+def test_lines_that_end_in_cr_lf_are_parsed(firmware: Firmware) -> None:
+    assert firmware.parse(b"e\r\nm 5 5\r\n") == [Command("e", ()), Command("m", (5, 5))]
 
 
 @given(data=st.binary(max_size=200))
 def test_random_bytes_give_only_commands_that_they_hold(firmware: Firmware, data: bytes) -> None:
     lines = [line for line in (part.lstrip(b"\n") for part in data.split(b"\r")[:-1]) if line]
-    commands = firmware.understood(data)
+    commands = firmware.parse(data)
     assert len(commands) == len(lines)
     for line, command in zip(lines, commands, strict=True):
         assert command is None or (_TAKEN.fullmatch(line) and command.name == chr(line[0]))
@@ -75,11 +75,11 @@ def test_random_bytes_give_only_commands_that_they_hold(firmware: Firmware, data
 _numbers = st.integers(-32767, 32767)
 
 
-@given(left=_numbers, right=_numbers, spoilt=st.integers(0, 30), mask=st.integers(1, 255))
-def test_sum_lets_no_single_spoilt_byte_through(
-    firmware: Firmware, left: int, right: int, spoilt: int, mask: int
+@given(left=_numbers, right=_numbers, position=st.integers(0, 30), mask=st.integers(1, 255))
+def test_checksum_detects_every_single_damaged_byte(
+    firmware: Firmware, left: int, right: int, position: int, mask: int
 ) -> None:
-    line = bytearray(summed(f"m {left} {right}"))
-    line[spoilt % len(line)] ^= mask
-    for command in firmware.understood(bytes(line)):
+    line = bytearray(add_checksum(f"m {left} {right}"))
+    line[position % len(line)] ^= mask
+    for command in firmware.parse(bytes(line)):
         assert command is None or not command.summed

@@ -9,17 +9,17 @@ from hypothesis import strategies as st
 from tests.firmware.host import Firmware
 
 AHEAD = (0b00, 0b10, 0b11, 0b01)
-"""The levels of A and B where A leads: Gray's code, one bit a step."""
+"""The levels of A and B if A leads. It is a Gray code, which changes one bit in each step."""
 
 
 @pytest.mark.parametrize("start", range(4))
-def test_every_edge_is_a_count_up_where_a_leads_and_down_where_b_does(firmware: Firmware, start: int) -> None:
+def test_edges_count_up_if_a_leads_and_down_if_b_leads(firmware: Firmware, start: int) -> None:
     wheel = [AHEAD[(start + step) % 4] for step in range(4 * 240 + 1)]
     assert firmware.count_edges(wheel) == 960
     assert firmware.count_edges(reversed(wheel)) == -960
 
 
-def test_level_that_is_seen_again_is_no_count(firmware: Firmware) -> None:
+def test_equal_levels_are_no_count(firmware: Firmware) -> None:
     assert firmware.count_edges([0b10] * 50 + [0b11] * 50) == 1
 
 
@@ -32,6 +32,6 @@ def test_both_levels_at_once_are_no_count(firmware: Firmware) -> None:
 
 
 @given(steps=st.lists(st.sampled_from([-1, 0, 1]), max_size=200))
-def test_count_is_where_the_wheel_is_however_it_went_there(firmware: Firmware, steps: list[int]) -> None:
+def test_count_is_the_position_of_the_wheel_after_any_path(firmware: Firmware, steps: list[int]) -> None:
     places = list(accumulate(steps, initial=0))
     assert firmware.count_edges(AHEAD[place % 4] for place in places) == places[-1]

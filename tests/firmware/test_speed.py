@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotcore.hardware.firmware.board import shipped_sketch
-from tests.firmware.host import Firmware, Motor, driven
+from tests.firmware.host import Firmware, Motor, run_motor
 
 ROS_ARDUINO_BRIDGE = (20, 12, 0, 50)
 
@@ -17,24 +17,24 @@ SLOW, COMMON, FAST = Motor(53, 0.06, 45), Motor(71, 0.05, 25), Motor(176, 0.08, 
 
 
 def shipped_gains() -> tuple[int, int, int, int]:
-    said = dict(re.findall(r"#define (K[PDIO]) (\d+)", (shipped_sketch() / "config.h").read_text()))
-    return int(said["KP"]), int(said["KD"]), int(said["KI"]), int(said["KO"])
+    gains = dict(re.findall(r"#define (K[PDIO]) (\d+)", (shipped_sketch() / "config.h").read_text()))
+    return int(gains["KP"]), int(gains["KD"]), int(gains["KI"]), int(gains["KO"])
 
 
 @pytest.mark.parametrize("gains", [shipped_gains(), ROS_ARDUINO_BRIDGE], ids=["shipped", "rosarduinobridge"])
 @pytest.mark.parametrize("motor", [SLOW, COMMON, FAST], ids=["slow", "common", "fast"])
 @pytest.mark.parametrize("target", [3, 20, 40, -3, -30])
-def test_common_motors_come_to_their_speed_within_1_5_s_and_keep_it(
+def test_common_motors_reach_their_speed_within_1_5_s_and_keep_it(
     firmware: Firmware, gains: tuple[int, int, int, int], motor: Motor, target: int
 ) -> None:
     control = firmware.speed_control(gains)
     control.set_target(target)
-    speeds = driven(replace(motor), control.step, 120)
+    speeds = run_motor(replace(motor), control.step, 120)
     assert speeds[45:] == pytest.approx([target] * 75, abs=max(1.0, 0.08 * abs(target)))
     assert sum(speeds[60:]) / 60 == pytest.approx(target, abs=0.3)
 
 
-def test_new_target_gives_no_kick(firmware: Firmware) -> None:
+def test_new_target_causes_no_derivative_kick(firmware: Firmware) -> None:
     control = firmware.speed_control((0, 1000, 0, 1))
     control.set_target(20)
     control.step(0)
@@ -45,14 +45,14 @@ def test_new_target_gives_no_kick(firmware: Firmware) -> None:
 
 
 @pytest.mark.parametrize("gains", [shipped_gains(), (30, 40, 1, 50)], ids=["shipped", "with ki"])
-def test_wheel_that_was_held_fast_does_not_run_away_when_it_is_let_go(
+def test_blocked_wheel_does_not_overshoot_after_its_release(
     firmware: Firmware, gains: tuple[int, int, int, int]
 ) -> None:
     control = firmware.speed_control(gains)
     control.set_target(20)
     held = [control.step(0) for _ in range(300)]
     assert held[-1] == 255
-    speeds = driven(replace(COMMON), control.step, 120)
+    speeds = run_motor(replace(COMMON), control.step, 120)
     assert max(speeds) < 71 / 2 + 20
     assert speeds[60:] == pytest.approx([20] * 60, abs=2)
 
@@ -68,7 +68,7 @@ def test_small_errors_are_not_lost(firmware: Firmware) -> None:
     gains=st.tuples(*[st.integers(0, 1000)] * 3, st.integers(1, 1000)),
     steps=st.lists(st.tuples(st.integers(-1000, 1000), st.integers(-(2**31), 2**31 - 1)), max_size=40),
 )
-def test_no_wheel_is_ever_pushed_but_where_it_is_reported_to_and_one_reported_0_is_let_be(
+def test_duty_never_opposes_the_target_and_is_0_for_target_0(
     firmware: Firmware, gains: tuple[int, int, int, int], steps: list[tuple[int, int]]
 ) -> None:
     control = firmware.speed_control(gains)
@@ -80,7 +80,7 @@ def test_no_wheel_is_ever_pushed_but_where_it_is_reported_to_and_one_reported_0_
         assert target != 0 or duty == 0
 
 
-def test_what_one_direction_took_is_forgotten_in_the_other(firmware: Firmware) -> None:
+def test_change_of_direction_resets_the_controller(firmware: Firmware) -> None:
     control, fresh = firmware.speed_control(shipped_gains()), firmware.speed_control(shipped_gains())
     control.set_target(20)
     for _ in range(30):
@@ -90,7 +90,7 @@ def test_what_one_direction_took_is_forgotten_in_the_other(firmware: Firmware) -
     assert control.step(0) == fresh.step(0)
 
 
-def test_sum_that_has_pulled_a_wheel_to_a_stand_lets_it_go_again(firmware: Firmware) -> None:
+def test_integral_that_stopped_a_wheel_lets_it_turn_again(firmware: Firmware) -> None:
     control = firmware.speed_control((0, 0, 10, 50))
     control.set_target(20)
     for _ in range(30):
