@@ -1,1 +1,1 @@
-"""robotcore_bridge on a simulated AVR, with a robot's electronics and its line on a pty."""
+"""robotcore_bridge on a simulated AVR, with a robot's electronics, and its serial line on a pty."""

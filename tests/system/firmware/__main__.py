@@ -11,17 +11,20 @@ from tests.system import checking, needs
 from tests.system.firmware import build as installing
 from tests.system.firmware.backend import BUILT
 
-SIDE_BY_SIDE = 2
-"""Each check has its own board, which uses half a core."""
+PARALLEL_CHECKS = 2
+"""The number of checks at a time. Each has its own board, which uses half a core."""
 
 
 def main(names: list[str]) -> bool:
-    """Build the firmware and the simulator, and run these files of checks, by default all; return if all passed."""
+    """Build the firmware and the simulator, and run the checks.
+
+    names: the files of checks; empty runs all.
+    Returns whether all passed."""
     with TemporaryDirectory(prefix="robotcore-firmware-") as folder:
         installing.install(Path(folder))
         os.environ[BUILT] = folder
-        os.environ["PYTHONPATH"] = os.pathsep.join([str(needs.ROOT), folder])  # for finding the backend by name
-        spread = ["-n", str(SIDE_BY_SIDE), "--dist", "worksteal"]
+        os.environ["PYTHONPATH"] = os.pathsep.join([str(needs.ROOT), folder])  # to find the backend
+        spread = ["-n", str(PARALLEL_CHECKS), "--dist", "worksteal"]
         return checking.run(Path(__file__).parent / "checks", names, *spread)
 
 

@@ -18,7 +18,7 @@ from robotcore.hal.wall_clock import ServerClock
 from robotcore.hardware import open_robot
 from tests.system.firmware.board import Board
 from tests.system.firmware.config import BOARD_TIMEOUT_S, on_serial, wiring
-from tests.system.firmware.simulated import AskedClock, SimulatedRobot, Wiring, joined
+from tests.system.firmware.simulated import OnDemandClock, SimulatedRobot, Wiring, map_bench
 from tests.system.firmware.world import FollowedCamera, FollowedWorld
 
 BUILT = "ROBOTCORE_FIRMWARE_BUILT"
@@ -27,28 +27,29 @@ BUILT = "ROBOTCORE_FIRMWARE_BUILT"
 FOLLOW_S = 0.01
 
 
-def built() -> Path:
+def build_folder() -> Path:
     return Path(os.environ[BUILT])
 
 
-def switched_on(change: Callable[[Wiring], Wiring] = lambda wiring: wiring) -> Board:
-    """Return a board with robotcore_bridge and a robot with the sketch's pins; ``change`` edits the robot."""
-    sketch = built() / "robotcore_bridge"
-    return Board(built() / "simulated-avr", built() / "firmware.elf", change(wiring(sketch)))
+def start_board(change: Callable[[Wiring], Wiring] = lambda wiring: wiring) -> Board:
+    """Return a board with robotcore_bridge, and a robot with the sketch's pins. ``change`` edits its wiring."""
+    sketch = build_folder() / "robotcore_bridge"
+    return Board(build_folder() / "simulated-avr", build_folder() / "firmware.elf", change(wiring(sketch)))
 
 
 class SimavrOptions(StrictModel):
-    """The board's time-out, and the folder of a board that another process runs."""
+    """The options of the backend."""
 
     board_timeout_s: float = BOARD_TIMEOUT_S
     join: Path | None = None
+    """The folder of a board that another process runs."""
 
 
 class SimavrBackend(Backend):
-    """Opens robots on a simulated board: a new one, an existing one, or another process's."""
+    """Opens robots on a simulated board: a new one, the constructor's, or another process's."""
 
     name = "simavr"
-    summary = "our firmware on a simulated AVR, in the kinematic world"
+    summary = "robotcore_bridge on a simulated AVR, in the kinematic world"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE})
     needs_world = True
 
@@ -60,20 +61,20 @@ class SimavrBackend(Backend):
 
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(SimavrOptions)
-        with ExitStack() as undo:
-            simulated, clock = self._simulated(options.join, undo)
+        with ExitStack() as cleanup:
+            simulated, clock = self._simulated(options.join, cleanup)
             world = FollowedWorld(setup, simulated)
-            undo.callback(clock.every(FOLLOW_S, world.follow, "followed world").stop)
-            release = undo.pop_all().close
+            cleanup.callback(clock.every(FOLLOW_S, world.follow, "followed world").stop)
+            release = cleanup.pop_all().close
         setup = replace(setup, robot=on_serial(setup.robot, simulated.port, options.board_timeout_s), options={})
         return open_robot(setup, SECTION, clock, release=release, truth=world, opened=_cameras(setup, world, clock))
 
-    def _simulated(self, join: Path | None, opened: ExitStack) -> tuple[SimulatedRobot, ServerClock]:
-        """Return a robot and its clock, which holds the AVR back if no other thread waits for its time."""
-        if shared := self._board or (join and SimulatedRobot(join, joined(join))):
+    def _simulated(self, join: Path | None, cleanup: ExitStack) -> tuple[SimulatedRobot, ServerClock]:
+        """Return a robot and its clock. The clock of a new board lets the AVR run only while a thread waits."""
+        if shared := self._board or (join and SimulatedRobot(join, map_bench(join))):
             return shared, ServerClock(shared.now)
-        board = opened.enter_context(switched_on())
-        return board, AskedClock(board)
+        board = cleanup.enter_context(start_board())
+        return board, OnDemandClock(board)
 
 
 def _cameras(setup: Setup, world: FollowedWorld, clock: ServerClock) -> dict[str, Device]:

@@ -12,7 +12,7 @@ from types import TracebackType
 from typing import NamedTuple
 
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.system.firmware.simulated import HZ, MEMORY, SimulatedRobot, Wiring, made
+from tests.system.firmware.simulated import HZ, MEMORY, SimulatedRobot, Wiring, create_bench
 from tests.system.speed import scaled
 
 STANDS = "0.0000 0.0000"
@@ -37,7 +37,7 @@ class Board(SimulatedRobot):
     def __init__(self, simulator: Path, sketch: Path, wiring: Wiring) -> None:
         self._made = TemporaryDirectory(prefix="robotcore-avr-")
         folder = Path(self._made.name)
-        super().__init__(folder, made(folder))
+        super().__init__(folder, create_bench(folder))
         wiring.build(self._bench)
         self.ask_until(math.inf)
         self.put_ahead(math.inf)
@@ -46,21 +46,21 @@ class Board(SimulatedRobot):
         self._process = subprocess.Popen(
             [simulator, sketch, self.port, folder / MEMORY], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
-        self._hearing = threading.Thread(target=self._hear, name="simulated board", daemon=True)
-        self._hearing.start()
-        self.wait(lambda: bool(self._heard("plugged")), "the line to be plugged in")
+        self._reader = threading.Thread(target=self._read_events, name="simulated board", daemon=True)
+        self._reader.start()
+        self.wait(lambda: bool(self._find_events("plugged")), "the line to be plugged in")
 
     def events(self, what: str = "", since: float = 0.0) -> list[Event]:
         """Return the events since a time, in order; of one kind, or all."""
         self._do("mark", "mark")
-        return [event for event in self._heard(what) if event.time >= since]
+        return [event for event in self._find_events(what) if event.time >= since]
 
     def pull(self) -> None:
-        """Unplug the line: a process that has it open gets a hang-up, and the port is removed."""
+        """Unplug the line. A process that has it open gets a hang-up, and the port is removed."""
         self._do("pull", "pulled")
 
     def plug(self) -> None:
-        """Plug the line in again: the port leads to another pty."""
+        """Plug the line in again. The port then leads to another pty."""
         self._do("plug", "plugged")
 
     def reset(self) -> None:
@@ -68,7 +68,7 @@ class Board(SimulatedRobot):
         self._do("reset", "reset")
 
     def hang(self) -> None:
-        """Let the sketch hang until a reset; interrupts are served if they were on."""
+        """Let the sketch hang until a reset. Enabled interrupts are still served."""
         self._do("hang", "hangs")
 
     def pass_time(self, seconds: float) -> None:
@@ -76,28 +76,28 @@ class Board(SimulatedRobot):
         end = self.now() + seconds
         self.wait(lambda: self.now() >= end, f"{seconds:g} s to pass")
 
-    def wait(self, is_so: Callable[[], bool], what: str, within_s: float = math.inf) -> None:
-        """Wait until a condition is true; raises AssertionError if it is not within these seconds on the AVR."""
+    def wait(self, is_true: Callable[[], bool], what: str, within_s: float = math.inf) -> None:
+        """Wait until a condition is true; raises AssertionError after these seconds on the AVR."""
         wall, end, hung = MonotonicClock(), self.now() + within_s, scaled(HUNG_S)
-        while not is_so():
+        while not is_true():
             assert self._process.poll() is None, f"the simulator has ended with {self._process.returncode}"
             assert self.now() < end, f"waited {within_s:g} s of the AVR's time for {what}"
             assert wall.now() < hung, f"waited {hung:g} s for {what}, at {self.now():.3f} s of the AVR's time"
             wall.sleep_until(wall.now() + LOOK_S)
 
     def wait_for_stop(self, within_s: float) -> Event:
-        """Wait until both duties are 0, and return the time of that."""
+        """Wait until both duties are 0. Return the event."""
         self.wait(lambda: self.duties == (0.0, 0.0), "the wheels to be stopped", within_s)
         stopped = self.events("duty")[-1]
-        assert stopped.more == STANDS, f"they turn again: {stopped}"
+        assert stopped.more == STANDS, f"the wheels turn again: {stopped}"
         return stopped
 
     def close(self) -> None:
-        """Switch the board off. May be called again."""
+        """Switch the board off. It may be called again."""
         if self._process.stdin and not self._process.stdin.closed:
             self._process.stdin.close()
             self._process.wait(scaled(HUNG_S))
-            self._hearing.join()
+            self._reader.join()
             self._made.cleanup()
 
     def __enter__(self) -> Board:
@@ -108,18 +108,18 @@ class Board(SimulatedRobot):
     ) -> None:
         self.close()
 
-    def _heard(self, what: str) -> list[Event]:
+    def _find_events(self, what: str) -> list[Event]:
         return [event for event in list(self._events) if what in ("", event.what)]
 
     def _do(self, word: str, event: str) -> None:
         """Send a command to the simulator, and wait until it is done."""
         assert self._process.stdin
-        before = len(self._heard(event))
+        before = len(self._find_events(event))
         self._process.stdin.write(f"{word}\n")
         self._process.stdin.flush()
-        self.wait(lambda: len(self._heard(event)) > before, word)
+        self.wait(lambda: len(self._find_events(event)) > before, word)
 
-    def _hear(self) -> None:
+    def _read_events(self) -> None:
         assert self._process.stdout
         with self._process.stdout as lines:
             for line in lines:

@@ -53,8 +53,10 @@ METADATA = "Metadata-Version: 2.1\nName: robotcore-simavr\nVersion: 0\n"
 
 
 def install(folder: Path) -> None:
-    """Build everything in a folder that is on Python's path too; raises NotRunError if that is impossible."""
-    if not _is_here():
+    """Build the simulator and the sketch in a folder that is also on Python's path.
+
+    Raises NotRunError if a package is missing and cannot be installed."""
+    if not _has_tools():
         needs.debian()
         needs.packages(*PACKAGES)
     build_simulator(folder)
@@ -66,13 +68,13 @@ def install(folder: Path) -> None:
 
 
 def build_simulator(folder: Path) -> Path:
-    """Compile the simulator in a folder, and return its path; avr/main.c describes its arguments."""
+    """Compile the simulator in a folder, and return its path. avr/main.c describes its arguments."""
     program = folder / "simulated-avr"
     sources = sorted(map(str, SOURCES.glob("*.c")))
     subprocess.run(["gcc", *FLAGS, "-o", program, *sources, "-lsimavr", "-lm"], check=True)
     return program
 
 
-def _is_here() -> bool:
+def _has_tools() -> bool:
     """Return whether all needed tools are installed."""
     return all(map(shutil.which, ("gcc", "avr-g++"))) and all(map(os.path.exists, NEEDED))

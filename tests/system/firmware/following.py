@@ -1,6 +1,6 @@
-"""``robotcore`` with the serial drivers in the AVR's time: python -m tests.system.firmware.following FOLDER ARGUMENT...
+"""Run ``robotcore`` with the serial drivers in the AVR's time, because the simulation may be slower than real time.
 
-So the simulation may be slower than real time. FOLDER is that of the simulated robot.
+Use: python -m tests.system.firmware.following FOLDER ARGUMENT... FOLDER is that of the simulated robot.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from pathlib import Path
 from drivers.serial import backend
 from robotcore.cli.main import main
 from robotcore.hal.wall_clock import ServerClock
-from tests.system.firmware.simulated import SimulatedRobot, joined
+from tests.system.firmware.simulated import SimulatedRobot, map_bench
 
 if __name__ == "__main__":
     folder = Path(sys.argv.pop(1))
-    simulated = SimulatedRobot(folder, joined(folder))
+    simulated = SimulatedRobot(folder, map_bench(folder))
     vars(backend)["MonotonicClock"] = partial(ServerClock, simulated.now)
     main()

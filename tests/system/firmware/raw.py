@@ -25,15 +25,15 @@ class RawLine:
         self._serial.reset_input_buffer()
 
     def ask(self, command: str, within_s: float = ANSWER_S) -> str:
-        """Send a command and return the answer; empty if none arrives within these seconds on the AVR."""
+        """Send a command and return the answer, or an empty text if none arrives within these seconds on the AVR."""
         self.send(f"{command}\r".encode())
-        return self.hear(within_s)
+        return self.read_answer(within_s)
 
     def send(self, data: bytes) -> None:
         self._serial.write(data)
 
-    def hear(self, within_s: float = ANSWER_S) -> str:
-        """Return the next line, or the part of it that has arrived."""
+    def read_answer(self, within_s: float = ANSWER_S) -> str:
+        """Return the next line; after these seconds, the part of it that has arrived."""
         end, got = self._board.now() + within_s, b""
         while not got.endswith(b"\n") and self._board.now() < end:
             got += self._serial.readline()

@@ -1,4 +1,4 @@
-"""The simulated robot: memory that this process shares with the simulator, in the layout of avr/bench.h."""
+"""The simulated robot as memory that this process shares with the simulator. Its layout is that of avr/bench.h."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DOES = ("duty", "velocity_rad_s", "angle_rad")
 
 
 class Wheel(ctypes.Structure):
-    """A channel of an L298N with its motor, wheel and encoder; pins are Arduino's numbers."""
+    """A channel of an L298N with its motor, wheel and encoder. Pins have Arduino's numbers."""
 
     forward: int
     backward: int
@@ -75,28 +75,28 @@ class Bench(ctypes.Structure):
     ]
 
 
-def made(folder: Path) -> Bench:
-    """Make a bench with zeros in a folder, and return it; see `joined`."""
+def create_bench(folder: Path) -> Bench:
+    """Create the shared memory in a folder with zeros, and return it as a bench."""
     (folder / MEMORY).write_bytes(bytes(ctypes.sizeof(Bench)))
-    return joined(folder)
+    return map_bench(folder)
 
 
-def joined(folder: Path) -> Bench:
-    """Return the bench in a folder, which always shows the current state."""
+def map_bench(folder: Path) -> Bench:
+    """Map the shared memory in a folder. The bench always has the current state."""
     with (folder / MEMORY).open("r+b") as file:
         return Bench.from_buffer(mmap.mmap(file.fileno(), 0))
 
 
 SOUND_M_S = 343.0
-"""In air of 20 °C."""
+"""The speed of sound in air of 20 °C."""
 
 SILENCE_S = 38e-3
-"""The pulse of an HC-SR04 without an echo. Source: its data sheet."""
+"""The length of the pulse of an HC-SR04 without an echo. Source: its data sheet."""
 
 
 @dataclass(frozen=True)
 class Side:
-    """The pins of a wheel: its inputs of the L298N, and its encoder's channels, of which ``a`` leads forward."""
+    """The pins of a wheel: the inputs of its L298N and the channels of its encoder. ``a`` leads if it turns forward."""
 
     forward: int
     backward: int
@@ -107,7 +107,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor: zero velocity up to the dead band, a linear one above it, with a first-order lag."""
+    """A motor with a dead band, a linear velocity above it, and a first-order lag."""
 
     dead_band: float = 0.10
     full_rad_s: float = 14.0
@@ -117,10 +117,10 @@ class Motor:
 
 @dataclass(frozen=True)
 class Wiring:
-    """A robot's pins, by Arduino's numbers, its motors, and the divider before the battery's analog channel.
+    """A robot's pins by Arduino's numbers, its motors, and the voltage divider of the battery.
 
-    A board that ``resets_when_opened`` ignores all data for ``bootloader_s`` after its port is opened, as every Uno
-    and Nano does.
+    A board that ``resets_when_opened`` ignores all data for ``bootloader_s`` after its port is opened. Every Uno and
+    Nano does this.
     """
 
     left: Side
@@ -150,9 +150,9 @@ FOREVER = 2**64 - 1
 
 
 class SimulatedRobot:
-    """A robot that a child of this process, or another process, simulates; its files are in ``folder``.
+    """A robot that another process simulates. Its files are in ``folder``.
 
-    ``port`` leads to the board's line while that is plugged in. Times are seconds since the AVR was switched on.
+    ``port`` leads to the board's line while the line is plugged in. Times are seconds since the AVR was switched on.
     """
 
     def __init__(self, folder: Path, bench: Bench) -> None:
@@ -164,7 +164,7 @@ class SimulatedRobot:
         return self._bench.cycles / HZ
 
     def ask_until(self, time: float) -> None:
-        """Let the AVR run until a time, then wait for the reader of its line; `inf`, the first value, never waits."""
+        """Let the AVR run until a time and then wait. With `inf`, the first value, it never waits."""
         self._bench.asked = FOREVER if math.isinf(time) else round(time * HZ)
 
     @property
@@ -183,7 +183,7 @@ class SimulatedRobot:
         return Wheels(self._bench.left.duty, self._bench.right.duty)
 
     def put_ahead(self, distance: float) -> None:
-        """Put a target at a distance in metres in front of the sonar; `inf` for none."""
+        """Put a target at a distance in metres in front of the sonar; `inf` removes it."""
         self._bench.echo_s = SILENCE_S if math.isinf(distance) else 2 * distance / SOUND_M_S
 
     def charge(self, volts: float) -> None:
@@ -195,8 +195,8 @@ class SimulatedRobot:
         self._bench.noise = share
 
 
-class AskedClock(ServerClock):
-    """A clock that requests AVR time only while a thread sleeps, so that hardly any passes for a busy program.
+class OnDemandClock(ServerClock):
+    """A clock that requests AVR time only while a thread sleeps. Almost no AVR time passes while a program computes.
 
     Other waiting threads use that time too. If all threads wait but none sleeps, the AVR runs slowly.
     """

@@ -21,7 +21,7 @@ from tests.system.firmware.simulated import SimulatedRobot
 STEPS_S = 240
 """The step of the body: 1/240 s."""
 
-HEARD_M = 4.0
+SONAR_RANGE_M = 4.0
 """The range of an HC-SR04."""
 
 
@@ -39,17 +39,17 @@ class FollowedWorld:
         self._lock = RLock()
         self._is_silent = False
         nose = setup.robot.first_of(RangeSensorDescription)
-        self._sonar = nose and Sonar(nose.model_copy(update={"max_range_m": HEARD_M}), setup.world)
+        self._sonar = nose and Sonar(nose.model_copy(update={"max_range_m": SONAR_RANGE_M}), setup.world)
         self.follow()
 
     def follow(self) -> None:
-        """Move the body by the wheels; call this often, for the body moves in an arc between two calls."""
+        """Move the body by the wheels. Call this often, because the body moves in one arc between two calls."""
         with self._lock:
             angles, now = self._simulated.angles, self._simulated.now()
             self._roll(angles, max(1, math.ceil((now - self._at) * STEPS_S)))
             self._angles, self._at = angles, now
             if self._sonar:
-                self._simulated.put_ahead(self._heard(self._sonar))
+                self._simulated.put_ahead(self._measure_ahead(self._sonar))
 
     def fall_silent(self) -> None:
         """Drop all echoes from now on."""
@@ -72,7 +72,7 @@ class FollowedWorld:
         """Return the picture from the robot's place."""
         return self._simulation.painter.picture(view(self.pose()))
 
-    def _heard(self, sonar: Sonar) -> float:
+    def _measure_ahead(self, sonar: Sonar) -> float:
         return math.inf if self._is_silent else sonar.measure(self._simulation.pose()).distance
 
     def _roll(self, to: Wheels, steps: int) -> None:
@@ -89,7 +89,7 @@ class FollowedWorld:
 
 
 class FollowedCamera(Camera):
-    """A camera with the world at the time of reading."""
+    """A camera that shows the world at the time of reading."""
 
     def __init__(self, description: CameraDescription, world: FollowedWorld, clock: Clock) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -106,7 +106,7 @@ class FollowedCamera(Camera):
 
 
 def _without_lag(robot: RobotDescription) -> RobotDescription:
-    """Return the robot with wheels without a lag, for the board's wheels have one."""
+    """Return the robot with wheels without a lag. The wheels of the board have it."""
     devices = (
         description.model_copy(update={"lag_s": 0.0}) if isinstance(description, MotorDescription) else description
         for description in robot.devices

@@ -21,16 +21,14 @@ class TestOnTheFirmware(ConformanceSuite):
 
     backend = SimavrBackend
     options: ClassVar = {"board_timeout_s": 5.0}
-    lacks: ClassVar = {
-        TestSupport.SLOW_HARDWARE: "the firmware answers, or it does not; tests/drivers/serial has a gate"
-    }
+    lacks: ClassVar = {TestSupport.SLOW_HARDWARE: "the firmware has no slow answers; tests/drivers/serial has a gate"}
 
     @property
     def description(self) -> RobotDescription:
         return with_battery()
 
     def test_angles_are_in_radians(self) -> None:
-        """Compares by the samples' own times, for on a busy machine the newest sample is older."""
+        """Compare by the times of the samples, because on a busy machine the newest sample is older."""
         with self.opened(None, Role.DRIVE) as robot:
             encoders = self.encoders(robot)
             self.command(robot, SPEED_RAD_S, SPEED_RAD_S)

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.firmware.backend import switched_on
+from tests.system.firmware.backend import start_board
 from tests.system.firmware.board import Board
 
 
 @pytest.fixture
 def board() -> Iterator[Board]:
     """A board with robotcore_bridge."""
-    with switched_on() as made:
+    with start_board() as made:
         yield made

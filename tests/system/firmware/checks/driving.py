@@ -1,4 +1,4 @@
-"""Failures during a drive: the firmware stops the wheels, and the drivers raise and go on."""
+"""Failures during a drive. The firmware stops the wheels, and the drivers raise and recover."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NOISY_S = 6.0
 STANDING_RAD_S = 0.05
 OVERSHOOT = 1.25
 BACK_S = 10.0
-"""The longest time until a replugged board is driven again: back-off, bootloader, first answers."""
+"""The longest time until a replugged board drives again, with back-off, bootloader and first answers."""
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def robot(board: Board) -> Iterator[Robot]:
     try:
         yield opened
     finally:
-        with suppress(DeviceError, DeviceGroupError):  # an unplugged board takes no stop, which is raised
+        with suppress(DeviceError, DeviceGroupError):  # closing raises if the board is unplugged
             opened.close()
 
 
@@ -51,10 +51,10 @@ def drive_for(robot: Robot, seconds: float, left: float = SPEED_RAD_S, right: fl
         robot.clock.sleep_until(robot.clock.now() + TICK_S)
 
 
-def drive_until(robot: Robot, is_so: Callable[[], bool], within_s: float = BACK_S) -> None:
+def drive_until(robot: Robot, is_true: Callable[[], bool], within_s: float = BACK_S) -> None:
     """Drive on, despite errors, until a condition is true."""
     end = robot.clock.now() + within_s
-    while not is_so():
+    while not is_true():
         assert robot.clock.now() < end, f"waited {within_s} s"
         if not is_lost(robot):
             drive(robot)
@@ -94,7 +94,7 @@ def test_pulled_line_stops_the_wheels_by_the_boards_own_deadman(robot: Robot, bo
     board.pull()
     pulled = board.events("pulled")[-1].time
     commanded = last_turning_command(board)
-    board.wait(lambda: is_lost(robot), "the loss to be told", 1.0)
+    board.wait(lambda: is_lost(robot), "the loss to be raised", 1.0)
     assert board.velocities.left > STANDING_RAD_S, "the board has stopped before its deadman was due"
     stopped = board.wait_for_stop(1.0)
     assert commanded < pulled < stopped.time
@@ -104,7 +104,7 @@ def test_pulled_line_stops_the_wheels_by_the_boards_own_deadman(robot: Robot, bo
 def test_replugged_board_stands_until_a_new_command(robot: Robot, board: Board) -> None:
     drive_for(robot, 0.5)
     board.pull()
-    board.wait(lambda: is_lost(robot), "the loss to be told", 1.0)
+    board.wait(lambda: is_lost(robot), "the loss to be raised", 1.0)
     stopped = board.wait_for_stop(1.0).time
     board.plug()
     board.pass_time(4.0)
@@ -134,7 +134,7 @@ def test_hung_sketch_is_reset_by_its_watchdog_and_driven_again(robot: Robot, boa
     reset = board.events("watchdog")[-1].time
     deadmen = [event for event in board.events("line", since=reset) if event.more.startswith("k 500")]
     turned = next(event for event in board.events("duty", since=reset) if event.more != STANDS)
-    assert deadmen, "wheels turn, and their deadman was not told anew"
+    assert deadmen, "wheels turn without a new time-out of the deadman"
     assert deadmen[0].time < turned.time
 
 

@@ -1,4 +1,4 @@
-"""No wheel turns on after the driving program is stopped, killed or ended."""
+"""No wheel keeps turning after the driving program is stopped, killed or ended."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.firmware.backend import switched_on
+from tests.system.firmware.backend import start_board
 from tests.system.firmware.board import Board
 from tests.system.firmware.config import BOARD_TIMEOUT_S, patient
 from tests.system.speed import scaled
@@ -30,9 +30,9 @@ def is_over(process: subprocess.Popen[str]) -> bool:
 
 
 @contextmanager
-def running(board: Board, *asked: str, program: Sequence[str] = ("robotcore",)) -> Iterator[subprocess.Popen[str]]:
+def running(board: Board, *arguments: str, program: Sequence[str] = ("robotcore",)) -> Iterator[subprocess.Popen[str]]:
     """Let another process drive a robot over open ground."""
-    command = [sys.executable, "-m", *program, "run", "avoid-obstacles", *asked]
+    command = [sys.executable, "-m", *program, "run", "avoid-obstacles", *arguments]
     with subprocess.Popen(command, text=True) as process:
         try:
             board.wait(lambda: is_over(process) or min(board.velocities) > 1.0, "the robot to drive", scaled(STARTED_S))
@@ -74,7 +74,7 @@ def test_boards_deadman_stops_a_hung_program_with_a_hung_guardian(board: Board, 
     finally:
         for pid in hung:
             os.kill(pid, signal.SIGCONT)
-    assert not last.more.startswith("m 0 0"), "somebody has told the wheels to stop"
+    assert not last.more.startswith("m 0 0"), "the last command before the stop was a stop"
     assert BOARD_TIMEOUT_S - 0.001 <= stopped.time - last.time <= BOARD_TIMEOUT_S + FRAME_S
 
 
@@ -90,12 +90,12 @@ def test_program_that_ends_leaves_no_wheel_turning(
 
 
 def test_run_on_the_serial_backend_drives_and_leaves_the_wheels_at_rest(tmp_path: Path) -> None:
-    """Uses the shipped rover's section for its board.
+    """Use the shipped rover's section for its board.
 
-    Opening the port does not reset the board, so it has a range at the first question.
+    Opening the port does not reset the board, so it already has a range for the first question.
     """
     rover = str(patient(tmp_path / "rover.toml"))
-    with switched_on(lambda wiring: replace(wiring, resets_when_opened=False)) as board:
+    with start_board(lambda wiring: replace(wiring, resets_when_opened=False)) as board:
         board.pass_time(BOOTING_S)
         here = ("--backend", "serial", "--robot", rover, "--port", str(board.port))
         program = ("tests.system.firmware.following", str(board.folder))

@@ -1,4 +1,4 @@
-"""The firmware on its line, without a driver: it answers, counts, turns, and stops by itself."""
+"""The firmware on its line, without a driver. It answers, counts, turns, and stops by itself."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.system.firmware.backend import switched_on
+from tests.system.firmware.backend import start_board
 from tests.system.firmware.board import STANDS, Board
 from tests.system.firmware.raw import RawLine
 
@@ -52,7 +52,7 @@ def test_silence_stops_both_wheels_when_the_deadman_is_due(board: Board) -> None
     assert 0.299 < last.time - received < 0.3 + FRAME_S
 
 
-def test_pulled_line_stops_both_wheels_and_put_back_they_stand(board: Board) -> None:
+def test_pulled_line_stops_both_wheels_and_they_stand_after_replugging(board: Board) -> None:
     with RawLine(board) as line:
         assert (line.ask("k 500"), line.ask("m 20 20")) == ("OK", "OK")
         board.pass_time(0.3)
@@ -114,7 +114,7 @@ def test_battery_is_reported_in_millivolts(board: Board) -> None:
 
 
 def test_board_that_is_not_reset_by_its_port_keeps_its_counts() -> None:
-    with switched_on(lambda wiring: replace(wiring, resets_when_opened=False)) as board:
+    with start_board(lambda wiring: replace(wiring, resets_when_opened=False)) as board:
         with RawLine(board) as line:
             assert line.ask("m 20 20") == "OK"
             board.pass_time(0.3)

@@ -1,4 +1,4 @@
-"""A line that damages bytes in both directions: no wheel turns at another velocity than commanded."""
+"""A line that damages bytes in both directions. No wheel turns at a velocity that was not commanded."""
 
 from __future__ import annotations
 
