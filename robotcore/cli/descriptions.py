@@ -128,7 +128,7 @@ def _format_world(world: WorldDescription) -> str:
 @click.argument("robot")
 @click.option("--format", "file_format", default="urdf", show_default=True, help="urdf, or mjcf for MuJoCo.")
 @click.option("--world", help="A world's name, or its .toml file. The robot stands at the start of the world.")
-@click.option("--seed", type=int, help="Draw the world anew from this number.")
+@click.option("--seed", type=int, help="The seed of the world's random variations.")
 @click.option("--output", metavar="FILE", type=click.Path(path_type=Path), help="The file to write; default: stdout.")
 def export(robot: str, file_format: str, world: str | None, seed: int | None, output: Path | None) -> None:
     """Write a robot for other tools, as URDF or MJCF.

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from robotcore.runtime.settings import Setting
 
 _COMMON_PARAMETERS = """\
-Every fault takes after=SECONDS, when it begins, and lasts=SECONDS, how long it lasts, on the robot's clock.
-With every=SECONDS, a fault comes again and again, and lasts=SECONDS limits the whole time of this."""
+Every fault takes after=SECONDS, the time when it begins, and lasts=SECONDS, its duration, on the robot's clock.
+With every=SECONDS, a fault repeats, and lasts=SECONDS is the time during which it can begin again."""
 
 
 @click.command("apps")

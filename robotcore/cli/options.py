@@ -104,12 +104,12 @@ _OPTIONS = (
         help="End a run after this time on the robot's clock.",
     ),
     click.option(
-        "--randomise", "--randomize", is_flag=True, help="Draw colours, light, sensors and wheels from the seed too."
+        "--randomise", "--randomize", is_flag=True, help="Vary colours, light, sensors and wheels with the seed too."
     ),
     click.option(
         "--judge",
         metavar="APP",
-        help="An app, by name or file, whose verify replaces that of APP.",
+        help="The name or file of an app whose verify method replaces that of APP.",
     ),
     click.option(
         "--fault",

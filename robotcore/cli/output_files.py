@@ -91,7 +91,7 @@ def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, 
     if not recorder.has_begun:
         return result, ""
     result = recorder.complete(result)
-    lost = f", {recorder.dropped} picture(s) dropped: it cannot be replayed" if recorder.dropped else ""
-    cut = ", cut: its end was not awaited" if recorder.is_writing else ""
+    lost = f", {recorder.dropped} picture(s) dropped, so it cannot be replayed" if recorder.dropped else ""
+    cut = ", cut: the disk did not store its end in time" if recorder.is_writing else ""
     early = f"; {recorder.ended_early}" if recorder.ended_early else ""
     return result, f"The recording: {recorder.path}{lost}{cut}{early}"

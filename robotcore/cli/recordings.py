@@ -57,7 +57,7 @@ def info(
         write_line(f"The table: {_write_table(recording, table, file.stem)}", is_error=as_json)
     if video:
         _write_video(recording, video, device)
-        write_line(f"The film: {video}", is_error=as_json)
+        write_line(f"The video: {video}", is_error=as_json)
 
 
 @click.command("compare", cls=AnsweringCommand)
@@ -113,9 +113,10 @@ def replay(
     Reports the first decision that differs. An app's file that has changed since the recording runs only if --app
     names it.
 
-    With another app, or with --set, prints its decisions on the recorded samples.
+    With another app or with --set, shows how the decisions on the recorded samples differ.
 
-    Exit status: 0 if all is equal, or another app came to its end; 1 if something differs; else as `robotcore run`.
+    Exit status: 0 if all decisions are equal, or if another app ran to its end; 1 if a decision differs; after
+    an error as `robotcore run`.
     """
     from robotcore.recording import read
     from robotcore.view.picture import require_writable

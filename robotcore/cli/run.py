@@ -39,7 +39,7 @@ _FIRST_SIMULATOR = "pybullet"
     "--backend", default="kinematic", show_default=True, help="The simulator or robot; see `robotcore backends`."
 )
 @click.option("--world", help="A world's name, or its .toml file. Default in simulators: arena.")
-@click.option("--seed", type=int, help="Draw the world anew from this number.")
+@click.option("--seed", type=int, help="The seed of the world's random variations.")
 @run_options
 @click.option("--host", help="Short for --option host=…")
 @click.option("--port", help="Short for --option port=…")
@@ -191,7 +191,7 @@ def _build_request_fields(host: str | None, port: str | None, **values: Any) -> 
 
 
 @click.command("demo")
-@click.option("--seed", type=int, default=7, show_default=True, help="Draw the world anew from this number.")
+@click.option("--seed", type=int, default=7, show_default=True, help="The seed of the world's random variations.")
 @click.option("--gui", is_flag=True, help="Open the simulator's window.")
 @click.option(
     "--picture", type=click.Path(path_type=Path), default=Path("demo.png"), show_default=True, help="The file to draw."

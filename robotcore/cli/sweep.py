@@ -46,14 +46,14 @@ class _SweepCommand(AnsweringCommand):
     "--world", "worlds", type=names, default="arena", show_default=True, help="One or more, separated by commas."
 )
 @click.option(
-    "--seeds", default="1-20", show_default=True, help="Draw the worlds from these seeds: 1-200, or 1,5,9-12."
+    "--seeds", default="1-20", show_default=True, help="The seeds of the worlds' random variations: 1-200, or 1,5,9-12."
 )
 @run_options
 @click.option(
     "--jobs",
     metavar="N",
     type=count,
-    help="Runs at a time. Default: the number of cores, or one if the backend serves one client.",
+    help="The number of runs at a time. Default: the number of cores, or 1 if the backend serves only one client.",
 )
 @click.option(
     "--wall-timeout",

@@ -55,7 +55,7 @@ def _call_app(
         fault = f"ends its process when it is {step} ({error})"
         kind = "app-ends-process"
     except WorkerHungError:
-        fault = f"hangs when it is {step}: no end after {limit_s:g} s"
+        fault = f"hangs when it is {step}: it did not end within {limit_s:g} s"
         kind = "app-hangs"
     else:
         return

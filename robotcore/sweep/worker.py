@@ -92,7 +92,7 @@ class WorkerProcess:
             result, raised = read_reply(process.read_line(limit_s))
         except TimeoutError as error:
             self.close()
-            raise WorkerHungError(f"no end after {limit_s:g} s of wall time") from error
+            raise WorkerHungError(f"it did not end within {limit_s:g} s of wall time") from error
         except (EOFError, OSError) as error:
             raise WorkerDiedError(_format_status(self._end(_EXIT_GRACE_S))) from error
         except ValueError as error:

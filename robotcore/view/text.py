@@ -79,7 +79,7 @@ def list_events(result: RunResult) -> Iterator[str]:
 
 def list_faults(result: RunResult) -> Iterator[str]:
     """Yield a text about the faults that began, and one about those that were due after the end of the run."""
-    for title, has_begun in (("with faults", True), ("ended before", False)):
+    for title, has_begun in (("with faults", True), ("the run ended before", False)):
         if texts := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is has_begun]:
             yield f"{title}: {'; '.join(texts)}"
 
@@ -133,7 +133,7 @@ def _format_ending(recording: Recording) -> RenderableType:
 
 def _build_device_table(recording: Recording) -> Table:
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
-    for title in ("device", "kind", "samples", "a second", "reads", "errors"):
+    for title in ("device", "kind", "samples", "per second", "reads", "errors"):
         is_name = title in ("device", "kind")
         table.add_column(title, style="cyan" if title == "device" else "", justify="left" if is_name else "right")
     for each in summarise_devices(recording):
@@ -233,7 +233,8 @@ def _list_differences(evaluation: Evaluation) -> Iterator[str]:
     else:
         yield f"the same in all of {pluralize(evaluation.ticks, 'tick')}"
     for device, count in evaluation.late_reads.items():
-        yield f"{device}: not read in {pluralize(count, 'tick')} of the recording; the app got the last sample before"
+        ticks = pluralize(count, "tick")
+        yield f"{device}: the recorded run did not read it in {ticks}; the app received the previous sample"
 
 
 def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:

@@ -1,4 +1,4 @@
-"""``robotcore new``: make a project or a driver package from a template."""
+"""``robotcore new``: create a project or a driver package from a template."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ __all__ = ["DRIVER", "PROJECT", "Template", "make", "new", "require_free"]
 
 @click.command("new")
 @click.argument("folder", metavar="NAME", type=click.Path(path_type=Path))
-@click.option("--driver", "is_driver", is_flag=True, help="Make a package that adds a backend, with its tests.")
+@click.option("--driver", "is_driver", is_flag=True, help="Create a package with a backend and its tests instead.")
 def new(folder: Path, *, is_driver: bool) -> None:
-    """Make a project NAME: an app, a robot, a room, their tests.
+    """Create a project NAME with an app, a robot and tests.
 
     The new project runs, passes its tests and can be deployed without a change. NAME may be a path. Its last part is
     the project's name.
@@ -28,7 +28,7 @@ def new(folder: Path, *, is_driver: bool) -> None:
     with SignalGuard():
         make(template, folder)
     steps = (template.rename_text(step, folder.name) for step in template.first_steps)
-    write_line(f"{folder} is made. Begin with")
+    write_line(f"{folder} has been created. The first commands:")
     write_line(f"  cd {shlex.quote(str(folder))}")
     for step in steps:
         write_line(f"  {step}")
