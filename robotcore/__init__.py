@@ -1,7 +1,7 @@
 """Write a robot's behaviour once, test it in simulators, and run the same file on the real robot.
 
 Apps, notebooks and tests of apps import all they need from this package. The package imports the module of a name
-    when the name is first used, so that the command line starts fast.
+when the name is first used, so that the command line starts fast.
 
 >>> import robotcore
 >>> result = robotcore.run(robotcore.RunRequest(app="green-search", backend="kinematic", seed=7))
@@ -15,9 +15,11 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from robotcore import errors as errors
     from robotcore import testing as testing
     from robotcore.autonomy import navigation as navigation
     from robotcore.autonomy import vision as vision
+    from robotcore.errors import DeviceError as DeviceError
     from robotcore.geometry import Pose as Pose
     from robotcore.geometry import Twist as Twist
     from robotcore.hal.devices import Image as Image
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "Behaviour": "runtime.behaviour",
+    "DeviceError": "errors",
     "Image": "hal.devices",
     "Interval": "runtime.settings",
     "Outcome": "runtime.result",
@@ -53,10 +56,16 @@ _MODULES = {
 }
 """For each public name, the module that defines it."""
 
-_PACKAGES = {"navigation": "autonomy.navigation", "testing": "testing", "vision": "autonomy.vision"}
+_PACKAGES = {
+    "errors": "errors",
+    "navigation": "autonomy.navigation",
+    "testing": "testing",
+    "vision": "autonomy.vision",
+}
 
 __all__ = [
     "Behaviour",
+    "DeviceError",
     "Image",
     "Interval",
     "Outcome",
@@ -70,6 +79,7 @@ __all__ = [
     "Stopping",
     "Truth",
     "Twist",
+    "errors",
     "navigation",
     "run",
     "testing",

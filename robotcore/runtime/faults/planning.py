@@ -204,6 +204,8 @@ def plan_faults(
 
     Raises UsageError, with the correct form, if a specification is wrong.
     """
+    if isinstance(specs, str):
+        raise UsageError(f"faults is a text. Write a list: faults=[{specs!r}]", kind="faults-not-a-list")
     return tuple(_plan_fault(Spec.parse(text), description, opened, index) for index, text in enumerate(specs))
 
 

@@ -15,7 +15,7 @@ from robotcore.description import (
     RangeSensorDescription,
     RobotDescription,
 )
-from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError
+from robotcore.errors import DeviceLostError, UnknownNameError, UnmetNeedError, UsageError
 from robotcore.geometry import Pose
 from robotcore.hal.clock import AppClock, Clock, TickClock
 from robotcore.hal.devices import Battery, Camera, Device, Display, Motor, RangeSensor, Sensor
@@ -111,6 +111,9 @@ def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: 
 
     A drive requires its motors, its encoders, and the range sensors ahead for the range guard.
     """
+    if isinstance(needs, str):
+        written = f"Role.{needs.name}" if isinstance(needs, Role) else repr(needs)
+        raise UsageError(f"needs is {written}. Write a set of roles: needs = {{{written}}}", kind="needs-not-a-set")
     names: set[str] = set()
     for role in sorted(map(_role, needs)):
         if not (found := _names_for(description, role)):
@@ -216,7 +219,7 @@ def _role(name: Role | str) -> Role:
     try:
         return Role(name)
     except ValueError:
-        raise UnknownNameError("role in the app's needs", str(name), [role.value for role in Role]) from None
+        raise UnknownNameError("role", str(name), [role.value for role in Role]) from None
 
 
 def _names_for(description: RobotDescription, role: Role) -> set[str]:

@@ -35,8 +35,12 @@ class MotorOutput:
         return cls(motor.name, motor.set_velocity, motor.stop)
 
 
-_REMOVED_HOOKS = {"camera", "range_sensor", "encoder", "battery"}
-"""Methods of former versions that are no longer called. A layer that still defines one is refused."""
+_REMOVED_HOOKS = {
+    **dict.fromkeys(("camera", "range_sensor", "encoder", "battery"), "sensor(self, sensor, read)"),
+    "stage": "command_filter(self, inner)",
+    "lone_motor": "standalone_motor(self, motor)",
+}
+"""Hooks of former versions and their successors. A layer that still defines one would have no effect."""
 
 
 class Layer:
@@ -48,8 +52,9 @@ class Layer:
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
-        if removed := _REMOVED_HOOKS & vars(cls).keys():
-            raise TypeError(f"{cls.__name__}.{min(removed)} is never called. Define sensor(self, sensor, read) instead")
+        for name, successor in _REMOVED_HOOKS.items():
+            if name in vars(cls):
+                raise TypeError(f"{cls.__name__}.{name} is never called. Define {successor} instead")
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
         """Return the function that reads ``sensor`` through this layer."""

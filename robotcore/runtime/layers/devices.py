@@ -5,9 +5,10 @@ from __future__ import annotations
 from functools import cache
 from typing import Any, cast
 
+from robotcore.errors import RobotcoreError
 from robotcore.geometry import to_float
 from robotcore.hal.clock import TickClock
-from robotcore.hal.devices import Device, Display, Image, Motor, SampleT, Sensor
+from robotcore.hal.devices import SENSOR_KINDS, Device, Display, Image, Motor, SampleT, Sensor
 from robotcore.runtime.layers.base import MotorOutput, Reader, Show
 
 
@@ -26,15 +27,23 @@ class AppSensor(Sensor[SampleT]):
     def read(self) -> SampleT:
         self._require_open()
         if self.latest is None or self._tick != self._clock.tick:
-            self.latest = self._read_layers()
+            try:
+                self.latest = self._read_layers()
+            except RobotcoreError:
+                raise
+            except Exception as error:
+                raise self._untranslated(error) from error
             self._tick = self._clock.tick
         return self.latest
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the driver's sensor, such as a camera's intrinsics."""
-        if name.startswith("_"):
-            raise AttributeError(name)
+        if name.startswith("_") or not hasattr(self._inner, name):
+            raise AttributeError(f"{self!r} has no attribute {name!r}", name=name, obj=self)
         return getattr(self._inner, name)
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *(name for name in vars(self._inner) if not name.startswith("_"))})
 
     def _newest(self) -> SampleT:
         return self.read()
@@ -45,14 +54,14 @@ class AppSensor(Sensor[SampleT]):
 
 def wrap_sensor(sensor: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]) -> Sensor[SampleT]:
     """Return a sensor of the same kind that reads through the layers."""
-    kind = next(each for each in type(sensor).__mro__ if "kind" in vars(each))
+    kind = next(each for each in (*SENSOR_KINDS, Sensor) if isinstance(sensor, each))
     return _app_class(kind)(sensor, clock, read)
 
 
 @cache
 def _app_class(kind: type[Sensor[Any]]) -> type[AppSensor[Any]]:
-    """Return a class that inherits AppSensor and a device class such as Camera, so that ``isinstance`` works."""
-    return cast("type[AppSensor[Any]]", type(f"App{kind.__name__}", (AppSensor, kind), {}))
+    """Return a class that is an AppSensor and, for ``isinstance``, of the device kind, such as Camera."""
+    return cast("type[AppSensor[Any]]", type(kind.__name__, (AppSensor, kind), {}))
 
 
 class AppMotor(Motor):
@@ -64,7 +73,13 @@ class AppMotor(Motor):
 
     def set_velocity(self, rad_s: float) -> float:
         self._require_open()
-        return self._output.set_velocity(to_float(rad_s))
+        rad_s = to_float(rad_s)
+        try:
+            return self._output.set_velocity(rad_s)
+        except RobotcoreError:
+            raise
+        except Exception as error:
+            raise self._untranslated(error) from error
 
     def stop(self) -> None:
         if not self._is_closed:

@@ -56,10 +56,11 @@ class GuardianLayer(Layer):
         def set_velocity(rad_s: float) -> float:
             if rad_s:
                 with self.turning(motor.name):
-                    return motor.set_velocity(rad_s)
-            sent = motor.set_velocity(rad_s)
-            self.end_turning(motor.name)
-            return sent
+                    motor.set_velocity(rad_s)
+            else:
+                motor.set_velocity(rad_s)
+                self.end_turning(motor.name)
+            return rad_s  # not the rounded velocity of some drivers, from which the acceleration limit would not rise
 
         def stop() -> None:
             motor.stop()

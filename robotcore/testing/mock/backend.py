@@ -67,7 +67,7 @@ class MockBackend(Backend):
         sensors = [d.name for d in setup.robot.devices if d.kind not in ("motor", "display")]
         for name in self._scripts:
             if name not in sensors:
-                raise UnknownNameError("sensor in a script", name, sensors)
+                raise UnknownNameError("scripted sensor", name, sensors)
 
     def _devices(self, setup: Setup, clock: Clock) -> Iterator[Device]:
         rate_hz, scripts = setup.rate_hz, self._scripts

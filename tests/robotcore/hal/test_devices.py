@@ -84,6 +84,12 @@ class TestMotor:
             motor.set_velocity(velocity)
         assert motor.sent == [3.0, 0.0]
 
+    def test_a_motor_without_a_limit_refuses_infinity_too(self) -> None:
+        motor = NullMotor("left", math.inf)
+        with pytest.raises(InvalidCommandError):
+            motor.set_velocity(math.inf)
+        assert motor.sent == [0.0]
+
     def test_stops_when_it_is_closed_and_lets_the_hardware_go_once(self, motor: NullMotor) -> None:
         motor.set_velocity(3.0)
         motor.close()

@@ -122,6 +122,22 @@ def test_line_numbers_in_an_error_do_not_count() -> None:
     require_equal(changed(recording, len(recording.ticks) - 1, error=elsewhere))
 
 
+def test_an_error_in_the_words_of_another_version_is_the_same_end() -> None:
+    recording = ending("command_nan")
+    last = recording.ticks[-1].error
+    assert last
+    require_equal(changed(recording, len(recording.ticks) - 1, error=replace(last, message="in other words")))
+
+
+def test_an_error_of_another_class_or_with_another_field_is_another_end() -> None:
+    recording = recorded("avoid-obstacles", seed=3, timeout_s=6.0, faults=("range freeze after=1",))
+    last = recording.ticks[-1].error
+    assert last
+    assert last.attributes["device"] == "nose"
+    for error in (replace(last, kind="DeviceError"), replace(last, attributes={**last.attributes, "device": "eye"})):
+        assert replay(changed(recording, len(recording.ticks) - 1, error=error)).deviation
+
+
 def test_signal_within_a_tick_ends_the_replay_before_this_tick() -> None:
     whole = ending("go_on")
     ticks = whole.ticks[:20]

@@ -1,20 +1,29 @@
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import pytest
 
 from robotcore.description import Conditions, load_robot
-from robotcore.errors import DeviceClosedError, DeviceGroupError, StaleSampleError, UnmetNeedError
+from robotcore.errors import (
+    DeviceClosedError,
+    DeviceError,
+    DeviceGroupError,
+    StaleSampleError,
+    UnmetNeedError,
+    UsageError,
+)
 from robotcore.geometry import Wheels
 from robotcore.hal.devices import Camera, Device, Display, RangeSensor, SampleT, Sensor
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.wall_clock import PacedClock
 from robotcore.runtime.faults import plan_faults
 from robotcore.runtime.layers import assemble, needed_devices
-from robotcore.runtime.layers.base import Layer, Reader, Show, Tap
+from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show, Tap
 from robotcore.safety import CommandFilter
 from tests.robotcore.fakes import ROVER, UNHURRIED, NullEncoder, NullMotor, Rig, picture
+from tests.texts import Raises
 
 WHEELS = {"left_motor", "right_motor", "left_encoder", "right_encoder"}
 
@@ -303,7 +312,48 @@ def _is_closed(device: Device) -> bool:
     return device._is_closed
 
 
-@pytest.mark.parametrize("hook", ["camera", "range_sensor", "encoder", "battery"])
+@pytest.mark.parametrize("hook", ["camera", "range_sensor", "encoder", "battery", "stage", "lone_motor"])
 def test_layer_with_a_hook_that_is_never_called_is_refused(hook: str) -> None:
     with pytest.raises(TypeError):
         type("Fog", (Layer,), {hook: lambda self, sensor, read: read})
+
+
+class Broken(Tap):
+    """A layer of another package, with a mistake."""
+
+    def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
+        def fail() -> SampleT:
+            raise ZeroDivisionError
+
+        return fail
+
+    def motor(self, motor: MotorOutput) -> MotorOutput:
+        def fail(rad_s: float) -> float:
+            raise ZeroDivisionError
+
+        return dataclasses.replace(motor, set_velocity=fail)
+
+
+def test_an_exception_of_a_layer_is_an_error_of_the_device_and_stops_the_wheels(raises: Raises) -> None:
+    rig = Rig(description=UNHURRIED)
+    assembled = assemble(rig.raw, rig.description, 20, faults=[Broken()])
+    with raises(DeviceError, "driver-error", device="eye"):
+        assembled.robot.camera.read()
+    assert assembled.stage
+    assembled.stage.ask(Wheels(-1.0, -1.0))
+    with raises(DeviceError, "driver-error", device="left_motor"):
+        assembled.stage.commit()
+    assert rig.wheels == (0.0, 0.0)
+
+
+def test_app_sensor_shows_the_attributes_of_its_kind() -> None:
+    sensor = Rig().robot.range
+    assert {"cone", "min_range", "max_range", "mount"} <= set(dir(sensor))
+    assert type(sensor).__name__ == "RangeSensor"
+    with pytest.raises(AttributeError):
+        _ = sensor.value  # type: ignore[attr-defined]
+
+
+def test_needs_without_a_set_are_refused(raises: Raises) -> None:
+    with raises(UsageError, "needs-not-a-set"):
+        needed_devices(ROVER, Role.RANGE)  # type: ignore[arg-type]

@@ -170,3 +170,15 @@ def test_the_guardian_waits_as_long_as_the_most_patient_cutoff_asks_for(monkeypa
         with ExitStack() as end:
             guard_motors(Robot("bare", SteppedClock(20.0, lambda _: None), [], cutoffs=cutoffs), 0.125, end)
     assert leases == pytest.approx([0.125 + LOCK_TIMEOUT_S, 0.125 + LOCK_TIMEOUT_S + 0.25])
+
+
+def test_a_driver_that_rounds_does_not_hold_back_the_acceleration_limit() -> None:
+    rig = Rig(description=UNHURRIED)
+    apply = rig.left.set_velocity
+    rig.left.set_velocity = lambda rad_s: round(apply(rad_s))  # type: ignore[method-assign]
+    guardian = Ear()
+    guard = GuardianLayer(cast("Guardian", guardian))
+    assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
+    assert assembled.stage
+    assembled.stage.ask(Wheels(0.4, 0.4))
+    assert assembled.stage.commit().sent == Wheels(0.4, 0.4)

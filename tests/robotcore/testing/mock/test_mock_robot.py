@@ -253,7 +253,7 @@ def test_robot_without_a_drive_can_be_mocked() -> None:
 def test_script_for_a_device_that_is_not_there_is_refused(raises: Raises) -> None:
     with raises(UnmetNeedError, "no-device-for-script"):
         MockRobot("lookout", range=1.0)
-    with raises(UnknownNameError, "unknown-sensor-in-a-script"):
+    with raises(UnknownNameError, "unknown-scripted-sensor"):
         MockRobot(readings={"noes": 1.0}).run(Ahead())
 
 
@@ -286,7 +286,7 @@ class TestFaults:
         assert seen(1) == seen(1) != seen(2)
 
     def test_a_wrong_fault_is_refused(self, raises: Raises) -> None:
-        with raises(UsageError):
+        with raises(UsageError, "unknown-effect"):
             MockRobot(faults=["range dorp=1"]).run(Ahead())
 
     def test_an_app_survives_a_lost_connection_and_drives_on(self, check_text: CheckText) -> None:
