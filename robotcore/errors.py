@@ -130,7 +130,7 @@ class DescriptionError(UsageError):
     file: the file's name, for the message.
     key: the dotted key of the wrong value, or ``""``.
     problem: what is wrong with the value, without a subject, such as ``is missing``.
-    remedy: what the user can do, as a sentence without its full stop.
+    remedy: an instruction for the user, as a sentence without its full stop.
     others: further errors of the same file. The message has a line for each.
 
     >>> str(DescriptionError("r.toml", "body.mass_kg", "is missing", "Add the key"))
@@ -166,8 +166,8 @@ class RecordingError(UsageError):
     """A recording cannot be written, read or replayed.
 
     file: the recording's file.
-    problem: what is wrong with the file.
-    remedy: what the user can do.
+    problem: the fault of the file.
+    remedy: an instruction for the user.
     """
 
     kind = "recording"

@@ -1,7 +1,7 @@
 """Errors by kind, and the texts that users read, in one file a package of tests.
 
-A test asserts what happened: the class of an error, its kind and its fields. What the error says stands in the file
-``texts.json`` beside the test. ``pytest --update-texts`` writes these files anew; the change is then read in the diff.
+A test asserts what happened: the class of an error, its kind and its fields. The text of the error is in the file
+``texts.json`` beside the test. ``pytest --update-texts`` writes these files again. Read the change in the diff.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Raises(Protocol):
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--update-texts", action="store_true", help="write the texts of the tests that run anew")
+    parser.addoption("--update-texts", action="store_true", help="write the texts of the tests that run")
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The listings and tables of a Markdown page, and whether what a command told is what the page says."""
+"""Parses the listings and tables of a Markdown page, and compares a command's output with the page."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CODE = re.compile(r"`([^`]+)`")
 
 
 class Listing(NamedTuple):
-    """A fenced block: its language, and what stands in it."""
+    """A fenced block: its language and its text."""
 
     language: str
     text: str
@@ -26,13 +26,16 @@ class Listing(NamedTuple):
 
 
 class Exchange(NamedTuple):
-    """A command of a console, and what is told for it; ``…`` is anything."""
+    """A command of a console and its output on the page. ``…`` matches any text."""
 
     command: str
     answer: str
 
     def is_answered_by(self, answer: str) -> bool:
-        """Return whether the words are these, and each decimal within a tenth: versions of OpenCV differ a little."""
+        """Return whether an output has the words of the page, and each decimal within a tenth.
+
+        The tolerance is for versions of OpenCV, which differ a little.
+        """
         found = re.fullmatch(_pattern(self.answer), " ".join(answer.split()))
         expected = DECIMAL.findall(self.answer)
         return found is not None and list(map(float, found.groups())) == pytest.approx(
@@ -53,14 +56,14 @@ def exchanges(console: str) -> Iterator[Exchange]:
 
 
 def rows(page: str, heading: str) -> list[list[str]]:
-    """Return the cells of the tables below a heading, their heads left out."""
+    """Return the cells of the tables below a heading, without the head rows."""
     section = page.partition(f"## {heading}\n")[2].partition("\n## ")[0]
     tables = re.findall(r"^\|.*\n\| ---.*\n((?:\|.*\n)+)", section, re.MULTILINE)
     return [[cell.strip() for cell in row.strip("|").split("|")] for table in tables for row in table.splitlines()]
 
 
 def code_in(text: str) -> list[str]:
-    """Return what is set as code within a line."""
+    """Return the texts in backquotes, without those of fenced blocks."""
     return CODE.findall(FENCE.sub("", text))
 
 

@@ -24,7 +24,7 @@ START = Start(x_m=-1.0, y_m=0.5, yaw_rad=2.5)
 
 
 class Driving(OnAnEngine):
-    """How a robot moves, and what it touches: the same on every engine."""
+    """Tests of the motion and the contacts of a robot, for every engine."""
 
     @pytest.mark.parametrize(
         "linear, angular, seconds",

@@ -11,7 +11,7 @@ NOSE_X = 0.14
 
 
 class Ranging(OnAnEngine):
-    """What the range sensor hears: the same on every engine."""
+    """Tests of the range sensor, for every engine."""
 
     @pytest.mark.parametrize("distance", [0.05, 0.3, 1.9])
     def test_a_wall_is_as_far_as_it_is(self, distance: float) -> None:

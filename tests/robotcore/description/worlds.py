@@ -8,7 +8,7 @@ from robotcore.description import Ball, Box, Floor, Start, Walls, WorldDescripti
 
 
 def box(name: str = "box", **keys: Any) -> Box:
-    """Return a box, half a metre square unless told."""
+    """Return a box; by default its base is a square of 0.5 m."""
     return Box(
         **{
             "name": name,
@@ -23,7 +23,7 @@ def box(name: str = "box", **keys: Any) -> Box:
 
 
 def ball(name: str = "ball", **keys: Any) -> Ball:
-    """Return a green ball of 0.1 m radius in the middle unless told."""
+    """Return a green ball of 0.1 m radius in the middle by default."""
     return Ball(**{"name": name, "colour": "green", "radius_m": 0.1, "x_m": 0.0, "y_m": 0.0, **keys})
 
 

@@ -19,7 +19,7 @@ velocities = st.floats(-50, 50)
 
 
 class KeepingStage:
-    """Sends half of what is asked."""
+    """Sends half of each command."""
 
     def __init__(self) -> None:
         self.asked: list[Wheels] = []

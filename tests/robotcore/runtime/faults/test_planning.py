@@ -1,4 +1,4 @@
-"""A fault of somebody else's, found by its entry point."""
+"""A fault of another package, found by its entry point."""
 
 from __future__ import annotations
 

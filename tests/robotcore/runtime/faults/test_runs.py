@@ -44,7 +44,7 @@ Wheels = dict[str, float]
 
 @pytest.fixture
 def wheels(monkeypatch: pytest.MonkeyPatch) -> Wheels:
-    """What each motor of the built-in simulator was told last."""
+    """Return the last command of each motor of the built-in simulator."""
     from drivers.kinematic.devices import KinematicMotor
 
     commands: Wheels = {}
