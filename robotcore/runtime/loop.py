@@ -182,10 +182,14 @@ class Loop:
             observe(record)
 
     def _read_state(self) -> str:
+        app = type(self.behaviour)
         try:
-            return self.behaviour.state
+            state: object = self.behaviour.state
         except Exception as error:  # an app may define state as a property
-            raise BehaviourError.from_exception(type(self.behaviour), error) from error
+            raise BehaviourError.from_exception(app, error) from error
+        if not isinstance(state, str):
+            raise BehaviourError(f"{app.__name__}.state is {state!r:.100}. Set it to a text", kind="state-not-a-text")
+        return state
 
     def _add_latch(self, commit: Commit) -> Commit:
         self._is_latch_recorded = True

@@ -1,17 +1,12 @@
 from __future__ import annotations
 
-import math
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from robotcore.geometry import DifferentialGeometry, Wheels
-from robotcore.hal.clock import SteppedClock
-from robotcore.safety import AccelerationLimit, DistanceAhead, RangeGuard, VelocityLimit, stopping_distance
-from tests.robotcore.fakes import NullRange
+from robotcore.geometry import Wheels
+from robotcore.safety import AccelerationLimit, VelocityLimit
 
-GEOMETRY = DifferentialGeometry(wheel_radius=0.05, track=0.2)
 STOPPED = Wheels(0.0, 0.0)
 wheels = st.builds(Wheels, st.floats(-100, 100), st.floats(-100, 100))
 
@@ -47,81 +42,3 @@ class TestAccelerationLimit:
         for got, wanted, before in zip(sent, asked, last, strict=True):
             assert abs(got - before) <= 2.0 + 1e-9
             assert abs(wanted - got) <= abs(wanted - before) + 1e-9
-
-
-class TestRangeGuard:
-    def test_stopping_distance_grows_with_the_square_of_the_speed(self) -> None:
-        assert stopping_distance(0.0, 0.1, 0.5) == 0.1
-        assert stopping_distance(0.4, 0.1, 0.5) == pytest.approx(0.1 + 0.16)
-
-    @pytest.mark.parametrize("speed", [0.05, 0.2, 0.4])
-    def test_guard_acts_exactly_at_the_stopping_distance(self, speed: float) -> None:
-        limit = 0.10 + speed**2 / (2 * 0.5)
-        asked = GEOMETRY.to_wheels(speed, 0.0)
-        assert _guard(limit + 1e-9)(asked, STOPPED) == asked
-        assert _guard(limit - 1e-9)(asked, STOPPED) == (0.0, 0.0)
-
-    def test_guard_removes_forward_motion_and_keeps_the_turn(self) -> None:
-        sent = _guard(0.05)(GEOMETRY.to_wheels(0.2, 1.5), STOPPED)
-        assert GEOMETRY.to_twist(sent) == pytest.approx((0.0, 1.5))
-
-    @given(st.floats(-0.4, 0.4), st.floats(-5, 5), st.floats(0, 2))
-    def test_guard_keeps_the_distance_and_the_turn_for_any_command(
-        self, linear: float, angular: float, distance: float
-    ) -> None:
-        sent = GEOMETRY.to_twist(_guard(distance)(GEOMETRY.to_wheels(linear, angular), STOPPED))
-        assert sent.angular == pytest.approx(angular, abs=1e-9)
-        assert distance >= stopping_distance(sent.linear, 0.10, 0.5) - 1e-9 or sent.linear <= 1e-12
-        assert sent.linear == pytest.approx(linear, abs=1e-12) or linear > 0
-
-    @pytest.mark.parametrize("linear", [0.0, -0.3])
-    def test_guard_reads_no_distance_unless_the_robot_moves_forward(self, linear: float) -> None:
-        guard = RangeGuard(GEOMETRY, lambda _: pytest.fail("asked"), 0.10, 0.5)
-        asked = GEOMETRY.to_wheels(linear, 2.0)
-        assert guard(asked, STOPPED) == asked
-
-    def test_open_space_is_no_obstacle(self) -> None:
-        asked = GEOMETRY.to_wheels(0.4, 0.0)
-        assert _guard(math.inf)(asked, STOPPED) == asked
-
-
-def _guard(distance: float) -> RangeGuard:
-    return RangeGuard(GEOMETRY, lambda _: distance, 0.10, 0.5)
-
-
-class TestDistanceAhead:
-    def test_distance_driven_since_a_reading_is_subtracted(self) -> None:
-        clock = SteppedClock(20, lambda _: None)
-        nose = NullRange(clock, distance=0.5)
-        nose.age = 0.4
-        assert DistanceAhead(clock, [nose])(0.25) == pytest.approx(0.5 - 0.4 * 0.25)
-        assert DistanceAhead(clock, [nose])(0.0) == 0.5
-
-    def test_highest_speed_since_a_reading_counts(self) -> None:
-        clock = SteppedClock(20, lambda _: None)
-        nose = NullRange(clock, distance=0.5)
-        ahead = DistanceAhead(clock, [nose])
-        nose.age = 0.2
-        assert ahead(0.4) == pytest.approx(0.5 - 0.2 * 0.4)
-        nose.reads -= 1  # the same sample once more, older and after braking
-        nose.age = 0.6
-        assert ahead(0.1) == pytest.approx(0.5 - 0.6 * 0.4)
-        assert ahead(0.1) == pytest.approx(0.5 - 0.6 * 0.1)
-
-    def test_reading_newer_than_the_tick_adds_no_distance(self) -> None:
-        clock = SteppedClock(20, lambda _: None)
-        nose = NullRange(clock, distance=0.17)
-        nose.age = -0.08
-        assert DistanceAhead(clock, [nose])(0.25) == 0.17
-
-    def test_nearest_of_several_readings_counts(self) -> None:
-        clock = SteppedClock(20, lambda _: None)
-        sensors = [NullRange(clock, distance=distance) for distance in (math.inf, 0.3, 0.9)]
-        assert DistanceAhead(clock, sensors)(0.1) == 0.3
-
-    def test_guard_uses_the_faster_of_the_new_and_the_last_command(self) -> None:
-        speeds: list[float] = []
-        guard = RangeGuard(GEOMETRY, lambda speed: speeds.append(speed) or math.inf, 0.10, 0.5)  # type: ignore[func-returns-value]
-        guard(GEOMETRY.to_wheels(0.1, 0.0), GEOMETRY.to_wheels(0.3, 0.0))
-        guard(GEOMETRY.to_wheels(0.2, 0.0), STOPPED)
-        assert speeds == pytest.approx([0.3, 0.2])
