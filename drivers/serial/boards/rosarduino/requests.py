@@ -195,8 +195,8 @@ class FirmwareProbe:
 def _probe(baud: int) -> _Probe:
     """Yield the questions that detect the firmware, and return the firmware.
 
-    A board that answers twice with its baud rate runs ROSArduinoBridge. One such answer is not enough, because
-    robotcore_bridge gives it too if noise destroys the first half of the question.
+    A board that answers twice with its baud rate runs ROSArduinoBridge. One such answer is not enough, because noise
+    may have destroyed the part of the question to which robotcore_bridge answers with its version.
     """
     for _ in range(2):
         number = (yield identity_question(baud)).numbers[0]
