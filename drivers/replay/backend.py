@@ -56,7 +56,7 @@ class ReplayBackend(Backend):
     """
 
     name = "replay"
-    summary = "a recorded run, served back to an app: --option file=RUN.mcap"
+    summary = "replays the sensors of a recorded run to an app: --option file=RUN.mcap"
     modules = ("mcap",)
 
     def __init__(self) -> None:
@@ -147,7 +147,7 @@ def _require_rate(setup: Setup, recording: Recording) -> None:
     recorded = recording.metadata.request.rate_hz
     if setup.rate_hz != recorded:
         raise UsageError(
-            f"--rate {setup.rate_hz:g}: the run was recorded at {recorded:g} Hz, and so it is replayed. "
+            f"--rate {setup.rate_hz:g}: a run recorded at {recorded:g} Hz can only be replayed at that rate. "
             f"Take --rate {recorded:g}",
             kind="replay-rate",
             rate_hz=setup.rate_hz,

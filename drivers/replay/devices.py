@@ -111,7 +111,7 @@ class SamplePlayer(Generic[RecordedT]):
         if not at:
             raise DeviceError(
                 self._device,
-                f"the recording has no sample of it by {self._clock.now():g} s: nobody had read it yet",
+                f"the recorded run had not read this device by {self._clock.now():g} s, so there is no sample yet",
                 kind="no-sample-yet",
             )
         return self._given[at - 1][1]

@@ -40,7 +40,9 @@ def find_path(place: str) -> str:
     if not found:
         raise PortMissingError(f"{place} is not plugged in; {describe_ports()}")
     if len(found) > 1:
-        raise PortMissingError(f"{len(found)} ports are {place}: {', '.join(found)}; add the serial number, or a path")
+        raise PortMissingError(
+            f"{len(found)} ports have the id {place}: {', '.join(found)}; add the serial number, or name a path"
+        )
     return found[0]
 
 
