@@ -1,1 +1,1 @@
-"""The backend that replays a recorded run as a robot."""
+"""A recorded run as a robot."""

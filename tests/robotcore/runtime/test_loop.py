@@ -131,7 +131,6 @@ class TestApp:
             loop_of(Rig(), lambda _: 1 / 0).run()  # type: ignore[arg-type,return-value]
         assert isinstance(raised.value.__cause__, ZeroDivisionError)
 
-    @pytest.mark.parametrize("returned", [None, True, "success"])
     def test_a_state_that_is_no_text_is_an_error_of_the_app(self, raises: Raises) -> None:
         rig = Rig()
         loop = loop_of(rig, lambda _: Status.RUNNING)
@@ -139,6 +138,7 @@ class TestApp:
         with raises(BehaviourError, "state-not-a-text"):
             loop.tick()
 
+    @pytest.mark.parametrize("returned", [None, True, "success"])
     def test_step_must_return_a_status(self, returned: object, raises: Raises) -> None:
         with raises(BehaviourError, "not-a-status"):
             loop_of(Rig(), lambda _: returned).run()  # type: ignore[arg-type,return-value]
