@@ -54,7 +54,7 @@ class RunLog:
         yield from self._changed_error(tick.error)
 
     def _changed_error(self, error: RecordedError | None) -> Iterator[LogLine]:
-        """Yield a line if the tick has another error than the previous tick, or if it is the first without an error."""
+        """Yield a line if the error differs from that of the previous tick, or if there is no error any more."""
         if error and error != self._error:
             yield LogLine(Level.Error, f"{error.kind}: {error.message}")
         if self._error and not error:

@@ -155,7 +155,7 @@ class Tick:
     motor_asks: Events[MotorCommand] = ()
     turned: Events[WheelAngles] = ()
     standing: Events[Wheels] = ()
-    """The value of the held command at each read. An app that commands a single wheel reads it."""
+    """The current command of the drive each time the app read it. An app that commands a single wheel reads it."""
     pose: Pose | None = None
     """The pose of the odometry; None without a drive."""
     asked: Wheels | None = None
@@ -165,7 +165,7 @@ class Tick:
     interventions: Events[Intervention] = ()
     """The changes that the safety stage made to the command."""
     commit_error: RecordedError | None = None
-    """The error because of which the command was not sent."""
+    """The error that prevented the command from being sent; None if it was sent."""
     shown: Events[ShownPicture] = ()
     error: RecordedError | None = None
     """The error that aborted the tick. It ended the run, unless the run waited for a lost device."""

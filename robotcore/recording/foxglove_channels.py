@@ -155,7 +155,7 @@ Write = Callable[[Any, float], None]
 
 
 def build_topic(device: str) -> str:
-    """Return the topic of a device. It is the device's name, with a change if the run itself has that topic."""
+    """Return the topic of a device: its name, with ``_device`` at the end if another channel has that topic."""
     topic = f"/{device}"
     return f"{topic}_device" if topic in RESERVED else topic
 

@@ -22,7 +22,7 @@ ANSWER_S = 10
 """The most seconds that a scheduler takes to accept a connection or to send a result."""
 
 IDENTITY_S = 5
-"""The most seconds that a scheduler takes to send its identity."""
+"""The most seconds that a scheduler takes to answer a request for its identity."""
 
 NO_WORKERS_S = 60.0
 """The sweep ends if the cluster has no worker for this many seconds. A worker restarts in less time."""
@@ -43,7 +43,7 @@ class ClusterEngine:
     """The address of the scheduler, such as ``tcp://lab:8786``."""
 
     wall_timeout_s: float | None = None
-    """The seconds of wall time after which a run counts as hung; None for a default from the run's time limit."""
+    """The seconds of wall time after which a run counts as hung; None for ten times its time limit and a minute."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
         bundle, limit = JobBundle.of(sweep), compute_hang_limit(sweep.request, self.wall_timeout_s)
@@ -129,7 +129,7 @@ async def _read_kind(address: str) -> str:
 
 
 class _Workers:
-    """Counts the workers of a cluster, and awaits their results."""
+    """Counts the workers of a cluster, and waits for their results."""
 
     def __init__(self, client: Any, address: str) -> None:
         self._client, self._address = client, address

@@ -35,7 +35,10 @@ class Engine(Protocol):
 
 
 def compute_hang_limit(request: RunRequest, wall_timeout_s: float | None) -> float:
-    """Return the seconds of wall time after which a run counts as hung: ``wall_timeout_s``, or a default."""
+    """Return the seconds of wall time after which a run counts as hung.
+
+    wall_timeout_s: the value to return; None for ten times the run's own time limit and a minute.
+    """
     return 60.0 + HANG_FACTOR * request.timeout_s if wall_timeout_s is None else wall_timeout_s
 
 

@@ -71,7 +71,7 @@ class LocalEngine:
     """The number of worker processes."""
 
     wall_timeout_s: float | None = None
-    """The seconds of wall time after which a run counts as hung; None for a default from the run's time limit."""
+    """The seconds of wall time after which a run counts as hung; None for ten times its time limit and a minute."""
 
     def perform(self, sweep: Sweep, requests: Iterable[RunRequest]) -> Generator[RunOutput, None, None]:
         limit = compute_hang_limit(sweep.request, self.wall_timeout_s)

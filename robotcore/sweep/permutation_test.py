@@ -121,7 +121,7 @@ class Splits:
     """All splits of a condition that the test tries."""
 
     classes: Ints
-    """The class of each run. Runs are in one class if no split separates them."""
+    """The number of each run's class. Runs are in the same class if no split separates them."""
 
     sides: tuple[SplitSide, ...]
     """Both sides of each split."""

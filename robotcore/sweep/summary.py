@@ -25,7 +25,7 @@ from robotcore.text import escape
 KeyT = TypeVar("KeyT", bound=Hashable)
 
 MAX_CAUSES = 20
-"""The most causes of failure that are printed. A file has all of them."""
+"""The summary prints at most this many causes of failure. The table of failing runs has all of them."""
 
 MAX_LISTED_SEEDS = 8
 """The most seeds that are printed for a cause, a backend and a world."""

@@ -23,7 +23,7 @@ IS_AVAILABLE = sys.platform == "linux"
 
 _PR_SET_PDEATHSIG = 1
 _PR_SET_CHILD_SUBREAPER = 36
-"""From ``include/uapi/linux/prctl.h`` of Linux."""
+"""The option of ``prctl`` that makes a process adopt orphaned descendants. Source: Linux, ``prctl.h``."""
 
 _ENDING_S = 5.0
 """The supervisor tries for this many seconds to end processes. It cannot end a process of another user."""
@@ -33,7 +33,7 @@ _SIGNALS = (signal.SIGTERM, signal.SIGCHLD)
 
 
 def supervise(handle: int) -> None:
-    """Fork: the parent becomes the supervisor and never returns, the child returns as the worker.
+    """Fork this process. The parent becomes the supervisor and never returns. The child returns and is the worker.
 
     handle: the file descriptor of the worker's pipe. The supervisor closes its copy.
 
@@ -105,7 +105,10 @@ def _list_processes() -> Iterator[tuple[int, int]]:
 
 
 def _exit_as(status: int) -> NoReturn:
-    """Exit with the status from ``waitpid``. If a signal ended the worker, die of that signal without a core file."""
+    """Exit with the worker's status from ``waitpid``. If a signal ended the worker, end by the same signal.
+
+    This process writes no core file.
+    """
     if os.WIFSIGNALED(status):
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         number = os.WTERMSIG(status)

@@ -78,7 +78,7 @@ PROJECT = Template(
         "robotcore deploy push pi@rover.local",
     ),
 )
-"""An app, a robot, a room, and their tests."""
+"""The template of a project with an app, a robot, a room, and their tests."""
 
 DRIVER = Template(
     "driver",
@@ -89,7 +89,7 @@ DRIVER = Template(
         "robotcore run avoid-obstacles --backend my-board --robot my_board.toml",
     ),
 )
-"""A package with a backend, and its conformance test."""
+"""The template of a package with a backend and its conformance test."""
 
 
 def module_of(name: str) -> str:

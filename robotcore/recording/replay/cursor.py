@@ -112,7 +112,7 @@ EventT = TypeVar("EventT")
 class TickReader:
     """Returns the events of one recorded tick in their order.
 
-    If the replay asks for more wheel angles or held commands than were recorded, the last one is returned again.
+    If the replay reads more wheel angles or current drive commands than were recorded, it gets the last one again.
     """
 
     def __init__(self, tick: Tick) -> None:
@@ -173,7 +173,7 @@ class TickReader:
         return _take(self._angles)
 
     def next_held_command(self) -> Wheels:
-        """Return the next recorded value of the held command. An app reads it to command a single wheel."""
+        """Return the next recorded value of the drive's current command. An app reads it to command a single wheel."""
         return _take(self._held_commands) or STOPPED
 
 

@@ -152,7 +152,7 @@ def _draw_grid(axis: Axis, top: float, bottom: float, format_tick: Callable[[flo
 
 
 class Shades(NamedTuple):
-    """A colour as CSS, such as ``#2463eb``."""
+    """Two shades of one colour, each as CSS, such as ``#2463eb``."""
 
     light: str
     """The colour on a light page."""

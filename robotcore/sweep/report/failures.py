@@ -44,7 +44,7 @@ class Condition(NamedTuple):
     """The name of the condition."""
 
     value: str
-    """Its value in this run."""
+    """The value of the condition in this run, as text."""
 
     finding: str
     """The values with which more runs fail, such as ``light < 0.34``; empty if the analysis found none."""
@@ -177,7 +177,7 @@ class Ending(NamedTuple):
     """The outcome and its reason."""
 
     runs: int
-    """The number of runs that ended so."""
+    """The number of runs that ended in this way."""
 
     counts: tuple[int, ...]
     """The number of those runs in each series."""

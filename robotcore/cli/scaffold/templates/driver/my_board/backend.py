@@ -33,7 +33,7 @@ class MyBoardOptions(StrictModel):
 class MyBoardBackend(Backend):
     """The backend of my-board.
 
-    connect: opens the connection to the board.
+    connect: a function that opens the connection to the board.
     """
 
     name = "my-board"
@@ -46,7 +46,7 @@ class MyBoardBackend(Backend):
         self._connect = connect
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of the described batteries, which every run opens."""
+        """Return the names of the batteries in the robot's description. Every run opens them."""
         return frozenset(battery.name for battery in robot.all_of(BatteryDescription))
 
     def open(self, setup: Setup) -> Robot:

@@ -68,7 +68,7 @@ class BoardRange(RangeSensor):
 
 
 class BoardBattery(Battery):
-    """The battery of the board. A failure of it ends no run."""
+    """The battery of the board. If it fails, the run continues."""
 
     def __init__(self, description: BatteryDescription, board: Board, clock: Clock) -> None:
         super().__init__(description.name)
