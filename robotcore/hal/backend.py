@@ -1,4 +1,4 @@
-"""The contract of a driver package: the backend, the setup from which it opens a robot, and backends by name."""
+"""The interface of a driver package: the backend, and the setup from which a backend opens a robot."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Exported:
     text: str
     """The document."""
     pictures: Mapping[str, bytes] = field(default_factory=dict)
-    """The content of each file that the document names, by its path beside the document."""
+    """The content of each file that the document refers to, by the path relative to the document."""
     notes: tuple[str, ...] = ()
     """The parts of the robot and the world that the document lacks, as sentences."""
 
@@ -50,11 +50,11 @@ class Capability(str, Enum):
     """A property of a simulator on which runs and tests rely."""
 
     CONTACTS = "contacts"
-    """Its truth counts contacts of the robot with the world."""
+    """The simulator counts the contacts of the robot with the world."""
     POSE = "pose"
-    """Its truth has the exact pose of the robot."""
+    """The simulator provides the exact pose of the robot."""
     LOCKSTEP = "lockstep"
-    """Its time passes only when the robot's clock sleeps, so equal runs are equal to the bit."""
+    """Simulated time passes only when the robot's clock sleeps. Two equal runs then have bitwise equal results."""
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ class Setup:
 
     robot: RobotDescription
     world: WorldDescription | None
-    """None for a backend without a world."""
+    """The world to simulate. None for a backend without a world."""
     devices: frozenset[str]
     """The names of the devices to open."""
     rate_hz: float = 20.0
-    """The ticks a second."""
+    """The number of ticks in a second."""
     seed: int = 0
     gui: bool = False
     """Whether to open a window."""
@@ -123,19 +123,19 @@ class Backend(ABC):
     """Opens robots in one simulator, or on one kind of board."""
 
     name: ClassVar[str]
-    """The name for --backend."""
+    """The backend's name, for the option --backend."""
     summary: ClassVar[str]
     """A description in a few words, for lists."""
     capabilities: ClassVar[frozenset[Capability]] = frozenset()
     """The properties of its simulator on which runs and tests rely."""
     connection_options: ClassVar[frozenset[str]] = frozenset()
-    """The options that replace the connections in the robot's file, such as ``port``."""
+    """The names of the options that replace a connection in the robot's file, such as ``port``."""
     needs_world: ClassVar[bool] = False
     """Whether it needs a world to simulate."""
     has_gui: ClassVar[bool] = False
     """Whether --gui opens a window."""
     brings_physics: ClassVar[bool] = False
-    """Whether it is a physics simulator in this process, so that no other program must run."""
+    """Whether the backend is a physics simulator that runs in this process, without another program."""
     is_exclusive: ClassVar[bool] = False
     """Whether only one program at a time can use its robot or simulator."""
     is_smoke_tested: ClassVar[bool] = True
@@ -143,7 +143,7 @@ class Backend(ABC):
     exports: ClassVar[tuple[str, ...]] = ()
     """The formats of `export`."""
     modules: ClassVar[tuple[str, ...]] = ()
-    """The libraries that it needs. They are searched without an import."""
+    """The modules that the backend requires. They are searched for without importing them."""
 
     @abstractmethod
     def open(self, setup: Setup) -> Robot:
@@ -163,30 +163,33 @@ class Backend(ABC):
         return load_robot(robot)
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of the batteries whose voltage it measures. Each run opens them, whatever its app needs.
+        """Return the names of the batteries whose voltage the backend measures.
 
-        By default there are none, because a simulator has none.
+        Each run opens them, even if its app does not use them. A simulator has no batteries, so the default is empty.
         """
         return frozenset()
 
     def openable(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return the names of all devices that it can open: all except batteries that it does not measure."""
+        """Return the names of all devices that the backend can open: all except batteries that it cannot measure."""
         batteries = {battery.name for battery in robot.all_of(BatteryDescription)}
         return frozenset({device.name for device in robot.devices} - batteries) | self.batteries(robot, options)
 
     def builds_world(self, robot: RobotDescription) -> bool:
-        """Return whether it builds the world from the world's file, and does not use a scene that exists already."""
+        """Return whether the backend builds the world from the world's file. Otherwise it uses an existing scene."""
         return self.needs_world
 
     def check(self, robot: RobotDescription) -> str:
-        """Check the backend's section of a robot's file, and return a summary of it; ``""`` without a section.
+        """Check the backend's section of a robot's file, and return a summary. Without a section, it is ``""``.
 
         Raises DescriptionError for a wrong section.
         """
         return ""
 
     def warnings(self, robot: RobotDescription) -> Sequence[str]:
-        """Return risks in a correct section, each as sentences: the risk, then the remedy. Raises as `check`."""
+        """Return the risks in the backend's section of a robot's file. Each text describes a risk and then its remedy.
+
+        Raises DescriptionError for a wrong section.
+        """
         return ()
 
     def notes(self, setup: Setup) -> Sequence[str]:
@@ -197,9 +200,9 @@ class Backend(ABC):
         return ()
 
     def examine(self, robot: RobotDescription | None) -> Iterable[Finding]:
-        """Yield findings about this machine, and about the robot if there is one; none by default.
+        """Yield findings about this machine, and about the robot if it is not None. By default there are none.
 
-        `robotcore doctor` adds its own smoke test if the backend ``is_smoke_tested``.
+        `robotcore doctor` adds its own smoke test for a backend with ``is_smoke_tested``.
         """
         return ()
 
@@ -221,8 +224,8 @@ class Backend(ABC):
 
         file_format: one of ``exports``.
         robot: the robot.
-        world: the world around the robot, which is at its start; None for the robot alone.
-        folder: the name of a folder beside the document for pictures; None leaves pictures out.
+        world: the world around the robot, which stands at its start pose. None exports the robot alone.
+        folder: the name of a folder for pictures, next to the document. None leaves the pictures out.
 
         Raises UsageError for another format, and BackendMissingError.
         """
@@ -238,7 +241,7 @@ class Backend(ABC):
         return ()
 
     def wiring(self, robot: RobotDescription) -> Wiring | None:
-        """Return the wires of a robot from its section; None if the backend has no wires.
+        """Return the wires of a robot from the backend's section of its file. None if the backend has no wires.
 
         Raises DescriptionError for a wrong section.
         """
@@ -267,7 +270,7 @@ class Backend(ABC):
 def _is_there(module: str) -> bool:
     try:
         return find_spec(module) is not None
-    except ModuleNotFoundError:  # the package of a dotted name is missing
+    except ModuleNotFoundError:  # the package that contains the module is missing
         return False
 
 

@@ -11,10 +11,10 @@ class Level(str, Enum):
     """The level of a finding."""
 
     OK = "ok"
-    """All is right."""
+    """The check has found no problem."""
 
     WARNING = "warning"
-    """A run may be worse than it could be."""
+    """A run is possible, but has a risk or a disadvantage."""
 
     ERROR = "error"
     """A run fails, or is unsafe."""
@@ -30,38 +30,38 @@ class Finding:
     """
 
     level: Level
-    """How bad it is."""
+    """The severity of the finding."""
 
     what: str
-    """The subject in a word or two."""
+    """The subject of the check, in one or two words."""
 
     said: str
-    """The result in words."""
+    """The result as a text."""
 
     remedy: str = ""
-    """The remedy; empty if all is right."""
+    """The remedy as a text. Empty if there is no problem."""
 
     kind: str = field(kw_only=True)
     """A stable identifier of the finding, in kebab-case."""
 
     @classmethod
     def ok(cls, what: str, said: str, *, kind: str) -> Finding:
-        """Return the finding that all is right."""
+        """Return the finding that a check has found no problem."""
         return cls(Level.OK, what, said, kind=kind)
 
     @classmethod
     def warning(cls, what: str, said: str, remedy: str, *, kind: str) -> Finding:
-        """Return the finding of a possible harm."""
+        """Return the finding of a problem that does not prevent a run."""
         return cls(Level.WARNING, what, said, remedy, kind=kind)
 
     @classmethod
     def error(cls, what: str, said: str, remedy: str, *, kind: str) -> Finding:
-        """Return the finding of a fault with which a robot does not run, or does not run safely."""
+        """Return the finding of a problem that prevents a run or makes it unsafe."""
         return cls(Level.ERROR, what, said, remedy, kind=kind)
 
     @classmethod
     def unchecked(cls, what: str, why: str, remedy: str = "", *, kind: str = "unchecked") -> Finding:
-        """Return the finding that a check failed, which is a warning."""
+        """Return a warning that a check could not be made."""
         return cls(Level.WARNING, what, f"could not be checked: {why}", remedy, kind=kind)
 
 
@@ -70,9 +70,9 @@ Check = Callable[[], Iterable[Finding]]
 
 
 def findings_of(checks: Iterable[tuple[str, Check]]) -> Iterator[Finding]:
-    """Make the checks, and yield their findings as they come.
+    """Run the checks one after the other, and yield their findings.
 
-    checks: each check with its subject. A check that raises yields the finding `Finding.unchecked`.
+    checks: pairs of a subject and a check. If a check raises an exception, `Finding.unchecked` is yielded.
 
     >>> def disk() -> list[Finding]:
     ...     raise OSError("the disk does not answer")

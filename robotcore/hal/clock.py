@@ -1,4 +1,4 @@
-"""The clocks of a robot, simulated time in steps, and periodic tasks."""
+"""The interface of a robot's clock, the clocks of simulators and loops, and periodic tasks."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from robotcore.errors import UsageError
 
 
 class PeriodicTask(ABC):
-    """Work that `Clock.every` repeats."""
+    """A function that `Clock.every` calls periodically."""
 
     @abstractmethod
     def stop(self) -> None:
-        """End the repetition. Wait for a call under way, for a limited time. May be called again."""
+        """End the periodic calls. Wait a limited time for a running call to return. A second `stop` does nothing."""
 
 
 class SimulatedTask(PeriodicTask):
-    """Runs in the thread that lets simulated time pass, exactly when it is due."""
+    """A periodic task in simulated time. It runs exactly on time, in the thread that lets the time pass."""
 
     def __init__(self, clock: Clock, period: float, work: Callable[[], object]) -> None:
         self._clock, self._period, self._work = clock, period, work
@@ -42,10 +42,10 @@ class SimulatedTask(PeriodicTask):
 
 
 MIN_PHYSICS_RATE_HZ = 240
-"""The lowest rate of the steps of a stepped clock."""
+"""The lowest number of steps in a second that a stepped clock chooses."""
 
 _SAME = 1e-6
-"""The relative tolerance for a time step that a server stores in single precision."""
+"""The relative tolerance of a simulator's time step, because a server may store it in single precision."""
 
 Callback = Callable[[], None]
 
@@ -64,43 +64,48 @@ class Clock(ABC):
 
     @abstractmethod
     def sleep_until(self, deadline: float) -> bool:
-        """Let time pass until ``deadline``, in seconds; return whether it was in the future."""
+        """Let time pass until ``deadline``, in seconds. Return False if ``deadline`` was already in the past."""
 
     @abstractmethod
     def call_at(self, deadline: float, callback: Callback) -> None:
-        """Call ``callback`` once at ``deadline``, in seconds, also in the middle of a sleep."""
+        """Call ``callback`` once at the time ``deadline``, in seconds. The call may interrupt a sleep."""
 
     def prepare_calls(self) -> None:  # noqa: B027  simulated time needs nothing
-        """Start the thread that `call_at` needs, if any. Raises ResourceError if the system refuses it."""
+        """Start the thread for `call_at`, if the clock needs one. Raises ResourceError if the system refuses it."""
 
     def every(self, period: float, work: Callable[[], object], name: str) -> PeriodicTask:
         """Call ``work`` every ``period`` seconds until the returned task is stopped.
 
-        In simulated time, the thread that sleeps calls it when it is due. Otherwise a thread called ``name`` calls it,
-        so that a wait for hardware delays no other work. ``work`` handles its own errors; `sleep_until` raises others.
+        In simulated time, ``work`` is called in the thread that sleeps. In real time, it is called in a thread of its
+        own, so that waiting for hardware delays nothing else. If ``work`` raises, the next `sleep_until` raises the
+        error.
+
+        name: the name of that thread.
         """
         return SimulatedTask(self, period, work)
 
     def time_of(self, monotonic_s: float) -> float:
-        """Return this clock's time for a time of CLOCK_MONOTONIC, such as the kernel's time of capture. In seconds.
+        """Convert a time of CLOCK_MONOTONIC to a time of this clock. Both are in seconds.
 
-        The result is never later than now. A simulator's clock returns now.
+        For example, the kernel stamps a camera's frames with CLOCK_MONOTONIC. The result is at most the present time. A
+        simulator's clock returns the present time.
         """
         return self.now()
 
     @abstractmethod
     def close(self) -> None:
-        """Drop all calls that are still due."""
+        """Cancel all calls that have not been made yet."""
 
 
 class SteppedClock(Clock):
-    """Simulated time in whole steps, taken only within `sleep_until`.
+    """The clock of a simulator. Time passes in whole simulation steps, and only within `sleep_until`.
 
-    A call of `call_at` interrupts a sleep exactly at its step.
+    A callback of `call_at` is called between two steps, exactly at its time.
 
-    rate_hz: ticks per second.
-    advance: makes the simulator take a number of steps.
-    step_s: the simulator's own step in seconds, if it has one. Raises UsageError if a tick is no whole number of steps.
+    rate_hz: the number of ticks in a second.
+    advance: a function that makes the simulator take a number of steps.
+    step_s: the time step that the simulator prescribes, in seconds. Raises UsageError if a tick is not a whole number
+    of such steps.
 
     >>> clock = SteppedClock(20, advance=lambda steps: None)
     >>> clock.sleep_until(0.05), clock.now()
@@ -119,7 +124,7 @@ class SteppedClock(Clock):
 
     @property
     def step(self) -> float:
-        """The step in seconds: 1 / (rate · ⌈240 / rate⌉), if the simulator has no step of its own."""
+        """The time step in seconds. If the simulator prescribes none, it is 1 / (rate · ⌈240 / rate⌉)."""
         return 1 / self.steps_per_second
 
     def now(self) -> float:
@@ -149,7 +154,7 @@ class SteppedClock(Clock):
 
 
 def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
-    """Return the number of a simulator's steps in a tick. Raises UsageError if it is no whole number."""
+    """Return the number of simulation steps in a tick. Raises UsageError if it is not a whole number."""
     steps = 1 / (rate_hz * step_s)
     fitting_hz = 1 / (max(round(steps), 1) * step_s)
     if steps < 1 - _SAME or abs(steps - round(steps)) > _SAME * steps:
@@ -163,7 +168,7 @@ def _steps_in_a_tick(rate_hz: float, step_s: float) -> int:
 
 
 class ClockWrapper(Clock):
-    """A clock that passes each call on to another clock."""
+    """A clock that forwards each call to another clock. Subclasses change some calls."""
 
     def __init__(self, source: Clock) -> None:
         self._source = source
@@ -192,7 +197,7 @@ class ClockWrapper(Clock):
 
 
 class TickClock(ClockWrapper):
-    """The clock of a loop. It stands still within a tick; a sleep begins the next tick."""
+    """The clock of a loop. Its time stays the same within a tick. A sleep begins the next tick."""
 
     def __init__(self, source: Clock) -> None:
         super().__init__(source)
@@ -203,7 +208,7 @@ class TickClock(ClockWrapper):
         return self._now
 
     def tick_age(self) -> float:
-        """Return the duration of the present tick in seconds. `now` does not show it."""
+        """Return the time since the present tick began, in seconds. `now` always returns the time of its begin."""
         return self._source.now() - self._now
 
     def sleep_until(self, deadline: float) -> bool:
@@ -214,7 +219,7 @@ class TickClock(ClockWrapper):
 
 
 class AppClock(Clock):
-    """The clock of an app. An app reads it; time passes only after the app's step has returned."""
+    """The clock that an app gets. The app can only read it. Time passes after the app's step has returned."""
 
     def __init__(self, ticks: TickClock) -> None:
         self._ticks = ticks
@@ -238,4 +243,4 @@ class AppClock(Clock):
         raise UsageError("an app polls nothing. Do it in step, which is called once a tick", kind="app-polls")
 
     def close(self) -> None:
-        """Do nothing: the loop closes its clock."""
+        """Do nothing, because the loop closes the real clock."""

@@ -1,4 +1,4 @@
-"""Cutoffs: a driver gives the guardian process one for each motor, or group of motors, that it must stop."""
+"""Cutoffs: with a cutoff of a driver, the guardian process stops a motor or a group of motors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from typing import Any
 
 
 class Unconfirmed(str):
-    """The result of a stop that cannot confirm that the motors stand: the reason, and what will stop them.
+    """The result of `Cutoff.stop` if the cutoff cannot confirm that the motors stand.
+
+    The text contains the reason, and what will stop the motors.
 
     >>> f"left_motor: {Unconfirmed('its port is gone')}"
     'left_motor: its port is gone'
@@ -22,43 +24,45 @@ class Unconfirmed(str):
 class Cutoff(ABC):
     """Stops motors from the guardian's process, for example by a GPIO line or by a stop frame on a port.
 
-    The guardian creates it from plain data, and calls its methods in a thread of their own. If a method raises or
+    The guardian creates a cutoff from plain data, and calls its methods in a separate thread. If a method raises or
     hangs, the guardian reports the device's name, and other cutoffs are not delayed. An implementation must keep these
     rules:
 
-    - It uses nothing of the app's process. That process may be dead, or may still hold a line or a port.
-    - Its module imports little, because no wheel turns before the guardian is ready.
-    - It releases the interpreter lock while it waits, as files, sockets and pyserial do. All cutoffs share a process.
-    - Its driver sends each command, even if it equals the last one. A stop may have come in between.
+    - The cutoff uses nothing of the app's process. That process may be dead, or may still hold a line or a port.
+    - The cutoff's module imports little, because no wheel turns before the guardian is ready.
+    - The cutoff releases the interpreter lock while it waits, as files, sockets and pyserial do. All cutoffs share a
+      process.
+    - The driver sends each command, even if it equals the last one. The guardian may have stopped the motor in between.
     """
 
     @abstractmethod
     def open(self) -> None:
-        """Open the resources for `stop`, before any wheel turns. Nothing that moves may change.
+        """Open the resources for `stop`. The guardian calls this before any wheel turns. Motors must not change.
 
-        An error ends the run. Resources that the app's process holds are opened in `stop`.
+        An exception ends the run. A resource that the app's process also holds must be opened in `stop`, not here.
         """
 
     def arm(self) -> None:  # noqa: B027  most have nothing to do
-        """Let the motors turn. The guardian calls it before the first command, and before the first after a stop.
+        """Let the motors turn. The guardian calls this before the first command, and again after a stop.
 
         A cutoff with an enable line raises the line here. Most cutoffs do nothing.
         """
 
     def rest(self) -> None:  # noqa: B027  most have nothing to do
-        """Note that the app has stopped all motors. They stay so until `arm` is called. Most cutoffs do nothing."""
+        """Act after the app has stopped all motors. They stay stopped until `arm` is called. Most do nothing."""
 
     @abstractmethod
     def stop(self) -> str | None:
-        """Stop the motors. The guardian may call it many times, armed or not, with the app alive or dead.
+        """Stop the motors. The guardian may call this several times, even if `arm` was not called before.
 
-        If it raises, it is called again for half a second, because the system may need time to release a resource of
-        the app. It may return a remark for the user, or `Unconfirmed`, which is reported in place of the motors' names.
+        The app's process may be alive or dead. If `stop` raises, the guardian repeats it for half a second, because the
+        system may need time to release a resource of the app. `stop` may return a remark for the user. If it returns
+        `Unconfirmed`, the guardian does not report the motors as stopped.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Release the resources. The motors stand and must stay so. No method is called after it."""
+        """Release the resources. The motors must stay stopped. No other method is called later."""
 
 
 @dataclass(frozen=True)
@@ -70,16 +74,19 @@ class CutoffSpec:
     """
 
     device: str
-    """The name for messages."""
+    """The device's name, for messages."""
     cutoff: str
     """The class, as ``module:Class``."""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     """The keyword arguments of the class, as JSON values."""
     patience_s: float = 0.0
-    """An additional time after the lease, for a cutoff that does harm if the app was only slow. All cutoffs wait."""
+    """The time in seconds by which the guardian extends its lease.
+
+    A cutoff sets it if a stop does harm when the app was only slow. The longest patience applies to all cutoffs.
+    """
 
     def make(self) -> Cutoff:
-        """Import the class and return a cutoff that is not open. Raises TypeError if the class is no Cutoff."""
+        """Import the class and return a closed cutoff. Raises TypeError if the class does not inherit Cutoff."""
         module, _, name = self.cutoff.partition(":")
         made = getattr(import_module(module), name)(**self.parameters)
         if not isinstance(made, Cutoff):
@@ -88,7 +95,9 @@ class CutoffSpec:
 
 
 def merge_cutoffs(specs: Iterable[CutoffSpec]) -> tuple[CutoffSpec, ...]:
-    """Return the specs, with those that differ only by their device merged: such a cutoff stops several motors.
+    """Merge the specifications that differ only in the device's name, and return the resulting specifications.
+
+    A merged cutoff stops several motors.
 
     >>> parameters = {"line": 22}
     >>> motors = ("left_motor", "right_motor")

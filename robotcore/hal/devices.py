@@ -21,15 +21,15 @@ from robotcore.optics import Intrinsics
 
 _OURS = "robotcore"
 _LOOP = "robotcore.runtime.loop"
-"""The module that calls apps. Code outside of it on the stack is no app."""
+"""The module that calls apps. The functions that called this module are not part of an app."""
 
 
 def caller_location() -> str:
-    """Return ``file.py:line`` of the innermost code on this thread's stack outside the framework.
+    """Return ``file.py:line`` of the app's line that called the framework. It is for error messages.
 
-    Empty if the framework itself made the call.
+    The text is empty if no app's code made the call.
     """
-    frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  the one way to see who calls
+    frame: FrameType | None = sys._getframe(1)  # noqa: SLF001  Python offers no public function
     while frame and _module(frame).partition(".")[0] == _OURS:
         frame = None if _module(frame) == _LOOP else frame.f_back
     return f"{Path(frame.f_code.co_filename).name}:{frame.f_lineno}" if frame else ""
@@ -40,7 +40,10 @@ def _module(frame: FrameType) -> str:
 
 
 Image = NDArray[np.uint8]
-"""A BGR picture, ``uint8`` of (height, width, 3), or a grey one of (height, width). The origin is top left."""
+"""A BGR picture of shape (height, width, 3), or a grey one of shape (height, width), as ``uint8``.
+
+The origin is the top left corner.
+"""
 
 
 class Sample(Protocol):
@@ -69,7 +72,7 @@ class Range:
     """
 
     distance: float
-    """In metres; ``inf`` if the sensor has measured that nothing is in range."""
+    """The distance in metres. It is ``inf`` if the sensor has measured that nothing is in range."""
     time: float
     """The time of capture in seconds."""
     sequence: int
@@ -83,7 +86,7 @@ class Angle:
     """A sample of an encoder."""
 
     angle: float
-    """The wheel's angle in radians since the robot was opened; forward is positive."""
+    """The angle by which the wheel has turned since the robot was opened, in radians, positive forward."""
     time: float
     """The time of capture in seconds."""
     sequence: int
@@ -95,7 +98,7 @@ class Voltage:
     """A sample of a battery."""
 
     voltage: float
-    """In volts."""
+    """The voltage, in volts."""
     time: float
     """The time of capture in seconds."""
     sequence: int
@@ -114,7 +117,7 @@ class Frame:
     """
 
     image: Image
-    """The BGR picture, (height, width, 3), top-left origin, read-only."""
+    """The BGR picture, shape (height, width, 3), read-only. The origin is the top left corner."""
     time: float
     """The time of capture in seconds."""
     sequence: int
@@ -126,7 +129,7 @@ class Frame:
 
     @cached_property
     def grey(self) -> Image:
-        """The picture in grey, (height, width), read-only."""
+        """The picture in grey, shape (height, width), read-only."""
         import cv2
 
         grey = np.asarray(cv2.cvtColor(self.image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
@@ -145,7 +148,7 @@ class Device:
         return f"<{type(self).__name__} {self.name!r}{', closed' if self._is_closed else ''}>"
 
     def close(self) -> None:
-        """Release the hardware. A second call does nothing; every other call then raises DeviceClosedError."""
+        """Release the hardware. A second `close` does nothing. Any other method then raises DeviceClosedError."""
         if not self._is_closed:
             self._is_closed = True
             self._attempt(self._release)
@@ -158,9 +161,9 @@ class Device:
             raise DeviceClosedError(self.name)
 
     def _attempt(self, hook: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Call a driver's hook. An error that is no RobotcoreError becomes a DeviceError.
+        """Call a driver's method. Raise an exception other than RobotcoreError as a DeviceError.
 
-        The calls of each tick repeat these lines in their own bodies, which makes a tick faster by a fifteenth.
+        The methods that run in each tick contain these lines themselves, which shortens a tick by a fifteenth.
         """
         try:
             return hook(*args, **kwargs)
@@ -184,9 +187,10 @@ class Motor(Device, ABC):
         self.max_velocity = max_velocity
 
     def set_velocity(self, rad_s: float) -> float:
-        """Turn at ``rad_s``, limited to ``max_velocity``; return the velocity that was sent, in rad/s.
+        """Turn at ``rad_s``, limited to ``max_velocity``. Return the velocity that was sent, in rad/s.
 
-        Raises InvalidCommandError, and stops, if ``rad_s`` is NaN or infinite. Raises DeviceError if the device fails.
+        If ``rad_s`` is NaN or infinite, the motor stops and InvalidCommandError is raised. Raises DeviceError if the
+        device fails.
         """
         self._require_open()
         if not math.isfinite(rad_s):
@@ -203,7 +207,7 @@ class Motor(Device, ABC):
         return sent
 
     def stop(self) -> None:
-        """Stop now. A closed motor has stopped already, so this does nothing."""
+        """Stop now. On a closed motor this does nothing, because closing has stopped it."""
         if not self._is_closed:
             self._attempt(self._apply, 0.0)
 
@@ -220,7 +224,7 @@ class Motor(Device, ABC):
 
 
 class VelocityOutput(Protocol):
-    """Commands one motor: a motor of a driver, or the layers over it."""
+    """The interface for commands to one motor. A driver's motor has it, and so have the layers."""
 
     @property
     def name(self) -> str:
@@ -251,15 +255,17 @@ class Sensor(Device, ABC, Generic[SampleT]):
 
     @abstractmethod
     def _newest(self) -> SampleT:
-        """Return the newest sample. Without a new one, return the last sample with its old time."""
+        """Return the newest sample. If there is no new one, return the last sample with its old time."""
 
 
 class RangeSensor(Sensor[Range]):
     """A sensor of the distance ahead, such as an ultrasonic module.
 
-    min_range, max_range: its limits in metres. A nearer distance reads ``min_range``.
+    min_range, max_range: the shortest and the longest distance that the sensor measures, in metres. A shorter distance
+    is returned as ``min_range``.
     cone: the full opening angle in radians.
-    ``mount`` is its pose on the robot, in plan. A run sets it from the description.
+
+    ``mount`` is the sensor's pose on the robot in the plane. A run sets it from the description.
     """
 
     mount = Pose(0.0, 0.0, 0.0)
@@ -270,7 +276,7 @@ class RangeSensor(Sensor[Range]):
 
 
 class Camera(Sensor[Frame]):
-    """A camera. ``intrinsics`` is its pinhole model; ``mount`` is its pose on the robot, in plan."""
+    """A camera. ``intrinsics`` is its pinhole model. ``mount`` is its pose on the robot in the plane."""
 
     mount = Pose(0.0, 0.0, 0.0)
 
@@ -284,9 +290,9 @@ class Encoder(Sensor[Angle]):
 
 
 class Battery(Sensor[Voltage]):
-    """A sensor of a battery's voltage. No run ends if it fails or if its sample is old.
+    """A sensor of a battery's voltage. A run goes on if the sensor fails or if its sample is old.
 
-    Below ``warn_below`` volts a run warns. A run sets this limit from the description.
+    A run warns if the voltage is below ``warn_below`` volts. It sets this limit from the robot's description.
     """
 
     warn_below: float | None = None
@@ -310,7 +316,7 @@ class Display(Device, ABC):
 
 
 def invalid_velocity(name: str, rad_s: float) -> InvalidCommandError:
-    """Return the error for a velocity that is not finite, with the app's line that gave it."""
+    """Return the error for a velocity that is not finite. Its message contains the app's line that gave the command."""
     line = caller_location()
     where = f", at {line}" if line else ""
     return InvalidCommandError(

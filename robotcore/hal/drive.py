@@ -10,14 +10,17 @@ from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels, to_flo
 from robotcore.hal.clock import Clock
 
 COMMANDS = 200
-"""The number of commands kept to correct a late encoder: one second at 200 Hz."""
+"""The number of stored commands, from which the rotation since an old encoder sample is computed.
+
+It is sufficient for one second at 200 Hz.
+"""
 
 
 class WheelStage(Protocol):
-    """Takes the commands of a drive for its motors."""
+    """The interface to which a drive sends its commands."""
 
     def ask(self, wheels: Wheels) -> Wheels:
-        """Take the command of this tick; return the command after the limits. All in rad/s."""
+        """Set the command of this tick. Return the command after the safety rules. Both are in rad/s."""
 
     def stop(self) -> None:
         """Stop both motors now."""
@@ -26,9 +29,9 @@ class WheelStage(Protocol):
 class DifferentialDrive:
     """Moves the robot with two driven wheels. The last command of a tick is sent when the tick ends.
 
-    Each command returns the velocity that will be sent, after the limits and the range guard. ``geometry`` holds the
-    wheel radius and the track. ``max_linear`` (m/s) and ``max_angular`` (rad/s) are the limits. ``reach`` is the radius
-    of the circle that the robot needs to turn on the spot, in metres.
+    Each command returns the velocity that will be sent, after the limits and the range guard. ``geometry`` has the
+    wheel radius and the track. ``max_linear`` (m/s) and ``max_angular`` (rad/s) are the largest velocities. ``reach``
+    is the radius of the circle that the robot needs to turn on the spot, in metres.
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
@@ -52,12 +55,12 @@ class DifferentialDrive:
         self._odometry = odometry
 
     def set_velocity(self, linear: float, angular: float) -> Twist:
-        """Drive at ``linear`` m/s and turn left at ``angular`` rad/s; return the twist that will be sent."""
+        """Drive at ``linear`` m/s and turn left at ``angular`` rad/s. Return the twist that will be sent."""
         wheels = self._stage.ask(self.geometry.to_wheels(to_float(linear), to_float(angular)))
         return self.geometry.to_twist(wheels)
 
     def set_wheels(self, left: float, right: float) -> Wheels:
-        """Turn the wheels at ``left`` and ``right`` rad/s; return the velocities that will be sent."""
+        """Turn the wheels at ``left`` and ``right`` rad/s. Return the velocities that will be sent."""
         return self._stage.ask(Wheels(to_float(left), to_float(right)))
 
     def stop(self) -> None:
@@ -65,12 +68,12 @@ class DifferentialDrive:
         self._stage.stop()
 
     def track(self) -> None:
-        """Update the odometry. The loop does this once a tick, so that every arc is short."""
+        """Update the odometry. The loop calls this in each tick, so that the odometry adds only short arcs."""
         self._odometry.pose()
 
     @property
     def pose(self) -> Pose:
-        """The pose of the middle of the axle by odometry, relative to its pose when the robot was opened."""
+        """The pose of the axle's centre, by odometry. The origin is the pose at which the robot was opened."""
         return self._odometry.pose()
 
     def __repr__(self) -> str:
@@ -81,8 +84,8 @@ class DifferentialDrive:
 class Odometry:
     """Computes a pose from the angles of two wheels.
 
-    It adds one arc for each reading. The arc is exact if the ratio of the two velocities was constant in between.
-    ``latest`` is the pose of the last reading.
+    Each call of `pose` reads the angles and adds one arc. The arc is exact if the ratio of the two wheels' velocities
+    was constant since the last call. ``latest`` is the pose of the last call.
     """
 
     def __init__(self, geometry: DifferentialGeometry, angles: Callable[[], Wheels]) -> None:
@@ -102,7 +105,7 @@ class Odometry:
 
 
 class CommandIntegrator:
-    """Integrates wheel commands to wheel angles, for a drive without encoders."""
+    """Computes wheel angles from wheel commands. It replaces encoders, or bridges the time since their last sample."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -111,7 +114,7 @@ class CommandIntegrator:
         self._history: deque[tuple[float, Wheels]] = deque(maxlen=COMMANDS)
 
     def turn_at(self, wheels: Wheels, now: float) -> None:
-        """Add a commanded velocity in rad/s, valid from ``now`` on, in seconds."""
+        """Add a command. The wheels turn at these velocities, in rad/s, from the time ``now`` on, in seconds."""
         self._angle = self._angles_at(now)
         self._velocity = wheels
         self._history.append((now, wheels))
@@ -121,7 +124,10 @@ class CommandIntegrator:
         return self._angles_at(self._clock.now())
 
     def rotation_since(self, time: float) -> Wheels:
-        """Return the rotation from ``time`` until now in radians. It begins with the oldest command that is kept."""
+        """Return the commanded rotation from ``time`` until now, in radians.
+
+        Only the last `COMMANDS` commands are included.
+        """
         left = right = 0.0
         until = self._clock.now()
         for since, velocity in reversed(tuple(self._history)):

@@ -1,4 +1,4 @@
-"""A robot: its devices by name and by role, its drive, its clock."""
+"""A robot with its devices, its drive and its clock."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robotcore.hal.truth import TruthSource
 
 
 class Role(str, Enum):
-    """A part of a robot that an app can need, independent of the name of the device."""
+    """A part of a robot that an app can require without knowing the device's name."""
 
     DRIVE = "drive"
     CAMERA = "camera"
@@ -27,9 +27,9 @@ class Role(str, Enum):
 class Robot:
     """An open robot. Closing it stops every motor first.
 
-    The first device of a kind fills the role. ``truth`` is the true state in a simulator. ``cutoffs`` describe how
-    another process can stop the motors; without cutoffs a run starts no guardian. ``notes`` are remarks of the backend
-    that a user must read.
+    The first device of a kind fills the role. ``truth`` is the true state in a simulator. With ``cutoffs``, another
+    process can stop the motors. Without cutoffs a run starts no guardian. ``notes`` are remarks of the backend that a
+    user must read.
 
     >>> import robotcore
     >>> robot = robotcore.testing.MockRobot(range=[0.84]).layered
@@ -65,22 +65,22 @@ class Robot:
 
     @property
     def drive(self) -> DifferentialDrive:
-        """The drive. Raises UnmetNeedError if the robot has none open."""
+        """The drive. Raises UnmetNeedError if no drive is open."""
         return self._drive or self._unmet(Role.DRIVE)
 
     @property
     def camera(self) -> Camera:
-        """The first camera. Raises UnmetNeedError if the robot has none open."""
+        """The first camera. Raises UnmetNeedError if no camera is open."""
         return self._camera or self._unmet(Role.CAMERA)
 
     @property
     def range(self) -> RangeSensor:
-        """The first range sensor. Raises UnmetNeedError if the robot has none open."""
+        """The first range sensor. Raises UnmetNeedError if no range sensor is open."""
         return self._range or self._unmet(Role.RANGE)
 
     @property
     def display(self) -> Display:
-        """The first display. Raises UnmetNeedError if the robot has none open."""
+        """The first display. Raises UnmetNeedError if no display is open."""
         return self._display or self._unmet(Role.DISPLAY)
 
     @property
@@ -110,20 +110,20 @@ class Robot:
         return f"<Robot {self.name}: {', '.join([*parts, f't={self.clock.now():g} s'])}>"
 
     def __getitem__(self, name: str) -> Device:
-        """Return an open device by its name. Raises UnknownNameError."""
+        """Return an open device by its name. Raises UnknownNameError if no open device has the name."""
         if name not in self.devices:
             raise UnknownNameError("device", name, list(self.devices))
         return self.devices[name]
 
     def stop(self) -> None:
-        """Stop every motor independently. If stops failed, raise one DeviceGroupError with all failures."""
+        """Stop every motor, even if another stop fails. Then raise all failures as one DeviceGroupError."""
         if failures := _failures(motor.stop for motor in self.motors.values()):
             raise DeviceGroupError(f"stopping {self.name}", failures)
 
     def close(self) -> None:
-        """Stop every motor independently, then close every device, the clock and the backend.
+        """Stop every motor, then close every device, the clock and the backend.
 
-        A failure keeps no other step from running. All failures are raised in one DeviceGroupError.
+        After a failure the other steps still run. All failures are then raised as one DeviceGroupError.
         """
         tries: list[Callable[[], None]] = [motor.stop for motor in self.motors.values()]
         tries += [device.close for device in self.devices.values()]
@@ -152,12 +152,12 @@ class Robot:
 
 
 def _failures(tries: Iterable[Callable[[], None]]) -> list[Exception]:
-    """Call each function, also after a failure. Return the failures; those with equal texts once."""
+    """Call each function, even if another one fails. Return the failures without those whose text repeats."""
     failures: dict[str, Exception] = {}
     for attempt in tries:
         try:
             attempt()
-        except Exception as failure:  # noqa: BLE001, PERF203  one that fails must not keep the others from stopping
+        except Exception as failure:  # noqa: BLE001, PERF203  the other motors must still stop
             for each in failure.failures if isinstance(failure, DeviceGroupError) else (failure,):
                 failures.setdefault(str(each), each)
     return list(failures.values())

@@ -1,4 +1,4 @@
-"""The true state of a simulated robot, against which the app's result is verified."""
+"""The true state of a simulated robot, with which the app's result is compared."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ REST_LINEAR_M_S = 0.01
 REST_ANGULAR_RAD_S = 0.05
 
 RELEASE_M = 0.001
-"""A contact ends when the gap between the robot and the other body has grown by this much."""
+"""A contact ends when the gap between the robot and the other body is larger than this, in metres."""
 
 
 class TruthSource(Protocol):
-    """The interface by which a simulator gives the true state of its robot."""
+    """The interface of a simulator for the true state of its robot."""
 
     def pose(self) -> Pose:
-        """Return the pose of the axle's middle in the world."""
+        """Return the pose of the axle's centre in the world."""
 
     def twist(self) -> Twist:
-        """Return the velocity of the axle's middle."""
+        """Return the velocity of the axle's centre."""
 
     def contacts(self) -> int | None:
-        """Return the number of contacts with other bodies than the floor so far; None if it is unknown.
+        """Return the number of contacts so far with bodies other than the floor. None if it is unknown.
 
-        A contact counts once, however long it lasts.
+        A long contact counts as one.
         """
 
 
@@ -49,7 +49,7 @@ class Truth:
 
     @property
     def pose(self) -> Pose:
-        """The pose of the axle's middle in the world."""
+        """The pose of the axle's centre in the world."""
         return self._source.pose()
 
     @property
@@ -94,7 +94,10 @@ class Truth:
 
 
 def _points_across(ball: Ball, view: CameraView) -> np.ndarray:
-    """Return the ball's centre, and a point to the right and one to the left of it, as seen from the camera, (3, 3)."""
+    """Return three points of a ball in the world, one per row, shape (3, 3).
+
+    They are its centre, its rightmost and its leftmost point as seen from the camera.
+    """
     dx, dy = ball.x_m - view.eye[0], ball.y_m - view.eye[1]
     scale = 0.7 * ball.radius_m / math.hypot(dx, dy)
     return np.array([(ball.x_m - s * dy * scale, ball.y_m + s * dx * scale, ball.radius_m) for s in (0, -1, 1)])

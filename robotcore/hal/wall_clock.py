@@ -16,11 +16,11 @@ from robotcore.hal.clock import Callback, Clock, ClockWrapper, PeriodicTask
 from robotcore.threads import is_out_of_memory, start_thread
 
 STOPPING_S = 1.0
-"""The longest time for which closing a device waits for work that hangs."""
+"""The longest time in seconds for which stopping a periodic task waits for a call that hangs."""
 
 
 class ThreadedTask(PeriodicTask):
-    """A periodic task in its own thread. Work that takes longer than its period starts again at once."""
+    """A periodic task in its own thread. If a call takes longer than the period, the next call begins at once."""
 
     def __init__(self, clock: Clock, period: float, work: Callable[[], object], name: str) -> None:
         self._clock, self._period, self._work = clock, period, work
@@ -33,7 +33,7 @@ class ThreadedTask(PeriodicTask):
             self._thread.join(STOPPING_S)
 
     def _run(self) -> None:
-        with suppress(BackendError):  # `sleep_until` raises the failure of a server's time
+        with suppress(BackendError):  # `sleep_until` raises the error if a server's time cannot be read
             due = self._clock.now() + self._period
             while not self._stopping.wait(max(0.0, due - self._clock.now())):
                 self._work()
@@ -41,20 +41,20 @@ class ThreadedTask(PeriodicTask):
 
 
 LONGEST_WAIT_S = 0.1
-"""The longest delay of a call whose notification was lost because memory ran out."""
+"""The longest delay, in seconds, of a call whose notification was lost because memory ran out."""
 
 WITHOUT_MEMORY_S = 0.005
-"""The pause between two attempts while memory has run out."""
+"""The pause between two attempts of a call that fails because memory has run out, in seconds."""
 
 CLOSING_S = 1.0
-"""The longest time for which closing a clock waits for a call that hangs."""
+"""The longest time in seconds for which closing a clock waits for a call that hangs."""
 
 
 class MonotonicClock(Clock):
-    """The machine's time, from zero. A thread of the clock makes the calls of `call_at`.
+    """A clock that follows the machine's time, and starts at zero. Its own thread makes the calls of `call_at`.
 
-    The next `sleep_until`, or `close`, raises the exception of such a call or of a periodic task. Later calls are still
-    made.
+    If such a call or a periodic task raises an exception, the next `sleep_until` or `close` raises it. Later calls are
+    still made.
     """
 
     is_lockstep = False
@@ -117,11 +117,11 @@ class MonotonicClock(Clock):
         try:
             while (callback := self._next_due()) is not None:
                 self._attempt(partial(self._insist, callback))
-        except Exception as failure:  # noqa: BLE001  a server's time may fail; `sleep_until` raises the error
+        except Exception as failure:  # noqa: BLE001  `sleep_until` raises the error
             self._failure = failure
 
     def _insist(self, callback: Callback) -> None:
-        """Make a call, and repeat it while memory runs out, because it may stop the motors."""
+        """Make a call. Repeat it if it fails because memory runs out, because the call may stop the motors."""
         is_made = False
         while not (is_made or self._is_closed):
             try:
@@ -139,7 +139,10 @@ class MonotonicClock(Clock):
             self._failure = self._failure or failure
 
     def _next_due(self) -> Callback | None:
-        """Wait for the next call, also while memory runs out, because it may stop the motors."""
+        """Wait for the next call that is due, and return it. None if the clock is closed.
+
+        The wait goes on if memory runs out, because the call may stop the motors.
+        """
         while True:
             try:
                 return self._wait_for_next()
@@ -159,7 +162,7 @@ class MonotonicClock(Clock):
 
 
 class ServerClock(MonotonicClock):
-    """The time of a server that runs on its own, from zero.
+    """A clock that follows the time of a separate server, and starts at zero.
 
     source: the function that reads the server's time in seconds.
     """
@@ -179,7 +182,7 @@ class ServerClock(MonotonicClock):
 
 
 class PacedClock(ClockWrapper):
-    """A simulated clock that passes no faster than real time. If the machine is too slow, it falls behind."""
+    """A simulated clock whose time passes no faster than real time. On a slow machine it passes more slowly."""
 
     def __init__(self, source: Clock) -> None:
         super().__init__(source)

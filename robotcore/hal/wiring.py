@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class PadKind(str, Enum):
-    """The purpose of a pad of a connector."""
+    """The purpose of a pad on a connector."""
 
     SIGNAL = "signal"
     POWER = "power"
@@ -18,12 +18,12 @@ class PadKind(str, Enum):
 
 @dataclass(frozen=True)
 class Pad:
-    """A pad of a connector."""
+    """A pad on a connector."""
 
     number: int
     """The pad's number on the connector."""
     name: str
-    """The name of its signal, such as ``GPIO 17``."""
+    """The name of the pad's signal, such as ``GPIO 17``."""
     kind: PadKind
 
 
@@ -38,7 +38,7 @@ class Wire:
     signal: str
     """The device's signal, such as ``trigger``."""
     where: str
-    """The other end of the wire, in words."""
+    """A text that names the other end of the wire."""
     pads: tuple[int, ...] = ()
     """The numbers of the pads to which the wire can go, the best one first; empty without a connector."""
 
@@ -48,7 +48,7 @@ class Wiring:
     """All wires of a robot."""
 
     pads: Sequence[Pad]
-    """The pads of the connector, in rows of two, as they are on the board."""
+    """The pads of the connector in rows of two, arranged as on the board."""
     wires: Sequence[Wire]
     notes: Sequence[tuple[str, str]]
-    """Further parts or settings for a device: its name and a sentence."""
+    """Further parts or settings that a device requires, each as the device's name and a sentence."""

@@ -1,4 +1,7 @@
-"""The loop of a run. A tick reads (lazily, once), decides, filters, sends once, and lets time pass."""
+"""The loop of a run. In each tick the app decides once, and the loop sends the filtered command once.
+
+A sensor is read when the app first asks for its sample in a tick. After the tick the loop lets time pass.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ from robotcore.safety import LOST, Commit, Intervention, TimeLimit
 TickObserver = Callable[[TickRecord], None]
 
 FORK_EXIT_STATUS = 1
-"""The exit status of a process that an app forked in its step."""
+"""The exit status of the new process if an app calls ``os.fork`` in its step."""
 
 _FORK_MESSAGE = (
     "error: {}.step returned in process {}, which os.fork made as a copy of the run's process. The copy ends, the run "
@@ -34,9 +37,9 @@ class Loop:
 
     assembled: the robot with its layers.
     rate_hz: the number of ticks in a second.
-    observers: called with the record of each tick.
+    observers: functions that are called with the record of each tick.
     step_limit, observer_limit: the time limits of the app's step and of the observers, for the watchdog.
-    outage: how long a device may be lost, in seconds. Meanwhile the robot stands, and the app is not called.
+    outage: the longest loss of a device, in seconds. During a loss the robot stands, and the app is not called.
     """
 
     def __init__(
@@ -82,9 +85,10 @@ class Loop:
         return () if is_reported else self._latch.interventions(self._clock.now())
 
     def run(self) -> Outcome:
-        """Tick until the end, stop the wheels, and return the outcome.
+        """Run ticks until the app ends or its time is over, stop the wheels, and return the outcome.
 
-        If the latch tripped, its error is raised. Other exceptions are consequences of it.
+        If the latch has tripped, the error of the latch is raised in place of any other exception. The other exception
+        is a consequence of that error.
         """
         try:
             return self._run()
@@ -106,7 +110,7 @@ class Loop:
             self._let_time_pass()
 
     def _tick_or_wait(self) -> Status:
-        """Tick. If a device is lost that may come back, stop the robot instead."""
+        """Run one tick. If it fails because a device is lost, stop the robot and wait for the device."""
         try:
             status = self.tick()
         except DeviceLostError as lost:
@@ -122,7 +126,7 @@ class Loop:
         self._stop_and_wait()
 
     def tick(self) -> Status:
-        """Decide once, send the command, and record the tick. A tick that fails is recorded too."""
+        """Call the app's step, send the command, and record the tick. A tick that fails is recorded too."""
         self._latch.check()
         self._activity.ticks += 1
         if self._drive:
@@ -148,9 +152,9 @@ class Loop:
             self._filter.stop()
 
     def _probe_lost_devices(self) -> None:
-        """Use each lost device once. Raises DeviceLostError if one is still lost.
+        """Read each lost sensor and stop each lost motor, to find out if they are back.
 
-        Displays are left out: a lost display raises when the app shows a picture.
+        Raises DeviceLostError if one is still lost. Lost displays are not checked, because the app uses them itself.
         """
         for name in self.losses.lost:
             match self.robot.devices.get(name):
@@ -161,14 +165,14 @@ class Loop:
 
     @staticmethod
     def _update_odometry(drive: DifferentialDrive) -> None:
-        """Update odometry. Errors are ignored here; they are raised again when the app drives or reads the pose."""
-        try:  # noqa: SIM105  `suppress` takes ten times as long, in each tick
+        """Update the odometry. Ignore a DeviceError, which is raised again when the app drives or reads the pose."""
+        try:  # noqa: SIM105  each tick runs this, and `suppress` takes ten times as long
             drive.track()
         except DeviceError:
             pass
 
     def _record(self, commit: Commit, lost: str | None = None) -> None:
-        """Record the tick. If the latch trips between two ticks, record it as an extra tick."""
+        """Record the tick. If the latch tripped between two ticks, the record is that of an additional tick."""
         self._activity.begin(self._observer_limit)
         if self._latch.error and not self._is_latch_recorded:
             commit = self._add_latch(commit)
@@ -216,7 +220,10 @@ class Loop:
         return status
 
     def _step(self) -> object:
-        """Call the app's step. If the app forked and this is the new process, end it: only the original drives."""
+        """Call the app's step. If the step called ``os.fork``, end the new process.
+
+        Only the original process may drive the robot.
+        """
         try:
             return self.behaviour.step(self.robot)
         finally:
@@ -233,14 +240,14 @@ class Loop:
             self._deadline = self._clock.now()
 
     def _sleep(self) -> bool:
-        """Let time pass until the next tick. Return False if its time was over already.
+        """Let time pass until the next tick. Return False if the time of the next tick is already in the past.
 
-        If the deadman failed to stop a lost motor, the next command to this motor raises the error.
+        The deadman may fail to stop a lost motor during the sleep. The robot is then stopped, and the sleep goes on.
         """
         while True:
             try:
                 return self._clock.sleep_until(self._deadline)
-            except DeviceLostError:  # noqa: PERF203  the next error may be of another motor
+            except DeviceLostError:  # noqa: PERF203  another motor may raise the next error
                 if not self.losses.is_enabled:
                     raise
                 self._stop_and_wait()

@@ -10,23 +10,32 @@ from robotcore.hal.devices import Battery, Voltage
 from robotcore.hal.robot import Robot
 
 PERIOD_S = 1.0
-"""The period in which a battery is read, in seconds of the robot's clock. Its voltage changes in minutes."""
+"""The time between two readings of a battery, in seconds of the robot's clock. A voltage changes slowly."""
 
 LOW_VOLTAGE_S = 3.0
-"""A low voltage causes a warning after this time, in seconds. A motor that starts lowers it for a shorter time."""
+"""A voltage that stays low for this time, in seconds, causes a warning.
+
+A motor that starts lowers the voltage too, but for a shorter time.
+"""
 
 
 class BatteryMonitor:
-    """Reads every battery of a robot once a second, even if the app reads none. No decision depends on the voltages."""
+    """Reads every battery of a robot once a second, even if the app reads none.
+
+    The voltages are only recorded and cause warnings. They do not change the run.
+    """
 
     def __init__(self, robot: Robot) -> None:
         self._gauges = [BatteryGauge(device) for device in robot.devices.values() if isinstance(device, Battery)]
         self._due = -inf if self._gauges else inf
         self.voltages: Mapping[str, float] = {}
-        """The last voltage of each battery, in volts, by name. New voltages are in a new mapping."""
+        """The last voltage of each battery, in volts, by name. Each reading replaces the mapping."""
 
     def read(self, now: float) -> tuple[str, ...]:
-        """Read the batteries if a reading is due at ``now``, in seconds. Return new warnings, each a sentence."""
+        """Read the batteries if one second has passed since the last reading. Return new warnings, each a sentence.
+
+        now: the robot's time, in seconds.
+        """
         if now < self._due:
             return ()
         self._due = now + PERIOD_S
@@ -36,7 +45,7 @@ class BatteryMonitor:
 
 
 class BatteryGauge:
-    """Reads one battery. It warns once if the voltage is low, and once in each series of failed reads."""
+    """Reads one battery. It warns once in a run about a low voltage, and once in each series of failed reads."""
 
     def __init__(self, battery: Battery) -> None:
         self.name = battery.name
@@ -46,7 +55,7 @@ class BatteryGauge:
         self._has_failed = self._has_warned = False
 
     def read(self) -> str:
-        """Read the voltage. Return a warning, empty if there is none."""
+        """Read the voltage. Return a warning as a text, which is empty if there is none."""
         try:
             sample = self._battery.read()
         except DeviceError as failure:
@@ -63,7 +72,10 @@ class BatteryGauge:
         return "" if has_failed else f"{why.rstrip('.')}. The run continues without this voltage"
 
     def _low_voltage_warning(self, sample: Voltage) -> str:
-        """Return a warning if the voltage stays low. At the start it comes at once, because no motor turns yet."""
+        """Return a warning if the voltage has been low for `LOW_VOLTAGE_S`.
+
+        At the start of a run the warning comes at once, because no motor lowers the voltage yet.
+        """
         limit = self._battery.warn_below
         if limit is None or sample.voltage >= limit:
             self._sufficient_at = sample.time
@@ -76,12 +88,12 @@ class BatteryGauge:
 class DeviceLossTracker:
     """Decides whether a run may wait for lost devices, and summarises the losses.
 
-    limit: how long one loss may last, in seconds. 0 means that no loss is tolerated.
+    limit: the longest time for which a device may be lost, in seconds. If it is 0, each loss ends the run.
     """
 
     def __init__(self, limit: float) -> None:
         self.lost: list[str] = []
-        """The names of the lost devices, in the order of their loss. A loss ends when all of them are back."""
+        """The names of the lost devices, in the order of their losses. Emptied when all of them are back."""
         self._limit = limit
         self._since = 0.0
         self._past_losses: list[tuple[str, float]] = []
@@ -112,7 +124,7 @@ class DeviceLossTracker:
             self.lost.clear()
 
     def summarise(self, now: float) -> tuple[str, ...]:
-        """Return a sentence for each device that was lost: how often, how long in all, and whether it came back."""
+        """Return a sentence for each device that was lost, with the number and the total duration of its losses."""
         names = sorted({name for name, _ in self._past_losses})
         away = f"{', '.join(self.lost)} was lost for the last {now - self._since:.1f} s; the robot stood"
         return (*map(self._summarise_device, names), *([away] if self.lost else ()))

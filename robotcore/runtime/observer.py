@@ -1,4 +1,4 @@
-"""Observers of a run, and the view of the run that they get."""
+"""The interface of observers, and the description of a run that they get."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from robotcore.safety import EmergencyStop
 
 @dataclass(frozen=True)
 class Run:
-    """A run as an observer gets it. An observer must not read devices, because that would change the run.
+    """The description of a run that an observer gets.
 
-    A device's ``latest`` has its last sample.
+    An observer must not read devices, because that would change the run. It uses the attribute ``latest`` of a sensor,
+    which is the last sample that the app read.
     """
 
     request: RunRequest
@@ -33,30 +34,30 @@ class Run:
     truth: Truth | None
     """The simulator's truth; None if the backend has none, or no world was named."""
     emergency: EmergencyStop
-    """It stops the run, from any thread."""
+    """The emergency stop, which any thread may press."""
     faults: Sequence[PlannedFault] = ()
-    """The injected faults. Each method `is_on` says whether the fault is active at a time."""
+    """The injected faults. The method `is_on` of a fault returns whether it is active at a time."""
 
 
 class Observer(Protocol):
-    """Gets the beginning of a run, each tick, and the result."""
+    """The base class of observers. A run calls its methods at the beginning, after each tick, and at the end."""
 
     def begin(self, run: Run) -> None:
-        """Take the run, before its first tick."""
+        """Receive the description of the run, before the first tick."""
 
     def tick(self, record: TickRecord) -> None:
-        """Take the record of a tick."""
+        """Receive the record of a tick."""
 
     def end(self, result: RunResult) -> None:
-        """Take the result. If an app or a driver hangs and the process exits, another thread calls this."""
+        """Receive the result of the run. If an app or a driver hangs, another thread than before calls this method."""
 
 
 def notify_end(observers: Sequence[Observer], result: RunResult) -> list[Exception]:
-    """Call `Observer.end` of every observer, even if one raises. Return what they raised."""
+    """Call `Observer.end` of every observer, even if one raises. Return the exceptions that they raised."""
     failures = []
     for observer in observers:
         try:
             observer.end(result)
-        except Exception as failure:  # noqa: BLE001, PERF203  the others get the result too
+        except Exception as failure:  # noqa: BLE001, PERF203  the other observers must get the result too
             failures.append(failure)
     return failures

@@ -1,4 +1,4 @@
-"""The request of a run, and its plan, in which every name is found and every part is checked."""
+"""The request of a run, and the plan: a request whose names were resolved and whose values were checked."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class RunRequest:
     world: str | None = None
     """The name of a world, or its file. If it is None, a simulator uses `DEFAULT_WORLD`."""
     seed: int | None = None
-    """It draws the layout of the world. If it is None, the layout is that of the world's file."""
+    """The seed from which the layout of the world is drawn. If it is None, the layout is that of the world's file."""
     rate_hz: float = 20.0
     """The number of ticks in a second, from `MIN_RATE_HZ` to `MAX_RATE_HZ`."""
     timeout_s: float = 120.0
@@ -68,14 +68,14 @@ class RunRequest:
     randomise: bool = False
     """Whether the seed also draws the looks, the sensors' noise and the wheels' errors."""
     judge: str | None = None
-    """The app whose ``verify`` judges the end of the run. If it is None, the app judges itself."""
+    """The app whose ``verify`` decides whether the run was a success. If it is None, the app judges itself."""
     faults: tuple[str, ...] = ()
     """The specifications of the faults to inject."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """A request whose names are found and whose parts are checked.
+    """A request whose names were resolved and whose values were checked.
 
     >>> plan = Plan.of(RunRequest("green-search", seed=7))
     >>> plan
@@ -86,15 +86,15 @@ class Plan:
     behaviour: Behaviour
     """The app, with its settings."""
     judge: Behaviour
-    """The app that verifies the end of the run."""
+    """The app whose ``verify`` decides whether the run was a success."""
     backend: Backend
     description: RobotDescription
     world: WorldDescription | None
-    """The world as the seed drew it; None if there is none."""
+    """The world with the layout that was drawn from the seed. None if the run has no world."""
     setup: Setup
     """The arguments with which the backend opens the robot."""
     drawn: DrawnValues = field(default_factory=dict)
-    """The looks and conditions that the seed drew, and the conditions that the world's file fixes, by name."""
+    """The looks and conditions that were drawn from the seed or that the world's file sets, by name."""
     faults: tuple[PlannedFault, ...] = ()
     notes: tuple[str, ...] = ()
     """Notes of the backend, and a note about the world if the simulator has its own scene."""
@@ -106,13 +106,13 @@ class Plan:
 
     @property
     def conditions(self) -> Conditions:
-        """The conditions of the simulated devices. A real robot has none: its devices are as they are."""
+        """The imperfections of the simulated devices. On a real robot there are none to simulate."""
         builds = self.backend.builds_world(self.description)
         return self.world.conditions if self.world and builds else Conditions()
 
     @classmethod
     def of(cls, request: RunRequest) -> Plan:
-        """Find and check everything that the request names, without opening anything.
+        """Resolve and check everything that the request names. No device is opened.
 
         Raises UsageError if a part is unknown or does not fit, and BackendMissingError if a library is missing.
         """
@@ -120,7 +120,7 @@ class Plan:
         _require_positive("--timeout", request.timeout_s)
         backend = load_backend(request.backend)
         judge = None if request.judge is None else load_judge(request.judge)
-        behaviour = configure(load_app(request.app), request.settings)  # last: later imports search its folder
+        behaviour = configure(load_app(request.app), request.settings)  # last: it changes where imports search
         description = backend.load_robot(request.robot, request.options)
         devices = needed_devices(description, behaviour.needs, behaviour.wants)
         devices |= backend.batteries(description, request.options)
@@ -139,7 +139,7 @@ class Plan:
 
 
 def draw_conditions(request: RunRequest) -> DrawnValues:
-    """Return the `Plan.drawn` of a request, without loading the app."""
+    """Return the value of `Plan.drawn` for a request, without loading the app."""
     description = load_robot(request.robot)
     builds_world = load_backend(request.backend).builds_world(description)
     _, drawn = _load_world(request, description, builds_world=builds_world)
@@ -206,7 +206,7 @@ def _require_randomisable(request: RunRequest, backend: Backend, *, builds_world
 def _load_world(
     request: RunRequest, description: RobotDescription, *, builds_world: bool
 ) -> tuple[WorldDescription | None, DrawnValues]:
-    """Return the world, and the values of `Plan.drawn`. The world is None if there is none."""
+    """Return the world, and the values of `Plan.drawn`. The world is None if the run has none."""
     if not (request.world or builds_world):
         return None, {}
     world = load_world(request.world or DEFAULT_WORLD)

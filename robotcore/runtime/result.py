@@ -1,4 +1,4 @@
-"""The result of a run: its outcome and all that was measured."""
+"""The result of a run: its outcome and the measured values."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ class Outcome(str, Enum):
     FAILURE = "failure"
     """The app returned `Status.FAILURE`."""
     TIMEOUT = "timeout"
-    """The app did not end within its time."""
+    """The app did not end within the run's time limit."""
     STOPPED = "stopped"
     """A safety rule, the watchdog or the e-stop ended the run."""
     INTERRUPTED = "interrupted"
     """A signal ended the run."""
     ERROR = "error"
-    """The app raised, or a device or the backend failed."""
+    """The app raised an exception, or a device or the backend failed."""
 
 
 @dataclass(frozen=True)
 class RunResult:
-    """The result of one run. None stands for a value that the backend cannot measure.
+    """The result of one run. A value that the backend cannot measure is None.
 
     >>> from robotcore import RunRequest, run
     >>> result = run(RunRequest("avoid-obstacles", settings={"duration_s": 1.0}))
@@ -51,7 +51,7 @@ class RunResult:
     reason: str = ""
     """Why the run ended, as a sentence."""
     verified: bool | None = None
-    """The simulator's judgement of `outcome`; None if it is unknown."""
+    """Whether the run was a success by the true state of the simulator. None if it is unknown."""
     judge: str | None = None
     """The app that verified the run, if it is not the app itself."""
     sim_time_s: float = 0.0
@@ -59,12 +59,12 @@ class RunResult:
     wall_time_s: float = 0.0
     ticks: int = 0
     overruns: int = 0
-    """Ticks that took longer than their period."""
+    """The number of ticks that took longer than their period."""
     contacts: int | None = None
-    """Contacts of the robot with obstacles; None if the backend cannot count them."""
+    """The number of the robot's contacts with obstacles. None if the backend cannot count them."""
     distance_to_target_m: float | None = None
     interventions: int = 0
-    """How often the command filter or the latch changed a command."""
+    """The number of times that the command filter or the latch changed a command."""
     milestones: dict[str, float] = field(default_factory=dict)
     """The time of each milestone that was reached, in seconds."""
     conditions: dict[str, float | str] = field(default_factory=dict)
@@ -78,7 +78,7 @@ class RunResult:
     trace_sha256: str | None = None
     """The digest of the trace, see `Trace`."""
     dropped_pictures: int | None = None
-    """Pictures that the recording left out; None without a recording."""
+    """The number of pictures that the recording left out. None without a recording."""
     error: BaseException | None = field(default=None, repr=False, compare=False)
     """The exception that ended the run, if one did."""
 
@@ -89,12 +89,12 @@ class RunResult:
 
     @property
     def verifier(self) -> str:
-        """The source of ``verified``: ``judge`` or ``simulator``."""
+        """The source of ``verified`` for messages: ``judge`` if another app verified the run, else ``simulator``."""
         return "judge" if self.judge else "simulator"
 
     @property
     def dispute(self) -> str:
-        """The objection to an app's success, as a text. Empty if there is none."""
+        """A sentence for a run that the app calls a success and the verification does not. Otherwise empty."""
         if self.outcome is Outcome.SUCCESS and self.verified is False:
             return f"the {self.verifier} does not agree"
         return ""

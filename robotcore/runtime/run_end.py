@@ -1,4 +1,4 @@
-"""Build the result of a run from its end."""
+"""Builds the result of a run from the plan, the loop, the verification and the errors at the end."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 
 class RunEnd(NamedTuple):
-    """The end of a run."""
+    """The outcome of a run, and the errors at its end."""
 
     outcome: Outcome
     error: RobotcoreError | Interrupted | None
     """The error that ended the run, if one did."""
     late: RobotcoreError | None
-    """An error after the end, for example while the robot was closed."""
+    """An error after the run had ended, for example while the robot was closed."""
 
 
 def build_result(plan: Plan, loop: Loop | None, verification: Verification, end: RunEnd, wall_time: float) -> RunResult:

@@ -39,19 +39,19 @@ from robotcore.safety.thread_reserve import Reserve
 __all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
 
 WAKE_UP_S = 0.3
-"""How long a sensor that was suspended needs for a new sample, in seconds."""
+"""The time that a sensor needs for a new sample after a suspension of the program, in seconds."""
 
 
 class _CloseTimeoutError(Exception):
-    """The robot cannot be closed, for a reason that was reported before."""
+    """The robot cannot be closed. The reason was reported before."""
 
 
 class RunSession:
-    """One run of a plan.
+    """Executes one run.
 
-    plan: what runs.
-    observers, taps, on_forced_exit, timeout_scale: see `run`.
-    signals: the guard, which the caller has entered.
+    plan: the plan of the run.
+    observers, taps, on_forced_exit, timeout_scale: the arguments of `run`.
+    signals: the signal guard. The caller must have entered its context.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class RunSession:
         """Whether the backend or a device does not return from a call."""
 
     def run(self) -> RunResult:
-        """Run to the end, notify the observers, and return the result."""
+        """Execute the run to its end, notify the observers, and return the result."""
         try:
             return self._run_to_end()
         finally:
@@ -170,7 +170,7 @@ class RunSession:
         return self._loop.run()
 
     def _wait_for_sensors(self) -> None:
-        """Wait for new samples of polled sensors. Those from before a suspension are stale."""
+        """Wait after a suspension of the program until the sensors have new samples. Older samples are stale."""
         self._wall.sleep_until(self._wall.now() + WAKE_UP_S)
 
     def _assemble(self, raw: Robot) -> Assembled:
@@ -207,8 +207,8 @@ class RunSession:
     def _stop(self, raw: Robot) -> None:
         """Trip the latch and stop the motors, so that no thread of the app can move them.
 
-        A stop that fails is reported when it fails again at closing. A stop that hangs is reported now. In a lockstep
-        simulation a stop may take as long as any answer: nothing moves meanwhile, and a busy machine is only slow.
+        The failure of a stop is not reported here, because closing the robot stops the motors again. A stop that hangs
+        is reported here. In a lockstep simulation a stop may take longer, because nothing moves meanwhile.
         """
         if assembled := self._assembled:
             self._activity.begin(self._close_limit)
@@ -219,7 +219,7 @@ class RunSession:
                 self._late_failure = next((each for each in failures if isinstance(each, DeviceError)), None)
 
     def _judge(self, raw: Robot, outcome: Outcome) -> None:
-        """Verify the run by the simulator's truth, unless the backend hangs."""
+        """Compare the outcome of the run with the true state of the simulator, unless the backend hangs."""
         if not self._is_hung:
             plan = self._plan
             self._activity.begin(judge_limit(plan.judge, plan.backend.name))
@@ -236,7 +236,7 @@ class RunSession:
             self._late_failure = failure
 
     def _close_robot(self, robot: Robot) -> None:
-        """Close the robot. If it hangs, wait for `SHUTDOWN_GRACE_S` only."""
+        """Close the robot. If a driver hangs, wait at most for `SHUTDOWN_GRACE_S`."""
         if not (self._is_hung or (self._assembled and self._assembled.brakes.are_hung)):
             robot.close()
             return
@@ -246,13 +246,16 @@ class RunSession:
 
     @property
     def _latched_error(self) -> RobotcoreError:
-        """The error that tripped the latch, or the watchdog's error if there was no latch yet."""
+        """The error that tripped the latch. Before there is a latch, it is the watchdog's error."""
         error = (self._assembled and self._assembled.latch.error) or self._timeout_error
         assert error
         return error
 
     def _on_timeout(self, error: RobotcoreError) -> None:
-        """Trip the latch, which stops the motors, and interrupt the loop's thread, which hangs."""
+        """Handle a time limit that the loop's thread has exceeded.
+
+        Trip the latch, which stops the motors. Then interrupt the thread.
+        """
         self._timeout_error = error
         self._is_hung = isinstance(error, (BackendError, DeviceError))
         try:
@@ -262,7 +265,7 @@ class RunSession:
             self._signals.interrupt_main_thread()
 
     def _note_tracer(self, error: RobotcoreError) -> None:
-        """Report that the watchdog would have ended the run."""
+        """Report that the watchdog did not end the run because a debugger or another tracer is active."""
         note = f"the watchdog did not end the run, because a debugger or another tracer is active: {error}"
         self._plan = replace(self._plan, notes=(*self._plan.notes, note))
         with suppress(OSError):
@@ -272,7 +275,7 @@ class RunSession:
         self._forced_exit.end_after_hang(error, self._build_hang_result)
 
     def _build_hang_result(self, error: RobotcoreError) -> RunResult:
-        """Return the result after a hang, with the interventions that no tick recorded."""
+        """Return the result after a hang. It includes the interventions that no tick recorded."""
         result = self._build_result(error, get_outcome(error))
         unreported = len(self._loop.unreported_interventions) if self._loop else 0
         return replace(result, interventions=result.interventions + unreported)
@@ -289,7 +292,7 @@ class RunSession:
 
 
 def _find_cause(error: BaseException) -> RobotcoreError | Interrupted | None:
-    """Return the error that was ending the run when memory ran out, if there was one."""
+    """Return the error that was being handled when the program ran out of memory. None if there was no such error."""
     while context := error.__context__:
         if isinstance(context, (RobotcoreError, Interrupted)):
             return context
@@ -308,14 +311,14 @@ def run(
     """Run an app and return its result.
 
     request: the app, and the backend, robot and world.
-    observers: they get the run's beginning, each tick and the result.
-    taps: they see every sample that the app gets and every command that it gives.
-    on_forced_exit: if an app or a driver hangs and cannot be interrupted, the process exits. This function is called
-    first with the result, in another thread.
-    timeout_scale: a factor on every time limit of the run.
+    observers: objects that are notified of the run's beginning, of each tick and of the result.
+    taps: layers that get every sample that the app reads and every command that the app gives.
+    on_forced_exit: a function that is called with the result, in another thread, before a forced exit of the process.
+    The process is forced to exit if an app or a driver hangs and cannot be interrupted.
+    timeout_scale: a factor that multiplies every time limit of the run.
 
-    Raises UsageError and BackendMissingError before anything is opened. A later error is in the result, and every
-    motor is stopped.
+    Raises UsageError and BackendMissingError before any device is opened. An error during the run stops every motor,
+    and is returned in the result.
 
     >>> result = run(RunRequest("green-search", seed=7))
     >>> result.outcome.value, result.verified

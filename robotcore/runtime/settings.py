@@ -25,7 +25,7 @@ class Setting:
     type: Any
     """The type as the app's class declares it."""
     default: Any
-    """The default; `dataclasses.MISSING` if there is none."""
+    """The default value. It is `dataclasses.MISSING` if there is none."""
 
 
 def list_settings(app: type[Behaviour]) -> dict[str, Setting]:
@@ -46,11 +46,11 @@ def list_settings(app: type[Behaviour]) -> dict[str, Setting]:
 
 
 def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
-    """Return the app with these settings.
+    """Create an app from its class and its settings.
 
     Raises UsageError if a setting is unknown, missing or of another type, and BehaviourError if the app's code raises.
 
-    values: the settings by name. Texts are converted to the declared types.
+    values: the settings by name. A text is converted to the declared type of its setting.
     """
     known = list_settings(app)
     checked = {}

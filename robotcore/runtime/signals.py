@@ -14,26 +14,29 @@ from typing import Any, NoReturn
 from robotcore.errors import Interrupted
 
 LAST_SIGNAL = 3
-"""This signal in a row ends the process at once."""
+"""The number of signals in a run after which the process is ended at once."""
 
 WATCHDOG_SIGNAL: int = getattr(signal, "SIGURG", signal.SIGINT)
-"""The watchdog interrupts a waiting call with it. Without a handler it does nothing."""
+"""The signal by which the watchdog interrupts a waiting call. The system ignores it if there is no handler."""
 
 END_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
 SUSPEND: int | None = getattr(signal, "SIGTSTP", None)
-"""The signal of Ctrl-Z; None on systems without it."""
+"""The signal that Ctrl-Z sends. None on systems without it."""
 
 
 class WatchdogInterrupt(BaseException):
-    """Raised in the run's thread after the watchdog tripped the latch. The latch has the error that ended the run."""
+    """Raised in the run's thread after the watchdog has tripped the latch.
+
+    The latch contains the error that ended the run.
+    """
 
 
 def end_by_signal(number: int) -> NoReturn:
-    """End the process by a signal's default action.
+    """End the process by the default action of a signal.
 
-    The parent process then sees the signal instead of an exit status, so a loop in a shell ends too
-    (https://www.cons.org/cracauer/sigint.html). A shell reports it as 128 + ``number``, `subprocess` as ``-number``.
-    If the signal does not end the process, for example on Windows, it exits with 128 + ``number``.
+    The parent process then gets the signal's number in place of an exit status. So a loop in a shell script ends too
+    (https://www.cons.org/cracauer/sigint.html). A shell reports the status 128 + ``number``, and `subprocess` reports
+    ``-number``. On Windows, signals do not end a process in this way, so the process exits with 128 + ``number``.
     """
     if os.name == "posix":
         signal.signal(number, signal.SIG_DFL)
@@ -42,12 +45,12 @@ def end_by_signal(number: int) -> NoReturn:
 
 
 class SignalGuard:
-    """A context in which a signal raises Interrupted in the main thread.
+    """A context in which a signal such as SIGINT or SIGTERM raises Interrupted in the main thread.
 
-    After `mask` no signal raises, so nothing interrupts the stopping of the motors. A signal that the program was
-    started to ignore (``nohup``) is still ignored. Outside the main thread the context handles no signals, because
-    Python delivers none there. A request to suspend the program (Ctrl-Z) is handled at once or at the next `check`,
-    see `set_suspension_hooks`.
+    After a call of `mask`, signals are ignored, so that nothing interrupts the stopping of the motors. SIGHUP and
+    SIGQUIT stay ignored if the program was started so, for example by ``nohup``. If the context is entered in another
+    thread, it handles no signals, because Python delivers signals only to the main thread. `set_suspension_hooks`
+    defines how a request to suspend the program (Ctrl-Z) is handled.
     """
 
     def __init__(self) -> None:
@@ -65,7 +68,7 @@ class SignalGuard:
 
     @property
     def is_in_main_thread(self) -> bool:
-        """Whether the guard was entered in the main thread, and so handles signals."""
+        """Whether the context was entered in the main thread. Only then it handles signals."""
         return bool(self._before)
 
     def mask(self) -> None:
@@ -77,7 +80,10 @@ class SignalGuard:
 
     @contextmanager
     def defer(self) -> Iterator[None]:
-        """Return a context in which a signal raises only at the end. A third signal still ends the process."""
+        """Return a context in which no signal raises an exception.
+
+        After the context, the last signal raises Interrupted. A third signal still ends the process at once.
+        """
         self._is_deferred = True
         try:
             yield
@@ -86,7 +92,10 @@ class SignalGuard:
         self.check()
 
     def set_last_resort(self, last_resort: Callable[[], object]) -> None:
-        """Set the function that the third signal calls before it ends the process. An app may catch the others."""
+        """Set the function that is called when a third signal arrives, before the process ends.
+
+        An app may catch the exceptions of the first two signals, so only the third one is sure to end the process.
+        """
         self._last_resort = last_resort
 
     def set_suspension_hooks(
@@ -96,15 +105,19 @@ class SignalGuard:
         *,
         is_deferred: bool = False,
     ) -> None:
-        """Set the functions to call around a suspension of the program.
+        """Set the functions that are called when the program is suspended (Ctrl-Z) and continued.
 
-        before, after: called before and after it.
-        is_deferred: suspend the program at the next `check`, not at once.
+        before: called before the program is suspended.
+        after: called after the program continues.
+        is_deferred: whether the program is suspended at the next call of `check`, and not at once.
         """
         self._before_suspension, self._after_suspension, self._is_suspension_deferred = before, after, is_deferred
 
     def check(self) -> None:
-        """Raise the last signal again if an app caught it, and handle a deferred suspension."""
+        """Raise the exception of the last signal again, if there was one. Otherwise handle a deferred suspension.
+
+        An app may have caught the exception the first time.
+        """
         if self.raised:
             raise self.raised
         if number := self._suspension:
@@ -112,9 +125,10 @@ class SignalGuard:
             self._suspend(number)
 
     def interrupt_main_thread(self) -> None:
-        """Raise WatchdogInterrupt in the thread that made this guard, unless it is masked. Called in another thread.
+        """Raise WatchdogInterrupt in the thread that created this guard. The watchdog's thread calls this method.
 
-        Outside the main thread a call that waits cannot be interrupted; the exception is raised when the call returns.
+        After a call of `mask` this does nothing. A waiting call can be interrupted only in the main thread. In another
+        thread, the exception is raised when the waiting call returns.
         """
         if self._is_masked:
             return
@@ -161,7 +175,7 @@ class SignalGuard:
     def _on_suspend(self, number: int, frame: FrameType | None) -> None:
         if self._is_suspension_deferred:
             self._suspension = number
-        elif not self._is_masked:  # while the robot is closed, no suspension
+        elif not self._is_masked:  # the robot is not being closed
             self._suspend(number)
 
     def _suspend(self, number: int) -> None:
@@ -172,8 +186,8 @@ class SignalGuard:
         else:
             own = signal.signal(number, signal.SIG_DFL)
             try:
-                signal.raise_signal(number)  # the program is suspended here, and continues here
-            finally:  # the continued program may be interrupted at once
+                signal.raise_signal(number)  # the program is suspended in this call, and continues in it
+            finally:  # another signal may interrupt the program as soon as it continues
                 signal.signal(number, own)
         self._after_suspension()
 
@@ -186,18 +200,18 @@ class SignalGuard:
 
 
 class _CancelInterrupt(BaseException):
-    """Raised in place of a pending WatchdogInterrupt."""
+    """A harmless exception that replaces a pending WatchdogInterrupt."""
 
 
 def _raise_in(thread: int, kind: type[BaseException]) -> None:
-    """Raise an exception in a thread, as soon as it executes Python code."""
+    """Raise an exception in a thread, as soon as that thread executes Python code."""
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))
 
 
 def _cancel_interrupt() -> None:
-    """Cancel the pending exception of this thread, by raising a harmless one in its place.
+    """Replace the pending exception of this thread by a harmless one, and catch that.
 
-    Clearing a pending exception makes CPython 3.11 loop if a tracer is attached.
+    The pending exception is not cleared directly, because CPython 3.11 then hangs if a debugger is attached.
     """
     with suppress(_CancelInterrupt):
         _raise_in(threading.get_ident(), _CancelInterrupt)
@@ -206,5 +220,8 @@ def _cancel_interrupt() -> None:
 
 
 def _is_handled(number: int) -> bool:
-    """Return whether to handle a signal. SIGINT and SIGTERM are handled even if they were ignored before."""
+    """Return whether the guard handles a signal.
+
+    SIGINT and SIGTERM are always handled. Another signal is not handled if the program was started to ignore it.
+    """
     return number in (signal.SIGINT, signal.SIGTERM) or signal.getsignal(number) is not signal.SIG_IGN

@@ -1,4 +1,4 @@
-"""Verify the end of a run by the simulator's truth. The judge is the app itself, or another app."""
+"""Compares the end of a run with the true state of the simulator. The judge is the app itself or another app."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robotcore.runtime.settings import configure, list_settings
 
 @dataclass(frozen=True)
 class Verification:
-    """The result of a verification. None stands for a value that is unknown."""
+    """The result of a verification. An unknown value is None."""
 
     verified: bool | None = None
     """Whether the judge agrees that the run is a success."""
@@ -27,9 +27,10 @@ class Verification:
 
 
 def verify_run(judge: Behaviour, truth: Truth | None, outcome: Outcome, name: str | None) -> Verification:
-    """Verify a run by the simulator's truth. If the simulator has died, every value is None.
+    """Verify a run by the true state of the simulator. If the simulator has died, every value is None.
 
-    name: the judge's name or file; None if the app judges itself.
+    judge: the app whose ``verify`` decides whether the run was a success.
+    name: the judge's name or file. None if the app judges itself.
     """
     if truth is None:
         return Verification()
@@ -45,7 +46,7 @@ def verify_run(judge: Behaviour, truth: Truth | None, outcome: Outcome, name: st
 
 
 def load_judge(name: str) -> Behaviour:
-    """Return the app that judges, with its default settings. Raises UsageError if it cannot judge.
+    """Return an app as a judge, with its default settings. Raises UsageError if the app has no ``verify``.
 
     name: the app's name, or its file.
     """
@@ -69,9 +70,11 @@ def load_judge(name: str) -> Behaviour:
 
 
 def ask_judge(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
-    """Return the judge's verdict; None if it has none. Raises BehaviourError if its code raises.
+    """Return whether the judge calls the run a success. None if the judge cannot decide it.
 
-    name: the judge's name or file; None if the app judges itself.
+    name: the judge's name or file. None if the app judges itself.
+
+    Raises BehaviourError if the judge's code raises an exception.
     """
     if name and is_app_file(name):
         use_script_folder(app_path(name))

@@ -11,7 +11,7 @@ from robotcore.runtime.behaviour import Behaviour
 from robotcore.safety import TimeLimit
 
 GRACE_S = 1.0
-"""How long an app or an observer may take to return after its interruption, in seconds."""
+"""The time in seconds that an app or an observer has to return after the watchdog has interrupted it."""
 
 OPENING_S = 60.0
 """The limit for opening a robot, in seconds. A simulator may load a large scene and open a window."""
@@ -20,14 +20,15 @@ CLOSING_S = 10.0
 """The limit for closing a robot, in seconds. A camera or a simulator may take long to end."""
 
 SIMULATION_FACTOR = 10.0
-"""Factor on the observers' limits in simulation, where nothing real moves and only disks are slow.
+"""The factor that multiplies the time limit of observers in a simulation.
 
-It is also the factor on every limit of a run with a window, because dragging a window stops a simulator.
+Nothing real moves in a simulation, and an observer may wait for a slow disk. The factor multiplies every time limit of
+a run with a window, because a simulator stops while its window is dragged.
 """
 
 
 def open_limit(backend: str) -> TimeLimit:
-    """Return the limit for opening a robot."""
+    """Return the time limit for opening a robot."""
 
     def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
         return BackendError(
@@ -41,7 +42,7 @@ def open_limit(backend: str) -> TimeLimit:
 
 
 def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
-    """Return the limit for an app's step."""
+    """Return the time limit for an app's step."""
 
     def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
         kind, state = type(app), str(app.state)
@@ -57,7 +58,7 @@ def step_limit(app: Behaviour, limit_s: float) -> TimeLimit:
 
 
 def observer_limit(limit_s: float) -> TimeLimit:
-    """Return the limit for the observers."""
+    """Return the time limit for the observers in one tick."""
 
     def overdue(seconds: float, frame: FrameType | None) -> WatchdogError:
         line = _innermost(frame)
@@ -72,7 +73,7 @@ def observer_limit(limit_s: float) -> TimeLimit:
 
 
 def judge_limit(judge: Behaviour, backend: str) -> TimeLimit:
-    """Return the limit for the verification by the judge, and for the simulator's truth that it reads."""
+    """Return the time limit for the verification by the judge, which also reads the simulator's true state."""
 
     def overdue(seconds: float, frame: FrameType | None) -> RobotcoreError:
         kind = type(judge)
@@ -88,7 +89,7 @@ def judge_limit(judge: Behaviour, backend: str) -> TimeLimit:
 
 
 def close_limit(backend: str) -> TimeLimit:
-    """Return the limit for closing a robot. Nothing interrupts this: the process ends."""
+    """Return the time limit for closing a robot. If it is exceeded, the process ends."""
 
     def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
         return BackendError(
@@ -99,7 +100,10 @@ def close_limit(backend: str) -> TimeLimit:
 
 
 def _line(kind: type, frame: FrameType | None) -> str:
-    """Return the line of the app's file that a thread executes, as ``, at FILE:LINE``. Empty if it executes none."""
+    """Return the line that a thread executes in an app's file, as ``, at FILE:LINE``.
+
+    The text is empty if the thread executes no line of that file.
+    """
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
     while frame and frame.f_code.co_filename != file:
         frame = frame.f_back

@@ -1,4 +1,4 @@
-"""The record of each tick, and the digest over all decisions of a run."""
+"""The record of each tick, and the digest of all decisions of a run."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class TickRecord(NamedTuple):
     sent: Wheels | None
     """The command that was sent, in rad/s; None if none was sent."""
     interventions: tuple[Intervention, ...]
-    """The changes of the command."""
+    """The changes that the safety rules made to the command."""
     lost: str | None = None
-    """The lost device because of which the tick had no decision."""
+    """The name of the lost device because of which the app was not called in this tick. None if there is none."""
     voltages: Mapping[str, float] = MappingProxyType({})
     """The last voltage of each battery, in volts, by name."""
     warnings: tuple[str, ...] = ()
@@ -38,7 +38,7 @@ class TickRecord(NamedTuple):
 
     @property
     def doing(self) -> str:
-        """The app's state, or the lost device for which the robot waits."""
+        """A text for displays: the app's state, or the lost device for which the robot waits."""
         return f"waiting for {self.lost}" if self.lost else self.state
 
 
@@ -56,9 +56,9 @@ def format_voltages(voltages: Mapping[str, float]) -> str:
 class Trace:
     """Sums up a run: the digest, counts, milestones, warnings and batteries.
 
-    The digest is SHA-256 over the ticks. Each tick adds the app's state (UTF-8, ended by a zero byte), the number of
-    wheel commands (one byte: 0 or 2), and the commands as little-endian doubles, left then right. Voltages are not
-    part of it.
+    The digest is the SHA-256 of all ticks. For each tick it contains the app's state (UTF-8, ended by a zero byte), the
+    number of wheel commands (one byte: 0 or 2), and the left and the right command as little-endian doubles. It does
+    not contain voltages.
 
     milestones: the names of the app's milestones.
 
@@ -94,7 +94,7 @@ class Trace:
         state, asked = record.state, record.asked
         if state in self._awaited:
             self._awaited.discard(state)
-            # an app's state may be a member of an enumeration, and a sum of steps has rounding errors
+            # str: the state may be a member of an enumeration. round: a sum of steps has rounding errors
             self.milestones[str.__str__(state)] = round(record.time, 6)
         command = b"\0" if asked is None else b"\2" + _COMMAND.pack(*asked)
         self._hash.update(state.encode() + b"\0" + command)

@@ -1,4 +1,4 @@
-"""The versions of Python and of the libraries that compute. Results and recordings contain them."""
+"""The versions of Python and of the libraries that influence a result. Results and recordings contain them."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, ver
 from robotcore.hal.backend import load_backend
 
 LIBRARIES = ("numpy", "cv2")
-"""The modules of the libraries that compute on every backend."""
+"""The modules of the libraries that influence a result on every backend."""
 PYTHON = "python"
 
 
 def libraries(backends: Iterable[str]) -> dict[str, str]:
-    """Return the versions of Python and of the libraries that compute, by their names in pip.
+    """Return the versions of Python and of the libraries that influence a result, by their names in pip.
 
-    backends: the names of backends whose libraries count too.
+    backends: the names of backends. The libraries of these backends are included.
     """
     modules = {*LIBRARIES, *(module for backend in backends for module in load_backend(backend).modules)}
     found = {PYTHON: platform.python_version()}
     for name in {module.partition(".")[0] for module in modules}:
-        for owner in _owners().get(name, (name,)):  # Python 3.10 finds no owner for some modules
+        for owner in _owners().get(name, (name,)):  # Python 3.10 finds no distribution for some modules
             with suppress(PackageNotFoundError):
                 found[owner] = version(owner)
     return dict(sorted(found.items()))
@@ -31,5 +31,5 @@ def libraries(backends: Iterable[str]) -> dict[str, str]:
 
 @cache
 def _owners() -> Mapping[str, list[str]]:
-    """Return the distributions that contain each module. Cached, because finding them takes long."""
+    """Return for each module the distributions that contain it. Cached, because the search takes long."""
     return packages_distributions()
