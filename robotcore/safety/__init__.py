@@ -1,4 +1,4 @@
-"""Safety of a robot, the same on every backend: command filter, rules, deadman, latch and watchdog."""
+"""The safety functions of a run, equal on every backend: command filter, rules, deadman, latch and watchdog."""
 
 from robotcore.safety.command_filter import LOST, CommandFilter, Commit, SafetyFilter
 from robotcore.safety.deadman import Deadman

@@ -1,4 +1,4 @@
-"""The command filter of the drive: holds one wheel command a tick, applies the rules, and sends it once."""
+"""The command filter of the drive. It applies the rules to each command, and sends one command in a tick."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Commit(NamedTuple):
     sent: Wheels | None
     """The velocities that the motors accepted in rad/s; None if nothing was sent."""
     interventions: tuple[Intervention, ...]
-    """The changes that the rules, the deadman and the guardian made."""
+    """The changes that the rules, the deadman and the guardian made to the command."""
 
 
 class CommandFilter(Protocol):
-    """Takes the commands of a drive: the safety filter, or a tap over it."""
+    """The interface to which a drive sends its commands: that of the safety filter, and of a tap that wraps it."""
 
     @property
     def asked(self) -> Wheels: ...
@@ -44,15 +44,15 @@ class CommandFilter(Protocol):
 class SafetyFilter:
     """Filters the commands of a drive, and sends one command a tick to its two motors.
 
-    clock: the clock of the loop, which stands still within a tick. The deadman's lease runs on it. On a real robot it
-    calls the deadman in a thread of its own.
+    clock: the clock of the loop, whose time stays the same within a tick. It also measures the deadman's lease. On a
+    real robot it calls the deadman in a separate thread.
     left, right: the outputs of the two motors.
-    rules: applied in this order. Each rule may reduce the command of the rule before it.
+    rules: the rules in the order of their use. Each rule may reduce the result of the rule before it.
     lease: the time in seconds after which a command expires.
-    latch: ends the run for good.
-    on_sent: called with each pair of velocities that was sent, in rad/s, and the time in seconds.
-    brakes: stop the two motors.
-    take_guardian_stops: returns how often another process has stopped the motors since the last call.
+    latch: the latch of the run. A tripped latch ends the run.
+    on_sent: a function that is called with each pair of sent velocities, in rad/s, and the time in seconds.
+    brakes: the stops of the two motors.
+    take_guardian_stops: returns how many times the guardian has stopped the motors since the last call.
     """
 
     def __init__(
@@ -85,9 +85,10 @@ class SafetyFilter:
         self._latch.call(self._cut_off)
 
     def ask(self, wheels: Wheels) -> Wheels:
-        """Take a command for this tick, in place of an earlier one. Return the command after the rules, in rad/s.
+        """Set the command of this tick, and return the command after the rules. Both are in rad/s.
 
-        Raises InvalidCommandError if a velocity is NaN or infinite. This trips the latch, so the robot stays stopped.
+        The command replaces an earlier one of the same tick. If a velocity is NaN or infinite, the latch trips and
+        InvalidCommandError is raised. The robot then stays stopped.
         """
         self._latch.check()
         for motor, velocity in ((self._left, wheels.left), (self._right, wheels.right)):
@@ -98,7 +99,7 @@ class SafetyFilter:
         return self._guarded
 
     def stop(self) -> None:
-        """Stop both motors now, without the rules. Zero becomes the command of this tick.
+        """Stop both motors now, without applying the rules. The command of this tick becomes zero.
 
         The lease ends after the stop. If the stop hangs or fails, the deadman tries again.
         """
@@ -113,7 +114,7 @@ class SafetyFilter:
     def suspend(self, cause: str) -> None:
         """Stop both motors between two ticks. The next tick reports an intervention with this ``cause``.
 
-        The command of an interrupted tick is dropped, so that the next tick does not send it.
+        If an exception has interrupted the tick, its command is dropped, so that the next tick does not send it.
         """
         with TimedLock(self._lock):
             now = self._clock.now()
@@ -126,13 +127,13 @@ class SafetyFilter:
 
     @property
     def asked(self) -> Wheels:
-        """The command of this tick in rad/s. Without one, the velocities that were sent last."""
+        """The command of this tick in rad/s. If there is none yet, it is the pair of velocities that was sent last."""
         return self._asked or self._sent
 
     def commit(self) -> Commit:
         """Send the command of this tick and begin a new lease.
 
-        If the tick has no command, apply the rules again to the command in force.
+        If the tick has no command, apply the rules again to the velocities that were sent last.
         """
         stops = [
             Intervention(self._clock.now(), "guardian", self._committed, STOPPED)
@@ -161,13 +162,19 @@ class SafetyFilter:
             return Commit(asked, sent, changes)
 
     def _recheck(self) -> Wheels | None:
-        """Apply the rules to the command in force. If they reduce it, send the result; the lease goes on."""
+        """Apply the rules to the velocities that were sent last. If the rules reduce them, send the result.
+
+        The lease is not renewed.
+        """
         if self._sent == STOPPED or (reduced := self._apply_rules(self._sent)) == self._sent:
             return None
         return self._command_motors(reduced)
 
     def _command_motors(self, wheels: Wheels) -> Wheels:
-        """Send velocities; return those that the motors accepted. If a motor fails or a stop came, stop both."""
+        """Send velocities, and return those that the motors accepted.
+
+        If a motor fails, or if another thread stops the motors meanwhile, stop both motors.
+        """
         if not self._is_overtaken:
             motor = self._left
             try:
@@ -190,7 +197,10 @@ class SafetyFilter:
 
     @property
     def _is_overtaken(self) -> bool:
-        """Whether a stop came since the commit began. A stop does not wait long for the lock of a slow commit."""
+        """Whether another thread has stopped the motors since this commit began.
+
+        This is possible because a stop waits only a short time for the lock that a commit holds.
+        """
         return self._stops != self._stops_before or self._latch.error is not None
 
     def _apply_rules(self, wheels: Wheels) -> Wheels:
@@ -213,14 +223,14 @@ class SafetyFilter:
                 self._cuts.append(Intervention(expiry, "deadman", driven, STOPPED))
 
     def _cut_off(self) -> None:
-        """Stop for good, because the latch has tripped. A second call keeps the report of the first call."""
+        """Stop the motors because the latch has tripped. The first call stores the interventions in the latch."""
         if not self._is_cut_off:
             self._latch.driven, self._latch.unreported_interventions, self._cuts = self._sent, self._cuts, []
             self._is_cut_off = True
         self.stop()
 
     def _stop_motors(self, now: float) -> None:
-        """Stop each motor independently, even if ``on_sent`` fails."""
+        """Stop both motors, even if ``on_sent`` or the other stop fails."""
         self._stops += 1
         try:
             self._note(STOPPED, now)

@@ -11,11 +11,11 @@ from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import is_out_of_memory
 
 LOCK_TIMEOUT_S = 0.05
-"""A lock that cannot be acquired within this time is held by a driver call that hangs."""
+"""The longest time to wait for a lock, in seconds. If it passes, a driver call that holds the lock hangs."""
 
 
 class TimedLock:
-    """A context that holds a lock, or goes on without it after `LOCK_TIMEOUT_S` because its owner hangs."""
+    """A context that acquires a lock. After `LOCK_TIMEOUT_S` it goes on without the lock, because the owner hangs."""
 
     __slots__ = ("_is_held", "_lock")
 
@@ -31,17 +31,17 @@ class TimedLock:
 
 
 MIN_LEASE_S = 0.1
-"""A shorter lease would end while the process waits for a processor."""
+"""The shortest lease, in seconds. A shorter one could end while the process waits for a processor."""
 
 
 class Deadman:
-    """Calls ``cut`` when ``lease`` seconds have passed since the last `renew`, between ticks too.
+    """Stops the motors if ``lease`` seconds have passed since the last call of `renew`.
 
-    clock: the lease runs on it. It may call from another thread.
-    lease: the duration of a lease, in seconds, at least `MIN_LEASE_S`.
-    cut: stops the motors. Its argument is the time of the cut.
-    lock: the caller of `renew` and `rest` holds it. The cut waits for it for `LOCK_TIMEOUT_S`.
-    reserve: the memory that a cut may need.
+    clock: the clock that measures the lease. It may call ``cut`` from another thread.
+    lease: the duration of a lease, in seconds. It is raised to `MIN_LEASE_S`.
+    cut: a function that stops the motors. Its argument is the time in seconds.
+    lock: a lock that the caller of `renew` and `rest` holds. The deadman waits for it at most for `LOCK_TIMEOUT_S`.
+    reserve: the reserved memory that a stop may need.
 
     >>> from robotcore.hal.clock import SteppedClock
     >>> clock = SteppedClock(20, lambda _: None)
@@ -64,7 +64,7 @@ class Deadman:
         self._reserve = reserve
         self._expiry: float | None = None
         self._is_waiting = False
-        """Whether the clock has a call to make. One call is enough: if it comes too early, it asks for the next."""
+        """Whether a call of the clock is due. One is enough, because a call that comes too early requests the next."""
 
     def __repr__(self) -> str:
         return f"Deadman(lease={self.lease:g}, expiry={self._expiry})"
@@ -76,11 +76,11 @@ class Deadman:
             self._wait(self._expiry)
 
     def rest(self) -> None:
-        """End the lease. Call it after the motors were stopped."""
+        """End the lease. The caller must have stopped the motors."""
         self._expiry = None
 
     def _wait(self, expiry: float) -> None:
-        """Ask the clock for a call at ``expiry``. If it raises, the next `renew` asks again."""
+        """Request a call of the clock at ``expiry``. If the request raises, the next `renew` repeats it."""
         self._is_waiting = True
         try:
             check = partial(self._check, expiry)
@@ -98,7 +98,10 @@ class Deadman:
                 self._cut_now(called_at)
 
     def _can_wait(self, expiry: float) -> bool:
-        """Wait for a later expiry. Return False if memory runs out; the caller then cuts early, which is safe."""
+        """Request a call of the clock at a later expiry. Return False if memory runs out.
+
+        The caller then stops the motors early, which is safe.
+        """
         try:
             self._wait(expiry)
         except Exception as error:
@@ -108,7 +111,7 @@ class Deadman:
         return True
 
     def _cut_now(self, called_at: float) -> None:
-        """End the lease and cut the motors. If memory runs out, restore the lease, so that the next call cuts again."""
+        """End the lease and stop the motors. If memory runs out, restore the lease, so that the next call retries."""
         expiry, self._expiry = self._expiry, None
         try:
             self._cut(called_at)

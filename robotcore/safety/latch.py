@@ -1,4 +1,4 @@
-"""The latch and the emergency stop. A tripped latch ends the run, whatever the app catches."""
+"""The latch and the emergency stop. A tripped latch ends the run, even if the app catches the exception."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from robotcore.threads import is_out_of_memory
 
 
 class Latch:
-    """Keeps the first error, and raises it at every `check` from then on. Any thread may trip it.
+    """Stores the first error of a run, and raises it at every later `check`. Any thread may trip the latch.
 
-    reserve: the memory that a stop may need.
+    reserve: the reserved memory that a stop may need.
 
     >>> latch = Latch()
     >>> latch.call(lambda: print("the motors are stopped"))
@@ -36,7 +36,7 @@ class Latch:
         self.driven = STOPPED
         """The wheel velocities at the moment when the latch tripped, in rad/s."""
         self.unreported_interventions: Sequence[Intervention] = ()
-        """Stops of the deadman before that moment, which no tick has reported."""
+        """The stops by the deadman that no tick had reported when the latch tripped."""
         self._lock = RLock()
         self._reserve = reserve or Reserve(MonotonicClock())
         self._calls: list[Callable[[], object]] = []
@@ -46,47 +46,59 @@ class Latch:
 
     @property
     def cause(self) -> str:
-        """The cause, as interventions name it. Only a watchdog latches the failure of a device or a backend."""
+        """The name of the cause, which the intervention in the trace contains.
+
+        It is ``watchdog`` for the failure of a device or a backend, because only the watchdog trips the latch for one.
+        """
         return self.error.cause if isinstance(self.error, SafetyStop) else "watchdog"
 
     def interventions(self, now: float) -> tuple[Intervention, ...]:
-        """Return the interventions for the trace: those that no tick reported, and the one of the latch itself."""
+        """Return the interventions for the trace: the unreported stops of the deadman, and that of the latch."""
         return (*self.unreported_interventions, Intervention(now, self.cause, self.driven, STOPPED))
 
     def call(self, stop: Callable[[], object]) -> None:
-        """Add a function to call when the latch trips, in the thread that trips it. The order of adding is kept."""
+        """Register a function that stops motors. It is called when the latch trips, in the thread that trips it.
+
+        Several functions are called in the order of their registration.
+        """
         self._calls.append(stop)
 
     def set(self, error: RobotcoreError) -> None:
-        """Keep the error, and call every function, even if one raises. A stop that fails is tried again at closing."""
+        """Store the error if it is the first one, and call every registered function, even if one raises.
+
+        A stop that fails is repeated when the robot is closed.
+        """
         with self._lock:
             self.error = self.error or error
         self._reserve.retry_on_memory_error(self._call_all)
 
     def _call_all(self) -> None:
-        """Make the outstanding calls. A call that runs out of memory twice is left for the next `set`."""
+        """Call the registered functions that were not called yet.
+
+        If a function runs out of memory twice, the next `set` calls it again.
+        """
         for call in tuple(self._calls):
             try:
                 self._reserve.retry_on_memory_error(call)
             except Exception as failure:  # noqa: BLE001  one failure must not prevent the other stops
                 if is_out_of_memory(failure):
                     continue
-            with suppress(ValueError):  # another thread has made it too
+            with suppress(ValueError):  # another thread has called it too
                 self._calls.remove(call)
 
     def trip(self, error: RobotcoreError) -> NoReturn:
-        """Keep the error, and raise the first one."""
+        """Trip the latch with an error, and raise the first error with which it was tripped."""
         self.set(error)
         raise self.error or error
 
     def check(self) -> None:
-        """Raise the first error, if there is one."""
+        """Raise the stored error if the latch has tripped."""
         if self.error:
             raise self.error
 
 
 class EmergencyStop:
-    """Stops every motor for good, from any thread. No app can undo it.
+    """Stops every motor until the end of the run, from any thread. An app cannot undo the stop.
 
     >>> latch = Latch()
     >>> EmergencyStop(latch).press("the button on the bench was pressed")
@@ -98,5 +110,5 @@ class EmergencyStop:
         self._latch = latch
 
     def press(self, how: str) -> None:
-        """Stop every motor at once and end the run as stopped. The result's reason contains ``how``."""
+        """Stop every motor at once, and end the run. The result's reason contains the text ``how``."""
         self._latch.set(EmergencyStopError(how))

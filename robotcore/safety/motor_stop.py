@@ -16,7 +16,7 @@ from robotcore.threads import is_out_of_memory
 T = TypeVar("T")
 
 STOP_S = 0.2
-"""Nothing waits longer than this for a motor to stop. The stop itself goes on in its thread."""
+"""The longest wait for a motor's stop, in seconds. A stop that takes longer goes on in its thread."""
 
 
 class MotorStop:
@@ -33,15 +33,18 @@ class MotorStop:
         return self._under_way is not None and self._under_way.is_under_way
 
     def apply(self) -> None:
-        """Stop the motor in this thread. Wait before for a stop that is under way; raise DeviceError if that hangs."""
+        """Stop the motor in this thread. If another stop is running, wait for it first.
+
+        Raises DeviceError if that other stop hangs.
+        """
         if self._under_way and not self._under_way.is_done_within(STOP_S):
             raise self._build_hang_error()
         self._stop()
 
     def begin(self, within_s: float = STOP_S) -> Callable[[], Exception | None]:
-        """Stop the motor in a thread of the reserve.
+        """Begin to stop the motor in a reserved thread. Return a function that waits for the stop.
 
-        Return a function that waits for the stop, for at most ``within_s`` seconds, and returns its failure.
+        The function waits at most ``within_s`` seconds. It returns the exception if the stop fails, otherwise None.
         """
         call = self._under_way
         if call is None or not call.is_under_way:
@@ -55,12 +58,12 @@ class MotorStop:
         self._reserve.retry_on_memory_error(self.motor.stop)
 
     def _get_failure(self, call: BackgroundCall) -> Exception | None:
-        """Return the failure of a stop. A stop that ran out of memory is repeated in this thread."""
+        """Return the exception of a stop, or None. If the stop ran out of memory, repeat it in this thread first."""
         failure = call.failure
         if failure and is_out_of_memory(failure):
             try:
                 self._stop()
-            except Exception as again:  # noqa: BLE001  it is returned
+            except Exception as again:  # noqa: BLE001  the exception is returned
                 return again
             return None
         if failure is None or isinstance(failure, Exception):
@@ -79,9 +82,9 @@ class MotorStop:
 class StopGroup:
     """Stops motors, each independently of the others.
 
-    The thread that made the group stops them one after the other, because the watchdog supervises this thread. Any
-    other thread stops each motor in a thread of the ``reserve``, so that one that hangs does not delay the others. If
-    the reserve has no idle thread, the motors are stopped one after the other.
+    In the thread that created the group, the motors are stopped one after the other, because the watchdog supervises
+    this thread. For any other thread, each motor is stopped in a reserved thread, so that one that hangs does not delay
+    the others. If no reserved thread is idle, the motors are stopped one after the other.
     """
 
     def __init__(self, stops: Iterable[MotorStop], reserve: Reserve) -> None:
@@ -100,22 +103,25 @@ class StopGroup:
         return cls([MotorStop(motor, reserve) for motor in motors], reserve)
 
     def of(self, *motors: VelocityOutput) -> StopGroup:
-        """Return a group for some of the motors. It shares their state with this group."""
+        """Return a group for some of the motors. Both groups share the state of these motors' stops."""
         return StopGroup([stop for stop in self._stops if stop.motor in motors], self.reserve)
 
     @property
     def are_hung(self) -> bool:
-        """Whether a stop has begun and not returned."""
+        """Whether the stop of any motor has begun and not returned."""
         return any(stop.is_hung for stop in self._stops)
 
     def apply(self) -> None:
-        """Stop every motor, then raise the first failure. The failure of a lost motor comes last."""
+        """Stop every motor, then raise the first failure.
+
+        The failure of a lost motor is raised only if there is no other failure.
+        """
         failures = self._stop_in_turn() if get_ident() == self._owner else self.apply_apart()
         if failures:
             raise min(failures, key=lambda failure: isinstance(failure, DeviceLostError))
 
     def apply_apart(self, within_s: float = STOP_S) -> list[Exception]:
-        """Stop every motor in a thread of the reserve. Return the failures within ``within_s`` seconds."""
+        """Stop each motor in a reserved thread. Return the failures after at most ``within_s`` seconds."""
         failures: list[Exception] = []
         waits = _try_all([partial(stop.begin, within_s) for stop in self._stops], failures)
         return failures + [failure for wait in waits if (failure := wait())]

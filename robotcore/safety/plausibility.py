@@ -12,24 +12,27 @@ from robotcore.hal.devices import Range, RangeSensor
 from robotcore.safety.latch import Latch
 
 MIN_RESPONSE = 0.25
-"""The least share of the commanded angle that a wheel must turn. Lag, slip and a flat battery leave more."""
+"""The least share of the commanded angle that a wheel must turn.
+
+A wheel turns by a larger share even with lag, slip and a flat battery.
+"""
 
 MIN_ANGLE_RAD = 1.0
-"""A wheel is checked after this commanded angle. In a smaller angle the lag is too large a part."""
+"""The least commanded angle of a check, in radians. In a smaller angle the wheel's lag has too large a share."""
 
 MIN_COUNTS = 4
-"""The least commanded angle in counts, for encoders whose counts are coarse."""
+"""The least commanded angle of a check, in counts of the encoder. It matters for encoders with coarse counts."""
 
 
 class WheelTrackingCheck:
     """A rule that changes no command. It trips the latch if a wheel does not follow its command.
 
-    A wheel is checked over a period in which it is driven in one direction, for ``min_duration_s`` and over at least
-    `MIN_ANGLE_RAD`.
+    A check of a wheel covers a period in which the wheel is driven in one direction. The period is at least
+    ``min_duration_s`` long, and the commanded angle is at least `MIN_ANGLE_RAD`.
 
-    commanded: returns the commanded angle of both wheels, in rad.
-    turned: returns the angle of both wheels by their encoders, in rad.
-    motors, encoders: the names of the left and the right one.
+    commanded: a function that returns the commanded angles of both wheels, in rad.
+    turned: a function that returns the angles of both wheels by their encoders, in rad.
+    motors, encoders: the names of the left and the right device.
     min_duration_s: the least duration of a check, in seconds.
     count: the angle of one count of the coarser encoder, in rad.
     """
@@ -60,7 +63,7 @@ class WheelTrackingCheck:
 
 
 class _WheelCheck:
-    """One wheel, with the time and the angles at which its present direction began."""
+    """The check of one wheel, with the time and the angles at which the wheel's present direction began."""
 
     def __init__(self, motor: str, encoder: str, min_duration_s: float, min_angle: float) -> None:
         self._motor, self._encoder = motor, encoder
@@ -68,7 +71,7 @@ class _WheelCheck:
         self._begin(0.0, 0.0, 0.0, 0.0)
 
     def check(self, now: float, velocity: float, commanded: float, turned: float) -> str:
-        """Return the fault as a text, empty if there is none.
+        """Return the wheel's fault as a text, which is empty if there is none.
 
         now: the time, in seconds.
         velocity: the velocity that was sent last, in rad/s.
@@ -92,20 +95,27 @@ class _WheelCheck:
 
 
 SAME_DISTANCE_M = 0.001
-"""Distances that differ by less count as the same. A true one soon changes: the robot moves 10 mm in a tick."""
+"""Distances that differ by less than this, in metres, count as the same.
+
+A correct distance changes by more, because a robot moves about 10 mm in a tick.
+"""
 
 MIN_TURN_RAD = 1.0
-"""The robot must also have turned by this angle. Along a wall a wide cone measures the same distance all the way."""
+"""The least angle, in radians, by which the robot must also turn during a check.
+
+Without a turn, a sensor with a wide cone may correctly measure the same distance all along a wall.
+"""
 
 
 class StuckRangeCheck:
-    """A rule that changes no command. It trips the latch if a range sensor returns one distance while the robot moves.
+    """A rule that changes no command. It trips the latch if a range sensor repeats one distance while the robot moves.
 
-    The sensors are read only while the robot drives forward, as for the range guard. A distance outside of the
-    sensor's range may stay the same for any time.
+    The sensors are read only while the robot drives forward. A reading at a limit of the sensor's range may stay the
+    same for any time.
 
-    pose: returns the pose by the encoders. Without encoders a stalled robot would look like a stuck sensor.
-    min_distance_m: the least distance that the robot drives during a check, in metres. It must also have turned by
+    pose: a function that returns the pose by the encoders. Commands would not do, because a robot that is blocked would
+    then look like a stuck sensor.
+    min_distance_m: the least distance that the robot drives during a check, in metres. The robot must also turn by
     `MIN_TURN_RAD`.
     """
 
@@ -126,7 +136,7 @@ class StuckRangeCheck:
 
 
 class _RangeHistory:
-    """The last reading of one sensor, and how far the robot has moved since the reading changed."""
+    """The last reading of one sensor, and the distance and angle that the robot has moved since the reading changed."""
 
     def __init__(self, sensor: RangeSensor, min_distance_m: float) -> None:
         self._sensor, self._min_distance_m = sensor, min_distance_m
@@ -135,7 +145,7 @@ class _RangeHistory:
         self._distance = self._driven = self._turned = 0.0
 
     def check(self, pose: Pose) -> str:
-        """Read the sensor. Return the fault as a text, empty if there is none."""
+        """Read the sensor. Return its fault as a text, which is empty if there is none."""
         reading = self._sensor.read()
         if self._last and reading.sequence == self._last.sequence:
             return ""

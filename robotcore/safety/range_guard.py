@@ -10,11 +10,11 @@ from robotcore.hal.devices import RangeSensor
 
 
 class RangeGuard:
-    """Removes forward motion if an obstacle is nearer than the stopping distance. Turning stays possible.
+    """A rule that removes forward motion if an obstacle is nearer than the stopping distance. The robot can still turn.
 
-    geometry: converts wheel velocities to a speed.
-    distance: returns the free distance ahead, in metres. Its argument is the robot's highest speed since the newest
-    reading, in m/s. It is called only if the robot would move forward.
+    geometry: the geometry that converts wheel velocities to a speed.
+    distance: a function that returns the free distance ahead, in metres. It is called with the robot's speed, in m/s,
+    and only if the robot would move forward.
     stop_distance: the least distance to an obstacle at rest, in metres.
     deceleration: how fast the robot brakes, in m/s².
     """
@@ -48,9 +48,10 @@ class RangeGuard:
 
 
 class DistanceAhead:
-    """Returns the free distance ahead: the nearest reading, minus the distance driven since, in metres.
+    """Computes the free distance ahead, in metres, from the readings of all range sensors.
 
-    The distance driven is at most the age of the reading times the highest speed since the reading, in m/s.
+    From each reading it subtracts the distance that the robot may have driven since the reading. This is the age of the
+    reading times the highest speed since then.
     """
 
     def __init__(self, clock: Clock, sensors: Sequence[RangeSensor]) -> None:
@@ -63,7 +64,7 @@ class DistanceAhead:
 
 
 class _ClearanceAhead:
-    """The free distance ahead of one sensor."""
+    """Computes the free distance ahead of one sensor."""
 
     def __init__(self, sensor: RangeSensor) -> None:
         self._sensor = sensor

@@ -1,4 +1,4 @@
-"""Threads and memory that a run reserves before anything moves. Later the system may refuse both to a stop."""
+"""Threads and memory for the stops of motors. A run reserves both first, because the system may refuse them later."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 THREAD = "reserve"
-"""The name of the threads."""
+"""The name of the reserved threads."""
 
 MEMORY_BYTES = 32 << 20
-"""The size of the reserved memory. It takes address space only: pages that nothing writes need no memory."""
+"""The size of the reserved memory, in bytes. It only takes address space, because nothing is written to it."""
 
 
 class BackgroundCall:
@@ -33,7 +33,7 @@ class BackgroundCall:
         self._function, self._clock = function, clock
         self._begun = clock.now()
         self._is_made = self._is_over = False
-        self._running = Lock()  # not an Event: if set() runs out of memory, an Event keeps its inner lock for ever
+        self._running = Lock()  # not an Event: its set() could run out of memory and never release its lock
         self._running.acquire()
 
     @property
@@ -41,14 +41,14 @@ class BackgroundCall:
         return not self._is_over
 
     def is_done_within(self, limit_s: float) -> bool:
-        """Wait for the end of the call, at most until ``limit_s`` seconds after its begin. Return whether it ended."""
+        """Wait until the call ends, or until ``limit_s`` seconds after its begin. Return whether the call has ended."""
         left_s = max(0.0, self._begun + limit_s - self._clock.now())
         if not self._is_over and self._running.acquire(timeout=left_s):
             self._running.release()
         return self._is_over
 
     def run(self) -> None:
-        """Make the call in this thread. A second `run` does not repeat it; it only marks the end."""
+        """Make the call in this thread. A second `run` does not repeat the call, and only marks its end."""
         try:
             if not self._is_made:
                 self._is_made = True
@@ -62,7 +62,7 @@ class BackgroundCall:
 
 
 class Reserve:
-    """Threads that wait for calls, and memory. A run holds both from before anything moves, for its stops.
+    """Idle threads and memory that a run reserves before anything moves. It uses them to stop the motors.
 
     >>> from robotcore.hal.wall_clock import MonotonicClock
     >>> reserve = Reserve(MonotonicClock())
@@ -77,12 +77,12 @@ class Reserve:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self._calls = SimpleQueue[BackgroundCall | None]()
-        self._idle = deque[str]()  # not a lock: a signal handler may interrupt a call and make another
+        self._idle = deque[str]()  # not a lock, because a signal handler may interrupt `call` and use it too
         self._is_closed = False
         self._memory: bytes | None = None
 
     def hold(self, threads: int) -> None:
-        """Start ``threads`` more threads, and hold memory. Raises ResourceError if the system refuses one of them."""
+        """Start ``threads`` more threads, and reserve memory. Raises ResourceError if the system refuses either."""
         try:
             self._memory = self._memory or bytes(MEMORY_BYTES)
         except MemoryError as error:
@@ -105,7 +105,7 @@ class Reserve:
         return call
 
     def retry_on_memory_error(self, function: Callable[[], T]) -> T:
-        """Call a function; if it runs out of memory, release the memory held here and call it again."""
+        """Call a function. If it runs out of memory, release the reserved memory and call it again."""
         try:
             return function()
         except Exception as error:
@@ -115,18 +115,18 @@ class Reserve:
             return function()
 
     def release_memory(self) -> None:
-        """Free the memory held here, for a stop or for the end of a run. May be called again."""
+        """Free the reserved memory, for a stop or at the end of a run. A second call does nothing."""
         self._memory = None
 
     def close(self) -> None:
-        """End the threads and free the memory. A thread whose call hangs ends after that call. May be called again."""
+        """End the threads and free the memory. A thread with a running call ends after that call."""
         self._is_closed = True
         self.release_memory()
         while self._take_thread():
             self._calls.put(None)
 
     def _take_thread(self) -> bool:
-        """Take an idle thread for the next call. Return whether there was one."""
+        """Reserve an idle thread for the next call. Return False if no thread is idle."""
         try:
             self._idle.pop()
         except IndexError:
@@ -134,7 +134,7 @@ class Reserve:
         return True
 
     def _work(self) -> None:
-        """Wait for calls and make them. A step that runs out of memory is repeated."""
+        """Wait for calls and make them. If a step runs out of memory, repeat it."""
         call: BackgroundCall | None = None
         is_needed = True
         while is_needed:
@@ -142,11 +142,11 @@ class Reserve:
                 call = call or self._calls.get()
                 is_needed = call is not None and self._make(call)
                 call = None
-            except BaseException:  # noqa: BLE001, PERF203, S112  a thread that ended would be missing at the next stop
+            except BaseException:  # noqa: BLE001, PERF203, S112  the next stop needs this thread
                 continue
 
     def _make(self, call: BackgroundCall) -> bool:
-        """Make a call. Return whether the thread waits for another one."""
+        """Make a call. Return whether the thread waits for another call."""
         call.run()
         self._idle.append(THREAD)
         return not (self._is_closed and self._take_thread())

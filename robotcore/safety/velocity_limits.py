@@ -1,4 +1,4 @@
-"""The limits of velocity and acceleration, and the interventions that record the changes of a rule."""
+"""The rules that limit velocity and acceleration, and the record of a changed command."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STOPPED = Wheels(0.0, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class Intervention:
-    """A change of a command."""
+    """A record of a change of a command."""
 
     time: float
     """The robot's time, in seconds."""
@@ -26,7 +26,7 @@ class Intervention:
 
 
 class Rule(Protocol):
-    """Returns a command, or a slower one in its place. A rule scales both wheels together."""
+    """The interface of a safety rule. A rule returns a command unchanged, or a slower one in its place."""
 
     cause: str
     """The name of the rule in interventions."""
@@ -41,7 +41,7 @@ class Rule(Protocol):
 
 
 class VelocityLimit:
-    """Limits the velocity of each wheel to ``limit`` rad/s. Both wheels are scaled by the same factor.
+    """A rule that limits each wheel to ``limit`` rad/s. It scales both velocities by the same factor.
 
     >>> limit = VelocityLimit(10.0)
     >>> limit(Wheels(20.0, -5.0), STOPPED)
@@ -68,9 +68,9 @@ class VelocityLimit:
 
 
 class AccelerationLimit:
-    """Limits the change of each wheel's velocity in a tick to ``change`` rad/s.
+    """A rule that limits the change of each wheel's velocity in a tick to ``change`` rad/s.
 
-    Both changes are scaled by the same factor.
+    It scales both changes by the same factor.
 
     >>> AccelerationLimit(2.0)(Wheels(9.0, 4.0), last=Wheels(1.0, 2.0))
     Wheels(left=3.0, right=2.5)

@@ -27,24 +27,24 @@ class TimeLimit(NamedTuple):
 
     limit_s: float
     error: Callable[[float, FrameType | None], RobotcoreError]
-    """Builds the error, from the seconds that have passed and the thread's innermost frame."""
+    """A function that builds the error from the seconds that have passed and the thread's innermost frame."""
     grace_s: float
     """How long the thread may take to continue after its interruption, in seconds."""
 
 
 class ActivityMonitor:
-    """Records the activity of the thread that made it, and the driver call that this thread is in."""
+    """Records the present activity and the present driver call of one thread: the thread that created the monitor."""
 
     __slots__ = ("activities", "activity", "call", "calls", "native_thread", "thread", "ticks")
 
     def __init__(self) -> None:
         self.thread, self.native_thread = get_ident(), get_native_id()
         self.activity: TimeLimit | None = None
-        """The time limit of the present activity; None if it has none."""
+        """The time limit of the present activity. None if the activity has no limit."""
         self.call: TimeLimit | None = None
-        """The time limit of the present driver call; None outside of driver calls."""
+        """The time limit of the present driver call. None outside of driver calls."""
         self.activities = 0
-        """The number of activities that have begun. If it does not change, the thread is in the same one."""
+        """The number of activities that have begun. While it does not change, the thread is in the same activity."""
         self.calls = 0
         """The number of driver calls that have begun."""
         self.ticks = 0
@@ -67,7 +67,7 @@ class ActivityMonitor:
             self.call = before
 
     def call_driver_with(self, call: TimeLimit, function: Callable[[ArgumentT], T], argument: ArgumentT) -> T:
-        """Call a driver's function with one argument. Two methods cost a third less than one with ``*args``."""
+        """Call a driver's function with one argument. This is faster than one method with ``*args`` for both cases."""
         if get_ident() != self.thread:
             return function(argument)
         before, self.call = self.call, call
@@ -79,15 +79,18 @@ class ActivityMonitor:
 
 
 MAX_LATENESS = 2.0
-"""If the watchdog itself wakes up late by more than this factor, the excess is not charged to the loop's thread."""
+"""The largest ratio of a check's period to the planned period. Time beyond it does not count for the loop's thread.
+
+The watchdog itself wakes up late if the process was suspended, for example.
+"""
 
 
 class RunnableTime:
     """Measures the time in which a thread could run.
 
-    It leaves out the time in which the thread waited for a processor. Linux reports this time as the second figure of
-    ``schedstat`` (https://docs.kernel.org/scheduler/sched-stats.html). It also leaves out the time by which the caller
-    was late, for example because the process was suspended or another thread held the interpreter's lock.
+    The time in which the thread waited for a processor does not count. Linux reports this time as the second figure of
+    ``schedstat`` (https://docs.kernel.org/scheduler/sched-stats.html). If `measure` is called late, the excess does not
+    count either. The reason may be that the process was suspended or another thread held the interpreter's lock.
 
     native_thread: the thread's identifier in the operating system.
     period_s: the period in which `measure` is called, in seconds.
@@ -101,7 +104,7 @@ class RunnableTime:
         self._waited = self._waiting_time()
 
     def measure(self) -> float:
-        """Return the seconds since the last call that count."""
+        """Return the time since the last call in which the thread could run, in seconds."""
         now = self._wall.now()
         elapsed, self._last = min(now - self._last, self._longest), now
         waiting = self._waiting_time()
@@ -120,19 +123,22 @@ PERIOD_S = 0.05
 """The period of the checks, in seconds."""
 
 FIRST_TICK_S = 30.0
-"""The least time limit until the end of the first tick. Until then nothing moves, and an app may load libraries."""
+"""The least time limit until the end of the first tick, in seconds. Nothing moves yet, and apps load libraries."""
 
 
 class Watchdog:
     """Checks from `start` to `close`, by the machine's clock, how long the loop's thread has been in one activity.
 
-    monitor: the activity of the loop's thread.
-    on_timeout: called with the error if a time limit is exceeded. It stops the motors and interrupts the thread.
-    end: called if the thread has not continued within the limit's grace. Both are called in the watchdog's thread.
-    reserve: the memory that the watchdog may need.
-    scale: a factor on every limit.
-    report_tracer: called once with the error if a limit is exceeded while a debugger or another tracer follows the
-    thread. In that case the run goes on.
+    monitor: the record of the activity of the loop's thread.
+    on_timeout: a function that stops the motors and interrupts the thread. It is called with the error if a time limit
+    is exceeded.
+    end: a function that is called with the error if the thread does not continue within the grace period.
+    reserve: the reserved memory that the watchdog may need.
+    scale: a factor that multiplies every limit.
+    report_tracer: a function that is called once with the error if a limit is exceeded while a debugger or another
+    tracer follows the thread. The run then goes on.
+
+    The watchdog's thread calls these functions.
 
     >>> timeout = Event()
     >>> monitor = ActivityMonitor()
@@ -174,7 +180,7 @@ class Watchdog:
         )
 
     def close(self) -> None:
-        """End the thread. May be called again."""
+        """End the thread. A second call does nothing."""
         self._is_closed.set()
         if self._thread:
             self._thread.join()
@@ -188,7 +194,7 @@ class Watchdog:
                 self._reserve.release_memory()
 
     def _check(self, passed_s: float) -> None:
-        """Compare the time in the present activity and driver call with their limits."""
+        """Compare the durations of the present activity and driver call with their time limits."""
         monitor = self._monitor
         call, activity = monitor.call, monitor.activity
         call_s = self._call_timer.advance(passed_s if call else 0.0, monitor.calls)
@@ -223,14 +229,14 @@ class Watchdog:
 
 
 class _StallTimer:
-    """Measures how long a count has not changed."""
+    """Measures the time for which a count has not changed."""
 
     def __init__(self) -> None:
         self._count = -1
         self._seconds = 0.0
 
     def advance(self, passed_s: float, count: int) -> float:
-        """Return the seconds since the count changed, after ``passed_s`` more seconds."""
+        """Add ``passed_s`` seconds, and return the seconds since the count last changed."""
         self._seconds = self._seconds + passed_s if count == self._count else 0.0
         self._count = count
         return self._seconds
@@ -242,16 +248,16 @@ class _Timeout:
 
     error: RobotcoreError
     activities: int
-    """The count of activities at that time. If it has changed, the thread has continued."""
+    """The count of activities when the limit was exceeded. If the count has changed, the thread has continued."""
     left_s: float
-    """The rest of the grace, in seconds."""
+    """The remaining time for the thread to continue, in seconds."""
 
 
 def is_debugged(frame: FrameType | None) -> bool:
-    """Return whether a debugger or another tracer follows a thread. A tracer of coverage does not count.
+    """Return whether a debugger or another tracer follows a thread. A tool that measures coverage does not count.
 
-    A tracer is set on the frames that it follows (`sys.settrace`). From Python 3.12 on it may be a tool of
-    `sys.monitoring` instead.
+    A tracer of `sys.settrace` is set on the frames that it follows. Since Python 3.12, a debugger may also be a tool of
+    `sys.monitoring`.
 
     frame: the innermost frame of the thread.
     """

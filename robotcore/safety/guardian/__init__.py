@@ -1,1 +1,1 @@
-"""The guardian: a process that outlives the app's, and stops the motors when the app's process cannot."""
+"""The guardian: a separate process that stops the motors if the app's process dies or hangs."""

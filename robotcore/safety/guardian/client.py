@@ -1,4 +1,4 @@
-"""The guardian as the app's process uses it: starts the process, renews its lease, reads its reports."""
+"""The app's side of the guardian: starts the guardian process, renews the lease, and reads the reports."""
 
 from __future__ import annotations
 
@@ -17,43 +17,54 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.safety.guardian.protocol import BYE, DRIVING, RESTING, Assignment, LineBuffer, Report, read_line, receive
 
 MIN_RENEWAL_S = 0.005
-"""A younger lease is not renewed: a drive has several motors, and an app may command a motor in a loop."""
+"""The shortest time in seconds between two renewals of the lease.
+
+A drive commands several motors in a tick, and one renewal is sufficient for all of them.
+"""
 
 START_TIMEOUT_S = 20.0
-"""Longer than the guardian's own limit for opening cutoffs, whose report names the cutoff."""
+"""The time limit for the start of the guardian, in seconds.
+
+The guardian's own limit for opening cutoffs is shorter, because its report names the cutoff.
+"""
 
 ANSWER_TIMEOUT_S = 2.0
-"""Longer than the guardian waits for a stop that hangs."""
+"""The time limit for an answer of the guardian, in seconds. The guardian's own limit for a stop is shorter."""
 
 EXIT_TIMEOUT_S = 3.0
-"""Longer than the guardian waits for a stop and a close that both hang."""
+"""The time limit for the guardian's end, in seconds. The guardian's limits for a stop and a close are shorter."""
 
 _RUN_STOPPED = "Every motor was stopped: without a guardian, a hang would leave them turning. Start the run again"
 _MAY_TURN = "A motor that was not stopped may still turn. Switch off its power, and repair it before the next run"
 _NOT_STARTED = "Nothing has moved: without a guardian, a hang would leave the motors turning"
 
 _DEATH_TIMEOUT_S = 0.1
-"""Wait this long for the guardian's exit status. The motors are stopped after that."""
+"""The longest wait for the exit status of a dead guardian, in seconds. The motors are stopped after the wait."""
 
 _STDERR = 2
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from robotcore.safety.guardian.process import main; main()"
-"""``-m`` would put the working directory first: a signal.py there would replace Python's own."""
+"""The code that the guardian process runs.
+
+It is not started with ``python -m``, which would import modules from the working directory. For example, a file
+signal.py there would replace Python's module.
+"""
 
 
 class Guardian:
-    """A process that stops the motors if this process dies or stops renewing its lease.
+    """A process that stops the motors if this process dies or does not renew the lease in time.
 
-    A context manager. On a normal exit the guardian ends. If the block raises, the guardian stops the motors and ends.
+    Use it as a context manager. After the block the guardian ends. If the block raises, the guardian first stops the
+    motors.
 
-    The guardian is a new interpreter in a session of its own. It inherits no state of a vendor's library, and signals
-    to the terminal's processes do not reach it.
+    The guardian is a new Python interpreter, so it inherits no state of a vendor's library. It runs in its own session,
+    so signals to the terminal's processes do not reach it.
     """
 
     def __init__(self, cutoffs: Sequence[CutoffSpec], lease: float) -> None:
         """Start the process, and wait until all cutoffs are open.
 
-        cutoffs: how to stop each motor.
-        lease: the guardian stops the motors if the lease is not renewed for this many seconds.
+        cutoffs: the specifications of the cutoffs that stop the motors.
+        lease: the time in seconds without a renewal after which the guardian stops the motors.
 
         Raises GuardianError if the process does not start or a cutoff does not open.
         """
@@ -66,7 +77,7 @@ class Guardian:
         with theirs:
             self._process = _start_process(self._link, theirs)
         try:
-            os.register_at_fork(after_in_child=self._link.close)  # a fork that holds the socket would hide our death
+            os.register_at_fork(after_in_child=self._link.close)  # a copy in a fork would hide this process's end
             self._assign(Assignment(os.getpid(), lease, merge_cutoffs(cutoffs)))
         except BaseException:
             self._end(0.0)
@@ -78,9 +89,9 @@ class Guardian:
         return f"<Guardian process {self._process.pid}: {state}>"
 
     def renew_lease(self) -> bool:
-        """Begin a lease before a motor turns; return False if the last lease is too young to be renewed.
+        """Begin a lease before a motor turns. Return False if the present lease is too new to need a renewal.
 
-        Never waits. Raises GuardianError if the guardian is gone; then the motor must not be commanded.
+        This never waits. Raises GuardianError if the guardian is gone. The motor must then not be commanded.
         """
         if self._failure:
             raise self._failure
@@ -99,13 +110,13 @@ class Guardian:
         return True
 
     def end_lease(self) -> None:
-        """End the lease when every motor stands."""
+        """End the lease. The caller must have stopped every motor."""
         self._driving_since = None
         with suppress(OSError):  # the next `renew_lease` raises
             self._link.send(RESTING, MSG_DONTWAIT)
 
     def stops(self) -> list[Report]:
-        """Return the stops that the guardian made since the last call. Never waits.
+        """Return the reports of the stops that the guardian made since the last call. This never waits.
 
         Raises GuardianError if the guardian died, does not answer, or failed to arm or stop a motor.
         """
@@ -143,7 +154,7 @@ class Guardian:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """End the guardian; after an exception it stops the motors first. Leaves no process behind."""
+        """End the guardian process, and wait for its end. After an exception the guardian first stops the motors."""
         with suppress(OSError):
             if error is None:
                 self._link.send(BYE, MSG_DONTWAIT)
@@ -180,7 +191,7 @@ class Guardian:
         return self._fail(f"died ({how})", "guardian-died", consequence)
 
     def _fail(self, fault: str, kind: str, consequence: str = _RUN_STOPPED) -> GuardianError:
-        """Return the error, and keep it: every later call raises it again."""
+        """Return the error for a fault of the guardian, and store it. Every later call raises it again."""
         process = self._process.pid
         self._failure = GuardianError(
             f"the guardian process {process} {fault}. {consequence}", kind=kind, process=process
@@ -188,7 +199,7 @@ class Guardian:
         return self._failure
 
     def _end(self, timeout_s: float) -> None:
-        """Wait for the process to end; kill it after this time."""
+        """Wait for the process to end, and kill it after ``timeout_s`` seconds."""
         try:
             self._process.wait(timeout_s)
         except TimeoutExpired:
@@ -198,9 +209,12 @@ class Guardian:
 
 
 def _start_process(ours: socket, theirs: socket) -> Popen[bytes]:
-    """Start the guardian with its end of the link. Its output goes to stderr, because stdout holds the run's result."""
+    """Start the guardian process with the socket ``theirs``.
+
+    The process writes its output to stderr, because stdout contains the run's result.
+    """
     try:
-        return Popen(  # noqa: S603  this very Python
+        return Popen(  # noqa: S603  the Python that runs this code
             [sys.executable, "-c", _CODE, str(theirs.fileno()), *sys.path],
             stdin=DEVNULL,
             stdout=_STDERR,

@@ -1,4 +1,4 @@
-"""The guardian's process: stops the motors if the app sends nothing for a lease, or dies."""
+"""The guardian process: stops the motors if the app's process dies or does not renew the lease in time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Action = Literal["open", "arm", "rest", "stop", "close"]
 """A method of `Cutoff`."""
 
 RETRYING_S = 0.5
-"""A stop that fails is repeated for this long."""
+"""The time for which a stop that fails is repeated, in seconds."""
 
 _PAUSE_S = 0.02
 
@@ -30,8 +30,8 @@ _PAUSE_S = 0.02
 class CutoffWorker:
     """Runs one cutoff in a thread of its own, so that a cutoff that fails or hangs does not delay the others.
 
-    If ``in_place`` is set, there is no thread, and `submit` runs each action in the caller's thread. `close` is the
-    last action. Raises ResourceError if the system refuses the thread.
+    If ``in_place`` is set, there is no thread, and `submit` runs each action in the caller's thread. The thread ends
+    after the action `close`. Raises ResourceError if the system refuses the thread.
     """
 
     def __init__(self, spec: CutoffSpec, clock: Clock, *, in_place: bool = False) -> None:
@@ -64,7 +64,7 @@ class CutoffWorker:
         self._opened.rest()
 
     def _stop(self) -> str | None:
-        """Stop the motors; repeat a stop that fails until `RETRYING_S` is over."""
+        """Stop the motors. Repeat a stop that fails until `RETRYING_S` has passed."""
         end = self._clock.now() + RETRYING_S
         while True:
             try:
@@ -103,17 +103,17 @@ class _Task:
             self.message = self._action()
         except RobotcoreError as error:
             self._fault = str(error)
-        except Exception as error:  # noqa: BLE001  whatever a driver or its vendor's library raises
+        except Exception as error:  # noqa: BLE001  a driver or a vendor's library may raise any exception
             self._fault = f"{type(error).__name__}: {error}"
         self._is_over.set()
 
     def wait(self, seconds: float) -> str | None:
-        """Wait up to this long for the action; return its fault, None if it succeeded."""
+        """Wait at most ``seconds`` for the action. Return its fault as a text, or None if it succeeded."""
         return self._fault if self._is_over.wait(max(0.0, seconds)) else "does not answer"
 
 
 def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float, clock: Clock) -> Report:
-    """Run an action on all cutoffs at once; return the report after at most ``limit`` seconds."""
+    """Run an action on all cutoffs in parallel. Return the report after at most ``limit`` seconds."""
     tasks = [(worker.device, worker.submit(action)) for worker in workers]
     end = clock.now() + limit
     results = [(device, task.wait(end - clock.now()), task.message) for device, task in tasks]
@@ -130,22 +130,31 @@ def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float, clock
 
 OPENING_S = 10.0
 STOPPING_S = 1.0
-"""A cutoff that takes longer is reported as ``does not answer``."""
+"""The time limits for opening a cutoff and for stopping the motors, in seconds.
+
+A cutoff that exceeds a limit is reported as ``does not answer``.
+"""
 
 ARMING_S = 0.1
-"""Shorter, because the guardian does not watch the app while it arms. The cutoffs' ``patience_s`` is added."""
+"""The time limit for arming the cutoffs, in seconds. The longest ``patience_s`` of the cutoffs is added.
+
+It is short, because the guardian does not check the app's lease while it arms.
+"""
 
 
 IGNORED_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT)
-"""Signals to all processes of a terminal or a systemd unit; systemd's watchdog sends SIGABRT. The app ends first."""
+"""The signals that the guardian ignores, because the app must end first.
+
+They are sent to all processes of a terminal or of a systemd unit. The watchdog of systemd sends SIGABRT.
+"""
 
 
 def main() -> None:
-    """Read the assignment from the socket whose number is on the command line, and guard its motors."""
+    """Read the assignment from a socket, and guard the motors. The command line contains the socket's number."""
     for number in IGNORED_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     link = socket(fileno=int(sys.argv[1]))
-    link.set_inheritable(False)  # a process that a vendor's library starts must not hold it open
+    link.set_inheritable(False)  # a child process must not keep it open
     with suppress(EOFError):
         assignment = Assignment.from_line(read_line(link))
         try:
@@ -157,7 +166,7 @@ def main() -> None:
 
 
 class GuardianProcess:
-    """Guards the motors of one run; ``link`` is the socket to the app's process."""
+    """Guards the motors of one run. ``link`` is the socket to the app's process."""
 
     def __init__(self, link: socket, assignment: Assignment) -> None:
         self._link, self._lease, self._app = link, assignment.lease, assignment.app
@@ -167,7 +176,7 @@ class GuardianProcess:
         self._is_armed = False
 
     def run(self) -> None:
-        """Open the cutoffs, report that, and guard the motors until the app ends."""
+        """Open the cutoffs, send a report about it, and guard the motors until the app ends."""
         opened = self._run_all("open", OPENING_S)
         self._send(opened.to_line())
         if not opened.failed and not self._serve():
@@ -175,7 +184,10 @@ class GuardianProcess:
         self._run_all("close", STOPPING_S)
 
     def _serve(self) -> bool:
-        """Serve the app until it ends; stop the motors after each missed lease. Return whether the app sent `BYE`."""
+        """Answer the app until it ends, and stop the motors whenever a lease expires.
+
+        Return whether the app sent `BYE`, and so has not died.
+        """
         while True:
             self._link.settimeout(self._lease if self._is_armed else None)
             try:
@@ -183,7 +195,7 @@ class GuardianProcess:
             except TimeoutError:
                 self._is_armed = False
                 self._send((stops := self._run_all("stop", STOPPING_S)).to_line())
-                _log(_warnings(stops))  # a suspended app may never read the report
+                _log(_warnings(stops))  # a suspended app may never read the report, so print it
                 continue
             if not received or received.endswith(BYE):
                 return bool(received)
@@ -191,7 +203,7 @@ class GuardianProcess:
             self._update_lease(is_driving=received.endswith(DRIVING))
 
     def _update_lease(self, *, is_driving: bool) -> None:
-        """Begin or end a lease; arm or rest the cutoffs if that changed."""
+        """Arm the cutoffs if a lease has begun, or rest them if it has ended."""
         if is_driving != self._is_armed:
             changed = self._run_all("arm" if is_driving else "rest", self._arming_s)
             if changed.failed:
@@ -207,7 +219,7 @@ class GuardianProcess:
 
 
 def _log_crash(app: int, stops: Report) -> None:
-    """Write the stops after the app's death to stderr."""
+    """Write to stderr which motors were stopped after the app's process had died."""
     stopped = f"the run of process {app} broke off; stopped {', '.join(stops.done) or 'nothing'}"
     _log([*([stopped] if stops.done or stops.failed else []), *stops.messages, *_warnings(stops)])
 
@@ -224,14 +236,17 @@ def _log(lines: Iterable[str]) -> None:
 
 
 LIMIT_S = 10.0
-"""For each action of `stop_once`. Longer than the guardian's limits: a system that starts or shuts down is slow."""
+"""The time limit for each action of `stop_once`, in seconds.
+
+It is longer than the guardian's limits, because a system that starts or shuts down is slow.
+"""
 
 
 def stop_once(specs: Iterable[CutoffSpec]) -> Report:
-    """Open the cutoffs, stop the motors, and close the cutoffs; return the stopped devices and the faults.
+    """Open the cutoffs, stop the motors, and close the cutoffs. Return a report of the stopped devices and the faults.
 
-    A cutoff that fails or hangs does not delay the others, and nothing is raised. If the system refuses threads, a
-    cutoff that hangs delays those after it.
+    A cutoff that fails or hangs does not delay the others. Faults are reported and not raised. If the system refuses
+    threads, the cutoffs run one after the other, and one that hangs delays the next.
     """
     clock = MonotonicClock()
     workers = [_make_worker(spec, clock) for spec in merge_cutoffs(specs)]
@@ -243,7 +258,7 @@ def stop_once(specs: Iterable[CutoffSpec]) -> Report:
 
 
 def _make_worker(spec: CutoffSpec, clock: Clock) -> CutoffWorker:
-    """Return a worker with a thread, or without one if the system refuses it."""
+    """Return a worker for a cutoff. If the system refuses a thread, the worker runs in the caller's thread."""
     try:
         return CutoffWorker(spec, clock)
     except ResourceError:

@@ -1,7 +1,8 @@
 """The messages between the app's process and its guardian, over a pair of sockets.
 
-The app sends one line, the `Assignment`, and then single bytes. The guardian answers each piece of bytes by an empty
-line, and sends a `Report` as a line for each action. If the app's bytes end without `BYE`, the app has died.
+The app sends one line, the `Assignment`, and then single bytes such as `BYE`. The guardian answers with an empty line
+when it has received bytes. It also sends a line with a `Report` for each action. If the socket closes before the app
+has sent `BYE`, the app's process has died.
 """
 
 from __future__ import annotations
@@ -15,26 +16,26 @@ from socket import socket
 from robotcore.hal.cutoff import CutoffSpec
 
 DRIVING = b"d"
-"""A motor is about to turn; a lease begins."""
+"""The byte that begins a lease. The app sends it before a motor turns."""
 
 RESTING = b"r"
-"""Every motor stands; the lease ends until the next command."""
+"""The byte that ends the lease. The app sends it after every motor has stopped."""
 
 BYE = b"q"
-"""The robot is closed; the guardian ends."""
+"""The byte that ends the guardian. The app sends it after the robot was closed."""
 
 _CHUNK = 4096
 
 
 @dataclass(frozen=True)
 class Assignment:
-    """The motors that the guardian guards."""
+    """The data with which the app starts the guardian: the cutoffs and the lease."""
 
     app: int
     """The number of the app's process."""
 
     lease: float
-    """The guardian stops the motors if no command comes for this many seconds."""
+    """The time in seconds without a renewal after which the guardian stops the motors."""
 
     cutoffs: tuple[CutoffSpec, ...]
 
@@ -56,7 +57,7 @@ class Report:
     """
 
     action: str
-    """A method of `Cutoff`."""
+    """The name of a method of `Cutoff`."""
 
     done: tuple[str, ...]
     """The devices on which the action succeeded."""
@@ -65,7 +66,7 @@ class Report:
     """The devices on which the action failed, each with its fault."""
 
     messages: tuple[str, ...] = ()
-    """Sentences that cutoffs returned, such as a program that was ended, and devices with an `Unconfirmed` stop."""
+    """Remarks that the cutoffs returned, and the devices with an `Unconfirmed` stop."""
 
     def to_line(self) -> bytes:
         return _line(asdict(self))
@@ -77,14 +78,14 @@ class Report:
 
 
 def receive(link: socket, flags: int = 0) -> bytes:
-    """Return the bytes that have arrived; no bytes if the other end is closed."""
-    with suppress(ConnectionError):  # the other end closed with unread bytes
+    """Return the bytes that have arrived. Return no bytes if the other end is closed."""
+    with suppress(ConnectionError):  # the other end was closed before it read all bytes
         return link.recv(_CHUNK, flags)
     return b""
 
 
 def read_line(link: socket) -> bytes:
-    """Return the first line, without its end; raises EOFError if the link closes before the line is complete."""
+    """Return the first line, without the line break. Raises EOFError if the link closes before the line is complete."""
     line = b""
     while not line.endswith(b"\n"):
         if not (more := receive(link)):
@@ -94,13 +95,13 @@ def read_line(link: socket) -> bytes:
 
 
 class LineBuffer:
-    """Joins received pieces to lines."""
+    """Assembles lines from the pieces of bytes that a socket receives."""
 
     def __init__(self) -> None:
         self._begun = b""
 
     def add(self, piece: bytes) -> Iterator[bytes]:
-        """Yield the lines that ``piece`` completes, without their ends."""
+        """Yield the lines that ``piece`` completes, without line breaks."""
         *whole, self._begun = (self._begun + piece).split(b"\n")
         yield from whole
 
