@@ -10,19 +10,19 @@ from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot, Role
 
 SEEN_PX = 30
-"""The least area of a blob from which a ball is located."""
+"""The least area of a blob, in pixels, that is large enough to compute the ball's position from it."""
 
 KEPT_PX = 8
-"""The least area of a blob that counts as a sight of the ball."""
+"""The least area of a blob, in pixels. Smaller blobs are ignored."""
 
 AGREE_M = 0.15
-"""The greatest difference between the distances by size and by echo if both are of the ball."""
+"""Two distances that differ by less belong to the same ball: one from its size in the picture, one from its echo."""
 
 Point = tuple[float, float]
 
 
 class BallTracker:
-    """Locates a ball of one hue in the odometry's frame.
+    """Measures the position of a ball of one hue, in the odometry's frame.
 
     hue: the ball's hue, by name or in degrees.
     radius: the ball's radius in metres.
@@ -34,9 +34,9 @@ class BallTracker:
     def __init__(self, hue: str | float, radius: float) -> None:
         self.radius = radius
         self.place: Point | None = None
-        """The last position of the ball that was measured well, in metres; None before the first."""
+        """The ball's last position (x, y) that was measured well, in metres. None before the first measurement."""
         self.lost_for = 0.0
-        """The time since the ball was last in a picture, in seconds."""
+        """The time since the newest picture that shows the ball, in seconds."""
         self.is_in_sight = False
         """Whether enough of the ball is in the last picture to locate it."""
         self._seen_at = 0.0
@@ -47,9 +47,10 @@ class BallTracker:
         return f"BallTracker(radius={self.radius:g}, place={self.place}, lost_for={self.lost_for:g})"
 
     def look(self, robot: Robot, pose: Pose) -> Blob | None:
-        """Update the ball's place from the newest picture, and return its blob; None without a blob of the hue.
+        """Update the ball's position from the newest picture, and return the ball's blob.
 
-        The picture with the blob's box is shown on the robot's display, if it has one.
+        Return None if the picture has no blob of the hue. If the robot has a display, the display shows the picture
+        with a box around the blob.
 
         robot: the robot.
         pose: the robot's pose now, by odometry.
@@ -68,14 +69,14 @@ class BallTracker:
         return blob
 
     def forget(self) -> None:
-        """Delete the ball's place, for a ball that is not at its place any more."""
+        """Delete the ball's position. Call it if the ball is not there any more."""
         self.place = None
 
     def _place_of(self, blob: Blob, robot: Robot, pose: Pose) -> Point:
-        """Return the position of the ball of a blob, seen from a pose.
+        """Return the ball's position in metres, from its blob and the robot's pose at the time of the picture.
 
-        The distance follows from the ball's size in the picture. The echo replaces it if the two agree, or if the blob
-        touches the picture's edge.
+        The distance is computed from the ball's size in the picture. The echo's distance replaces it if both agree. It
+        also replaces it if the blob touches the picture's edge, because the size is then unknown.
         """
         away = self.radius * robot.camera.intrinsics.focal_length / blob.radius
         echo = robot.range.read().distance + self.radius

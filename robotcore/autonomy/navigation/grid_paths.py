@@ -18,9 +18,10 @@ _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
 
 def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps:
-    """Return the distance of each cell from the start, in steps over open cells; `UNREACHED` without a path.
+    """Return for each cell the length of the shortest path from the start, in steps over open cells.
 
-    The wave spreads in turns over edges and over edges and corners, so that its fronts are octagons.
+    A cell to which no path leads has the value `UNREACHED`. In odd steps the wave spreads to all eight neighbours of a
+    cell, in even steps to the four neighbours that share an edge. So the wave's front is nearly a circle: an octagon.
 
     start: row and column of the start.
     open_cells: the cells that a path may use.
@@ -40,7 +41,10 @@ def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps
 
 
 def _flood(steps: Steps, passable: NDArray[np.uint8], goals: Mask | None) -> None:
-    """Write to each cell the step at which the wave reaches it. End after two steps that reach no new cell."""
+    """Write into ``steps`` the step at which the wave reaches each cell.
+
+    The wave ends after two successive steps that reach no new cell, because an even step alone crosses no corner.
+    """
     reached = (steps == 0).astype(np.uint8)
     idle = 0
     for step in range(1, steps.size):
@@ -74,15 +78,17 @@ def backtrack(steps: Steps, goal: Cell) -> list[Cell]:
 
 
 def is_straight_way(open_cells: Mask, start: Cell, goal: Cell) -> bool:
-    """Return whether all cells on the line between two cells are open, the start excepted."""
+    """Return whether all cells on the line between two cells are open. The start itself need not be open."""
     return bool(are_straight_ways(open_cells, [start], [goal])[0])
 
 
 def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike) -> Mask:
-    """Return for each start and goal whether all cells on the line between them are open, the start excepted, (n,).
+    """Return for each pair of a start and a goal whether all cells on the line between them are open, (n,).
 
-    open_cells: the grid. Cells outside count as open.
-    starts, goals: rows and columns, (n, 2), or (1, 2) for one cell that all lines have in common.
+    The start itself need not be open.
+
+    open_cells: the mask of the open cells. Cells outside the grid count as open.
+    starts, goals: rows and columns, (n, 2). The shape (1, 2) gives one cell that all lines have in common.
     """
     first, last = np.broadcast_arrays(np.asarray(starts), np.asarray(goals))
     lines = _lines(first, last)
@@ -93,7 +99,11 @@ def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike) -> 
 
 
 def _lines(first: NDArray[np.intp], last: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the cells of lines, (n, points, 2). Two points a step cut no corner. Shorter lines repeat their end."""
+    """Return the cells on the lines between pairs of cells, (n, points, 2).
+
+    A line has two points for each cell of its length, so that it skips no cell at a corner. The last cell of a shorter
+    line is repeated, because all rows of the array have the same length.
+    """
     spans = 2 * np.abs(last - first).max(axis=1)
     at = np.minimum(np.arange(spans.max(initial=0) + 1), spans[:, None])[..., None]
     pace = (last - first) / np.maximum(spans, 1)[:, None]
@@ -105,17 +115,17 @@ Cells = NDArray[np.intp]
 
 
 class Rays(NamedTuple):
-    """The cells along rays, in arrays of the shape (starts, angles, radii)."""
+    """The cells along rays, in arrays of the shape (number of starts, number of angles, number of radii)."""
 
     rows: Cells
-    """The rows, clipped to the grid."""
+    """The row of each cell. The rows outside the grid are clipped to its border."""
     columns: Cells
-    """The columns, clipped to the grid."""
+    """The column of each cell. The columns outside the grid are clipped to its border."""
     inside: Mask
-    """Whether the point is inside the grid."""
+    """Whether the cell was inside the grid before it was clipped."""
 
     def of(self, mask: Mask) -> Mask:
-        """Return the values of a mask of the grid along the rays; False outside the grid."""
+        """Return the value of a mask at each cell along the rays. Outside the grid the value is False."""
         return np.asarray(mask[self.rows, self.columns] & self.inside)
 
 
@@ -123,7 +133,7 @@ def rays_from(starts: Cells, angles: Angles, radii: Cells, count: int) -> Rays:
     """Return the cells along rays.
 
     starts: rows and columns, (n, 2).
-    angles: the directions in radians, from the columns' axis to the rows' axis.
+    angles: the directions in radians. 0 is the direction in which the column grows, π/2 that in which the row grows.
     radii: the distances from the start in cells.
     count: the number of rows, and of columns, of the grid.
     """
@@ -134,7 +144,9 @@ def rays_from(starts: Cells, angles: Angles, radii: Cells, count: int) -> Rays:
 
 
 def mask_hidden(hides: Mask) -> Mask:
-    """Return for each cell along rays whether it is hidden: the first cell that hides, and all behind it.
+    """Return for each cell along rays whether it is hidden: the ray's first opaque cell and all cells behind it.
+
+    hides: whether a cell is opaque. The last axis goes along the ray.
 
     >>> mask_hidden(np.array([False, True, False])).tolist()
     [False, True, True]

@@ -15,11 +15,11 @@ from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
 
 HISTORY_S = 2.0
-"""The length of the history. All samples that an app reads are newer."""
+"""The age at which a pose is deleted from the history. The samples that an app reads are never so old."""
 
 
 class PoseHistory:
-    """The poses of the last two seconds, for the pose at the time of a sample.
+    """The robot's poses of the last two seconds. It gives the pose at the time of a sensor's sample.
 
     >>> past = PoseHistory()
     >>> past.add(0.0, Pose(0.0, 0.0, 0.0))
@@ -33,14 +33,17 @@ class PoseHistory:
         self._poses: list[Pose] = []
 
     def add(self, time: float, pose: Pose) -> None:
-        """Add a pose and its time in seconds, which is not earlier than the last one."""
+        """Add a pose with its time in seconds. The time must not be earlier than that of the pose added before."""
         self._times.append(time)
         self._poses.append(pose)
         forgotten = bisect_right(self._times, time - HISTORY_S)
         del self._times[:forgotten], self._poses[:forgotten]
 
     def at(self, time: float) -> Pose:
-        """Return the pose at a time, by linear interpolation; outside the history, its first or last pose."""
+        """Return the pose at a time in seconds, by linear interpolation.
+
+        Before the oldest pose of the history, return the oldest pose. After the newest pose, return the newest.
+        """
         after = bisect_right(self._times, time)
         if after in (0, len(self._times)):
             return self._poses[min(after, len(self._times) - 1)]
@@ -50,7 +53,7 @@ class PoseHistory:
 
 
 LATELY = 3.0
-"""The travel, in metres plus radians, over which odometry is good enough to keep a reading."""
+"""The travel, in metres plus radians, after which a reading's position in the map may be wrong by odometry's drift."""
 
 
 MapSnapshot = tuple[NDArray[Any], ...]
@@ -58,14 +61,14 @@ MapSnapshot = tuple[NDArray[Any], ...]
 
 
 class MapMemory:
-    """An occupancy grid and a coverage map that can be restored and that forget."""
+    """An occupancy grid and a coverage map. Both can be reset to a snapshot, and their old cells can be deleted."""
 
     def __init__(self, grid: OccupancyGrid, coverage: Coverage) -> None:
         self.grid, self.coverage = grid, coverage
         self._at: Pose | None = None
 
     def move(self, pose: Pose) -> None:
-        """Add the travel to a pose to the grid's ``travelled``."""
+        """Add the travel from the last pose to this one to the grid's ``travelled``."""
         if self._at:
             turned = abs(wrap_angle(pose.heading - self._at.heading))
             self.grid.travelled += turned + pose.distance_to(self._at.x, self._at.y)
@@ -81,7 +84,7 @@ class MapMemory:
             array[:] = before
 
     def forget_old(self) -> None:
-        """Make all cells unknown whose last reading is more than `LATELY` of travel ago."""
+        """Mark cells as unknown if the robot has travelled more than `LATELY` since their last reading."""
         old = self.grid.updated_at < self.grid.travelled - LATELY
         self.grid.forget(old)
         self.coverage.seen[old] = False
@@ -93,34 +96,37 @@ class MapMemory:
 
 
 JUMP_M = 0.15
-"""A reading that differs more than this from the last one is of another body, or of none."""
+"""A distance that differs by more from the previous one is that of another body, or the sensor detects no body."""
 
 BACK_M = 0.05
-"""Readings that differ less than this are of the same body: the motion of a tick, and noise."""
+"""Distances that differ by less are those of the same body. Noise and the robot's motion in a tick change them."""
 
 SURPRISES = 2
-"""After this many echoes in a row from cells that were surely free, the map is wrong."""
+"""The map is wrong after this number of successive echoes from cells that were surely free."""
 
 
 class RangeReading(NamedTuple):
     """A reading of the range sensor, and the sensor's pose."""
 
     distance: float
-    """In metres. Without an echo it is the sensor's range."""
+    """The measured distance in metres. Without an echo it is the longest distance that the sensor measures."""
     sensor: Pose
     """The sensor's pose in the odometry's frame."""
 
     def differs(self, other: RangeReading, limit: float) -> bool:
-        """Return whether the distances differ by more than a limit in metres."""
+        """Return whether the distances of two readings differ by more than a limit in metres."""
         return abs(self.distance - other.distance) > limit
 
     def overlaps(self, other: RangeReading, cone: float) -> bool:
-        """Return whether the cones of the two readings together cover the cone at all times between them."""
+        """Return whether the sensor turned by at most half its cone between two readings.
+
+        The two cones together then cover each direction that the sensor could measure between the readings.
+        """
         return abs(wrap_angle(self.sensor.heading - other.sensor.heading)) <= cone / 2
 
 
 class PendingOutlier(NamedTuple):
-    """The state before a reading that jumped."""
+    """The state before a reading whose distance jumped. It is restored if that reading was an outlier."""
 
     reading: RangeReading
     """The reading before the jump."""
@@ -131,9 +137,9 @@ class PendingOutlier(NamedTuple):
 class RangeIntegrator:
     """Adds range readings to a map.
 
-    One outlier between two equal readings is a false or a lost echo, if the sensor did not turn. Its update of the map
-    is undone. Several echoes in a row from cells that were surely free mean that odometry has drifted or that bodies
-    have moved. Then all old parts of the map are forgotten.
+    An outlier is one different reading between two equal readings of a sensor that did not turn. Its cause is a false
+    echo or a lost echo, so the map is restored to the state before it. Several successive echoes from cells that were
+    surely free mean that odometry has drifted or that bodies have moved. Then the old cells of the map become unknown.
     """
 
     def __init__(self, memory: MapMemory) -> None:
@@ -143,7 +149,7 @@ class RangeIntegrator:
         self._surprises = 0
 
     def add(self, sensor: RangeSensor, distance: float, at: Pose) -> bool:
-        """Add a reading to the map, and return whether old parts of the map were forgotten.
+        """Add a reading to the map, and return whether the old cells of the map became unknown.
 
         sensor: the sensor.
         distance: the measured distance in metres.
@@ -160,14 +166,14 @@ class RangeIntegrator:
         return is_forgotten
 
     def _undo_outlier(self, reading: RangeReading, cone: float) -> None:
-        """Restore the map if this reading shows that the last one was an outlier."""
+        """Restore the map if this reading shows that the previous one was an outlier."""
         pending, self._pending = self._pending, None
         if pending and reading.overlaps(pending.reading, cone) and not reading.differs(pending.reading, BACK_M):
             self._memory.restore(pending.snapshot)
             self._last = pending.reading
 
     def _forget_if_wrong(self, reading: RangeReading, cone: float, *, is_echo: bool) -> bool:
-        """Forget the old parts of the map, and the area of this echo, if echoes contradict the map."""
+        """If echoes contradict the map, mark the old cells and the area of this echo as unknown. Return if so."""
         grid = self._memory.grid
         is_surprise = is_echo and grid.contradicts_echo(reading.sensor, reading.distance, cone)
         self._surprises = self._surprises + 1 if is_surprise else 0
@@ -179,16 +185,16 @@ class RangeIntegrator:
 
 
 NEWS = 0.01
-"""The least difference from the last reading, in metres or radians, of a reading that is new evidence."""
+"""A reading is new evidence if its distance or pose differs from the last by more than this, in metres or radians."""
 
 BORDER_M = 0.5
-"""A robot nearer than this to the border leaves its map."""
+"""A robot that is nearer to the map's border needs a new map."""
 
 
 class Map:
-    """The robot's map: free and occupied cells, the cells that the camera has seen, and the room for the robot.
+    """The robot's map: its free and occupied cells, the cells that the camera has seen, and the traversable cells.
 
-    pose: the middle of the map.
+    pose: the robot's pose, at which the middle of the map is.
     reach: the radius of the circle that the robot needs to turn on the spot, in metres.
     """
 
@@ -203,14 +209,14 @@ class Map:
         self._last_view: tuple[float, ...] | None = None
 
     def is_left_at(self, pose: Pose) -> bool:
-        """Return whether the robot leaves the map."""
+        """Return whether a robot at this pose is less than `BORDER_M` inside the map, so that it needs a new map."""
         return not self.grid.is_within(pose.x, pose.y, BORDER_M)
 
     def observe(self, robot: Robot, pose: Pose) -> bool:
-        """Update the map with the newest samples, and return whether old parts of the map were forgotten.
+        """Update the map with the newest samples, and return whether the old cells of the map became unknown.
 
-        Each sample is added at the robot's pose at the sample's time. A reading that repeats the last one from the same
-        pose is no new evidence.
+        Each sample is added at the pose that the robot had at the time of the sample. A reading that equals the last
+        one and has the same pose is ignored, because it is no new evidence.
 
         robot: the robot, with drive, range sensor and camera.
         pose: the robot's pose now, by odometry.

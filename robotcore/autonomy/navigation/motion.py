@@ -12,31 +12,31 @@ from robotcore.autonomy.navigation.planner import NO_PATH, Path, Traversability
 from robotcore.geometry import Pose, Twist, wrap_angle
 
 LOOKAHEAD_M = 0.5
-"""The distance of the point on the path that the robot drives at. A longer distance cuts more corners."""
+"""The greatest distance of the path's point to which the robot steers. With a longer one it cuts corners more."""
 
 ARRIVED_M = 0.05
-"""A point nearer than this is reached. This is about a cell."""
+"""The robot has reached a point that is nearer than this, about the length of a cell."""
 
 TURN_FIRST_RAD = 0.4
-"""The robot turns on the spot to a point of a path with a larger bearing. An arc to it would need much room."""
+"""If a path's point has a larger bearing, the robot turns on the spot, because an arc would need more room."""
 
 AIMED_RAD = 0.3
-"""The robot turns on the spot to a target with a larger bearing."""
+"""If a target has a larger bearing, the robot turns on the spot before it drives to the target."""
 
 TURN_GAIN = 2.5
-"""The velocity of a turn for each radian of bearing, in 1/s."""
+"""The factor from a bearing, in radians, to the velocity of the turn towards it, in rad/s."""
 
 SLOWDOWN = 1.5
-"""The velocity of an approach for each metre of distance, in 1/s."""
+"""The factor from the distance to a stop, in metres, to the velocity of the approach, in m/s."""
 
 BACK_M_S = 0.05
-"""The velocity backward, where no sensor measures."""
+"""The greatest velocity backward. It is low because no sensor points backward."""
 
 SLOWEST = 0.3
-"""The part of the speed at the end of a path."""
+"""The fraction of the full speed at which the robot arrives at the end of a path."""
 
 BRAKING_M = 0.3
-"""The distance over which the robot would brake from full speed to rest."""
+"""Along a path, each metre of distance to the steering point adds the full speed divided by this length."""
 
 
 class Steering:
@@ -58,14 +58,22 @@ class Steering:
         return max(-self.turn, min(self.turn, TURN_GAIN * bearing))
 
     def along(self, bearing: float, away: float) -> Twist:
-        """Return the velocity to a point of a path with this bearing, in radians, and distance, in metres."""
+        """Return the velocity at which to drive to a point of a path.
+
+        bearing: the direction of the point from the robot, in radians.
+        away: the distance of the point from the robot, in metres.
+        """
         if abs(bearing) > TURN_FIRST_RAD:
             return Twist(0.0, self.turn_to(bearing))
         speed = self.speed * min(1.0, SLOWEST + away / BRAKING_M)
         return Twist(speed * math.cos(bearing), self.turn_to(bearing))
 
     def approach(self, bearing: float, gap: float) -> Twist:
-        """Return the velocity to a target with this bearing, in radians, and gap, in metres; backward for a gap < 0."""
+        """Return the velocity at which to drive to the stop in front of a target.
+
+        bearing: the direction of the target from the robot, in radians.
+        gap: the distance to the stop, in metres. If it is negative, the robot drives backward.
+        """
         speed = min(self.speed, SLOWDOWN * gap) if abs(bearing) < AIMED_RAD else 0.0
         return Twist(max(speed, -BACK_M_S), self.turn_to(bearing))
 
@@ -73,8 +81,8 @@ class Steering:
 class Follower:
     """Follows a path by pure pursuit.
 
-    The robot drives at the farthest point of the path within `LOOKAHEAD_M` to which a straight line is free. See
-    Coulter, Implementation of the pure pursuit path tracking algorithm, 1992.
+    The robot steers to a point of the path at most `LOOKAHEAD_M` away: the farthest one to which a straight line is
+    free. See Coulter, Implementation of the pure pursuit path tracking algorithm, 1992.
     """
 
     def __init__(self, ground: Traversability, steering: Steering) -> None:
@@ -87,7 +95,7 @@ class Follower:
         self._path, self._open = path
 
     def follow(self, pose: Pose) -> Twist | None:
-        """Return the velocity along the path; None at its end. A path that is blocked is planned again."""
+        """Return the velocity along the path, or None at its end. If the path is blocked, plan it again."""
         grid = self._ground.grid
         here = grid.cell_of(pose.x, pose.y)
         if any(grid.evidence[cell] > 0 for cell in self._path):
@@ -100,7 +108,10 @@ class Follower:
         return None
 
     def _find_lookahead(self, here: Cell) -> Cell:
-        """Return the farthest cell within `LOOKAHEAD_M` to which a straight line is free; drop the cells before it."""
+        """Return the farthest cell of the path, at most `LOOKAHEAD_M` away, to which a straight line is free.
+
+        The cells before it are deleted from the path.
+        """
         limit = round(LOOKAHEAD_M / self._ground.grid.cell)
         ahead = self._path[: 2 * limit]
         straight = are_straight_ways(self._open, [here], ahead)
@@ -110,14 +121,14 @@ class Follower:
 
 
 TURNED_RAD = 0.1
-"""A heading with a smaller difference is reached."""
+"""The robot has reached a heading if it differs by less than this from the robot's own heading."""
 
 AHEAD_RAD = 0.8
-"""The angle by which a sweep ahead turns to either side."""
+"""`Sweep.ahead` turns by this angle to the left and to the right of a bearing."""
 
 
 class ScanTurn:
-    """A turn in one direction, at most one full turn, over bearings that the camera should see."""
+    """A turn of at most 360° in one direction, in which the camera sees all the bearings that it should see."""
 
     def __init__(self, heading: float) -> None:
         self._heading = heading
@@ -125,7 +136,11 @@ class ScanTurn:
         self._sense = 0.0
 
     def turn_direction(self, heading: float, bearings: Angles) -> float:
-        """Return 1 to turn left, -1 to turn right, or 0 if no bearing is left. Call it once a tick."""
+        """Return 1 to turn left, -1 to turn right, or 0 at the end of the turn. Call it once in each tick.
+
+        heading: the robot's heading in radians.
+        bearings: the bearings that the camera should still see, in radians.
+        """
         self._turned += abs(wrap_angle(heading - self._heading))
         self._heading = heading
         if not bearings.size:
@@ -145,7 +160,7 @@ class Sweep:
 
     @classmethod
     def ahead(cls, at: Pose, bearing: float) -> Sweep:
-        """Return a sweep over both sides of a bearing, the nearer side first."""
+        """Return a sweep to the left and to the right of a bearing in radians, the side nearer to the heading first."""
         middle = at.heading + bearing
         sides = middle + AHEAD_RAD, middle - AHEAD_RAD
         return cls(at, sorted(sides, key=lambda side: abs(wrap_angle(side - at.heading))))
@@ -156,11 +171,14 @@ class Sweep:
         return cls(at, (at.heading + part * math.tau / 3 for part in (1, 2, 3)), is_all_round=True)
 
     def is_near(self, pose: Pose, reach: float) -> bool:
-        """Return whether a pose is within ``reach`` metres of the sweep's position, so that its result holds there."""
+        """Return whether a pose is less than ``reach`` metres from the sweep's position.
+
+        A robot at such a pose needs no new sweep.
+        """
         return pose.distance_to(self._at.x, self._at.y) < reach
 
     def turn_direction(self, heading: float) -> float:
-        """Return 1 to turn left, -1 to turn right, or 0 after all headings."""
+        """Return 1 to turn left, -1 to turn right, or 0 if the robot has reached all headings of the sweep."""
         while self._headings:
             bearing = wrap_angle(self._headings[0] - heading)
             if abs(bearing) > TURNED_RAD:

@@ -18,21 +18,21 @@ from robotcore.geometry import Pose, Twist
 from robotcore.hal.robot import Robot
 
 HERE_M = 0.15
-"""A goal nearer than this is no goal, because the robot found no straight path from here."""
+"""A goal of a path must be farther away, because the robot has found no straight path to the target from here."""
 
 BACK_M = 0.1
 """The distance behind the axle at which the clearance is checked before the robot drives backward."""
 
 BEHIND_M = 0.12
-"""The clearance there that the robot needs to drive backward."""
+"""The clearance at that distance behind the axle that the robot needs to drive backward."""
 
 
 class Navigator:
     """Maps the surroundings, plans paths over free cells, and follows them.
 
-    Call `observe` once a tick. `look`, `follow`, `survey` and `drive_at` return the velocity for the tick, or None if
-    there is nothing more to do. Three of them must be started: `look` by `begin_look`, `follow` by `plan_to` or
-    `plan_to_view`, and `survey` by `survey_ahead` or `survey_more`.
+    Call `observe` once in each tick. `look`, `follow`, `survey` and `drive_at` return the velocity for the tick, or
+    None at the end of the motion. Call `begin_look` before `look`. Call `plan_to` or `plan_to_view` before `follow`.
+    Call `survey_ahead` or `survey_more` before `survey`.
 
     speed: the greatest velocity forward, in m/s.
     turn: the greatest velocity of a turn, in rad/s.
@@ -68,11 +68,11 @@ class Navigator:
         self._begin_map(pose, self.map.ground.reach)
 
     def begin_look(self, pose: Pose) -> None:
-        """Start a turn over all bearings at which unseen area is visible from here."""
+        """Start a turn to all bearings at which area that the camera has not seen is visible from the pose."""
         self._look = ScanTurn(pose.heading)
 
     def look(self, pose: Pose) -> Twist | None:
-        """Return the velocity of the turn over unseen area; None at its end. Call it once a tick."""
+        """Return the velocity of the turn to unseen area, or None at its end. Call it once in each tick."""
         return self._turn(self._look.turn_direction(pose.heading, self.map.coverage.unseen_bearings(pose)))
 
     def plan_to_view(self, pose: Pose) -> bool:
@@ -87,9 +87,10 @@ class Navigator:
         return self._view is not None
 
     def plan_to(self, pose: Pose, target: Target) -> bool:
-        """Plan a path to a cell from which a straight path leads to a target, or as far there as the map is known.
+        """Plan a path to a cell from which a straight path leads to a target, and return whether there is one.
 
-        Return False if there is no such path, or if its known part is too short. A survey or another view may help.
+        The path ends at the first cell that is not surely free. Return False also if the path up to there is too short.
+        After a survey or a view from another cell, there may be a path.
         """
         goals = find_straight_starts(self.map.grid, target) & ~self.map.grid.disc(pose.x, pose.y, HERE_M)
         here = self.map.grid.cell_of(pose.x, pose.y)
@@ -99,9 +100,9 @@ class Navigator:
         return bool(self._detour.path.cells)
 
     def follow(self, pose: Pose) -> Twist | None:
-        """Return the velocity along the planned path; None at its end. A path that is blocked is planned again.
+        """Return the velocity along the planned path, or None at its end. If the path is blocked, plan it again.
 
-        The path to a view also ends if the camera has seen the view's area on the way.
+        A path to a view also ends if the camera has already seen most of the area that is visible from there.
         """
         if self._view and not self._view.is_worth_going(self.map.coverage):
             return None
@@ -117,7 +118,10 @@ class Navigator:
         self._survey = Sweep.ahead(pose, self._detour.bearing_on(pose, self.map.ground))
 
     def survey_more(self, pose: Pose) -> bool:
-        """Start a survey ahead, or a full turn if that is done. Return False if both are done here."""
+        """Start a survey ahead, or a survey of a full turn if the survey ahead has been done here.
+
+        Return False if both have been done here.
+        """
         if not self._is_surveyed(pose):
             self.survey_ahead(pose)
             return True
@@ -127,20 +131,27 @@ class Navigator:
         return True
 
     def survey(self, pose: Pose) -> Twist | None:
-        """Return the velocity of the survey's turn; None at its end."""
+        """Return the velocity of the survey's turn, or None at its end."""
         return self._turn(self._survey.turn_direction(pose.heading))
 
     def is_straight(self, pose: Pose, target: Target) -> bool:
-        """Return whether the straight path to a target is free, and its start is known to be free or was surveyed."""
+        """Return whether the robot may drive straight to a target.
+
+        No occupied cell may lie on the straight path. Its start must consist of free cells, or the robot must have
+        surveyed it from here.
+        """
         is_known = self._is_surveyed(pose) or is_start_known(self.map.grid, pose, target)
         return is_known and is_unobstructed(self.map.grid, pose, target)
 
     def is_known_straight(self, pose: Pose, target: Target) -> bool:
-        """Return whether the straight path to a target is free, and its start is known to be free."""
+        """Return whether no occupied cell lies on the straight path to a target and its start has no unknown cells."""
         return is_start_known(self.map.grid, pose, target) and is_unobstructed(self.map.grid, pose, target)
 
     def drive_at(self, pose: Pose, target: Target) -> Twist | None:
-        """Return the velocity straight to a target, or back from it; None if the way back is blocked."""
+        """Return the velocity straight to a target, or backward if the robot is too near to it.
+
+        Return None if the robot would have to drive backward and there is an obstacle behind it.
+        """
         gap = target.gap(pose)
         if gap < 0 and not self._is_free_behind(pose):
             return None

@@ -1,4 +1,4 @@
-"""Exploration: the cells that a camera has seen, and the next best view, which shows most of the others."""
+"""Exploration: records the cells that a camera has seen, and chooses the cell from which it sees most new ones."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ from robotcore.autonomy.navigation.planner import MARGINS_M, Path, Traversabilit
 from robotcore.geometry import Pose
 
 VIEW_M = 1.8
-"""The distance up to which a view counts. Farther away the camera may miss a small ball."""
+"""Cells farther from the camera do not count as seen, because it may miss a small ball there."""
 
 GUESS_M = 0.5
-"""The length of unknown cells through which a view is assumed to pass."""
+"""The camera is assumed to see through unknown cells for this distance."""
 
 DOUBT = 0.25
 """The probability that an uncertain occupied cell is a gap, through which the camera sees."""
 
 MIN_TURN_M2 = 0.05
-"""The least unseen area for which the robot turns."""
+"""The least unseen area, in m², that is visible at a bearing to which the robot turns."""
 
 FINE_RAD = 0.016
-"""The angle between fine rays. They pass through each cell within `VIEW_M`."""
+"""The angle between fine rays. It is so small that the rays pass through every cell within `VIEW_M`."""
 
 COARSE_RAYS = 36
 """The number of coarse rays over a full turn, for estimates of an area."""
 
 COARSE_CELLS = 2
-"""The distance between the points of a coarse ray, in cells."""
+"""The distance between successive points of a coarse ray, in cells."""
 
 _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
@@ -63,10 +63,12 @@ class Coverage:
         self._angles = np.linspace(0.0, math.tau, COARSE_RAYS, endpoint=False, dtype=np.float64)
 
     def add_view(self, eye: Pose, field_of_view: float) -> None:
-        """Mark the free cells before a camera as seen, up to `VIEW_M` or the first cell that is not free.
+        """Mark the free cells in a camera's field of view as seen.
+
+        Cells that are farther than `VIEW_M`, or behind a cell that is not free, are not marked.
 
         eye: the camera's pose.
-        field_of_view: its horizontal field of view in radians.
+        field_of_view: the camera's horizontal field of view in radians.
         """
         half = field_of_view / 2
         angles = eye.heading + np.linspace(-half, half, math.ceil(field_of_view / FINE_RAD))
@@ -74,13 +76,13 @@ class Coverage:
         self._mark_seen(rays, ~mask_hidden(~rays.of(self._grid.free)))
 
     def add_full_turn(self, x: float, y: float) -> None:
-        """Mark all cells as seen that a camera might see in a full turn at a point. More is not visible from there."""
+        """Mark all cells as seen that a camera may see in a full turn at a point. Call it after such a turn."""
         angles = np.linspace(0.0, math.tau, math.ceil(math.tau / FINE_RAD))
         rays = self._rays(self._cell(x, y), angles, 1)
         self._mark_seen(rays, self._chances(rays, 1) > 0)
 
     def unseen_bearings(self, pose: Pose) -> Angles:
-        """Return the bearings from a pose at which enough unseen area is visible, in [-π, π)."""
+        """Return the bearings from a pose at which at least `MIN_TURN_M2` of unseen area is visible, in [-π, π)."""
         areas = self._areas(self._cell(pose.x, pose.y))[0]
         around = areas + np.roll(areas, 1) + np.roll(areas, -1)
         return np.asarray((self._angles[around >= MIN_TURN_M2] - pose.heading + math.pi) % math.tau - math.pi)
@@ -100,10 +102,10 @@ class Coverage:
         return np.asarray((self._chances(rays, COARSE_CELLS) * areas).sum(axis=2))
 
     def _chances(self, rays: Rays, step: int) -> Chances:
-        """Return for each cell along rays the probability that it is unseen and visible: 1, `DOUBT` or 0.
+        """Return for each cell along rays the probability that the camera will see it for the first time.
 
-        Unknown cells hide nothing for `GUESS_M`. Uncertain cells hide nothing, with the probability `DOUBT`, if they
-        are nearer than `CLOSE_M` to the start of the ray: from there, the range sensor will measure them well.
+        The probability is 1, `DOUBT` or 0. The camera is assumed to see through unknown cells for `GUESS_M`. It sees
+        through an uncertain cell with the probability `DOUBT` if the cell is nearer than `CLOSE_M` to the ray's start.
         """
         hides = self._hides(rays, self._grid.taken)
         hides_surely = self._hides(rays, self._grid.taken & ~self._grid.uncertain)
@@ -114,7 +116,10 @@ class Coverage:
         return np.asarray(np.where(mask_hidden(hides), chances, 1.0) * is_new)
 
     def _hides(self, rays: Rays, walls: Mask) -> Mask:
-        """Return the cells along rays that hide others. Walls are one cell thicker, so that no ray passes a corner."""
+        """Return for each cell along rays whether it is opaque.
+
+        Occupied cells are widened by one cell, so that no ray passes between two cells that touch at a corner.
+        """
         thick = np.asarray(cv2.dilate(walls.astype(np.uint8), _SQUARE), np.bool_)
         return np.asarray(rays.of(thick) | ~rays.inside)
 
@@ -130,26 +135,26 @@ class Coverage:
 
 
 MIN_GAIN_M2 = 0.1
-"""The least visible area of a viewpoint, in m²."""
+"""The least unseen area that is visible from a viewpoint, in m²."""
 
 KEPT_GAIN = 0.3
-"""The robot gives up a viewpoint if less than this part of its visible area is still unseen."""
+"""On the way to a viewpoint, the robot gives it up if less than this fraction of its unseen area is left."""
 
 ELSEWHERE_M = 0.3
-"""The least distance of a viewpoint. Nearer cells show the same as the robot's own cell."""
+"""The least distance from the robot to a viewpoint. From nearer cells the camera sees the same as from here."""
 
 LOOK_ROUND_M = 1.2
-"""The distance that the robot could drive in the time of a full turn."""
+"""The cost of the full turn at a viewpoint, as the distance that the robot could drive in the same time."""
 
 NARROW = 0.85
-"""The factor on a viewpoint's worth for each margin of `MARGINS_M` that is too wide for its path."""
+"""A viewpoint's worth is multiplied by this for each of `MARGINS_M` that is too wide for the path to it."""
 
 EVERY = 4
-"""Only each fourth row and column is considered, because views from neighbouring cells are similar."""
+"""Only every fourth row and column can have a viewpoint, because views from neighbouring cells are similar."""
 
 
 class Viewpoint(NamedTuple):
-    """A cell from which the camera should see its surroundings."""
+    """A cell to which the robot drives to look around with its camera."""
 
     place: Cell
     path: Path
@@ -158,12 +163,14 @@ class Viewpoint(NamedTuple):
     """The least unseen area, in m², for which the robot continues to the cell."""
 
     def is_worth_going(self, coverage: Coverage) -> bool:
-        """Return whether enough unseen area is still visible from the cell."""
+        """Return whether at least `least_gain` of unseen area is still visible from the cell."""
         return bool(coverage.gains(np.array([self.place]))[0] >= self.least_gain)
 
 
 def best_viewpoint(ground: Traversability, coverage: Coverage, here: Cell) -> Viewpoint | None:
-    """Return the next best view: the viewpoint with the largest unseen area for its path; None without one.
+    """Return the next best view: the viewpoint with the largest unseen area for each metre of its cost.
+
+    Return None if there is no viewpoint.
 
     ground: the traversable cells.
     coverage: the cells that the camera has seen.
@@ -184,12 +191,15 @@ def best_viewpoint(ground: Traversability, coverage: Coverage, here: Cell) -> Vi
 
 
 def _candidates(steps: Steps) -> Cells:
-    """Return the considered cells, (n, 2), that a wave has reached. The narrowest margin reaches the most cells."""
+    """Return every fourth cell along rows and columns, (n, 2), if a path leads to it."""
     return np.argwhere(steps[::EVERY, ::EVERY] != UNREACHED) * EVERY
 
 
 def _worths(gains: Areas, steps: Steps, cell: float) -> Areas:
-    """Return the visible area of viewpoints for each metre of cost, in m²/m; 0 for cells that are no viewpoints."""
+    """Return for each cell the unseen area that is visible from it for each metre of cost, in m²/m.
+
+    The value is 0 for cells that are too near to the robot or from which too little is visible.
+    """
     lengths = steps * cell
     is_view = (gains >= MIN_GAIN_M2) & (lengths >= ELSEWHERE_M) & (steps != UNREACHED)
     return np.where(is_view, gains / (LOOK_ROUND_M + lengths), 0.0)

@@ -12,22 +12,22 @@ from robotcore.autonomy.navigation.grid_paths import Cell, Mask
 from robotcore.geometry import Pose
 
 FREE_EVIDENCE = -1.5
-"""The evidence that a reading adds to a cell nearer than its echo."""
+"""A reading adds this evidence to each cell in the cone that is nearer to the sensor than the echo."""
 
 TAKEN_EVIDENCE = 0.5
-"""The evidence that a reading adds to a cell at the distance of its echo."""
+"""A reading adds this evidence to each cell in the cone that is at the distance of the echo."""
 
 CERTAIN = 4.0
-"""The greatest evidence, and the negative of the least. The bound lets the map follow a world that changes."""
+"""A cell's evidence stays between minus and plus this value, so that a few readings can change an old cell."""
 
 SURELY_FREE = -3.0
 """The evidence of a cell that two readings have shown free and no later echo has contradicted."""
 
 ABOUT = 2.5
-"""The tolerance, in cells, for the position of an echo relative to the map."""
+"""The tolerance of an echo's position on the map, in cells."""
 
 CLOSE_M = 0.6
-"""An echo nearer than this marks a cell for certain. A cone of 30° spans a gap for a small robot from 0.75 m on."""
+"""A cell with a nearer echo is certainly occupied. A farther echo may span a gap wide enough for a small robot."""
 
 _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
@@ -38,9 +38,9 @@ Window = tuple[slice, slice]
 class OccupancyGrid:
     """A square map of free, occupied and unknown cells in the odometry's frame.
 
-    A range sensor measures the nearest body in its cone. Everything nearer is surely free, but only some of the cells
-    at that distance are occupied. So evidence for free cells weighs more: Moravec and Elfes, High resolution maps from
-    wide angle sonar, 1985.
+    A range sensor measures the distance to the nearest body in its cone. All cells in the cone that are nearer are
+    surely free, but only some cells at this distance are occupied. So a reading counts more for free cells than for
+    occupied cells. See Moravec and Elfes, High resolution maps from wide angle sonar, 1985.
 
     Arrays are indexed [row, column]. y grows with the row, x with the column.
 
@@ -60,15 +60,15 @@ class OccupancyGrid:
     def __init__(self, size: float = 12.0, cell: float = 0.04, centre: tuple[float, float] = (0.0, 0.0)) -> None:
         self.cell = cell
         self.count = round(size / cell)
-        """The number of rows, and of columns."""
+        """The number of rows. The number of columns is the same."""
         self.evidence = np.zeros((self.count, self.count), dtype=np.float32)
         """Below 0 for a free cell, above 0 for an occupied cell, 0 for an unknown cell."""
         self.nearest_echo = np.full((self.count, self.count), np.inf, dtype=np.float32)
-        """The shortest distance of an echo from the cell, in metres; ``inf`` without an echo."""
+        """The shortest distance from the sensor at which the cell gave an echo, in metres; ``inf`` without an echo."""
         self.updated_at = np.zeros((self.count, self.count), dtype=np.float32)
-        """The value of ``travelled`` at the last reading of the cell."""
+        """The value of ``travelled`` at the last update of the cell."""
         self.travelled = 0.0
-        """The distance that the robot has driven and turned, in metres plus radians. The grid's user adds to it."""
+        """The robot's travel in metres plus its turns in radians. The grid's user must increase it."""
         middles = (np.arange(self.count) + 0.5) * cell - size / 2
         self._xs, self._ys = (middles + round(along / cell) * cell for along in centre)
 
@@ -88,11 +88,14 @@ class OccupancyGrid:
 
     @property
     def uncertain(self) -> Mask:
-        """The occupied cells with echoes from far away only. They may be a gap."""
+        """The occupied cells that have only echoes from farther than `CLOSE_M`. They may be a gap."""
         return self.taken & (self.nearest_echo > CLOSE_M)
 
     def cell_of(self, x: float, y: float) -> Cell:
-        """Return the row and the column of a point. Outside the map they are below 0, or ``count`` or more."""
+        """Return the row and the column of a point (x, y) in metres.
+
+        If the point is outside the map, the row or the column is below 0, or at least ``count``.
+        """
         row, column = (y - self._ys[0]) / self.cell, (x - self._xs[0]) / self.cell
         return math.floor(row + 0.5), math.floor(column + 0.5)
 
@@ -126,7 +129,7 @@ class OccupancyGrid:
         np.clip(patch, -CERTAIN, CERTAIN, out=patch)
 
     def add_free_disc(self, x: float, y: float, radius: float, certain: float) -> None:
-        """Mark the floor around a point as free, such as the floor under the robot.
+        """Mark cells around a point as free. Use it for the floor under the robot.
 
         x, y: the point, in metres.
         radius: within this distance, cells that are not occupied become free.
@@ -139,26 +142,26 @@ class OccupancyGrid:
         self.updated_at[window][is_free] = self.travelled
 
     def contradicts_echo(self, sensor: Pose, distance: float, cone: float) -> bool:
-        """Return whether an echo comes from cells that are surely free, with surely free cells around them."""
+        """Return whether all cells at and next to the position of an echo are surely free. The map is then wrong."""
         x, y = sensor.to_world(distance, 0.0)
         if not self.is_within(x, y, 0.0) or self.evidence[self.cell_of(x, y)] > SURELY_FREE:
-            return False  # nearly always; the rest takes as long as `add_range`
+            return False  # Nearly every call ends here. The rest of the method takes as long as `add_range`.
         window, about = self._find_echo_area(sensor, distance, cone)
         evidence = self.evidence[window][about]
         return bool((evidence <= SURELY_FREE).all())
 
     def clear_echo(self, sensor: Pose, distance: float, cone: float) -> None:
-        """Make the cells from which an echo comes unknown."""
+        """Mark the cells at and next to the position of an echo as unknown."""
         window, about = self._find_echo_area(sensor, distance, cone)
         self.evidence[window][about] = 0.0
 
     def forget(self, cells: Mask) -> None:
-        """Make some cells unknown."""
+        """Mark cells as unknown."""
         self.evidence[cells] = 0.0
         self.nearest_echo[cells] = np.inf
 
     def disc(self, x: float, y: float, radius: float) -> Mask:
-        """Return the cells within a circle, in metres."""
+        """Return the mask of the cells in a circle, given by its centre and its radius in metres."""
         return np.asarray(self._away((slice(None), slice(None)), x, y) <= radius)
 
     def clearance(self, *, with_unknown: bool = True, overlook: Mask | None = None) -> Metres:
@@ -174,7 +177,10 @@ class OccupancyGrid:
         return np.asarray(distance * self.cell, dtype=np.float32)
 
     def _cone(self, window: Window, sensor: Pose, cone: float) -> tuple[Mask, NDArray[np.float64]]:
-        """Return the cells of a window in a cone, which is at least a cell wide, and the distance of each cell."""
+        """Return which cells of a window are in the sensor's cone, and each cell's distance from the sensor in metres.
+
+        Near the sensor, the cone is widened to the width of a cell.
+        """
         dx, dy = self._xs[window[1]] - sensor.x, (self._ys[window[0]] - sensor.y)[:, None]
         cos, sin = math.cos(sensor.heading), math.sin(sensor.heading)
         ahead, aside = dx * cos + dy * sin, np.abs(dy * cos - dx * sin)
@@ -182,30 +188,34 @@ class OccupancyGrid:
         return in_cone, np.hypot(ahead, aside)
 
     def _echo(self, taken: Mask, in_cone: Mask, beyond: NDArray[np.float64]) -> Mask:
-        """Return the cells that explain an echo: the occupied cells at its distance, or else all cells there.
+        """Return the cells that may have caused an echo: the occupied cells at its distance, or else all cells there.
 
-        The cells of an arc are not independent: Thrun, Learning occupancy grids with forward sensor models, 2003.
+        Cells that are already occupied explain the echo, so it is no evidence that the others are occupied. See Thrun,
+        Learning occupancy grids with forward sensor models, 2003.
         """
         known = in_cone & (np.abs(beyond) <= 1.5 * self.cell) & taken
         arc = in_cone & (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
         return known if known.any() else arc
 
     def _find_echo_area(self, sensor: Pose, distance: float, cone: float) -> tuple[Window, Mask]:
-        """Return a window, and its cells at and next to the position of an echo."""
+        """Return a window of the map, and the mask of its cells at and next to the position of an echo."""
         window = self._window(sensor.x, sensor.y, distance + ABOUT * self.cell)
         in_cone, radius = self._cone(window, sensor, cone)
         return window, in_cone & (np.abs(radius - distance) <= ABOUT * self.cell)
 
     def _away(self, window: Window, x: float, y: float) -> NDArray[np.float64]:
-        """Return each cell's distance to a point, in metres."""
+        """Return the distance of each cell of a window to a point, in metres."""
         return np.asarray(np.hypot(self._xs[window[1]] - x, (self._ys[window[0]] - y)[:, None]))
 
     def _window(self, x: float, y: float, reach: float) -> Window:
-        """Return the part of the map within a distance of a point along x and along y."""
+        """Return the slices of a square part of the map: ``reach`` metres from a point in each direction."""
         (top, left), (bottom, right) = self.cell_of(x - reach, y - reach), self.cell_of(x + reach, y + reach)
         return slice(max(top, 0), max(bottom + 1, 0)), slice(max(left, 0), max(right + 1, 0))
 
     @staticmethod
     def _closed(free: Mask) -> Mask:
-        """Return the mask with gaps of two cells filled. Such gaps lie between the rays of a turn and are free."""
+        """Return the mask of the free cells, with gaps of up to two cells filled.
+
+        A turning sensor leaves such gaps between the cones of successive readings.
+        """
         return np.asarray(cv2.morphologyEx(free.astype(np.uint8), cv2.MORPH_CLOSE, _SQUARE), np.bool_)

@@ -21,13 +21,13 @@ from robotcore.autonomy.navigation.occupancy_grid import Metres, OccupancyGrid
 from robotcore.geometry import Pose
 
 MARGINS_M = (0.08, 0.05, 0.02)
-"""The distances beyond the robot's reach that a path keeps from bodies. The widest with a path is used."""
+"""The possible distances between the turning robot and bodies along a path. The widest that allows a path is used."""
 
 BARRED_M = 0.2
-"""The radius around a dead end that later paths avoid."""
+"""The radius of the circle around a dead end that later paths avoid."""
 
 BESIDE = 2
-"""The number of cells around the robot's own that it may use in a narrow place, to leave it."""
+"""The robot may use this number of cells on each side of its own cell, so that it can leave a narrow place."""
 
 
 class Certainty(Enum):
@@ -42,9 +42,9 @@ class Path(NamedTuple):
     """A path over the map."""
 
     cells: list[Cell]
-    """The cells in order."""
+    """The row and the column of each cell, from the robot to the goal."""
     open_cells: Mask
-    """The cells over which the robot may cut corners."""
+    """The cells that the robot may use if it cuts the path's corners."""
 
 
 NO_PATH = Path([], np.zeros((0, 0), np.bool_))
@@ -63,11 +63,11 @@ class Traversability:
         self._barred = np.zeros_like(grid.taken)
 
     def bar(self, cell: Cell) -> None:
-        """Exclude the surroundings of a cell from paths over unknown cells."""
+        """Exclude the cells within `BARRED_M` of a cell from paths over unknown cells."""
         self._barred |= self.grid.disc(*self.grid.point_of(*cell), BARRED_M)
 
     def open_cells(self, here: Cell, trust: Certainty = Certainty.KNOWN) -> list[Mask]:
-        """Return for each of `MARGINS_M` the cells that a robot at the cell ``here`` may use."""
+        """Return a mask for each of `MARGINS_M`: the cells that a robot at the cell ``here`` may use."""
         clearance = self._clearance(trust)
         masks = [np.asarray(clearance > self.reach + margin) for margin in MARGINS_M]
         beside = tuple(slice(max(at - BESIDE, 0), at + BESIDE + 1) for at in here)
@@ -76,7 +76,7 @@ class Traversability:
         return masks
 
     def find_path(self, here: Cell, goal: Cell) -> Path:
-        """Return a path over free cells with the widest possible margin; `NO_PATH` without a path."""
+        """Return a path over free cells with the widest possible margin, or `NO_PATH` if there is none."""
         goals = np.zeros_like(self._barred)
         goals[goal] = True
         for mask in self.open_cells(here):
@@ -95,23 +95,29 @@ class Traversability:
 
 
 CORRIDOR_M = 0.24
-"""The width of a straight path. It is less than that of other paths, because the robot need not turn on it."""
+"""The width of a straight path. Other paths are wider, because the robot must be able to turn on them."""
 
 SPARE_M = 0.03
-"""The additional free width on either side when a straight path is planned, so that it is still free on arrival."""
+"""The additional free width on each side of a planned straight path. New readings may make the path narrower."""
 
 KNOWN_M = 0.45
-"""The length at the start of a straight path that must be free. There the sensor's cone is narrower than the robot."""
+"""The first cells of a straight path, up to this distance, must be known to be free.
+
+At such a distance the sensor's cone is narrower than the robot, so the sensor may miss an obstacle.
+"""
 
 ITSELF_M = 0.1
-"""Cells that are nearer to the target, by this, than the robot stops belong to the target itself."""
+"""The target's own cells lie within a circle around it. Its radius is the stop's distance minus this length."""
 
 RING_M = (0.05, 0.40)
-"""The distances before the stop at which the robot changes to the straight path, with room to turn and brake."""
+"""The least and the greatest distance to the stop at which the robot may change to the straight path.
+
+The robot needs this distance to turn and brake.
+"""
 
 
 class Target(NamedTuple):
-    """A point at which the robot drives, and the distance from it at which the robot stops.
+    """A point to which the robot drives, and the distance from this point at which the robot stops.
 
     >>> target = Target(x=1.0, y=0.0, distance=0.3)
     >>> target.gap(Pose(0.0, 0.0, 0.0)), target.bearing(Pose(0.0, 0.0, 0.5))
@@ -123,10 +129,10 @@ class Target(NamedTuple):
     y: float
     """In metres."""
     distance: float
-    """The distance from the point to the robot's axle at the stop, in metres."""
+    """The distance in metres between the point and the middle of the robot's axle when the robot stops."""
 
     def gap(self, pose: Pose) -> float:
-        """Return the remaining distance to the stop, in metres; below 0 if the robot is too near."""
+        """Return the distance from a pose to the stop, in metres. It is negative if the pose is too near."""
         return pose.distance_to(self.x, self.y) - self.distance
 
     def bearing(self, pose: Pose) -> float:
@@ -135,13 +141,13 @@ class Target(NamedTuple):
 
 
 def is_unobstructed(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
-    """Return whether no occupied cell is on the straight path to a target."""
+    """Return whether no occupied cell is on the straight path from a pose to a target."""
     here, there = grid.cell_of(pose.x, pose.y), grid.cell_of(target.x, target.y)
     return is_straight_way(_corridor(grid, target), here, there)
 
 
 def is_start_known(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
-    """Return whether the first cells of the straight path to a target are free, not unknown."""
+    """Return whether the first `KNOWN_M` of the straight path to a target are known to be free."""
     part = max(0.0, min(KNOWN_M, target.gap(pose))) / max(target.gap(pose) + target.distance, 1e-6)
     middle = grid.cell_of(pose.x + part * (target.x - pose.x), pose.y + part * (target.y - pose.y))
     clearance = grid.clearance(overlook=_itself(grid, target))
@@ -149,7 +155,10 @@ def is_start_known(grid: OccupancyGrid, pose: Pose, target: Target) -> bool:
 
 
 def find_straight_starts(grid: OccupancyGrid, target: Target) -> Mask:
-    """Return the cells of a ring around a target from which a straight path leads to it."""
+    """Return the mask of the cells from which a free straight path leads to a target.
+
+    The cells lie in a ring around the target, at the distances `RING_M` from the stop.
+    """
     nearest, farthest = (target.distance + before for before in RING_M)
     ring = grid.disc(target.x, target.y, farthest) & ~grid.disc(target.x, target.y, nearest)
     corridor = _corridor(grid, target._replace(distance=nearest), SPARE_M)
@@ -169,19 +178,19 @@ def _itself(grid: OccupancyGrid, target: Target) -> Mask:
 
 
 SURCHARGE_M = {Certainty.KNOWN: 0.0, Certainty.UNKNOWN: 0.4, Certainty.DOUBTFUL: 1.2}
-"""The cost of a path's certainty, in metres: the length that is lost if the path proves blocked."""
+"""The additional cost of a path that may prove blocked, in metres: the length that the robot then drives in vain."""
 
 NARROW_M = 0.3
-"""The cost for each margin of `MARGINS_M` that is too wide for a path, in metres."""
+"""The additional cost of a path, in metres, for each of `MARGINS_M` that is too wide for it."""
 
 WORTH_M = 0.3
-"""The least length of the known part of a path. The sensors would see no more from the end of a shorter part."""
+"""The least length of a path over free cells. From the end of a shorter path, the sensors measure nothing new."""
 
 TRIES = 8
-"""The most paths that are planned in one call."""
+"""The greatest number of paths that one call of `plan_path` plans."""
 
 AHEAD_M = 0.32
-"""The distance along the unknown part of a path at which its direction is measured."""
+"""The bearing of a path's unknown part is that of its point at this distance from its start."""
 
 
 class PathPlan(NamedTuple):
@@ -191,7 +200,7 @@ class PathPlan(NamedTuple):
     unknown_part: list[Cell]
 
     def bearing_on(self, pose: Pose, ground: Traversability) -> float:
-        """Return the bearing of the unknown part in radians; 0 without an unknown part."""
+        """Return the bearing of the unknown part in radians, or 0 if there is no unknown part."""
         if not self.unknown_part:
             return 0.0
         step = min(len(self.unknown_part) - 1, round(AHEAD_M / ground.grid.cell))
@@ -208,14 +217,15 @@ class _Candidate(NamedTuple):
 
 
 def plan_path(ground: Traversability, here: Cell, goals: Mask, *, is_surveyed: bool) -> PathPlan:
-    """Return the cheapest path to one of several goals, as far as it is known; `NO_PATH_PLAN` without a path.
+    """Return the cheapest path to one of several goals, split into its part over free cells and its unknown part.
 
-    If the known part is too short, the returned path is empty, and the robot should survey the unknown part from here.
-    If it has done so, the unknown part is barred and the next cheapest path is planned.
+    Return `NO_PATH_PLAN` if there is no path. If the part over free cells is too short, it is empty in the result.
+    The robot should then survey the unknown part from here. If it has done so, the start of the unknown part is
+    barred, and the next cheapest path is planned.
 
     ground: the traversable cells.
     here: the robot's cell.
-    goals: the goals' cells.
+    goals: the mask of the goals' cells.
     is_surveyed: whether the robot has surveyed its surroundings from here.
     """
     for _ in range(TRIES):
@@ -232,7 +242,7 @@ def plan_path(ground: Traversability, here: Cell, goals: Mask, *, is_surveyed: b
 
 
 def _find_cheapest(ground: Traversability, here: Cell, goals: Mask) -> _Candidate | None:
-    """Return the path with the least cost for length, certainty and margin."""
+    """Return the path with the least cost. The cost is the length plus the surcharges for certainty and margin."""
     candidates = [_find_shortest(ground, here, goals, trust) for trust in Certainty]
     return min(filter(None, candidates), key=lambda candidate: candidate.cost, default=None)
 

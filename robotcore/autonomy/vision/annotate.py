@@ -13,7 +13,7 @@ YELLOW = (0, 255, 255)
 
 
 def draw_boxes(image: Image, blobs: Iterable[Blob]) -> Image:
-    """Return a copy of a BGR picture with a yellow rectangle around each blob, one pixel away from its box.
+    """Return a copy of a BGR picture with a yellow rectangle around each blob, one pixel outside the blob's box.
 
     >>> import numpy as np
     >>> picture = np.zeros((48, 64, 3), np.uint8)

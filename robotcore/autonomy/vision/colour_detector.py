@@ -29,11 +29,11 @@ class Blob:
     """A connected region of one colour in a picture, with its holes filled."""
 
     centroid: tuple[float, float]
-    """Column and row, in pixels."""
+    """The column and the row of the region's centroid, in pixels."""
     box: tuple[int, int, int, int]
-    """Left, top, width and height, in pixels."""
+    """The left edge, the top edge, the width and the height of the region's bounding box, in pixels."""
     area: int
-    """In pixels."""
+    """The number of pixels in the region."""
     bearing: float
     """The direction of the centroid from the camera's axis, in radians, positive to the left."""
     is_clipped: bool
@@ -41,7 +41,7 @@ class Blob:
 
     @property
     def radius(self) -> float:
-        """Half the box's longer side, in pixels. It is a ball's radius if the ball is neither clipped nor covered."""
+        """Half the longer side of the box, in pixels. For a completely visible ball, this is the ball's radius."""
         return max(self.box[2], self.box[3]) / 2
 
 
@@ -59,7 +59,7 @@ HUES = {
 
 
 def hue_of(hue: str | float) -> float:
-    """Return a hue in degrees, in [0, 360), from a name in `HUES` or from degrees.
+    """Return a hue in degrees, in [0, 360). The argument is a name in `HUES` or any number of degrees.
 
     Raises UnknownNameError for an unknown name, and UsageError for a number that is not finite.
 
@@ -78,28 +78,35 @@ def hue_of(hue: str | float) -> float:
 
 
 CAST, ALWAYS_ENOUGH = 0.6, 0.38
-"""A picture with the mean saturation s in the hue needs CAST · s more saturation; ALWAYS_ENOUGH always suffices."""
+"""If light tinges a whole picture with the hue, a candidate needs more saturation.
+
+The additional saturation is CAST times the picture's mean saturation. A candidate never needs more than ALWAYS_ENOUGH.
+"""
 
 SHARE = 0.5
-"""A region ends at this share of its mean chroma: half way down a blurred edge."""
+"""A pixel belongs to a region if its chroma is at least this fraction of the region's mean chroma."""
 
 MARGIN_PX = 3
-"""The margin around a candidate, at full size, in which its region is measured."""
+"""A candidate's region is measured in its box, enlarged on each side by this number of pixels of the full picture."""
 
 FEW, MOST = 4, 8
-"""More than FEW candidates are noise or texture, and the picture is blurred. At most MOST candidates are measured."""
+"""If there are more than FEW candidates, noise or texture causes them, so the picture is blurred and searched again.
+
+At most MOST candidates are measured.
+"""
 
 
 class ColourDetector:
     """Finds blobs of a hue in BGR pictures.
 
-    Candidates are found at half size, by saturation and chroma. They are measured at full size, by hue, with their
-    holes filled. A blob whose centroid is in a larger blob's box is left out. At most eight blobs are found.
+    The detector finds candidates by saturation and chroma in a picture of half the size. It measures them by hue in
+    the full picture, with their holes filled. It omits a blob whose centroid is in the box of a larger blob. It returns
+    at most eight blobs.
 
     hue: a name in `HUES`, or degrees.
-    tolerance: the greatest difference of the hue, in degrees, more than 0 and less than 90.
-    min_saturation: the least saturation in the hue, 0 to 1. It is raised for a picture that is tinged with the hue.
-    min_chroma: the least chroma above the chroma of that saturation, in grey levels.
+    tolerance: the greatest difference between a pixel's hue and ``hue``, in degrees, more than 0 and less than 90.
+    min_saturation: the least saturation in the hue, 0 to 1. A picture that is tinged with the hue needs more.
+    min_chroma: a pixel's chroma, in grey levels, must exceed the chroma of ``min_saturation`` by this.
     min_area: the least area of a blob, in pixels.
 
     >>> from robotcore.optics import Intrinsics
@@ -136,8 +143,8 @@ class ColourDetector:
     def find(self, image: Image, intrinsics: Intrinsics) -> list[Blob]:
         """Return the blobs in a picture, the largest first.
 
-        image: a BGR picture, (height, width, 3). It does not change.
-        intrinsics: the camera of the picture.
+        image: a BGR picture, (height, width, 3). The method does not change it.
+        intrinsics: the intrinsics of the camera that took the picture.
 
         Raises UsageError for a grey picture.
         """
@@ -154,7 +161,7 @@ class ColourDetector:
         return f"ColourDetector(hue={self.hue:g}, tolerance={self._tolerance:g}, min_area={self._min_area})"
 
     def _find_regions(self, image: Image) -> Iterator[Region]:
-        """Yield the regions at full size of all candidates at half size. A region may be yielded twice."""
+        """Yield the regions of all candidates, in pixels of the full picture. A region may be yielded twice."""
         height, width = image.shape[:2]
         size = (width + 1) // 2, (height + 1) // 2
         half = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
@@ -162,7 +169,10 @@ class ColourDetector:
             yield from self._measure_regions(image, box, SHARE * chroma)
 
     def _find_candidates(self, image: Image) -> Iterator[tuple[Box, float]]:
-        """Yield the box and the mean chroma of each candidate. If there are many, search again in a blurred picture."""
+        """Yield the box and the mean chroma of each candidate, in pixels of the half-size picture.
+
+        If there are more than `FEW` candidates, search again in a blurred picture.
+        """
         tests = self._hue_classifier.of_saturation(self._least_saturation(image), self._min_chroma)
         mask = find_hue(image, tests)
         candidates = find_contours(mask)
@@ -176,17 +186,17 @@ class ColourDetector:
             yield box, self._hue_classifier.chroma(cv2.mean(image[inside], mask[inside]))
 
     def _measure_regions(self, image: Image, box: Box, chroma: float) -> Iterator[Region]:
-        """Yield the regions of at least this chroma in and near a box, which is given at half size."""
+        """Yield the regions with at least this chroma in and near a box of the half-size picture."""
         left, top, width, height = box
         right, bottom = 2 * (left + width) + MARGIN_PX, 2 * (top + height) + MARGIN_PX
         left, top = max(0, 2 * left - MARGIN_PX), max(0, 2 * top - MARGIN_PX)
-        window = image[top:bottom, left:right].copy()  # OpenCV takes rows that lie together as one
+        window = image[top:bottom, left:right].copy()  # OpenCV is faster with contiguous rows
         for contour in find_contours(find_hue(window, self._hue_classifier.of_chroma(chroma)), (left, top)):
             if pixels_in(contour) >= self._min_area:
                 yield measure_region(contour)
 
     def _least_saturation(self, image: Image) -> float:
-        """Return the saturation that a candidate needs. It is more if the light or a lawn tinges the whole picture."""
+        """Return the least saturation of a candidate. It is higher if light or a lawn tinges the whole picture."""
         cast = CAST * max(0.0, self._hue_classifier.saturation(cv2.mean(image)))
         return max(self._min_saturation, min(self._min_saturation + cast, ALWAYS_ENOUGH))
 
