@@ -1,4 +1,4 @@
-"""The built-in simulator: exact motion, ray-cast ranges and a painted camera, without any installation."""
+"""The built-in simulator, with exact motion, ray-cast ranges and painted camera pictures. It needs no installation."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class KinematicBackend(Backend):
 
 
 def _require_wheels(setup: Setup, simulation: Simulation) -> None:
-    """Raise DeviceGroupError if encoders sit on no wheel."""
+    """Raise DeviceGroupError if an encoder is on no wheel of the drive."""
     fault = "sits on no wheel; name it as left_encoder or right_encoder of the drive, or leave it out"
     encoders = [device.name for device in setup.chosen if isinstance(device, EncoderDescription)]
     if stray := [DeviceError(name, fault, kind="no-wheel") for name in encoders if name not in simulation.encoded]:

@@ -1,4 +1,4 @@
-"""Measures the gaps between the robot and other bodies, prevents overlaps, and counts contacts."""
+"""Measure the gaps between the robot and other bodies, prevent overlaps, and count contacts."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from robotcore.simulation.painter.planes import Array, half_planes, nearest_on, 
 
 
 class Bumper:
-    """Decides which moves are free, and counts contacts. A contact counts once, however long it lasts.
+    """Permits moves of the robot that cause no overlap, and counts contacts. A contact that lasts is counted as one.
 
-    Gaps are measured again only if the robot may have moved as far as the smallest gap.
+    The gaps are measured again only if the robot may have moved as far as the smallest gap since the last time.
     """
 
     def __init__(self, clearances: Clearance, start: Pose) -> None:
@@ -66,7 +66,7 @@ class Bumper:
 class Clearance:
     """Measures the gaps between a convex footprint and a world's prisms and targets, in the plane of the floor.
 
-    ``reach`` is the distance of the footprint's farthest corner from its origin.
+    ``reach`` is the distance in metres from the footprint's origin to its farthest corner.
     """
 
     def __init__(self, footprint: Outline, world: WorldDescription) -> None:
@@ -82,9 +82,9 @@ class Clearance:
         self._radii = np.array([ball.radius_m for ball in world.targets])
 
     def gaps(self, pose: Pose) -> Array:
-        """Return the gap between the robot at a pose and each body, (n,), in metres; below 0 for an overlap.
+        """Return the gap between the robot at ``pose`` and each body, as (n,) in metres; negative for an overlap.
 
-        The sign is exact. A gap is never more than the true distance.
+        The sign of a gap is exact. The amount may be less than the true distance, but never more.
         """
         cos, sin = math.cos(pose.heading), math.sin(pose.heading)
         to_world = np.array(((cos, sin), (-sin, cos)))

@@ -1,11 +1,12 @@
 """The robot's motion: wheels with a first-order lag, and the exact arc of the body.
 
-Nothing is integrated numerically. After a step of h seconds, a wheel with the lag τ and the command u has
+The motion is not integrated numerically, so it has no integration error. After a step of h seconds, a wheel with the
+lag τ and the command u has
 
     ω(h) = u + (ω₀ - u)·e^(-h/τ)        φ(h) = φ₀ + u·h + (ω₀ - u)·τ·(1 - e^(-h/τ))
 
-and the body follows the arc of these angles. While the ratio of the velocities is constant, any number of
-steps gives the same pose as one.
+and the body follows the circular arc of the two wheels' turns. While the ratio of the wheels' velocities is constant,
+many short steps give the same pose as one long step.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
 
 
 class Wheel:
-    """A motor and its wheel.
+    """A simulated motor and its wheel.
 
     ``target`` is the commanded velocity and ``velocity`` the actual one, in rad/s. ``angle`` is in rad.
 
@@ -37,25 +38,25 @@ class Wheel:
         self.target = self.velocity = self.angle = 0.0
 
     def next_turn(self) -> float:
-        """Return the turn of a free wheel in the next step, in rad."""
+        """Return the angle in rad by which the wheel turns in the next step if nothing blocks it."""
         return self.target * self._step + (self.velocity - self.target) * self._reach
 
     def roll(self, turn: float) -> None:
-        """Make a step with this turn in rad."""
+        """Make a step in which the wheel turns by ``turn`` rad."""
         self.velocity = self.target + (self.velocity - self.target) * self._decay
         self.angle += turn
 
     def stall(self) -> None:
-        """Make a step without a turn."""
+        """Make a step in which the wheel does not turn."""
         self.velocity = 0.0
 
     def advance(self) -> None:
-        """Make a step of a free wheel."""
+        """Make a step of a wheel that nothing blocks."""
         self.roll(self.next_turn())
 
 
 class Chassis:
-    """A body on two wheels. If a step would cause an overlap, the wheels stall."""
+    """The robot's body on two wheels. If a step would cause an overlap with another body, the wheels stall."""
 
     def __init__(self, start: Pose, geometry: DifferentialGeometry, left: Wheel, right: Wheel, bumper: Bumper) -> None:
         self.pose = start
@@ -65,7 +66,7 @@ class Chassis:
 
     @property
     def twist(self) -> Twist:
-        """The present velocity of the body."""
+        """The present velocity of the body, linear and angular."""
         return self._geometry.to_twist(Wheels(self._left.velocity, self._right.velocity))
 
     def advance(self) -> None:

@@ -14,9 +14,9 @@ from robotcore.simulation.painter import Painter
 
 
 class Simulation:
-    """A robot in its world. Its clock steps it. It is also the `TruthSource` of the run.
+    """A robot in its world. The simulation's clock advances it in steps. It is also the run's `TruthSource`.
 
-    ``wheels`` holds the wheels by the names of their motors, ``encoded`` by the names of their encoders.
+    ``wheels`` maps the names of motors to their wheels, and ``encoded`` maps the names of encoders to their wheels.
     """
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
@@ -35,7 +35,7 @@ class Simulation:
 
     @cached_property
     def painter(self) -> Painter:
-        """The painter for all cameras. It is created for the first picture."""
+        """The painter of pictures for all cameras. It is created when the first picture is read."""
         return Painter(self.world)
 
     def pose(self) -> Pose:

@@ -1,1 +1,1 @@
-"""A recorded run as a robot."""
+"""The backend that replays a recorded run as a robot."""

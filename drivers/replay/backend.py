@@ -1,4 +1,4 @@
-"""The replay backend: a recorded run, served back to an app."""
+"""The backend `replay`, whose robot returns the samples of a recorded run to an app."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from robotcore.runtime.plan import RunRequest
 
 
 class ReplayOptions(StrictModel):
-    """The options: ``file`` is the recording; a program may pass a ``recording`` that it has read.
+    """The options of the backend: either ``file``, a recording's path, or ``recording``, which a program has read.
 
-    ``is_held`` keeps the safety rules of the recorded run, for verifying its decisions.
+    ``is_held``: whether the safety rules of the recorded run stay in force, to verify its recorded decisions.
     """
 
     file: Path | None = None
@@ -49,14 +49,14 @@ class ReplayOptions(StrictModel):
 
 
 class ReplayBackend(Backend):
-    """Opens the robot of a recording. Its sensors return the recorded samples, its motors turn nothing.
+    """Opens the robot of a recording. Its sensors return the recorded samples, and its motors ignore commands.
 
-    The recording describes the robot. Safety rules that cannot hold are left out: the robot moved as the recorded app
-    drove it, and not every sample was read. The backend gives no guarantee, because another path is unknown.
+    The description of the robot is that of the recording, with relaxed safety rules; see `_relax_rules`. The backend
+    does not show what happens if the app drives differently, because the samples are those of the recorded path.
     """
 
     name = "replay"
-    summary = "a recorded run, served back to an app: --option file=RUN.mcap"
+    summary = "replays the sensors of a recorded run to an app: --option file=RUN.mcap"
     modules = ("mcap",)
 
     def __init__(self) -> None:
@@ -67,7 +67,7 @@ class ReplayBackend(Backend):
         return "pip install 'robotcore[record]'"
 
     def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
-        """Return the recorded robot; UsageError if the user names another one."""
+        """Return the description of the recorded robot; raises UsageError if the user names another robot."""
         recording = self._recording(options)
         recorded = recording.metadata
         if robot not in (RunRequest.robot, recorded.request.robot, recorded.description.name):
@@ -93,7 +93,7 @@ class ReplayBackend(Backend):
         return Robot(setup.robot.name, clock, _build_devices(setup, recording, clock))
 
     def _recording(self, options: Mapping[str, Any]) -> Recording:
-        """Return the recording of the options. It is read once."""
+        """Return the recording that the options name. Its file is read only once."""
         if isinstance(given := options.get("recording"), Recording):
             return given
         if "file" not in options:
@@ -105,9 +105,10 @@ class ReplayBackend(Backend):
 
 
 def _relax_rules(recording: Recording) -> RobotDescription:
-    """Return the recorded robot with safety rules that wait longer than the recording lasts, so they never apply.
+    """Return the recorded robot, with the limits of two safety rules longer than the recording, so they never act.
 
-    The recorded wheels do not follow the commands of another app, and unread samples are older than in the run.
+    ``follow_s`` cannot be kept, because the recorded wheels do not follow the commands of the replayed app.
+    ``max_age_s`` cannot be kept, because a sample that the recorded app did not read is not in the recording.
     """
     description, ticks = recording.metadata.description, recording.ticks
     lasts = ticks[-1].time - ticks[0].time if ticks else 0.0
@@ -129,13 +130,13 @@ def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> It
         elif isinstance(device, EncoderDescription):
             yield ReplayEncoder(name, SamplePlayer(name, recording, clock))
         else:
-            battery: BatteryDescription = device  # of a new kind of device, the type checker tells
+            battery: BatteryDescription = device  # the type checker reports a new kind of device here
             yield ReplayBattery(battery.name, SamplePlayer(name, recording, clock))
     yield from _build_lone_motors(setup, recording)
 
 
 def _build_lone_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
-    """Yield the motors that the recorded run commanded outside the drive, even if the app needs none."""
+    """Yield the motors that the recorded run commanded and that the app has not chosen."""
     chosen = {device.name for device in setup.chosen}
     limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}
     for name in sorted({ask.device for tick in recording.ticks for ask in tick.motor_asks} - chosen):
@@ -146,7 +147,7 @@ def _require_rate(setup: Setup, recording: Recording) -> None:
     recorded = recording.metadata.request.rate_hz
     if setup.rate_hz != recorded:
         raise UsageError(
-            f"--rate {setup.rate_hz:g}: the run was recorded at {recorded:g} Hz, and so it is replayed. "
+            f"--rate {setup.rate_hz:g}: a run recorded at {recorded:g} Hz can only be replayed at that rate. "
             f"Take --rate {recorded:g}",
             kind="replay-rate",
             rate_hz=setup.rate_hz,

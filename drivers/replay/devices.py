@@ -1,4 +1,4 @@
-"""The clock and the devices of a replayed recording."""
+"""The clock and the devices of a robot that replays a recording."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from robotcore.hal.devices import (
 from robotcore.recording import Read, Recording, SampleKey
 
 _SAME_S = 1e-9
-"""The tolerance for sums of periods, in seconds."""
+"""The tolerance in seconds for rounding errors in sums of periods."""
 
 
 class ReplayClock(Clock):
-    """A clock that goes from tick to tick of a recording; ``times`` are in seconds, a sleep goes to the next tick.
+    """A clock that a sleep advances from tick to tick of a recording; ``times`` are those of the ticks in seconds.
 
-    It stops at the last tick before the deadline, so a loop at the recorded rate meets each tick. After the last tick
-    it raises RecordingEndedError.
+    A sleep ends at the last tick before its deadline, so a loop at the recorded rate runs once in each tick. A sleep
+    after the last tick raises RecordingEndedError.
     """
 
     def __init__(self, times: Sequence[float]) -> None:
@@ -61,7 +61,7 @@ class ReplayClock(Clock):
         self._calls.clear()
 
     def _advance(self) -> None:
-        """Go to the next tick, and make the calls that are due on the way."""
+        """Advance to the next tick, and make the calls that are due by then."""
         if self.tick + 1 == len(self._times):
             raise RecordingEndedError(len(self._times), self._now)
         self.tick += 1
@@ -75,9 +75,10 @@ RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
 
 
 class SamplePlayer(Generic[RecordedT]):
-    """Returns the recorded samples of one sensor, or raises its errors, read by read. The last read of a tick repeats.
+    """Returns the recorded samples of one sensor, or raises its recorded errors, in the order of the recorded reads.
 
-    Without a recorded read in the tick, or if its sample was dropped, it returns the newest earlier sample.
+    If the app reads more often in a tick than the recorded run did, the last read of the tick is repeated. If the tick
+    has no recorded read, or the sample is not in the recording, it returns the newest earlier sample.
     """
 
     def __init__(self, device: str, recording: Recording, clock: ReplayClock) -> None:
@@ -88,7 +89,7 @@ class SamplePlayer(Generic[RecordedT]):
         self._tick, self._count = -1, 0
 
     def __call__(self) -> RecordedT:
-        """Return the sample of this read; DeviceError if there is none yet, or if it is damaged."""
+        """Return the sample of the next read; raises DeviceError if there is no sample yet, or if it is damaged."""
         read = self._take_read()
         if read and read.error:
             raise read.error.rebuild()
@@ -99,7 +100,7 @@ class SamplePlayer(Generic[RecordedT]):
             raise DeviceError(self._device, str(error), kind="recording-damaged") from error
 
     def _take_read(self) -> Read | None:
-        """Return the next recorded read of this tick, if there is one."""
+        """Return the next recorded read of this tick; None if the tick has no recorded read."""
         reads = self._reads[self._clock.tick]
         self._count = self._count + 1 if self._tick == self._clock.tick else 0
         self._tick = self._clock.tick
@@ -110,7 +111,7 @@ class SamplePlayer(Generic[RecordedT]):
         if not at:
             raise DeviceError(
                 self._device,
-                f"the recording has no sample of it by {self._clock.now():g} s: nobody had read it yet",
+                f"the recorded run had not read this device by {self._clock.now():g} s, so there is no sample yet",
                 kind="no-sample-yet",
             )
         return self._given[at - 1][1]
@@ -121,14 +122,14 @@ def _list_reads(device: str, reads: Sequence[Read]) -> tuple[Read, ...]:
 
 
 class ReplayMotor(Motor):
-    """A motor that turns nothing."""
+    """A motor that ignores its commands."""
 
     def _apply(self, rad_s: float) -> None:
         """Do nothing."""
 
 
 class ReplayRangeSensor(RangeSensor):
-    """The distances of a recording."""
+    """A range sensor that returns the distances of a recording."""
 
     def __init__(self, description: RangeSensorDescription, player: SamplePlayer[Range]) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
@@ -140,7 +141,7 @@ class ReplayRangeSensor(RangeSensor):
 
 
 class ReplayCamera(Camera):
-    """The pictures of a recording."""
+    """A camera that returns the pictures of a recording."""
 
     def __init__(self, description: CameraDescription, player: SamplePlayer[Frame]) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -151,7 +152,7 @@ class ReplayCamera(Camera):
 
 
 class ReplayEncoder(Encoder):
-    """The angles of a recording."""
+    """An encoder that returns the angles of a recording."""
 
     def __init__(self, name: str, player: SamplePlayer[Angle]) -> None:
         super().__init__(name)
@@ -162,7 +163,7 @@ class ReplayEncoder(Encoder):
 
 
 class ReplayBattery(Battery):
-    """The voltages of a recording."""
+    """A battery that returns the voltages of a recording."""
 
     def __init__(self, name: str, player: SamplePlayer[Voltage]) -> None:
         super().__init__(name)
@@ -173,7 +174,7 @@ class ReplayBattery(Battery):
 
 
 class ReplayDisplay(Display):
-    """A display that shows nothing, and raises the recorded errors."""
+    """A display that shows nothing, and raises the errors of the recorded display."""
 
     def __init__(self, name: str, recording: Recording, clock: ReplayClock) -> None:
         super().__init__(name)

@@ -1,4 +1,4 @@
-"""The settings of a serial port, and the base class of the drivers on one."""
+"""The settings and the base class of the drivers of devices on a serial port."""
 
 from __future__ import annotations
 
@@ -29,24 +29,24 @@ PortPlace = Annotated[
     AfterValidator(_validate_place),
     Field(description="a port such as /dev/ttyUSB0, /dev/serial/by-id/NAME or usb:1a86:7523"),
 ]
-"""A serial port in a robot's file."""
+"""The type of a serial port in a robot's file."""
 
 
 class PortSettings(StrictModel):
     """The settings of a device on a serial port."""
 
     protocol_name: ClassVar[str]
-    """The name of the protocol on the line: only devices with the same protocol share a port."""
+    """The name of the protocol on the line. Only devices with the same protocol can share a port."""
 
     default_baud: ClassVar[int]
-    """The baud rate of such boards."""
+    """The usual baud rate of boards with this protocol."""
 
     is_mute: ClassVar[bool] = False
-    """Whether the board never sends anything, so that the driver cannot find out if it is connected."""
+    """Whether the board never sends anything. The driver then cannot detect whether the board is connected."""
 
     port: PortPlace
     baud: Annotated[int, Field(ge=300, le=4_000_000)] | None = None
-    """The baud rate, if it is not ``default_baud``."""
+    """The baud rate; None means ``default_baud``."""
 
     @property
     def speed(self) -> int:
@@ -54,9 +54,9 @@ class PortSettings(StrictModel):
         return self.baud or self.default_baud
 
     def connections(self, part: str = "") -> tuple[Connection, ...]:
-        """Return the connection to the port, and to a part of the board that only one device may use.
+        """Return the connection of the device to its port, and the one to its part of the board, if it has a part.
 
-        part: the name of that part, such as ``sonar``; empty if there is none.
+        part: the name of a part of the board that only one device may use, such as ``sonar``.
         """
         protocol = f"{self.protocol_name} at {self.speed} baud"
         instead = "write the same baud for all devices of one board"
@@ -72,11 +72,11 @@ class TimeoutSettings(PortSettings):
 
 
 Side = Literal["left", "right"]
-"""One of a board's two motors, or encoders. Swap the two if the robot turns the wrong way."""
+"""The side of a motor or an encoder on its board. If the robot turns the wrong way, swap the two sides."""
 
 
 class SideSettings(PortSettings):
-    """The settings of a device on one of a board's two sides."""
+    """The settings of a device of a board with a left and a right side."""
 
     side: Side
 
@@ -94,19 +94,19 @@ class SerialDriver(DeviceDriver[DescriptionT, SettingsT]):
     modules = ("serial",)
     remedy = "pip install 'robotcore[serial]'"
     part: ClassVar[str]
-    """The part of the board, such as "motor", that only one device may use."""
+    """The part of the board that the device uses alone, such as "motor"."""
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         return settings.connections(self.part)
 
 
 def list_ports(bindings: Iterable[DeviceBinding]) -> tuple[str, ...]:
-    """Return the serial ports of the devices, each once, in the order of the file."""
+    """Return the serial ports of the devices without duplicates, in the order of the robot's file."""
     wires = (wire for binding in bindings for wire in binding.connections)
     return tuple(dict.fromkeys(wire.where for wire in wires if wire.bus == "serial"))
 
 
 def summarize_devices(bindings: Sequence[DeviceBinding]) -> str:
-    """Return the number of devices and their ports as a text: ``2 devices on /dev/ttyUSB0``."""
+    """Return a text with the number of devices and their ports, such as ``2 devices on /dev/ttyUSB0``."""
     ports = list_ports(bindings)
     return pluralize(len(bindings), "device") + (f" on {', '.join(ports)}" if ports else "")

@@ -1,4 +1,4 @@
-"""The doctor of the backend `serial`: the ports of the computer and of the robot, and the answers of its boards."""
+"""The checks of `robotcore doctor` for the backend `serial`: the computer's ports, the robot's ports and its boards."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ MUTE = "Turn the wheels for a moment, in the air"
 
 
 def examine(backend: Backend, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
-    """Yield the findings. Opening a port resets an Arduino; no motor is turned."""
+    """Yield the findings about the ports and the boards of a robot.
+
+    No motor turns, but opening a port resets an Arduino.
+    """
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
         return
@@ -53,7 +56,7 @@ def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> I
 
 
 def _list_lines(bindings: Iterable[DeviceBinding]) -> list[tuple[str, int]]:
-    """Return each port and its speed in baud, once."""
+    """Return the ports of the devices without duplicates, each with its speed in baud."""
     all_settings = (binding.settings for binding in bindings)
     return list(dict.fromkeys((each.port, each.speed) for each in all_settings if isinstance(each, PortSettings)))
 
@@ -72,7 +75,7 @@ def _check_port(place: str, baud: int) -> Finding:
 
 
 def _check_boards(backend: Backend, robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
-    """Open the devices on serial ports, and read them."""
+    """Open the devices on serial ports and read them; yield the findings."""
     serial = {each.name: each.settings for each in bindings if isinstance(each.settings, PortSettings)}
     mute = [name for name, settings in serial.items() if settings.is_mute]
     try:
@@ -90,7 +93,7 @@ def _check_boards(backend: Backend, robot: RobotDescription, bindings: Iterable[
 
 
 def _check_other_device(backend: Backend, robot: RobotDescription, name: str, what: str) -> Iterator[Finding]:
-    """Open a device that is on no serial port, such as a camera on USB, and read it."""
+    """Open and read a device that is on no serial port, such as a camera on USB; yield the findings."""
     try:
         with backend.open(Setup(robot, None, frozenset([name]))) as opened:
             yield Finding.ok(what, _format_device(opened.devices[name]), kind="device-ok")

@@ -1,4 +1,4 @@
-"""An open serial port: one thread reads and writes it, and reopens it if it is lost."""
+"""A serial port with a thread that reads and writes it, and reopens the port if it is lost."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from robotcore.hal.clock import Clock, PeriodicTask
 
 
 class Waker:
-    """A wait that another thread can end; a wake-up before the wait is not lost."""
+    """Lets a thread wait for a file until another thread wakes it.
+
+    A wake-up before the wait ends the next wait at once.
+    """
 
     def __init__(self) -> None:
         self._receiver, self._sender = socketpair()
@@ -23,12 +26,12 @@ class Waker:
         self._sender.setblocking(False)
 
     def wake(self) -> None:
-        """End the wait, or the next one."""
+        """End the present wait; if no thread waits, end the next wait at once."""
         with suppress(OSError):  # full: a wake-up is pending; closed: no thread waits
             self._sender.send(b"w")
 
     def wait(self, file: int | None, seconds: float) -> None:
-        """Wait until a file can be read, until `wake`, or for some seconds."""
+        """Wait until the open file with this number has data, until `wake` is called, or for ``seconds``."""
         files = [self._receiver.fileno()] if file is None else [self._receiver.fileno(), file]
         select(files, [], [], seconds)
         with suppress(BlockingIOError):
@@ -41,37 +44,39 @@ class Waker:
 
 
 BITS_PER_BYTE = 10
-"""8N1: a start bit, eight data bits, a stop bit."""
+"""The bits that the line needs for a byte with 8N1: a start bit, eight data bits, a stop bit."""
 
 PERIOD_S = 0.002
-"""The period of an exchange in simulated time. A thread in real time waits for bytes instead."""
+"""The period of reading and writing in simulated time, in seconds. In real time the thread waits for bytes instead."""
 
 SUSPENDED_S, RECOVERY_S = 0.3, 1.0
-"""The program was suspended if two exchanges are farther apart. The board then answers within the second time."""
+"""If the pause between two exchanges is longer than the first time, the program was suspended. The board then needs up
+to the second time to answer again. Both are in seconds."""
 
 MAX_WAIT_S = 0.005
-"""The longest wait for a byte, after which the thread sends data that is due."""
+"""The longest wait for a byte, in seconds. Then the thread checks whether data must be sent."""
 
 POLL_S = 0.005
-"""The period of polling a condition; longer than a step of simulated time, or no time would pass."""
+"""The period of polling a condition, in seconds. It must be longer than a simulation step, or no simulated time would
+pass."""
 
 FIRST_RETRY_S, MAX_RETRY_S = 0.1, 2.0
-"""The first and the longest time before a lost port is opened again; it doubles with each attempt."""
+"""The first and the longest wait before a lost port is opened again, in seconds. The wait doubles with each attempt."""
 
 CLOSING_S = 0.5
-"""The longest time that closing waits until the last command is sent and acknowledged."""
+"""The longest wait for the sending and the acknowledgement of the last command when the line is closed, in seconds."""
 
 
 class Line:
-    """A port and the protocol on it.
+    """A serial port and the protocol of the boards on it.
 
-    A port that fails after `open` is closed and opened again, after 0.1 s, 0.2 s, up to every 2 s. `require` raises
-    until the port is open and the board has answered. An exception in the protocol is a bug: the line is closed for
-    good, so that the board stops by itself, and `require` raises.
+    If the port fails after `open`, the line closes it, and opens it again after 0.1 s, 0.2 s and so on, up to 2 s.
+    `require` raises until the port is open and the board has answered. An exception in the protocol is a bug. The line
+    is then closed for good, so that the board stops by its time-out, and `require` always raises.
     """
 
     def __init__(self, place: str, protocol: Protocol, clock: Clock) -> None:
-        """Prepare a line that `open` opens.
+        """Create the line; `open` opens the port.
 
         place: the port in the robot's file, a path or a USB id.
         """
@@ -92,7 +97,7 @@ class Line:
 
     @property
     def place(self) -> str:
-        """The port as the robot's file names it."""
+        """The port, as it is written in the robot's file."""
         return self._port.place
 
     def now(self) -> float:
@@ -120,7 +125,7 @@ class Line:
             raise
 
     def wake(self) -> None:
-        """Let the thread of the line send new data at once if the line is free."""
+        """Make the thread of the line send new data at once, if the line is free."""
         if self._waker:
             self._waker.wake()
 
@@ -136,9 +141,9 @@ class Line:
             )
 
     def require_since_lost(self, device: str, heard_at: float) -> None:
-        """Call `require`; raise DeviceLostError too if a sample is from before the last loss of the line.
+        """Raise DeviceLostError as `require` does, and also if a sample is older than the last loss of the line.
 
-        heard_at: the time of the sample.
+        heard_at: the time of the sample in seconds.
         """
         self.require(device)
         if heard_at < self._lost_at:
@@ -164,9 +169,11 @@ class Line:
     def wait_until(
         self, condition: Callable[[], bool], device: str, within_s: float, fault: str, kind: str = "no-sample-yet"
     ) -> None:
-        """Wait until ``condition`` returns true.
+        """Wait until ``condition`` returns true; raise DeviceError if it does not in time.
 
-        within_s: the longest wait in seconds; then DeviceError is raised with the text ``fault`` and the ``kind``.
+        device: the name of the device, for the error.
+        within_s: the longest wait in seconds.
+        fault, kind: the text and the kind of the error.
         """
         self._wait_until(condition, device, within_s, lambda _place: fault, kind)
 
@@ -183,7 +190,7 @@ class Line:
             self._clock.sleep_until(self._clock.now() + POLL_S)
 
     def settle(self, device: str) -> None:
-        """Wait until the last command is settled, half a second at most; raises DeviceError with the device's name."""
+        """Wait until the last command is sent and, if possible, acknowledged; raise DeviceError after half a second."""
 
         def is_settled() -> bool:
             self.require(device)
@@ -193,7 +200,7 @@ class Line:
         self.wait_until(is_settled, device, CLOSING_S, self._with_timeout_notice(text), "not-acknowledged")
 
     def close(self) -> None:
-        """Send the data that is due, such as the last stop, and close the port; it takes half a second at most.
+        """Send the data that is due, such as the last stop, and close the port. This takes half a second at most.
 
         May be called again.
         """
@@ -208,7 +215,7 @@ class Line:
             self._waker.close()
 
     def _exchange(self) -> None:
-        """Wait, read, and send the data that is due; only one thread calls this."""
+        """Wait, read, and send the data that is due. Only one thread calls this method."""
         try:
             self._wait()
             if self._loss is None:
@@ -223,7 +230,7 @@ class Line:
             self._retry_at = math.inf
 
     def _wait(self) -> None:
-        """Wait for a byte, for `wake`, or until data is due; do not wait in simulated time."""
+        """Wait for a byte, for `wake`, or until data is due. In simulated time, return at once."""
         if self._waker and not self._clock.is_lockstep:
             now = self._clock.now()
             due = max(self._free_at, self._protocol.next_due(now)) if self._loss is None else self._retry_at
@@ -258,7 +265,7 @@ class Line:
             self._loss = None
 
     def _drain(self) -> None:
-        """Wait until all bytes have left the computer and the wire; in simulated time there is nothing to wait for."""
+        """Wait until all bytes have left the computer and were transmitted. In simulated time, return at once."""
         end = self._clock.now() + CLOSING_S
         while not self._clock.is_lockstep and self._clock.now() < min(end, self._drained_at()):
             self._clock.sleep_until(self._clock.now() + POLL_S)

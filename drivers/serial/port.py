@@ -20,17 +20,17 @@ if TYPE_CHECKING:
 
 
 USB = re.compile(r"usb:(?P<vendor>[0-9a-f]{4}):(?P<product>[0-9a-f]{4})(?::(?P<serial>.+))?", re.IGNORECASE)
-"""A port by the USB id of the board or adapter."""
+"""The pattern of a port that is given by the USB id of its board or adapter."""
 
 
 class PortMissingError(OSError):
-    """There is no such port now; the message lists the ports of the computer."""
+    """A port does not exist now. The message lists the ports of the computer."""
 
 
 def find_path(place: str) -> str:
-    """Return the path of a port; raises PortMissingError if there is no such port.
+    """Return the path of a port; raises PortMissingError if the port does not exist.
 
-    place: a path, or a USB id such as ``usb:1a86:7523``.
+    place: the path of the port, or its USB id such as ``usb:1a86:7523``.
     """
     if not (usb := USB.fullmatch(place)):
         if not Path(place).exists():
@@ -40,12 +40,14 @@ def find_path(place: str) -> str:
     if not found:
         raise PortMissingError(f"{place} is not plugged in; {describe_ports()}")
     if len(found) > 1:
-        raise PortMissingError(f"{len(found)} ports are {place}: {', '.join(found)}; add the serial number, or a path")
+        raise PortMissingError(
+            f"{len(found)} ports have the id {place}: {', '.join(found)}; add the serial number, or name a path"
+        )
     return found[0]
 
 
 def describe_ports() -> str:
-    """Return a text with the ports of this computer, each with its USB id if it has one."""
+    """Return a text with all serial ports of this computer, each with its USB id if it has one."""
     from serial.tools.list_ports import comports
 
     words = [f"{port.device} ({_usb_id(port.vid, port.pid)})" if port.vid else port.device for port in comports()]
@@ -53,9 +55,9 @@ def describe_ports() -> str:
 
 
 def find_other_users(place: str) -> tuple[str, str] | None:
-    """Return the fault and the remedy if another program has a port open too; None if there is none.
+    """Return the fault and the remedy if another program has the port open too; None if no other program has.
 
-    Only this process's own lock keeps other programs out, so this is for a port that this process has just opened.
+    Call it after this process has opened and locked the port, so that no other program opens the port later.
     """
     with suppress(PortMissingError):
         if holders := describe_holders(find_path(place)):
@@ -83,18 +85,20 @@ def _usb_id(vendor: int, product: int) -> str:
 CHUNK = 4096
 
 FAILURES = (OSError, termios.error, TypeError, ValueError)
-"""The errors of pyserial: its own are OSErrors, errors of the system stay as they are, a closed port is a TypeError."""
+"""The errors that pyserial raises. Its own are OSErrors, those of the system are passed on, and the use of a closed
+port is a TypeError."""
 
 WRITE_TIMEOUT_S = 0.05
-"""The longest time for writing a frame. The buffer of a port is larger than a frame, so then the buffer is full."""
+"""The longest time for writing a frame, in seconds. A frame that takes longer found the port's buffer full, because the
+board does not read."""
 
 
 class PortError(OSError):
-    """A port cannot be opened, or is lost; the message has the port, the reason and the remedy."""
+    """A port cannot be opened, or is lost. The message has the port, the reason and the remedy."""
 
 
 class Port:
-    """A serial port that this process opens for itself; it may be opened again after it was closed."""
+    """A serial port that this process locks while it is open. It may be opened again after it was closed."""
 
     def __init__(self, place: str, baud: int) -> None:
         self.place, self.baud = place, baud
@@ -104,7 +108,7 @@ class Port:
         return f"Port({self.place!r}, {self.baud}, {'open' if self._serial else 'closed'})"
 
     def open(self) -> None:
-        """Open the port, and lock it for this process; raises PortError."""
+        """Open the port and lock it, so that other programs cannot open it; raises PortError."""
         from serial import Serial
 
         path = self.place
@@ -116,13 +120,14 @@ class Port:
 
     @property
     def file(self) -> int | None:
-        """The number of the open file, for `select`; None if the port is closed."""
+        """The file descriptor of the port, for `select`; None if the port is closed."""
         return int(self._serial.fileno()) if self._serial else None
 
     def read(self) -> bytes:
-        """Return the received bytes without waiting; raises PortError.
+        """Return the bytes received so far, without a wait; raises PortError.
 
-        A pseudo-terminal may have no `in_waiting`, so this reads up to `CHUNK` bytes. pyserial raises after a hang-up.
+        It reads up to `CHUNK` bytes, because pyserial's `in_waiting` fails on some pseudo-terminals. A hang-up makes
+        pyserial raise an error, which becomes a PortError.
         """
         assert self._serial
         try:
@@ -131,10 +136,10 @@ class Port:
             raise self._lost() from error
 
     def write(self, data: bytes) -> None:
-        """Send bytes within `WRITE_TIMEOUT_S`; raises PortError.
+        """Send bytes; raises PortError if the port does not take them within `WRITE_TIMEOUT_S`.
 
-        pyserial's own `write` raises its time-out although all was written if this thread had no processor for so long.
-        So this calls `os.write`.
+        It calls `os.write`, because pyserial's `write` reports a time-out wrongly if the operating system suspends this
+        thread for that time.
         """
         assert self._serial
         try:
@@ -149,13 +154,16 @@ class Port:
 
     @property
     def unsent(self) -> int:
-        """The number of bytes that have not left the computer; 0 if the port does not report it."""
+        """The number of bytes that have not left the computer; 0 if the port cannot report this number."""
         with suppress(*FAILURES):
             return int(self._serial.out_waiting) if self._serial else 0
         return 0
 
     def close(self) -> None:
-        """Close the port and drop unsent bytes, for a board that does not read would block it. May be called again."""
+        """Close the port and drop unsent bytes. May be called again.
+
+        With unsent bytes, closing would wait for a board that does not read.
+        """
         if serial := self._serial:
             with suppress(*FAILURES):
                 if self.unsent:
@@ -173,7 +181,7 @@ _BUSY_ERRORS = {errno.EAGAIN, errno.EBUSY}
 _PERMISSION_ERRORS = {errno.EACCES, errno.EPERM}
 
 ROOT = 0
-"""The group of the superuser: a user joins another group for a port."""
+"""The number of the superuser's group, which no user should join to use a port."""
 
 GROUP_ACCESS = stat.S_IRGRP | stat.S_IWGRP
 
@@ -182,7 +190,7 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
     """Return why pyserial could not open a port, and the remedy.
 
     place: the port in the robot's file.
-    path: its path now.
+    path: the path of this port now.
     """
     if isinstance(error, PortMissingError):
         return (
@@ -201,7 +209,7 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
 
 
 def _permission_remedy(path: str) -> str:
-    """Return how to get the permission: join the group of the port, dialout on most systems, uucp on some."""
+    """Return how to get the permission for a port: join its group, which is dialout or uucp on most systems."""
     group = "dialout"
     with suppress(OSError, KeyError):
         status = os.stat(path)  # noqa: PTH116  as it is given

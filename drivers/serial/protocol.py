@@ -1,4 +1,4 @@
-"""The base class of the protocols on a serial line, without input and output."""
+"""The base class of the protocols on a serial line, which do no input or output themselves."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from abc import ABC, abstractmethod
 
 
 class Protocol(ABC):
-    """A protocol that takes and returns bytes: it does no input or output, and never waits.
+    """Converts received bytes to values, and commands to bytes. It does no input or output, and never waits.
 
-    The thread of the line calls `begin`, `receive` and `data_to_send`. Devices set commands from other threads, so a
-    command is one value that is replaced as a whole. Times are those of the robot's clock, in seconds.
+    The thread of the line calls `begin`, `receive` and `data_to_send`. Devices set commands in other threads, so a
+    command must be one value that is replaced as a whole. All times are on the robot's clock, in seconds.
     """
 
     baud: int
-    """The speed of the line."""
+    """The speed of the line in baud."""
     is_ready: bool
-    """Whether the board has answered since the line was opened, and has not fallen silent. A protocol without answers
-    is ready once a board would be."""
+    """Whether the board has answered since the line was opened, and is not silent now. If boards send no answers, it is
+    true as soon as a board accepts commands."""
 
     @property
     def is_settled(self) -> bool:
@@ -26,35 +26,38 @@ class Protocol(ABC):
 
     @property
     def timeout_notice(self) -> str:
-        """A sentence on when the board stops its motors by itself if it receives no command; empty for never."""
+        """A sentence with the board's time-out, after which it stops its motors; empty if it has no time-out."""
         return ""
 
     @abstractmethod
     def begin(self, now: float) -> None:
-        """Reset the protocol: the line was opened, and the board may have been reset.
+        """Reset the protocol after the line was opened, because the board may have been reset.
 
-        Drop requests and commands, so that no motor turns before a new command.
+        Drop all requests and commands, so that no motor turns before a new command.
         """
 
     @abstractmethod
     def receive(self, data: bytes, now: float) -> None:
-        """Take received bytes, cut anywhere and perhaps with noise. Never raises because of their content."""
+        """Process received bytes.
+
+        They arrive in pieces of any length and may have noise; no content raises an error.
+        """
 
     @abstractmethod
     def data_to_send(self, now: float) -> bytes:
-        """Return the bytes to send now, perhaps none; the line calls this only if it is free, and sends them all.
+        """Return the bytes to send now, perhaps none. The line calls this if it can send, and sends all of them.
 
-        Only the newest command is sent: there is no queue of commands.
+        Only the newest command is sent. There is no queue of commands.
         """
 
     def next_due(self, now: float) -> float:
-        """Return the latest time at which `data_to_send` has bytes again without a new command; `inf` for never."""
+        """Return the time at which `data_to_send` must be called again if no new command is set; `inf` for never."""
         return math.inf
 
     def explain_silence(self, place: str, *, has_heard: bool = False) -> str:
-        """Return the fault and the remedy if the board has not answered since the line was opened.
+        """Return the fault and the remedy for a board that has not answered since the line was opened.
 
-        place: the port.
+        place: the port in the robot's file.
         has_heard: whether any bytes were received.
         """
         if has_heard:

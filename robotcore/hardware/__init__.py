@@ -1,4 +1,4 @@
-"""Real robots: the devices of a robot's file, each opened by the driver that the file names."""
+"""Real hardware: device drivers, and the opening of a robot's devices by the drivers that its file names."""
 
 from robotcore.hal.wiring import Pad, PadKind, Wire, Wiring
 from robotcore.hardware.binding import batteries_in, bind_devices

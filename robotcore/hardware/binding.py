@@ -1,4 +1,4 @@
-"""Bind the devices of a robot's file to drivers and settings, by a backend's section of that file."""
+"""Read the driver and the settings of each device from a backend's section of the robot's file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _OPTIONAL = (BatteryDescription, DisplayDescription)
 
 
 def batteries_in(robot: RobotDescription, section: str) -> frozenset[str]:
-    """Return the names of the batteries in a section of the robot's file, for `Backend.batteries`."""
+    """Return the names of the robot's batteries that have a table in a backend's section, for `Backend.batteries`."""
     tables = robot.backends.get(section, {})
     return frozenset(battery.name for battery in robot.all_of(BatteryDescription) if battery.name in tables)
 
@@ -31,12 +31,13 @@ def bind_devices(
 ) -> tuple[DeviceBinding, ...]:
     """Return devices of a robot with their drivers and settings.
 
-    section: the backend's section of the robot's file. A display or a battery without a table in it is left out, for a
-        display needs no wires, and not every board measures its battery.
-    names: the devices to bind; all if it is None. The tables of the others are checked too.
-    place: returns the other places of the board that a connection takes, such as the pins of a port. It raises
-        ValueError with the fault, a semicolon and the remedy if the board has no such place.
-    Raises DescriptionError with all mistakes.
+    section: the name of the backend's section of the robot's file. A display or a battery without a table in this
+        section is left out, because a display needs no wires, and not every board measures its battery.
+    names: the names of the devices to return; None returns all. The tables of the other devices are checked too.
+    place: a function of the backend that returns the further pins that a connection occupies, such as the two pins of a
+        serial port. It raises ValueError if the board has no such pin. The text is the problem, a semicolon and a
+        remedy.
+    Raises DescriptionError with all mistakes in the section.
     """
     chosen = {device.name for device in robot.devices} if names is None else set(names)
     wired = [
@@ -94,12 +95,12 @@ def _missing_hint(description: AnyDevice) -> str:
 
 
 def list_drivers(description: AnyDevice) -> str:
-    """Return the names of the drivers of such a device, as a text."""
+    """Return a text with the names of all drivers for a device of this kind."""
     return ", ".join(find_drivers(description)) or "there is none for it"
 
 
 def suggest_driver(name: str, description: AnyDevice) -> str:
-    """Return a question with the driver of nearly that name or alias, or a text with all drivers of such a device."""
+    """Return a remedy for an unknown driver name: the driver with a similar name or alias, or else all drivers."""
     drivers = find_drivers(description)
     word = _plain(name)
     for driver in drivers:
@@ -112,12 +113,15 @@ def suggest_driver(name: str, description: AnyDevice) -> str:
 
 
 def _plain(word: str) -> str:
-    """Return a word as it may be written: ``Pi Camera``, ``pi-camera`` and ``picamera`` are one."""
+    """Return a word without the differences of writing: ``Pi Camera``, ``pi-camera`` and ``picamera`` become equal."""
     return "".join(letter for letter in word.lower() if letter.isalnum())
 
 
 def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any]]]:
-    """Return the drivers that take such a device, by their names, of those that can be loaded."""
+    """Return the classes of the drivers for a device of this kind, by name.
+
+    Drivers that cannot be imported are left out.
+    """
     found = {}
     for name in device_driver_names():
         with suppress(BackendMissingError):
@@ -128,7 +132,7 @@ def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any
 
 
 def issues_from(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
-    """Yield the mistake that a check raises as a ValueError with the fault, a semicolon and the remedy."""
+    """Call ``check``; if it raises ValueError, yield the mistake. The text is the problem, a semicolon and a remedy."""
     try:
         check()
     except ValueError as error:
@@ -139,7 +143,7 @@ def issues_from(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]
 def incompatible_drivers(
     section: str, bindings: Sequence[DeviceBinding], robot: RobotDescription
 ) -> Iterator[MistakeParts]:
-    """Yield the mistakes of devices that do not work together, by `DeviceDriver.check_beside`."""
+    """Yield the mistakes that `DeviceDriver.check_beside` finds: devices that do not work together."""
     drivers = {binding.name: binding.driver for binding in bindings}
     for binding in bindings:
         check = partial(binding.driver.check_beside, binding.description, binding.settings, robot, drivers)
@@ -149,7 +153,7 @@ def incompatible_drivers(
 def invalid_pins(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], object]
 ) -> Iterator[MistakeParts]:
-    """Yield the connections to places that the board does not have; see `bind_devices` for ``place``."""
+    """Yield a mistake for each connection to a pin that the board does not have. For ``place`` see `bind_devices`."""
     for binding in bindings:
         for wire in binding.connections:
             yield from issues_from(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
@@ -158,7 +162,10 @@ def invalid_pins(
 def pin_conflicts(
     section: str, bindings: Iterable[DeviceBinding], place: Callable[[Connection], Iterable[Connection]]
 ) -> Iterator[MistakeParts]:
-    """Yield each place with two connections that may not share it; see `bind_devices` for ``place``."""
+    """Yield a mistake for each pin or port with two connections that may not share it.
+
+    For ``place`` see `bind_devices`.
+    """
     taken: dict[tuple[str, str], tuple[str, Connection]] = {}
     for binding in bindings:
         for wire in _wires(binding, place):

@@ -1,4 +1,4 @@
-"""Findings about a robot's batteries and its description."""
+"""Findings of `robotcore doctor` about a robot's batteries and its description."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ UNREAD_REMEDY = "Check that it is switched on and connected, and that no other p
 
 
 def diagnose_batteries(backend: Backend, robot: RobotDescription) -> Iterator[Finding]:
-    """Open only the batteries of a robot; yield a finding for each. Raises the errors of opening."""
+    """Open the batteries of a robot and no other device; yield a finding for each. Raises errors of the opening."""
     if not robot.all_of(BatteryDescription) or not (names := backend.batteries(robot, {})):
         return
     with suppress(DescriptionError), backend.open(Setup(robot, None, names)) as opened:  # `examine` reports the file
@@ -26,7 +26,7 @@ def diagnose_batteries(backend: Backend, robot: RobotDescription) -> Iterator[Fi
 
 
 def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]:
-    """Yield the voltage of each open battery, whether it must be charged, and why a battery is not open."""
+    """Yield a finding for each battery: its voltage and whether it must be charged, or why it could not be opened."""
     for note in opened.notes:
         yield _unchecked_finding("battery", note)
     for description in robot.all_of(BatteryDescription):
@@ -38,7 +38,7 @@ def check_batteries(robot: RobotDescription, opened: Robot) -> Iterator[Finding]
 
 
 def _unchecked_finding(what: str, fault: str) -> Finding:
-    """Return a finding about an unknown voltage; a fault that has a remedy needs no other one."""
+    """Return a finding about an unknown voltage. If the fault has no remedy, a general one is added."""
     remedy = "" if ". " in fault or "; " in fault else UNREAD_REMEDY
     return Finding.unchecked(what, fault, remedy, kind="battery-unread")
 
@@ -58,11 +58,11 @@ def check_description(
     bind: Callable[[], Sequence[DeviceBinding]],
     count_parts: Callable[[Sequence[DeviceBinding]], str],
 ) -> Generator[Finding, None, Sequence[DeviceBinding] | None]:
-    """Yield the mistakes in a robot's file; or that it has none, and the risks in its connections.
+    """Yield findings about a robot's file: its mistakes, or if there are none, the risks in its connections.
 
     bind: returns the devices with their drivers, or raises DescriptionError.
-    count_parts: returns a text with the number of devices.
-    Returns the devices; None if the file has mistakes.
+    count_parts: returns a text with the number of devices, for the finding.
+    Returns the devices with their drivers; None if the file has mistakes.
     """
     try:
         bindings = bind()

@@ -1,4 +1,4 @@
-"""The interface of a device driver: connections, resources that devices share, and a device bound to its driver."""
+"""The interface of device drivers, with their connections and the resources that several devices share."""
 
 from __future__ import annotations
 
@@ -18,49 +18,50 @@ from robotcore.hal.devices import Device
 
 @dataclass(frozen=True)
 class Connection:
-    """One wire or plug of a device.
+    """A wire or a plug of a device, with the pin, address or port that it goes to.
 
     >>> str(Connection("trigger", "GPIO", "16"))
     'GPIO 16'
     """
 
     signal: str
-    """The device's name for it, such as trigger or SDA."""
+    """The name of the wire at the device, such as trigger or SDA."""
     bus: str
-    """GPIO, I2C, CSI, USB or serial."""
+    """The kind of connection: GPIO, I2C, CSI, USB or serial."""
     where: str
     """The pin, address or port on that bus."""
     is_shared: bool = False
-    """Whether several devices may use this place; otherwise only one may."""
+    """Whether other devices may have a connection to the same pin, address or port."""
     instead: str = field(default="", compare=False)
-    """Advice for two devices with this signal on one place, such as another key that they may share."""
+    """A remedy for the error if two devices have this signal on the same pin or port, such as another key to use."""
     protocol: str = ""
-    """The protocol on the wire, if it matters: only devices with the same one share the wire."""
+    """The protocol on the wire; empty if it does not matter. Only devices with the same protocol can share a wire."""
 
     def __str__(self) -> str:
         return f"{self.bus} {self.where}"
 
     def shares(self, other: Connection) -> bool:
-        """Return whether both connections may use one place."""
+        """Return whether both connections may go to the same pin, address or port."""
         is_alike = (self.signal, self.protocol) == (other.signal, other.protocol)
         return is_alike and self.is_shared and other.is_shared
 
 
 class Closable(Protocol):
-    """A resource that is opened once and closed once."""
+    """A resource with a method `close`."""
 
     def close(self) -> None:
-        """Release it."""
+        """Release the resource."""
 
 
 SharedT = TypeVar("SharedT", bound=Closable)
 
 
 class Shared:
-    """Resources that several devices use: each is opened for the first device, and closed after the last one.
+    """Resources that several devices use, such as a port. Each one is opened for the first device that needs it.
 
-    No device closes a resource, also not one that fails to open. Devices are opened one after the other. Open devices
-    call from several threads, so each resource does its own locking.
+    All resources are closed after all devices are closed. A device never closes a resource, not even if the device
+    fails to open. Devices are opened one after the other. Later they use a resource from several threads, so each
+    resource must be thread-safe.
 
     >>> class Port:
     ...     def __init__(self, path):
@@ -83,7 +84,7 @@ class Shared:
         return f"Shared({', '.join(f'{kind.__name__} {where}' for kind, where in self._things)})"
 
     def take(self, kind: type[SharedT], where: Hashable, open_it: Callable[[], SharedT]) -> SharedT:
-        """Return the resource of that ``kind`` at that place; open it if there is none."""
+        """Return the resource of the class ``kind`` at ``where``; if there is none, create it by ``open_it``."""
         thing: SharedT | None = self._things.get((kind, where))
         if thing is None:
             thing = self._things[kind, where] = open_it()
@@ -91,7 +92,7 @@ class Shared:
         return thing
 
     def close(self) -> None:
-        """Close all resources, the last one first, even if one fails. May be called again."""
+        """Close all resources, the newest one first, even if closing one fails. May be called again."""
         self._things.clear()
         self._opened.close()
 
@@ -102,48 +103,49 @@ SettingsT = TypeVar("SettingsT", bound=StrictModel)
 
 @dataclass(frozen=True)
 class Host:
-    """What a driver gets to open a device of a robot."""
+    """The robot, the clock and the open resources that a driver may use when it opens a device."""
 
     robot: RobotDescription
     clock: Clock
     pins: Any = None
-    """gpiozero's pin factory, if the backend has pins."""
+    """gpiozero's pin factory; None if the backend has no pins."""
     opened: Mapping[str, Device] = field(default_factory=dict)
-    """Devices that are open already, by name: encoders first, then sensors, cameras and displays, motors last."""
+    """The devices that are open already, by name. Encoders are opened first, then sensors, cameras and displays, motors
+    last."""
     shared: Shared = field(default_factory=Shared)
     """Resources that several devices use, such as the port of a board with motors and encoders."""
     owner: int | None = field(default_factory=os.getpid)
-    """The process that has the devices open. If it is None the devices are closed: ``pins`` and ``opened`` are empty,
-    and only `DeviceDriver.cutoffs` may be called."""
+    """The number of the process that has the devices open. If it is None, no process has. Then ``pins`` and ``opened``
+    are empty, and only `DeviceDriver.cutoffs` may be called."""
 
 
 class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
-    """Opens devices of one kind, on one kind of hardware; found by name in the entry-point group `robotcore.devices`.
+    """Opens devices of one kind on one kind of hardware. Drivers are entry points of the group `robotcore.devices`.
 
-    The checks raise ValueError with a text of the fault, a semicolon and the remedy.
+    `check` and `check_beside` raise ValueError. Its text is the problem, a semicolon and a remedy.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
     described: ClassVar[type[StrictModel]]
-    """The class of device descriptions that the driver takes."""
+    """The class of the device descriptions that the driver supports."""
     settings: ClassVar[type[StrictModel]]
-    """The model of the keys beside ``driver`` in the device's table of a robot's file."""
+    """The model of all keys except ``driver`` in the device's table in a robot's file."""
     modules: ClassVar[tuple[str, ...]] = ()
-    """The libraries that the driver needs; their presence is checked without an import."""
+    """The Python modules that the driver needs. Their presence is checked without an import."""
     remedy: ClassVar[str] = ""
     supply: ClassVar[tuple[str, ...]] = ()
-    """The pads of the board that feed the device, such as ``5 V`` and ``ground``; none if it has its own plug."""
+    """The pads of the board that supply the device, such as ``5 V`` and ``ground``; empty if it has another supply."""
     aliases: ClassVar[tuple[str, ...]] = ()
-    """Other names, such as those printed on the hardware: a user who writes one gets this driver as a suggestion."""
+    """Other names, such as those that are printed on the hardware. The error for one of them suggests this driver."""
     reports_direction: ClassVar[bool] = False
-    """Whether the driver's motors have a ``direction``, 1 or -1, that of the newest command that was not zero."""
+    """Whether the driver's motors have a ``direction``, 1 or -1: the direction of the newest command that was not 0."""
 
     @abstractmethod
     def open(self, description: DescriptionT, settings: SettingsT, host: Host) -> Device:
-        """Open a device; a sensor has its first sample when it is returned.
+        """Open a device and return it. A returned sensor has its first sample already.
 
-        Raises DeviceError with the device's name and what to do, and leaves nothing open.
+        Raises DeviceError with the device's name and a remedy. Then nothing stays open.
         """
 
     def check(self, description: DescriptionT, settings: SettingsT, robot: RobotDescription) -> None:
@@ -158,7 +160,8 @@ class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
     ) -> None:
         """Raise ValueError if the device cannot work together with the robot's other devices.
 
-        drivers: the driver of each device, by the device's name, its own included; devices with a mistake are left out.
+        drivers: the drivers of all the robot's devices, by the names of the devices. Devices with a mistake are left
+            out.
         """
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
@@ -170,14 +173,14 @@ class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
         return ()
 
     def warnings(self, settings: SettingsT) -> Sequence[str]:
-        """Return what may do harm in these connections: the danger, then what to do, in whole sentences."""
+        """Return warnings about dangerous connections. Each one has the danger and the remedy, in whole sentences."""
         return ()
 
     def cutoffs(self, description: DescriptionT, settings: SettingsT, host: Host) -> Sequence[CutoffSpec]:
-        """Return how another process stops the device, if it moves something.
+        """Return the cutoffs by which another process can stop the device; none if it moves nothing.
 
-        It is called for the guardian once the device is open. It is also called for `robotcore stop` with closed
-        devices: the host then has no ``owner``, and the settings alone must do.
+        It is called for the guardian after the device was opened. It is also called for `robotcore stop`, which opens
+        no devices. Then the host has no ``owner``, and the cutoffs must result from the settings alone.
         """
         return ()
 
@@ -189,7 +192,7 @@ class DeviceBinding:
     description: AnyDevice
     driver: DeviceDriver[Any, Any]
     settings: StrictModel
-    """The keys beside ``driver`` in the device's table."""
+    """The settings: all keys except ``driver`` in the device's table."""
 
     @property
     def name(self) -> str:
@@ -205,11 +208,11 @@ class DeviceBinding:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes for connecting the device, then its warnings."""
+        """The notes for connecting the device, followed by its warnings."""
         return (*self.driver.notes(self.description, self.settings), *self.warnings)
 
     def open(self, host: Host) -> Device:
-        """Open the device; raises DeviceError, also for other exceptions of its driver."""
+        """Open the device and return it. Any exception of its driver is raised as a DeviceError."""
         try:
             return self.driver.open(self.description, self.settings, host)
         except RobotcoreError:
@@ -224,5 +227,5 @@ class DeviceBinding:
             ) from error
 
     def cutoffs(self, host: Host) -> tuple[CutoffSpec, ...]:
-        """Return how another process stops the device; see `DeviceDriver.cutoffs`."""
+        """Return the cutoffs by which another process can stop the device; see `DeviceDriver.cutoffs`."""
         return tuple(self.driver.cutoffs(self.description, self.settings, host))

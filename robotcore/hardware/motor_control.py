@@ -1,4 +1,4 @@
-"""Velocity control of a wheel by its encoder: feed-forward by the motor's model, and a PI controller."""
+"""Velocity control of a wheel by its encoder, with feed-forward by the motor's model and a PI controller."""
 
 from __future__ import annotations
 
@@ -20,42 +20,42 @@ from robotcore.hardware.motor_model import DutyMotor, MotorModel, Output
 from robotcore.hardware.opening import encoder_of
 
 ENOUGH_COUNTS = 8
-"""The least counts for measuring a velocity: a count more or less changes it by an eighth."""
+"""A velocity is measured over at least this many counts. One count more or less then changes it by an eighth."""
 
 LONGEST_S = 0.2
-"""The longest time for measuring a velocity; an older one is useless for control."""
+"""The longest time over which a velocity is measured, in seconds. An older velocity is useless for control."""
 
 
 class Control(StrictModel):
-    """The gains and the period of a PI controller."""
+    """The gains and the period of a wheel's PI controller."""
 
     kp: Annotated[float, Field(ge=0, lt=1)] = 0.5
-    """The proportional gain, in rad/s for each rad/s of error. Below 1 it makes no wheel oscillate that is like its
-    model, however late the encoder is."""
+    """The proportional gain, in rad/s for each rad/s of error. With a gain below 1, a wheel that behaves like its model
+    does not oscillate, even if the encoder's samples are late."""
     ki: NonNegativeFloat = 4.0
-    """The integral gain, in rad/s for each radian of error. An error of the model is corrected in about 2 / ``ki``
-    seconds."""
+    """The integral gain, in rad/s for each radian of error. The control corrects an error of the model in about 2 /
+    ``ki`` seconds."""
     period_s: Annotated[float, Field(ge=0.005, le=0.1)] = 0.02
-    """The period of reading the encoder."""
+    """The period of reading the encoder, in seconds."""
 
 
 class VelocityControl:
-    """Computes the velocity to send, by the motor's model, so that the wheel turns at the commanded one.
+    """Corrects the velocity that is sent to a motor, so that the wheel turns at the commanded velocity.
 
-    The expected angle follows the command with the motor's lag, so a wheel that only lags is not corrected. The
-    integral part uses the error of the angle in whole encoder counts. The proportional part uses the mean error of the
-    velocity, over the time that `ENOUGH_COUNTS` take, `LONGEST_S` at most.
+    The error is the difference from an expected angle, which follows the command with the motor's lag. So a wheel that
+    only lags is not corrected. The integral part uses the error of the angle in whole encoder counts. The proportional
+    part uses the mean error of the velocity over `ENOUGH_COUNTS` counts, and at most over `LONGEST_S` seconds.
 
-    The output never reverses the command. It is limited to twice the command, or the command plus a quarter of full
-    speed, whichever is larger: that frees a wheel that sticks, and limits its speed when it comes free. The integral
-    stays within these limits (anti-windup).
+    The velocity to send never has the opposite sign of the command. Its limit is twice the command, or the command plus
+    a quarter of full speed, whichever is larger. That is enough to free a wheel that is stuck, and limits the wheel's
+    speed when it comes free. The integral stays within these limits (anti-windup).
     """
 
     def __init__(self, gains: Control, model: MotorModel, lag: float, counts_per_turn: int) -> None:
-        """Start with a wheel that stands.
+        """Create the control of a wheel that stands.
 
         lag: the time constant of the motor in seconds.
-        counts_per_turn: the encoder's counts on a turn of the wheel.
+        counts_per_turn: the encoder's counts in a turn of the wheel.
         """
         self._gains, self._model, self._lag = gains, model, lag
         self._enough_rad = ENOUGH_COUNTS * math.tau / counts_per_turn
@@ -65,20 +65,23 @@ class VelocityControl:
         self._at: tuple[float, float] | None = None
 
     def restart(self) -> None:
-        """Clear the integral and the errors: the wheel was stopped or reversed."""
+        """Clear the integral and the errors, after the wheel was stopped or reversed."""
         self._integral = 0.0
         self._slips.clear()
 
     def start(self, target: float) -> float:
-        """Return the velocity to send for a new command, before the next sample of the encoder."""
+        """Return the velocity in rad/s to send for a new command, before the next sample of the encoder.
+
+        target: the commanded velocity in rad/s.
+        """
         return self._limit(target, target + self._integral)
 
     def update(self, target: float, angle: float, time: float) -> float:
-        """Return the velocity to send after a sample of the encoder.
+        """Return the velocity in rad/s to send after a new sample of the encoder.
 
         target: the commanded velocity in rad/s.
-        angle: of the wheel in rad.
-        time: of the sample in seconds.
+        angle: the angle of the wheel in rad.
+        time: the time of the sample in seconds.
         """
         last, self._at = self._at, (angle, time)
         if last is None or (passed := time - last[1]) <= 0:
@@ -91,7 +94,7 @@ class VelocityControl:
         return self._limit(target, target + self._integral + self._gains.kp * self._mean_slip(target))
 
     def _turn_expected(self, target: float, passed: float) -> float:
-        """Return the angle in rad by which a wheel with a first-order lag turns in ``passed`` seconds."""
+        """Return the angle in rad by which a wheel with the motor's first-order lag turns in ``passed`` seconds."""
         before = self._expected
         self._expected = target + (before - target) * (math.exp(-passed / self._lag) if self._lag else 0.0)
         return target * passed + (before - self._expected) * self._lag
@@ -113,12 +116,11 @@ class VelocityControl:
 
 
 class ControlledMotor(DutyMotor):
-    """A motor whose velocity a `VelocityControl` corrects with each sample of the encoder.
+    """A motor whose velocity is corrected by a `VelocityControl` after each sample of the wheel's encoder.
 
-    Commands may come from several threads, and corrections come from another one. A lock keeps the commanded and the
-    sent velocity consistent, so no correction turns the wheel after a stop. If the encoder fails, the motor stops, and
-    the next command that would turn it raises the failure. A lost encoder is read again then; if it is back, nothing is
-    raised.
+    Several threads may set commands, and a background task sends corrections. A lock ensures that no correction turns
+    the wheel after a stop. If the encoder fails, the motor stops, and the next command other than a stop raises the
+    failure. If the encoder was lost, this command first reads the encoder again, and raises nothing if that succeeds.
     """
 
     def __init__(
@@ -137,7 +139,7 @@ class ControlledMotor(DutyMotor):
         self._polling: PeriodicTask | None = None
 
     def begin(self, clock: Clock, period: float) -> None:
-        """Read the encoder now, and then every ``period`` seconds."""
+        """Start the control: read the encoder now, and then every ``period`` seconds."""
         self._correct()
         self._polling = clock.every(period, self._correct, f"{self.name} control")
 
@@ -151,9 +153,11 @@ class ControlledMotor(DutyMotor):
             self._send(self._control.start(rad_s) if rad_s else 0.0)
 
     def _require_encoder(self) -> None:
-        """Raise a failure of the encoder once, but the loss of the encoder as long as it lasts.
+        """Raise the failure of the encoder, if there is one.
 
-        If the encoder is back, control goes on from its angle without making up for the lost turns.
+        A loss of the encoder is raised until the encoder is back, any other failure only once.
+
+        When the encoder is back, control continues from its angle, and does not correct turns during the loss.
         """
         if isinstance(self._failure, DeviceLostError):
             sample = self._encoder.read()
@@ -187,11 +191,11 @@ class ControlledMotor(DutyMotor):
 def open_motor(
     description: MotorDescription, model: MotorModel, control: Control | None, output: Callable[[], Output], host: Host
 ) -> Motor:
-    """Return a motor that takes duties.
+    """Return an open motor on an output that takes duties.
 
-    control: the settings for controlling its velocity by the wheel's encoder; None for the model alone.
+    control: the settings of velocity control by the wheel's encoder. None means that the model alone gives the duty.
     output: opens the motor's output.
-    Raises DeviceError if the encoder is needed but not open.
+    Raises DeviceError if control needs an encoder that is not open.
     """
     if control is None:
         return DutyMotor(description, model, output())
@@ -205,9 +209,10 @@ def open_motor(
 def require_drivable(
     description: MotorDescription, model: MotorModel, control: Control | None, robot: RobotDescription
 ) -> None:
-    """Raise ValueError with the fault, a semicolon and the remedy if these settings cannot drive a motor.
+    """Raise ValueError if these settings cannot drive a motor. The text is the problem, a semicolon and a remedy.
 
-    Either the model does not reach the motor's maximum velocity, or ``control`` needs an encoder that is missing.
+    That is so if the model does not reach the motor's maximum velocity, or ``control`` needs an encoder that is
+    missing.
     """
     _require_reach(description, model)
     if control:
@@ -233,7 +238,7 @@ def _require_encoder(motor: str, robot: RobotDescription) -> None:
 
 
 def _encoder_on(motor: str, host: Host) -> tuple[Encoder, int]:
-    """Return the open encoder on a motor's wheel, and its counts per turn; raises DeviceError."""
+    """Return the open encoder on a motor's wheel, and its counts per turn; raises DeviceError if it is not open."""
     name = encoder_of(motor, host.robot)
     encoder = host.opened.get(name or "")
     if not isinstance(encoder, Encoder):

@@ -1,4 +1,4 @@
-"""Motors of boards that take a duty instead of a velocity: the model of a motor, and the motor that uses it."""
+"""Motors that are driven by a duty: the model that converts a velocity to a duty, and the motor that uses it."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ FullSpeed = Annotated[PositiveFloat, Field(description="the wheel's velocity at 
 
 
 class MotorModel(StrictModel):
-    """The velocity of a wheel by duty: zero up to the dead band, and linear above it.
+    """The velocity of a wheel at each duty. It is zero up to the dead band, and linear above.
 
-    Measure the velocities with the wheel in the air, with the battery of the robot.
+    Measure the velocities while the wheel turns in the air, supplied by the robot's own battery.
 
     >>> model = MotorModel(dead_band=0.5, forward_rad_s=16.0, backward_rad_s=8.0)
     >>> model.duty(8.0), model.duty(-4.0), model.duty(0.0)
@@ -27,13 +27,13 @@ class MotorModel(StrictModel):
     """
 
     dead_band: Annotated[float, Field(ge=0, lt=1)] = 0.0
-    """The greatest duty at which the wheel stands."""
+    """The greatest duty, from 0 to 1, at which the wheel still stands."""
     forward_rad_s: FullSpeed
-    """The velocity at full duty forward."""
+    """The velocity of the wheel at the duty 1, in rad/s."""
     backward_rad_s: FullSpeed
-    """The velocity at full duty backward, without its sign."""
+    """The velocity of the wheel at the duty -1, in rad/s, as a positive number."""
     max_duty: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """The greatest duty that is sent, for a motor with a lower voltage than the battery."""
+    """The greatest duty that is sent. Lower it if the motor's rated voltage is below the battery's."""
 
     def duty(self, rad_s: float) -> float:
         """Return the duty from -1 to 1 for a velocity, limited to ``max_duty``."""
@@ -43,14 +43,14 @@ class MotorModel(StrictModel):
         return math.copysign(min(self.dead_band + above, self.max_duty), rad_s)
 
     def velocity(self, duty: float) -> float:
-        """Return the velocity in rad/s at a duty, which may be greater than ``max_duty``."""
+        """Return the velocity in rad/s at a duty from -1 to 1, which may be greater than ``max_duty``."""
         above = max(0.0, abs(duty) - self.dead_band)
         return math.copysign(above / (1 - self.dead_band) * self._full_rad_s(duty), duty) if above else 0.0
 
     def reach(self, direction: float) -> float:
-        """Return the greatest velocity in rad/s, without its sign.
+        """Return the greatest velocity in one direction in rad/s, as a positive number.
 
-        direction: positive for forward, negative for backward.
+        direction: a positive number for forward, a negative one for backward.
         """
         return abs(self.velocity(math.copysign(self.max_duty, direction)))
 
@@ -69,7 +69,7 @@ Model = Annotated[
 
 
 class Output(ABC):
-    """The output to one motor: the pins of an H-bridge, or one side of a board with a protocol."""
+    """The output of duties to one motor: the pins of an H-bridge, or one side of a board on a serial line."""
 
     @abstractmethod
     def turn(self, duty: float) -> None:
@@ -81,7 +81,7 @@ class Output(ABC):
 
 
 class DutyMotor(Motor):
-    """Sends each command as a duty, by the motor's model; equal commands are sent again."""
+    """A motor that sends each command as a duty, which the motor's model gives. An equal command is sent again."""
 
     def __init__(self, description: MotorDescription, model: MotorModel, output: Output) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -90,7 +90,10 @@ class DutyMotor(Motor):
 
     @property
     def direction(self) -> int:
-        """The direction of the last command that was not 0, 1 or -1, for a stopped wheel coasts on; 1 before it."""
+        """The direction of the newest command that was not a stop: 1 forward, -1 backward; 1 before the first command.
+
+        A wheel coasts in this direction after a stop.
+        """
         return self._direction
 
     def _apply(self, rad_s: float) -> None:

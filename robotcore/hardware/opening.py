@@ -1,4 +1,4 @@
-"""Open all devices of a robot, or none, and build the robot of them."""
+"""Open the devices of a robot and build the robot from them. If one device fails, none stays open."""
 
 from __future__ import annotations
 
@@ -41,14 +41,15 @@ def open_robot(
 ) -> Robot:
     """Open the devices of a robot, and return the robot.
 
-    A display without a table in the section is a `MemoryDisplay`. A battery that cannot be opened is left out, with a
-    note. After the devices, also if opening fails, their shared resources are closed, and then ``release`` is called.
+    A display without a table in the section becomes a `MemoryDisplay`. A battery that cannot be opened is left out, and
+    the robot gets a note. When the robot is closed, or if opening fails, the devices are closed first, then their
+    shared resources. Then ``release`` is called.
 
-    section: the backend's section of the robot's file.
-    pins: gpiozero's pin factory, if the backend has pins.
+    section: the name of the backend's section of the robot's file.
+    pins: gpiozero's pin factory; None if the backend has no pins.
     release: closes the backend's own resources.
-    truth: the ground truth of a simulated robot.
-    opened: devices that are open already.
+    truth: the source of the ground truth of a simulated robot.
+    opened: the devices that are open already, by name.
     Raises the errors of `bind_devices` and `open_devices`.
     """
     opened = dict(opened)
@@ -71,16 +72,17 @@ def open_robot(
 
 
 def static_cutoffs(robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> tuple[CutoffSpec, ...]:
-    """Return the cutoffs of devices that this process has not opened, for `Backend.cutoffs`."""
+    """Return the cutoffs of devices that are not open in this process, for `Backend.cutoffs`."""
     host = Host(robot, MonotonicClock(), owner=None)
     return tuple(cutoff for binding in bindings for cutoff in binding.cutoffs(host))
 
 
 def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str, Device]) -> Sequence[str]:
-    """Open all devices, motors last, and add them to ``opened``, which is also the host's; return notes.
+    """Open all devices, motors last, and add them to ``opened``; return a note for each battery that failed.
 
-    If a device fails, the others are opened too, for their errors, and then all are closed. A failure is raised as a
-    DeviceError; several failures, also of closing, as a DeviceGroupError. A battery that fails is only noted.
+    If a device other than a battery fails, the remaining devices are opened too, to find all errors. Then all devices
+    are closed. One failure is raised as a DeviceError, several failures as a DeviceGroupError, which includes failures
+    of closing. ``opened`` must be the same object as ``host.opened``.
     """
     failures: list[Exception] = []
     notes = []
@@ -106,7 +108,7 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
 
 
 def _in_order(setup: Setup, opened: Mapping[str, Device]) -> Iterator[Device]:
-    """Yield the devices in the order of the file, and a `MemoryDisplay` for a display that is not open."""
+    """Yield the devices in the order of the robot's file, with a `MemoryDisplay` for each display that is not open."""
     for description in setup.chosen:
         if description.name in opened:
             yield opened[description.name]
@@ -126,12 +128,12 @@ def _rank(binding: DeviceBinding) -> int:
 
 
 def encoder_of(motor: str, robot: RobotDescription) -> str | None:
-    """Return the name of the encoder on a motor's wheel; None if there is none."""
+    """Return the name of the encoder on a motor's wheel; None if the wheel has no encoder."""
     return _encoders(robot).get(motor)
 
 
 def motor_of(encoder: str, robot: RobotDescription) -> str | None:
-    """Return the name of the motor on an encoder's wheel; None if it is no wheel of the drive."""
+    """Return the name of the motor on an encoder's wheel; None if the encoder is on no wheel of the drive."""
     return next((motor for motor, its in _encoders(robot).items() if its == encoder), None)
 
 

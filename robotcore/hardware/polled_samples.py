@@ -1,4 +1,4 @@
-"""Samples of devices that another thread than the app's polls."""
+"""The newest samples of devices that a background thread reads."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robotcore.hal.devices import Range, SampleT
 
 
 class LatestSample(Generic[SampleT]):
-    """The newest sample of a device, or its failure if that is newer. One thread puts, others get.
+    """Stores the newest sample of a device, or its failure if that is newer. One thread calls `put`, others call `get`.
 
     >>> from robotcore.hal.devices import Range
     >>> newest = LatestSample("nose", Range(0.5, time=0.0, sequence=0))
@@ -26,11 +26,14 @@ class LatestSample(Generic[SampleT]):
         self._last: SampleT | DeviceError = first
 
     def put(self, sample: SampleT) -> None:
-        """Replace the last sample or failure."""
+        """Store a sample in place of the last sample or failure."""
         self._last = sample
 
     def fail(self, error: Exception) -> None:
-        """Let `get` raise until the next sample. Another error than a DeviceError becomes the cause of one."""
+        """Make `get` raise this error until the next sample.
+
+        An error that is no DeviceError becomes the cause of one.
+        """
         if not isinstance(error, DeviceError):
             cause = error
             error = DeviceError(
@@ -40,7 +43,7 @@ class LatestSample(Generic[SampleT]):
         self._last = error
 
     def get(self) -> SampleT:
-        """Return the newest sample; raises DeviceError if the device has failed since."""
+        """Return the newest sample; raises DeviceError if the device has failed after that sample."""
         last = self._last
         if isinstance(last, DeviceError):
             raise last
@@ -49,16 +52,16 @@ class LatestSample(Generic[SampleT]):
 
 NOTHING_YET = (
     "has no measurement with an echo yet. Hold something flat in front of it. "
-    "If nothing is in range when it is opened, echo_free_cycles must not be 0"
+    "If nothing is in range when the sensor is opened, echo_free_cycles must not be 0"
 )
-"""The fault of an open sensor without a sample."""
+"""The error text for a range sensor that has no sample yet."""
 
 
 class RangeSampler:
-    """Makes samples of the measurements of a range sensor.
+    """Converts the measurements of a range sensor to samples, and stores the newest one in ``newest``.
 
-    A measurement without an echo may have missed the target, so it makes no sample. Several of them in a row mean that
-    nothing is in range.
+    A single measurement without an echo may have missed the target, so it makes no sample. After several such
+    measurements in a row, a sample with the distance `inf` is made: nothing is in range.
 
     >>> from robotcore.description import load_robot
     >>> (nose,) = load_robot("rover").all_of(RangeSensorDescription)
@@ -73,24 +76,25 @@ class RangeSampler:
     """
 
     def __init__(self, description: RangeSensorDescription, echo_free_cycles: int) -> None:
-        """Start without a sample.
+        """Create a sampler without a sample.
 
-        echo_free_cycles: so many measurements in a row without an echo mean that nothing is in range; if it is 0, they
-            never do.
+        echo_free_cycles: after this many measurements in a row without an echo, nothing is in range. With 0,
+        measurements
+            without an echo never make a sample.
         """
         self.newest: LatestSample[Range] = LatestSample(
             description.name, DeviceError(description.name, NOTHING_YET, kind="no-sample-yet")
         )
         self.has_result = False
-        """Whether there has been a sample or a failure."""
+        """Whether there was any sample or failure."""
         self._description, self._echo_free_cycles = description, echo_free_cycles
         self._last: Range | None = None
         self._empty = 0
 
     def add_distance(self, distance: float, time: float) -> None:
-        """Add a distance in metres, `inf` for a target out of range.
+        """Add a measured distance in metres, `inf` for a target out of range.
 
-        time: of the measurement, on the robot's clock in seconds.
+        time: the time of the measurement on the robot's clock, in seconds.
         """
         self._empty = 0
         is_near = distance <= self._description.max_range_m
@@ -103,7 +107,7 @@ class RangeSampler:
             self._put(math.inf, time)
 
     def add_unclear(self) -> None:
-        """Add a measurement that shows neither an echo nor the absence of one."""
+        """Add a measurement that does not show whether there was an echo."""
         self._empty = 0
 
     def fail(self, error: Exception) -> None:
@@ -113,7 +117,7 @@ class RangeSampler:
         self.newest.fail(error)
 
     def clear_failure(self) -> None:
-        """Clear the failure; the last good sample becomes current, with its old timestamp."""
+        """Clear the failure. The last sample before it becomes the newest one again, with its old time."""
         if self._last:
             self.newest.put(self._last)
 
@@ -124,13 +128,13 @@ class RangeSampler:
 
 
 def require_timely(echo_free_cycles: int, cycle_s: float, robot: RobotDescription, modules: int = 1) -> None:
-    """Raise ValueError if a sample becomes too old before a row of cycles shows that nothing is in range.
+    """Raise ValueError if ``echo_free_cycles`` cycles take longer than a sample may be old.
 
-    cycle_s: the period of measuring in seconds.
-    modules: the number of modules that take turns.
+    cycle_s: the period of a module's measurements in seconds.
+    modules: the number of modules that measure in turn.
     """
     if (takes := echo_free_cycles * cycle_s * modules) >= robot.safety.max_age_s:
-        turns = f", in turns with {modules - 1} more," if modules > 1 else ""
+        turns = f", with {modules} modules in turn," if modules > 1 else ""
         raise ValueError(
             f"echo_free_cycles times cycle_s{turns} is {takes:g} s, but a sample may be only "
             f"{robot.safety.max_age_s:g} s old, so the robot would stop with nothing in range; lower one of them, or "

@@ -71,11 +71,11 @@ class ExposureLock:
         for _ in range(FRAMES_IN_FLIGHT):
             after = self._source.shoot()
         if refused:
-            self._warn(f"cannot hold its {' and '.join(refused)}; colours may drift as the robot drives")
+            self._warn(f"cannot lock its {' and '.join(refused)}; colours may drift as the robot drives")
         change = (after.image.mean() + DARK) / (before.image.mean() + DARK)
         if not 1 / BRIGHTNESS_TOLERANCE < change < BRIGHTNESS_TOLERANCE:
             self._warn(
-                f"became {change:.1f} times as bright when its exposure was held; set exposure_s, or lock = false"
+                f"became {change:.1f} times as bright when its exposure was locked; set exposure_s, or lock = false"
             )
         return after
 

@@ -124,7 +124,7 @@ def open_board(
     kind: the class of the board's protocol.
     make: returns a new protocol.
     answer_s: the longest wait for the board's first answer, in seconds.
-    If the board cannot be opened, raises DeviceError with the reason for the first device, and SharedBoardError for all
+    Raises DeviceError with the reason for the first device if the board cannot be opened, and SharedBoardError for all
     other devices of the board.
     """
 

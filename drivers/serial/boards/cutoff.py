@@ -61,8 +61,7 @@ class StopFrame(Cutoff):
         frame: the stop frame in hexadecimal digits.
         answer: a regular expression for the board's answer to a stop; None if it does not answer.
         has_owner: whether an app has the robot open. Without an app, `stop` raises BackendError in two cases: the board
-        does not
-            answer, or another program has the port open and may turn the motors again.
+            does not answer, or another program has the port open and may turn the motors again.
         """
         self._place, self._baud, self._frame, self._has_owner = place, baud, bytes.fromhex(frame), has_owner
         self._answer = None if answer is None else re.compile(answer.encode("latin-1"))

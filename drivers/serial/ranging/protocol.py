@@ -2,8 +2,9 @@
 
     59 59  distance  amplitude  temperature  sum        words of two bytes, the low byte first
 
-The distance is in centimetres, and the temperature in eighths of a degree above -256 °C. The sum is the low byte of the
-sum of the other eight bytes. The first TFmini sends its mode, a number below 256, in place of the temperature.
+The distance is in centimetres, and the temperature in eighths of a degree above -256 °C. The checksum is the low byte
+of the sum of the other eight bytes. The oldest model, TFmini, sends its mode, a number below 256, in place of the
+temperature.
 
 Source: Benewake's manuals SJ-PM-TFmini-T-01 A03, SJ-PM-TFmini-S A00, SJ-PM-TFmini Plus A04 (chapters 5.3, 5.4) and
 SJ-PM-TF-Luna A05 (chapters 6.4, 6.8, 6.9, appendix I).
@@ -21,25 +22,25 @@ SIZE = 9
 _WORDS = struct.Struct("<HHH")
 
 _FARTHEST_CM = 2000
-"""The greatest distance in the manuals."""
+"""The greatest distance in the manuals, in centimetres."""
 
 _COLDEST, _HOTTEST = 256, 4096
-"""-224 °C and 256 °C; a lower number is a mode."""
+"""The range of a temperature word, from -224 °C to 256 °C. A lower number is a mode."""
 
 _WEAK, _SATURATED, _DAZZLED = 0xFFFF, 0xFFFE, 0xFFFC
-"""-1, -2 and -4: a TFmini-S sends these in place of a distance. The first TFmini sends -1 too; a TFmini Plus and a
-TF-Luna send 0."""
+"""The codes -1, -2 and -4, which a TFmini-S sends in place of a distance. A TFmini also sends -1; a TFmini Plus and a
+TF-Luna send 0 instead."""
 
 _OVEREXPOSED = 0xFFFF
 _WEAKEST, _WEAKEST_OF_THE_FIRST = 100, 20
-"""The lowest amplitude of a valid distance."""
+"""The lowest amplitude of a valid distance: of newer models, and of the TFmini."""
 
 
 class Detection(Enum):
     """The result of a measurement."""
 
     TARGET = auto()
-    """A target at the distance in the frame; 0 is too near."""
+    """A target at the distance in the frame. The distance 0 means that the target is too near to be measured."""
     NOTHING = auto()
     """Too little light came back: there is no target, or a dark one."""
     UNCLEAR = auto()
@@ -48,7 +49,7 @@ class Detection(Enum):
 
 @dataclass(frozen=True)
 class Reading:
-    """The three words of a frame."""
+    """The three words of a frame from the sensor."""
 
     distance_cm: int
     amplitude: int
@@ -56,17 +57,17 @@ class Reading:
 
     @property
     def temperature_c(self) -> float | None:
-        """The temperature of the chip in °C; None from the first TFmini, which does not send it."""
+        """The temperature of the chip in °C; None for a TFmini, which does not send it."""
         return None if self.temperature < _COLDEST else self.temperature / 8 - 256
 
     @property
     def distance(self) -> float:
-        """The distance in metres, valid if `detection` is a target."""
+        """The distance in metres, valid only if `detection` is `Detection.TARGET`."""
         return self.distance_cm / 100
 
     @property
     def detection(self) -> Detection:
-        """The result of the measurement, for all of these sensors."""
+        """The result of the measurement; the rules fit all four models."""
         if self.amplitude == _OVEREXPOSED or self.distance_cm in {_SATURATED, _DAZZLED}:
             return Detection.UNCLEAR
         weakest = _WEAKEST_OF_THE_FIRST if self.temperature_c is None else _WEAKEST
@@ -74,17 +75,17 @@ class Reading:
 
     @property
     def is_possible(self) -> bool:
-        """Whether a sensor can send such words; nine bytes across two frames often have others."""
+        """Whether a sensor can send these words. If not, the nine bytes are probably parts of two frames."""
         is_distance = self.distance_cm <= _FARTHEST_CM or self.distance_cm in {_WEAK, _SATURATED, _DAZZLED}
         return is_distance and self.temperature < _HOTTEST
 
 
 class Parser:
-    """Splits a stream that is cut anywhere into frames.
+    """Splits a stream of bytes, which arrives in pieces of any length, into frames.
 
-    The words of a frame may contain the header, and one byte is a weak checksum. So at the beginning and after noise, a
-    frame is accepted only if another frame follows it without a gap. After that each frame is accepted at once. The
-    parser keeps less than two frames.
+    The words of a frame may contain the header, and a checksum of one byte does not detect all errors. So at the
+    beginning and after noise, a frame is accepted only if another frame follows it without a gap. After that each frame
+    is accepted at once. The parser stores less than two frames.
 
     >>> parser = Parser()
     >>> frame = bytes.fromhex("59 59 32 00 e8 03 c8 08 9f")
@@ -96,12 +97,12 @@ class Parser:
 
     def __init__(self) -> None:
         self.skipped = 0
-        """The number of bytes in no frame."""
+        """The number of bytes that were not part of a frame."""
         self._rest = b""
         self._is_in_step = False
 
     def feed(self, data: bytes) -> list[Reading]:
-        """Take received bytes; return the frames that they complete."""
+        """Parse received bytes; return the frames that these bytes complete."""
         stream, at, readings = self._rest + data, 0, []
         while at + SIZE <= len(stream):
             reading = _reading(stream, at)
@@ -118,7 +119,7 @@ class Parser:
         return readings
 
     def _next_header(self, stream: bytes, at: int) -> int:
-        """Return the index of the next header, or of a last byte that may begin one."""
+        """Return the index of the next header; if there is none, of a last byte that may begin one, or the end."""
         self._is_in_step = False
         found = stream.find(HEADER, at)
         if found < 0:
@@ -128,7 +129,7 @@ class Parser:
 
 
 def _reading(stream: bytes, at: int) -> Reading | None:
-    """Return the frame at an index; None if there is no valid one."""
+    """Return the frame at the index ``at``; None if there is no valid frame."""
     if not stream.startswith(HEADER, at) or sum(stream[at : at + SIZE - 1]) & 0xFF != stream[at + SIZE - 1]:
         return None
     reading = Reading(*_WORDS.unpack_from(stream, at + len(HEADER)))

@@ -19,15 +19,16 @@ from robotcore.hardware import Connection, Host
 from robotcore.hardware.polled_samples import NOTHING_YET, RangeSampler, require_timely
 
 _FULL = 4000
-"""The kernel keeps little more unread data, and drops the rest. Source: Linux, N_TTY_BUF_SIZE."""
+"""If this many unread bytes arrive at once, the kernel's buffer was full and has dropped data. Source: Linux,
+N_TTY_BUF_SIZE."""
 
 
 class TFminiProtocol(Protocol):
-    """Adds the newest frame to the sampler; it is ready after two frames in a row.
+    """Makes samples of the newest frames. The protocol is ready after two frames in a row.
 
-    A sensor that has sent nothing for ``silence_s`` seconds is lost. The protocol sends nothing, so on the port of
-    another board it turns no motor. If several frames arrive at once, only the newest one becomes a sample, for the
-    arrival times of the others are unknown.
+    A sensor that has sent nothing for ``silence_s`` seconds is lost. The protocol sends nothing. So it turns no motor
+    if the robot's file names the port of a motor board by mistake. If several frames arrive at once, only the newest
+    one becomes a sample, because the times of the others are unknown.
     """
 
     def __init__(self, sampler: RangeSampler, baud: int, silence_s: float) -> None:
@@ -56,7 +57,7 @@ class TFminiProtocol(Protocol):
         return description.format(heard=f"on {place} at {self.baud} baud", skipped=self._parser.skipped)
 
     def _add(self, readings: Sequence[Reading], now: float) -> None:
-        """Add the newest frame. An earlier frame with a target ends a row of frames without one."""
+        """Add the newest frame. If an earlier one had a target, restart the count of frames without a target."""
         *before, newest = readings
         if any(reading.detection is not Detection.NOTHING for reading in before):
             self._sampler.add_unclear()
@@ -80,17 +81,18 @@ _SILENT = (
 
 
 NEAREST_M, FARTHEST_M = 0.1, 8.0
-"""The nearest distance of all these sensors, and the farthest one of the TF-Luna. A TFmini-S and Plus begin at 0.1 m, a
+"""The shortest distance that one of the four models measures, and the longest one of the TF-Luna, in metres. A TFmini-S
+and Plus begin at 0.1 m, a
 TF-Luna at 0.2 m, a TFmini at 0.3 m; all but the TF-Luna reach 12 m. Source: their manuals, chapter 3."""
 
 _FIRST_FRAMES_S = 1.0
-"""The longest time to the first frames of a sensor that was just switched on."""
+"""The longest wait for the first frames of a sensor that was just switched on, in seconds."""
 
 _SILENCE_S, _SILENT_CYCLES = 0.4, 3
-"""A sensor is lost after the longer one of this time and these cycles without data."""
+"""A sensor without data is lost after this many seconds or this many cycles, whichever is longer."""
 
 _MORE_CYCLES = 20
-"""The first sample may take so many cycles more than ``echo_free_cycles``."""
+"""Opening waits for the first sample for ``echo_free_cycles`` plus this many cycles."""
 
 
 class TFminiSettings(PortSettings):
@@ -100,17 +102,18 @@ class TFminiSettings(PortSettings):
     default_baud = 115200
 
     cycle_s: Annotated[float, Field(ge=0.001, le=0.5)] = 0.01
-    """The period of the sensor's frames."""
+    """The period of the sensor's frames in seconds."""
     echo_free_cycles: Annotated[int, Field(ge=0, le=1000)] = 60
-    """So many frames in a row with too little light mean that nothing is in range; 0 if they never do."""
+    """After this many frames in a row with too little light, the distance is `inf`. With 0, too little light never
+    makes a sample."""
 
 
 class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
     """Reads a sensor with factory settings: it sends frames of nine bytes, in centimetres, by itself.
 
-    The time of a sample is the arrival of its frame; the light is up to ``cycle_s`` older. The distance is `inf` for a
-    target beyond ``max_range_m``, and after a row of frames with too little light. A single dark frame is no sample,
-    nor is one with too much light.
+    The time of a sample is the arrival of its frame. The measurement is up to ``cycle_s`` older. The distance is `inf`
+    for a target beyond ``max_range_m``, and after ``echo_free_cycles`` frames with too little light. A single frame
+    with too little light makes no sample, and a frame with too much light never does.
     """
 
     name = "tfmini"
@@ -153,7 +156,7 @@ class TFmini(SerialDriver[RangeSensorDescription, TFminiSettings]):
 
 
 class LightSensor(RangeSensor):
-    """A sensor that sends its distances by itself; reading raises DeviceLostError while its line is lost."""
+    """An optical range sensor that sends distances by itself. Reading raises DeviceLostError while the line is lost."""
 
     def __init__(self, description: RangeSensorDescription, sampler: RangeSampler, line: Line) -> None:
         super().__init__(

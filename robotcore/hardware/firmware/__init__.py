@@ -1,1 +1,1 @@
-"""The firmware for a microcontroller that drives the wheels: where it is, how it is built, and how it gets there."""
+"""Find, build and flash the firmware for a microcontroller that drives the wheels."""

@@ -1,4 +1,4 @@
-"""The boards that the firmware supports, its source, the port of a board, and its version."""
+"""The boards that the firmware supports; find the firmware's source, find a board's port, and read its version."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from robotcore.processes import describe_holders
 
 @dataclass(frozen=True)
 class Board:
-    """A board with the values of the Arduino core's boards.txt."""
+    """A microcontroller board, with the values from boards.txt of the Arduino core."""
 
     name: str
     fqbn: str
@@ -34,7 +34,7 @@ class Board:
     upload_baud: int
     """The baud rate of its bootloader."""
     flash_bytes: int
-    """The largest program."""
+    """The flash memory for a program, in bytes."""
 
 
 BOARDS = {
@@ -49,19 +49,20 @@ BOARDS = {
 
 SKETCH = "robotcore_bridge"
 SKETCH_FOLDERS = (Path(__file__).parent / SKETCH, Path(__file__).parents[3] / "firmware" / SKETCH)
-"""The folder of the sketch in an installed robotcore, and in a clone of the project."""
+"""The folders in which the sketch may be: in an installed robotcore, and in a clone of the project."""
 
 
 def shipped_sketch() -> Path:
-    """Return the folder of the sketch of this robotcore."""
+    """Return the folder of the sketch that this robotcore contains."""
     return next(place for place in SKETCH_FOLDERS if (place / f"{SKETCH}.ino").is_file())
 
 
 def find_sketch(folder: Path | None) -> Path:
     """Return the folder of a sketch.
 
-    folder: a sketch, a folder with a copy by `copy_sketch`, or None for the sketch of this robotcore.
-    Raises UsageError if there is no sketch in it: Arduino expects FOLDER/FOLDER.ino.
+    folder: the folder of a sketch, or the folder that was passed to `copy_sketch`. None means this robotcore's own
+        sketch.
+    Raises UsageError if the folder has no sketch, which Arduino expects as FOLDER/FOLDER.ino.
     """
     if folder is None:
         return shipped_sketch()
@@ -83,9 +84,10 @@ def read_baud(folder: Path) -> int:
 
 
 def copy_sketch(into: Path) -> Path:
-    """Copy the sketch of this robotcore into a folder, to edit the pins in its config.h; return the sketch's folder.
+    """Copy the sketch of this robotcore into a folder, and return the folder of the copy.
 
-    Raises UsageError if there is a copy already, or the folder cannot be written.
+    A user can edit the pins in the copy's config.h. Raises UsageError if there is a copy already, or the folder cannot
+    be written.
     """
     target = into / SKETCH
     try:
@@ -107,7 +109,7 @@ def copy_sketch(into: Path) -> Path:
 
 DEVICE_FOLDER = Path("/dev")
 PORT_PATTERNS = ("ttyACM*", "ttyUSB*")
-"""The names of an Uno's port, and of the port of a Nano's converter."""
+"""The patterns of port names: of an Uno, and of the USB converter on a Nano."""
 
 
 def find_only_port(devices: Path = DEVICE_FOLDER) -> str:
@@ -128,7 +130,7 @@ def find_only_port(devices: Path = DEVICE_FOLDER) -> str:
 
 
 def require_free(port: str) -> None:
-    """Raise FirmwareError if a port is missing, may not be used, or is held by another process."""
+    """Raise FirmwareError if the port does not exist, this user may not use it, or another process has it open."""
     if not Path(port).is_char_device():
         raise FirmwareError(
             f"{port}: is no port. Plug the board in; `ls /dev/serial/by-id` lists the ports",
@@ -152,12 +154,12 @@ def require_free(port: str) -> None:
 
 QUESTION, ANSWER = b"v\r", b"robotcore-bridge "
 BOOTING_S, BETWEEN_S, TIMES = 2.0, 0.5, 6
-"""The time to wait after opening the port, the time between questions, and their number. Opening resets the board, and
-data that reaches its bootloader keeps it in there for longer."""
+"""The pause after opening the port in seconds, the time between two questions in seconds, and the number of questions.
+Opening resets the board, and bytes during the pause would keep the board in its bootloader."""
 
 
 def read_version(port: str, baud: int) -> str:
-    """Return the answer of the board at a port to the question for its version: ``robotcore-bridge 1``.
+    """Ask the board at a port for its firmware's version, and return the answer, such as ``robotcore-bridge 1``.
 
     Raises FirmwareError if robotcore_bridge does not answer within `TIMES` questions, or the port cannot be opened.
     """
@@ -200,7 +202,7 @@ def _open_port(port: str, baud: int) -> Iterator[int]:
 
 
 def _read_answers(line: int, clock: Clock) -> Iterator[bytes]:
-    """Ask until robotcore_bridge's answer is complete; yield all received bytes."""
+    """Send the question for the version until the answer is complete; yield the bytes as they arrive."""
     heard = b""
     for _ in range(TIMES):
         os.write(line, QUESTION)

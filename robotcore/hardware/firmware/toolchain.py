@@ -1,4 +1,4 @@
-"""Build the firmware and write it to a board, with the installed tools."""
+"""Build the firmware and write it to a board, with arduino-cli or with avr-gcc and avrdude."""
 
 from __future__ import annotations
 
@@ -17,38 +17,39 @@ AVRDUDE = "avrdude"
 FLASH_REMEDY = "A board that does not respond may have the other bootloader: try --board nano-old, or nano, or uno"
 
 ARDUINO_CLI = "arduino-cli"
-"""Source of its command line: https://arduino.github.io/arduino-cli/latest/commands/, of the release 0.13 and later."""
+"""The program arduino-cli, 0.13 or later. Source of its commands:
+https://arduino.github.io/arduino-cli/latest/commands/."""
 
 ARDUINO_CLI_URL = "https://arduino.github.io/arduino-cli"
 ARDUINO_CORE = "arduino:avr"
 
 AVR_GCC = "avr-gcc"
 AVR_CORE = Path("/usr/share/arduino/hardware/arduino/avr")
-"""The Arduino core of Debian's package arduino-core-avr; its platform.txt has the recipe, here without link-time
-optimisation."""
+"""The Arduino core of Debian's package arduino-core-avr. The compiler commands here follow its platform.txt, but
+without link-time optimisation."""
 
 DEBIAN_PACKAGES = "gcc-avr arduino-core-avr"
 
 _COMMON = ("-c", "-g", "-Os", "-mmcu=atmega328p", "-ffunction-sections", "-fdata-sections")
 _CPP = ("-std=gnu++11", "-fno-exceptions", "-fno-threadsafe-statics")
 _DEFINED = ("F_CPU=16000000L", "ARDUINO=10819", "ARDUINO_ARCH_AVR", "DECIMAL_DIG=10")
-"""The core needs DECIMAL_DIG, which compilers before version 7 do not define."""
+"""Macros for the compiler. The core needs DECIMAL_DIG, which avr-gcc before version 7 does not define."""
 
 
 @dataclass(frozen=True)
 class FirmwareImage:
-    """A built program for a board."""
+    """A program that was built for a board."""
 
     image: Path
-    """A file in Intel's hexadecimal format."""
+    """The program's file, in Intel's hexadecimal format."""
     tool: str
-    """The tool that built it."""
+    """The name of the tool that built the program."""
     size_bytes: int
-    """Its size in the board's flash."""
+    """The size of the program in the board's flash memory, in bytes."""
 
 
 def build(sketch: Path, board: Board, folder: Path) -> FirmwareImage:
-    """Build a sketch into a folder, with arduino-cli, or else with avr-gcc and Debian's Arduino core.
+    """Build a sketch into a folder by arduino-cli, or else by avr-gcc and Debian's core; return the program.
 
     Raises FirmwareError if neither is installed, the sketch does not compile, or it is too large for the board.
     """
@@ -72,7 +73,7 @@ def _install_hint() -> str:
 
 
 def _measure_size(image: Path, board: Board) -> int:
-    """Return the size of an image in bytes of flash; raises FirmwareError if the board has fewer."""
+    """Return the size of an image in bytes; raises FirmwareError if the board's flash memory is smaller."""
     size = sum(int(line[1:3], 16) for line in image.read_text().splitlines() if line[7:9] == "00")
     if size > board.flash_bytes:
         raise FirmwareError(
@@ -85,7 +86,7 @@ def _measure_size(image: Path, board: Board) -> int:
 
 
 def flash(image: Path, board: Board, port: str) -> str:
-    """Write an image to the board at a port, and verify it; return the tool that was used.
+    """Write an image to the board at a port, and verify it; return the name of the tool that was used.
 
     Raises FirmwareError if the tool fails, or none is installed.
     """
@@ -103,7 +104,7 @@ def flash(image: Path, board: Board, port: str) -> str:
 
 
 def _avrdude_command(image: Path, board: Board, port: str) -> list[str]:
-    """Return the command. Source: avrdude(1), and the upload pattern of the Arduino core's platform.txt."""
+    """Return avrdude's command line. Sources: avrdude(1), and the upload pattern in the Arduino core's platform.txt."""
     chip = ["-p", "m328p", "-c", "arduino", "-P", port, "-b", str(board.upload_baud)]
     return [AVRDUDE, "-q", *chip, "-D", "-U", f"flash:w:{image}:i"]
 
@@ -114,39 +115,39 @@ def has_arduino_cli() -> bool:
 
 
 def has_arduino_core() -> bool:
-    """Return whether arduino-cli has the core of these boards; raises FirmwareError if it fails."""
+    """Return whether arduino-cli has the core of these boards; raises FirmwareError if arduino-cli fails."""
     listed = run_tool([ARDUINO_CLI, "core", "list"], "listing the installed cores")
     return any(line.split()[:1] == [ARDUINO_CORE] for line in listed.splitlines())
 
 
 def build_with_arduino_cli(sketch: Path, board: Board, folder: Path) -> Path:
-    """Compile a sketch into a folder, and return the image; raises FirmwareError with the compiler's output."""
+    """Compile a sketch into a folder and return the image; raises FirmwareError if the sketch does not compile."""
     folder.mkdir(parents=True, exist_ok=True)
     run_tool([ARDUINO_CLI, "compile", "--fqbn", board.fqbn, "--output-dir", folder, sketch], f"building {sketch.name}")
     return folder / f"{sketch.name}.ino.hex"
 
 
 def flash_with_arduino_cli(image: Path, board: Board, port: str) -> None:
-    """Write an image to the board at a port; raises FirmwareError with the tool's output."""
+    """Write an image to the board at a port; if that fails, raise FirmwareError with the output of arduino-cli."""
     where = ["--fqbn", board.fqbn, "--port", port, "--verify"]
     run_tool([ARDUINO_CLI, "upload", *where, "--input-file", image], f"flashing the {board.name} at {port}")
 
 
 def has_avr_gcc() -> bool:
-    """Return whether the compiler and the core are installed."""
+    """Return whether avr-gcc and Debian's Arduino core are installed."""
     return (
         is_installed("avr-gcc", "avr-g++", "avr-objcopy") and (AVR_CORE / "cores" / "arduino" / "Arduino.h").is_file()
     )
 
 
 def build_with_avr_gcc(sketch: Path, board: Board, folder: Path, *, flags: Sequence[str] = ()) -> Path:
-    """Compile a sketch into FOLDER/NAME.elf and FOLDER/NAME.hex; return the latter.
+    """Compile a sketch into FOLDER/NAME.elf and FOLDER/NAME.hex; return the path of the latter.
 
-    The .ino files of the sketch are joined. Unlike Arduino's tools this adds no prototypes, so a function must be
-    declared before its use.
+    The .ino files of the sketch are joined to one file. Arduino's tools would add prototypes, which this function does
+    not. So the sketch must declare each function before its use.
 
     flags: compiler flags for the sketch, not for the core.
-    Raises FirmwareError with the compiler's output.
+    Raises FirmwareError with the compiler's output if the sketch does not compile.
     """
     folder.mkdir(parents=True, exist_ok=True)
     joined = _join_sources(sketch, folder)
@@ -163,7 +164,7 @@ def build_with_avr_gcc(sketch: Path, board: Board, folder: Path, *, flags: Seque
 
 
 def _join_sources(sketch: Path, folder: Path) -> Path:
-    """Join a sketch's .ino files into one C++ file: first the one with the sketch's name, then in order."""
+    """Join the .ino files of a sketch into one C++ file: first the one with the sketch's name, then the others."""
     first = sketch / f"{sketch.name}.ino"
     others = sorted(path for path in sketch.glob("*.ino") if path != first)
     joined = folder / f"{sketch.name}.ino.cpp"
@@ -172,7 +173,7 @@ def _join_sources(sketch: Path, folder: Path) -> Path:
 
 
 def _with_line_marker(source: Path) -> str:
-    """Return a file's text with a line that gives the compiler the file's name."""
+    """Return a file's text after a line with its name, so that errors of the compiler name this file."""
     return f'#line 1 "{source}"\n{source.read_text()}\n'
 
 
@@ -207,16 +208,16 @@ def is_installed(*names: str) -> bool:
 
 
 def run_tool(command: Sequence[str | Path], doing: str, remedy: str = "", timeout: float = 300.0) -> str:
-    """Run a tool to its end; return its output on stdout and stderr.
+    """Run a tool and wait for its end; return its output on stdout and stderr.
 
-    doing: the task, as the begin of an error message.
+    doing: the task of the tool, for the beginning of an error message.
     remedy: added to the error message if the tool fails.
-    timeout: in seconds.
+    timeout: the longest time that the tool may take, in seconds.
     Raises FirmwareError with the output if the tool fails, or if it does not end in time.
     """
     tool = Path(command[0]).name
     try:
-        ran = subprocess.run(  # noqa: S603  a known tool with constructed arguments, without a shell
+        ran = subprocess.run(  # noqa: S603  a known tool, without a shell
             command,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

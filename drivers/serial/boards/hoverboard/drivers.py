@@ -77,7 +77,7 @@ class HoverboardMotorSettings(WheelSettings):
     def firmware(self) -> Connection:
         """Return the firmware settings as a connection that both motors of a board share."""
         settings = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
-        instead = "give both motors the same settings of it"
+        instead = "give both motors the same mode, max_rpm and mixer settings"
         return Connection(
             "firmware", "config.h of the board at", self.port, is_shared=True, instead=instead, protocol=settings
         )
@@ -116,8 +116,8 @@ WIRING = (
 SLEEPING = "A board whose wheels stand for 8 minutes (INACTIVITY_TIMEOUT) switches off; its button switches it on."
 MODE = "Its config.h must have CTRL_MOD_REQ {mode}: the board does not send its mode."
 TURNING = (
-    "With its steer_coefficient the board turns wheels against each other at {scale:.0%} of their full speed. A faster "
-    "turn is slowed down on both wheels, and the path stays. TANK_STEERING has no such limit."
+    "With this steer_coefficient, wheels that turn against each other reach {scale:.0%} of their full speed. In a "
+    "faster turn both wheels are slowed down, so that the curve stays the same. TANK_STEERING has no such limit."
 )
 
 

@@ -1,4 +1,4 @@
-"""The protocol of an Arduino: one question at a time, commands first, then polls."""
+"""The protocol of an Arduino, which gets one request at a time: a command if there is a new one, else a poll."""
 
 from __future__ import annotations
 
@@ -21,31 +21,33 @@ from drivers.serial.boards.rosarduino.requests import UNKNOWN, FirmwareProbe, Po
 from drivers.serial.driver import Side
 
 SILENCE_S = 0.4
-"""A board is lost, or was reset, if it has not answered for this time plus the time-out of its slowest answer."""
+"""If a board has not answered for this many seconds plus the time-out of its slowest answer, it is lost or was
+reset."""
 
 URGENT_S = 0.02
-"""The longest time that a stop waits for a pending answer."""
+"""The longest time, in seconds, that a stop waits for the answer to an earlier request."""
 
 IDLE_S = 0.05
-"""The period of asking for counts if no encoder is open: the answers show that the board is connected."""
+"""The period of asking for encoder counts if no encoder is open, in seconds. The answers show that the board is
+connected."""
 
 MAX_REFUSALS = 2
-"""ROSArduinoBridge refuses no whole command. A board with so many refusals in a row runs robotcore_bridge, which
-expects checksums."""
+"""After this many refusals in a row, the board is asked for its firmware again. It must be robotcore_bridge, which
+refuses commands without checksums, because ROSArduinoBridge refuses no complete command."""
 
 FULL_DUTY = 255
 
 
 class ArduinoProtocol(BoardProtocol):
-    """Asks a board for its firmware, sends each new command once, and asks for counts and other values in between.
+    """Asks a board for its firmware; then sends each new command once, and polls counts and other values in between.
 
-    Commands are in counts a frame, or duties from -1 to 1. Only a stop of both wheels is sent again if it is not
-    acknowledged. A board that falls silent may have been reset: it is asked for its firmware again, and its command is
-    dropped.
+    Commands are in counts a frame (about 1/30 s), or duties from -1 to 1. Only a stop of both wheels is sent again if
+    it is not acknowledged. A board that falls silent may have been reset. Then the protocol drops the command and asks
+    for the firmware again.
     """
 
     default_timeout_s = 2.0
-    """The time-out of both firmwares; that of robotcore_bridge can be set."""
+    """The time-out of both firmwares at the start, in seconds. Only that of robotcore_bridge can be changed."""
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
@@ -74,11 +76,11 @@ class ArduinoProtocol(BoardProtocol):
         return super().is_settled and self._unacknowledged is None
 
     def count_every(self, period_s: float) -> None:
-        """Set the period of asking for the encoders' counts, in seconds; the line may allow only a longer one."""
+        """Set the period of asking for the encoders' counts, in seconds. On a slow line the actual period is longer."""
         self._counting.period_s = period_s
 
     def poll(self, poll: Poll) -> None:
-        """Add a question that is asked periodically."""
+        """Add a poll: a request that is sent periodically."""
         self._polls.add(poll)
 
     def begin(self, now: float) -> None:
@@ -105,7 +107,7 @@ class ArduinoProtocol(BoardProtocol):
         return min(self.command.next_due, self._polls.next_due)
 
     def _lose(self, now: float) -> None:
-        """Drop all state of the board, and ask for its firmware next."""
+        """Drop the command and all that is known of the board, and ask for its firmware next."""
         super()._lose(now)
         self._firmware_probe = FirmwareProbe(self.baud)
         self._unacknowledged, self._refusals = None, 0
@@ -123,14 +125,17 @@ class ArduinoProtocol(BoardProtocol):
             self._set_ready()
 
     def _resynchronize(self, now: float) -> bytes:
-        """Ask a question with a unique answer; set the time-out again, for the board may have been reset."""
+        """Return a request whose answer no other request has.
+
+        Set the time-out again, because the board may have been reset.
+        """
         self._board_timeout_s = None
         timeout_s = max(GREETING_S, self._polls.slowest_s)
         question = presence_question(self.baud, timeout_s, is_summed=self.firmware.is_robotcore_bridge)
         return self._requests.ask(question, _ignore, now)
 
     def _interrupt_for_stop(self, now: float) -> bytes:
-        """Return a stop if it has waited too long for a pending answer."""
+        """Return the frame of a stop that has waited too long for the answer to an earlier request; else nothing."""
         if not (self._is_stop_due(now) and self._requests.is_overdue(now, URGENT_S)):
             return b""
         self._next_command(now)
@@ -153,7 +158,7 @@ class ArduinoProtocol(BoardProtocol):
     def _next_command(self, now: float) -> WheelCommand | None:
         """Return the command to send now: a new one, or a stop that was not acknowledged."""
         if self.command.next_due <= now:
-            self._unacknowledged = self.command.newest  # before `take`, so that `is_settled` is never true in between
+            self._unacknowledged = self.command.newest  # before `take`, so that `is_settled` is false all the time
             self._unacknowledged = self.command.take(now, self.timeout_s)
         elif self._unacknowledged and not self._unacknowledged.is_stop:
             return None
@@ -175,7 +180,7 @@ class ArduinoProtocol(BoardProtocol):
 
     @property
     def _needs_timeout(self) -> bool:
-        """Whether the board has not acknowledged its time-out yet; until then no motor turns."""
+        """Whether the board has not acknowledged its time-out yet. Until it has, no motor turns."""
         return self.firmware.is_robotcore_bridge and self._board_timeout_s != self.timeout_s
 
     def _set_timeout(self, now: float) -> bytes:
@@ -195,4 +200,4 @@ class ArduinoProtocol(BoardProtocol):
 
 
 def _ignore(answer: Answer, now: float) -> None:
-    """Ignore an answer; its arrival is enough."""
+    """Ignore an answer. Its arrival alone shows that the board is connected."""

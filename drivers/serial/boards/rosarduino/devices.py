@@ -13,22 +13,23 @@ from robotcore.hal.devices import Range, RangeSensor, Voltage
 from robotcore.hardware.polled_samples import RangeSampler
 
 FASTEST_HZ = 50_000
-"""The most edges that such a board counts in a second."""
+"""The most encoder edges that an Arduino can count in a second."""
 
 MISSED_S = 0.05
-"""After so long a pause an answer was lost; a board that was reset takes longer to start."""
+"""A longer pause between two counts, in seconds, means that an answer was lost or the board was reset."""
 
 WRAPS_AT = 2**32
-"""A count has 32 bits."""
+"""The number of counts after which the board's counter repeats: it has 32 bits."""
 
 SAME_S = 0.02
-"""Ranges with closer times are the same one: robotcore_bridge's cycle is 0.06 s, and it sends ages in ms."""
+"""Two answers whose times differ by less than this many seconds have the same measurement. robotcore_bridge measures
+every 0.06 s."""
 
 MUTE_S = 0.5
-"""A module that has not answered its trigger for so long does not work."""
+"""A module that has not answered its trigger for this many seconds has failed."""
 
 MUTE_PINGS = 3
-"""So many questions in a row without a pulse, a second each, are a fault."""
+"""After this many requests in a row without a pulse, the module has failed. Each such request takes a second."""
 
 _MUTE = "the board's ultrasonic module does not answer its trigger; check its 5 V, its ground and its pins"
 
@@ -39,22 +40,22 @@ NOT_WIRED = (
 
 
 class Counts:
-    """Adds up a wheel's counts, except impossible ones.
+    """Adds up the counts of a wheel's encoder, and leaves out impossible ones.
 
-    A count that is too far from the last one is added only if the next count confirms it. If a count after a pause is
-    nearer to zero than to the last one, the board was reset: turns in between are lost.
+    A count that is too far from the last one is ignored until the next count confirms it. A count after a pause that is
+    nearer to zero than to the last count shows that the board was reset. Turns during a reset are lost.
     """
 
     def __init__(self) -> None:
         self.counter = CountAccumulator(WRAPS_AT)
-        """The turns of the wheel in counts."""
+        """The sum of the wheel's counts."""
         self._last: tuple[int, float] | None = None
         self._doubted: tuple[int, float] | None = None
 
     def take(self, count: int, time: float) -> None:
-        """Add a count of the board.
+        """Add a count of the board, if it is possible.
 
-        time: when it arrived, in seconds.
+        time: the time of arrival of the count, in seconds.
         """
         if self._last and _was_reset(count, time, *self._last):
             self.restart()
@@ -67,7 +68,7 @@ class Counts:
         self.counter.count(count, time)
 
     def restart(self) -> None:
-        """Drop the last count: the board was reset, and its count may have any value."""
+        """Forget the last count, because the board was reset and its count may have any value."""
         self._last = self._doubted = None
         self.counter.restart()
 
@@ -85,7 +86,10 @@ def _difference(count: int, before: int) -> int:
 
 
 class Ranges:
-    """Samples of the answers of robotcore_bridge: the newest range in mm, -1 without an echo, and its age in ms."""
+    """Converts the answers of robotcore_bridge to samples. An answer has the newest range in mm and its age in ms.
+
+    The range is -1 if there was no echo.
+    """
 
     def __init__(self, device: str, sampler: RangeSampler) -> None:
         self._device, self._sampler = device, sampler
@@ -112,9 +116,10 @@ class Ranges:
 
 
 class Pings:
-    """Samples of the answers of ROSArduinoBridge: a range in cm, 0 if no pulse ended within a second.
+    """Converts the answers of ROSArduinoBridge to samples. An answer has a range in cm, or 0 without a pulse.
 
-    A module without an echo ends its pulse by itself. So a range beyond the maximum is a far target, or no echo.
+    If no echo returns, the module ends its pulse by itself. So a range beyond the maximum means a far target, or no
+    echo.
     """
 
     def __init__(self, description: RangeSensorDescription, sampler: RangeSampler) -> None:
@@ -139,7 +144,7 @@ class Pings:
 
 
 class Voltages:
-    """Keeps the newest voltage that the board has measured."""
+    """Stores the newest voltage that the board has measured."""
 
     def __init__(self, device: str) -> None:
         self._device = device
@@ -147,7 +152,7 @@ class Voltages:
         self._is_wired = True
 
     def take(self, answer: Answer, now: float) -> None:
-        """Take an answer in mV, negative if no battery is wired."""
+        """Store the voltage of an answer, which is in mV and negative if no battery is connected."""
         if answer.is_refusal:
             return
         millivolts = answer.numbers[0]
@@ -156,14 +161,14 @@ class Voltages:
             self._newest = Voltage(millivolts / 1000, now, self._newest.sequence + 1 if self._newest else 0)
 
     def newest(self) -> Voltage | None:
-        """Return the newest voltage, None before the first one; raises DeviceError if no battery is wired."""
+        """Return the newest voltage; None before the first one. Raises DeviceError if no battery is connected."""
         if not self._is_wired:
             raise DeviceError(self._device, NOT_WIRED, kind="battery-not-wired")
         return self._newest
 
 
 class CountingMotor(BoardMotor):
-    """A motor with whole counts a frame: `set_velocity` returns the velocity of the nearest whole number.
+    """A motor whose board takes only whole counts a frame, so `set_velocity` rounds to the nearest such velocity.
 
     A velocity of less than half a count a frame becomes 0. ``max_velocity`` is a whole number of counts.
     """
@@ -171,7 +176,7 @@ class CountingMotor(BoardMotor):
     def __init__(self, description: MotorDescription, output: BoardOutput, counts_per_rad_s: float) -> None:
         """Create the motor.
 
-        counts_per_rad_s: the counts a frame at 1 rad/s.
+        counts_per_rad_s: the number of counts in a frame at 1 rad/s.
         """
         super().__init__(description, output, counts_per_rad_s)
         self._counts_per_rad_s = counts_per_rad_s

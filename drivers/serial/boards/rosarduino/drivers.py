@@ -50,16 +50,17 @@ from robotcore.hardware.motor_control import open_motor, require_drivable
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 ANSWER_S = 4.0
-"""Opening the port resets an Arduino, and its boot loader waits up to two seconds for a new sketch."""
+"""The longest wait for the board's first answer, in seconds. Opening the port resets an Arduino, and its boot loader
+waits up to two seconds for a new sketch."""
 
 FIRST_S = 1.0
-"""The longest time to the first answer of a board whose firmware is known."""
+"""The longest wait for the first sample of a device after its board has answered, in seconds."""
 
 COUNT_S = 0.005
-"""The period of reading encoders: a wheel is controlled every 5 ms at most."""
+"""The period of reading encoders in seconds. It is the shortest period of velocity control."""
 
 RANGE_S, BATTERY_S = 0.03, 0.5
-"""The periods of asking robotcore_bridge for its range and its battery."""
+"""The periods of asking robotcore_bridge for its range and for its battery's voltage, in seconds."""
 
 DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
@@ -75,9 +76,9 @@ class ArduinoDriver(SerialDriver[DescriptionT, SettingsT]):
 
 
 class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
-    """A motor whose board controls the velocity in whole counts a frame; or a duty by the motor's model.
+    """Turns a motor by its model with duties, or without a model at velocities that the board controls.
 
-    The driver sets the time-out of robotcore_bridge. That of ROSArduinoBridge is fixed, 2 s.
+    The driver sets the time-out of robotcore_bridge. The time-out of ROSArduinoBridge is always 2 s.
     """
 
     name = "ros-arduino-motor"
@@ -116,7 +117,7 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
 
 
 class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
-    """Asks for the counts whenever the line is free; one answer has those of both encoders."""
+    """Reads the counts of an encoder. One answer of the board has the counts of both encoders."""
 
     name = ENCODER
     summary = "a wheel's encoder on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
@@ -141,7 +142,11 @@ class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
 
 
 class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
-    """An ultrasonic module. robotcore_bridge measures all the time; ROSArduinoBridge does nothing else meanwhile."""
+    """Reads an ultrasonic module.
+
+    robotcore_bridge measures all the time by itself. ROSArduinoBridge measures on request, and does nothing else until
+    the measurement ends.
+    """
 
     name = "ros-arduino-sonar"
     summary = "an ultrasonic module on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
@@ -171,7 +176,7 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
 
 
 class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
-    """The voltage that robotcore_bridge measures with a divider; ROSArduinoBridge measures none."""
+    """Returns the voltage that robotcore_bridge measures with a divider; ROSArduinoBridge cannot measure one."""
 
     name = "ros-arduino-battery"
     summary = "the battery of an Arduino with robotcore_bridge, on a serial line"
@@ -203,7 +208,7 @@ def _sonar_poll(
     settings: ArduinoSonarSettings,
     sampler: RangeSampler,
 ) -> Poll:
-    """Return the poll for ranges; raises DeviceError if the board runs ROSArduinoBridge and no pin is set."""
+    """Return the poll that asks for ranges; raises DeviceError if the board runs ROSArduinoBridge and no pin is set."""
     if settings.pin is None:
         instead = f"set that pin in the section of {description.name}, such as [serial.{description.name}] with pin = 4"
         require_robotcore_bridge(board, description.name, "needs the pin of its module with each question", instead)

@@ -1,6 +1,7 @@
 """The ASCII lines of ROSArduinoBridge, and of robotcore_bridge, which adds a checksum to each line.
 
-A question ends in CR, an answer in CR LF. An answer does not name its question. Sources: ROSArduinoBridge.ino and
+A question ends in CR, an answer in CR LF. An answer does not contain the question that it belongs to. Sources:
+ROSArduinoBridge.ino and
 commands.h of hbrobotics' ros_arduino_bridge; `firmware/` for the commands of robotcore_bridge.
 """
 
@@ -12,7 +13,7 @@ from functools import reduce
 from operator import xor
 
 LONGEST_LINE = 40
-"""The longest answer; a longer line is noise, and dropped up to its end."""
+"""The length of the longest answer in bytes. A longer line is noise, and is dropped."""
 
 REFUSED = "Invalid Command"
 
@@ -21,16 +22,19 @@ _SUMMED = re.compile(r"(.*)\*([0-9A-F]{2})")
 
 
 class Parser:
-    """Splits a stream that is cut anywhere into lines; it keeps at most `LONGEST_LINE` bytes."""
+    """Splits a stream of bytes, which arrives in pieces of any length, into lines.
+
+    It stores at most `LONGEST_LINE` bytes.
+    """
 
     def __init__(self) -> None:
         self._kept = b""
         self._is_spoilt = False
         self.dropped = 0
-        """The number of lines that were too long, or had bytes that no answer has."""
+        """The number of dropped lines, which were too long or had bytes that no answer has."""
 
     def feed(self, data: bytes) -> list[str]:
-        """Take received bytes; return the lines that they complete, without CR LF."""
+        """Parse received bytes; return the lines that these bytes complete, without CR LF."""
         *ended, rest = data.split(b"\n")
         lines = [line for piece in ended if (line := self._end(piece)) is not None]
         self._keep(rest)
@@ -55,7 +59,7 @@ class Answer:
     """An answer of the board."""
 
     numbers: tuple[int, ...] = ()
-    """The numbers in the answer; an OK has none."""
+    """The numbers in the answer; the answer OK has none."""
     is_refusal: bool = False
     """Whether the board did not understand the question."""
 
@@ -65,21 +69,21 @@ class Question:
     """A question to a board."""
 
     text: str
-    """The question without its checksum and CR."""
+    """The text of the question, without checksum and CR."""
     shape: re.Pattern[str]
-    """The pattern of the answer; its groups are the numbers."""
+    """The pattern of the answer. Its groups match the numbers of the answer."""
     timeout_s: float = 0.1
-    """After this time without an answer, there will be none."""
+    """After this many seconds, no answer to the question is expected any more."""
     raw: bytes = b""
-    """Bytes to send in place of ``text``. No other question has an answer of this shape, so the answer resynchronises
-    the conversation."""
+    """Bytes to send in place of ``text``; empty for most questions. If it is set, no other question has an answer of
+    this shape. So the answer shows that no late answer to an earlier question can follow."""
 
     def frame(self, *, is_summed: bool) -> bytes:
         """Return the bytes to send, with a checksum if ``is_summed``."""
         return self.raw or frame_line(self.text, is_summed=is_summed)
 
     def answer(self, line: str) -> Answer | None:
-        """Return the answer in a line; None if the line is no answer to this question."""
+        """Return the answer that a line contains; None if the line is no answer to this question."""
         if line == REFUSED:
             return None if self.raw else Answer(is_refusal=True)
         if not (match := self.shape.fullmatch(line)):
@@ -95,24 +99,26 @@ _NUMBER = re.compile(_LONG)
 _NAME = r"robotcore-bridge (\d{1,4})"
 
 COUNTS = Question("e", _PAIR)
-"""The counts of the left and the right encoder: signed 32-bit numbers."""
+"""The question for the counts of the left and the right encoder, which are signed 32-bit numbers."""
 
 RANGE = Question("z", _PAIR)
-"""The newest range in mm, -1 without an echo, and its age in ms; robotcore_bridge only."""
+"""The question for the newest range in mm, -1 without an echo, and its age in ms; robotcore_bridge only."""
 
 BATTERY = Question("y", _NUMBER)
-"""The battery's voltage in mV, -1 if none is wired; robotcore_bridge only."""
+"""The question for the battery's voltage in mV, -1 if no battery is connected; robotcore_bridge only."""
 
 PING_S = 1.0
-"""ROSArduinoBridge waits so long for an echo, and does nothing else meanwhile (Arduino's pulseIn)."""
+"""The longest time that ROSArduinoBridge waits for an echo, in seconds. It does nothing else during this time
+(Arduino's pulseIn)."""
 
 
 FASTEST = 1000
-"""The most counts in a frame that robotcore_bridge takes. ROSArduinoBridge takes 32767, more than a board can count."""
+"""The highest speed that robotcore_bridge accepts, in counts a frame. ROSArduinoBridge accepts 32767, more than a board
+can count."""
 
 
 def ping(pin: int) -> Question:
-    """Return the question for a range in cm, 0 without an echo within `PING_S`; ROSArduinoBridge only."""
+    """Return the question for a range in cm, which is 0 if there is no echo within `PING_S`; ROSArduinoBridge only."""
     return Question(f"p {pin}", re.compile(r"(\d{1,4}|1[0-7]\d{3})"), PING_S + 0.2)
 
 
@@ -124,26 +130,27 @@ def speeds(left: int, right: int) -> Question:
 def duties(left: int, right: int) -> Question:
     """Return the command that sets the duties of both motors, from -255 to 255.
 
-    robotcore_bridge has it, and some builds of ROSArduinoBridge.
+    robotcore_bridge and some builds of ROSArduinoBridge have this command.
     """
     return Question(f"o {left} {right}", _OK)
 
 
 def deadman(milliseconds: int) -> Question:
-    """Return the command that sets the motors' time-out, 100 to 5000 ms; robotcore_bridge only."""
+    """Return the command that sets the time-out of the motors, from 100 to 5000 ms; robotcore_bridge only."""
     return Question(f"k {milliseconds}", _OK)
 
 
 STOP = speeds(0, 0)
 STOP_NOW = b"\rm 0 0\r"
-"""Ends a half-written line, and stops both motors, whether lines have checksums or not."""
+"""The bytes that end a half-written line and stop both motors. Both firmwares accept them, with or without
+checksums."""
 
 STOP_CONFIRMED = r"OK\r\n"
 """The answer of both firmwares to `STOP_NOW`."""
 
 
 def frame_line(text: str, *, is_summed: bool) -> bytes:
-    r"""Return the bytes of a question, with CR and perhaps a checksum.
+    r"""Return the bytes of a question, with CR and, if ``is_summed``, a checksum.
 
     >>> frame_line("e", is_summed=True), frame_line("m 20 -20", is_summed=False)
     (b'e*65\r', b'm 20 -20\r')
@@ -166,20 +173,20 @@ def _sum(text: str) -> int:
 
 
 GREETING_S = 0.3
-"""The period of asking a starting board for its firmware, and the longest wait for a slow answer."""
+"""The period of asking a starting board for its firmware, and the longest wait for a slow answer, in seconds."""
 
 
 def identity_question(baud: int) -> Question:
     """Return the question that stops the motors and asks which firmware the board runs.
 
-    robotcore_bridge answers with its version, ROSArduinoBridge with the line's speed. To ROSArduinoBridge ``v*76`` is
-    a single unknown letter.
+    robotcore_bridge answers with its version, and ROSArduinoBridge with its baud rate. ROSArduinoBridge takes ``v*76``
+    as one unknown letter.
     """
     raw = STOP_NOW + frame_line("v", is_summed=True) + frame_line("b", is_summed=False)
     return Question("v", re.compile(f"{_NAME}|({baud})"), GREETING_S, raw)
 
 
 def presence_question(baud: int, timeout_s: float, *, is_summed: bool) -> Question:
-    """Return a question with an answer of a unique shape, to resynchronise after a lost answer."""
+    """Return a question whose answer no other question has, to be asked after an answer was lost."""
     shape, text = (_NAME, "v") if is_summed else (f"({baud})", "b")
     return Question(text, re.compile(shape), timeout_s, b"\r" + frame_line(text, is_summed=is_summed))

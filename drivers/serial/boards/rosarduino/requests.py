@@ -1,4 +1,4 @@
-"""Requests to a board, one at a time because an answer does not name its question, and the probe of its firmware."""
+"""Send requests to an Arduino, one at a time because answers do not contain their question, and detect its firmware."""
 
 from __future__ import annotations
 
@@ -19,38 +19,41 @@ from drivers.serial.boards.rosarduino.protocol import (
 )
 
 AnswerHandler = Callable[[Answer, float], None]
-"""A function that takes an answer and the time of its arrival."""
+"""A function that takes an answer and its time of arrival in seconds."""
 
 
 class RequestQueue:
-    """Sends one question at a time, and passes its answer on; other lines are dropped.
+    """Sends one question at a time, and passes its answer to a handler. All other lines are dropped.
 
-    The answer to a question that timed out may still arrive. So the next question must have an answer of a unique shape
-    (`Question.raw`). After a time-out each answer has at least `GREETING_S`, until one arrives in time: the board may
-    be slow.
+    The answer to a question that timed out may still arrive, and look like the answer to the next question. So the next
+    question must be one whose answer no other question has (`Question.raw`). After a time-out the board may be slow.
+    Then the time-out of each question is at least `GREETING_S`, until an answer arrives in time.
     """
 
     def __init__(self) -> None:
         self.is_summed: bool | None = None
-        """Whether every answer has a checksum; None if the firmware is not known yet."""
+        """Whether every answer has a checksum; None until the firmware is known."""
         self.is_sure = True
-        """Whether no answer to an earlier question can arrive any more."""
+        """Whether it is certain that no answer to an earlier question can arrive."""
         self._parser = Parser()
         self._asked: tuple[Question, AnswerHandler] | None = None
         self._asked_at = self._grace_s = 0.0
 
     @property
     def until(self) -> float | None:
-        """When the pending question times out; None if there is none."""
+        """The time at which the pending question times out; None if no question is pending."""
         return self._asked_at + max(self._asked[0].timeout_s, self._grace_s) if self._asked else None
 
     def ask(self, question: Question, on_answer: AnswerHandler, now: float) -> bytes:
-        """Make a question the pending one; return the bytes to send."""
+        """Make ``question`` the pending one, and return the bytes to send.
+
+        on_answer: is called with the answer and its time.
+        """
         self._asked, self._asked_at = (question, on_answer), now
         return question.frame(is_summed=bool(self.is_summed))
 
     def receive(self, data: bytes, now: float) -> bool:
-        """Take received bytes; return whether they answered the pending question."""
+        """Parse received bytes; return whether they answered the pending question."""
         answers = [self._take_line(line, now) for line in self._parser.feed(data)]
         return any(answers)
 
@@ -66,11 +69,11 @@ class RequestQueue:
         return self._asked is not None and now - self._asked_at > timeout_s
 
     def give_up(self) -> None:
-        """Drop the pending question; its answer may still arrive."""
+        """Drop the pending question, whose answer may still arrive."""
         self._asked, self.is_sure = None, False
 
     def interrupt(self) -> None:
-        """Drop the pending question, for other data was sent; keep it if its answer has a unique shape."""
+        """Drop the pending question, because other data was sent, unless no other question has its answer."""
         if self._asked and not self._asked[0].raw:
             self.give_up()
 
@@ -89,7 +92,10 @@ class RequestQueue:
         return True
 
     def _remove_sum(self, line: str) -> str | None:
-        """Return a line without its checksum; None if the checksum is wrong, or missing although answers have one."""
+        """Return a line without its checksum; None if the checksum is wrong or is missing.
+
+        If `is_summed` is not true, a line without a checksum is returned as it is.
+        """
         if self.is_summed is None:
             return remove_sum(line) or line
         return remove_sum(line) if self.is_summed else line
@@ -97,13 +103,13 @@ class RequestQueue:
 
 @dataclass
 class Poll:
-    """A question that is asked periodically."""
+    """A question that is asked periodically, and the handler of its answers."""
 
     question: Question
     period_s: float
     on_answer: AnswerHandler
     due: float = -math.inf
-    """The time of the next question in seconds."""
+    """The time at which the question is asked next, in seconds."""
 
 
 class PollSchedule:
@@ -113,7 +119,7 @@ class PollSchedule:
         self._polls = polls
 
     def add(self, poll: Poll) -> None:
-        """Add a poll; the thread of the line may call `take` at the same time."""
+        """Add a poll. Another thread may call `take` at the same time."""
         self._polls = (*self._polls, poll)
 
     def take(self, now: float) -> Poll | None:
@@ -126,12 +132,12 @@ class PollSchedule:
 
     @property
     def next_due(self) -> float:
-        """When `take` returns a poll."""
+        """The time from which `take` returns a poll."""
         return min(poll.due for poll in self._polls)
 
     @property
     def slowest_s(self) -> float:
-        """The time-out of the slowest question, in seconds."""
+        """The longest time-out of the polls' questions, in seconds."""
         return max(poll.question.timeout_s for poll in self._polls)
 
 
@@ -141,27 +147,27 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class Firmware:
-    """The firmware of a board, by its answers."""
+    """The firmware of a board and its abilities, as found by its answers."""
 
     is_robotcore_bridge: bool
-    """Whether it is robotcore_bridge."""
+    """Whether the firmware is robotcore_bridge."""
     frame_s: float
-    """The frame in seconds in which speeds are counted."""
+    """The duration of a frame in seconds; speeds are in counts a frame."""
     has_wheels: bool = True
     takes_duties: bool = True
     fault: str = ""
-    """Why this driver does not support it, and the remedy; empty if it does."""
+    """Why this driver does not support the firmware, and the remedy; empty if it is supported."""
 
 
 UNKNOWN = Firmware(is_robotcore_bridge=False, frame_s=1 / 30, has_wheels=False, takes_duties=False)
-"""The firmware before the first answer."""
+"""The value for a board whose firmware is not known yet."""
 
 _Probe: TypeAlias = Generator[Question, Answer, Firmware]
-"""Yields questions, takes the answer to each, and returns the firmware."""
+"""A generator that yields questions, gets the answer to each, and returns the firmware."""
 
 
 class FirmwareProbe:
-    """Asks a board for its firmware; the first question stops the motors."""
+    """Detects the firmware of a board by a series of questions. The first question stops the motors."""
 
     def __init__(self, baud: int) -> None:
         self._baud = baud
@@ -169,7 +175,7 @@ class FirmwareProbe:
         self._next: Question | None = None
 
     def question(self) -> Question:
-        """Return the next question; the first one again if the last one was not answered."""
+        """Return the next question. If the last question was not answered, start again with the first one."""
         question, self._next = self._next, None
         if question is None:
             self._meeting = _probe(self._baud)
@@ -177,7 +183,7 @@ class FirmwareProbe:
         return question
 
     def take(self, answer: Answer) -> Firmware | None:
-        """Take the answer to the last question; return the firmware if it is known now."""
+        """Process the answer to the last question; return the firmware if it is known now."""
         assert self._meeting
         try:
             self._next = self._meeting.send(answer)
@@ -187,10 +193,10 @@ class FirmwareProbe:
 
 
 def _probe(baud: int) -> _Probe:
-    """Ask for the firmware.
+    """Yield the questions that detect the firmware, and return the firmware.
 
-    A board that answers twice with its speed runs ROSArduinoBridge. One such answer is not enough: noise may have
-    destroyed the question that robotcore_bridge answers.
+    A board that answers twice with its baud rate runs ROSArduinoBridge. One such answer is not enough, because noise
+    may have destroyed the part of the question to which robotcore_bridge answers with its version.
     """
     for _ in range(2):
         number = (yield identity_question(baud)).numbers[0]
@@ -198,12 +204,12 @@ def _probe(baud: int) -> _Probe:
             return _describe_robotcore_bridge(number)
     has_wheels = yield from _ask_twice(STOP)
     takes_duties = has_wheels and (yield from _ask_twice(duties(0, 0)))
-    # The firmware counts whole milliseconds, so it has 30.3 frames a second.
+    # A frame of the firmware has a whole number of milliseconds, 33.
     return Firmware(is_robotcore_bridge=False, frame_s=0.033, has_wheels=has_wheels, takes_duties=takes_duties)
 
 
 def _ask_twice(question: Question) -> Generator[Question, Answer, bool]:
-    """Return whether the board takes a command; ask again after a refusal, which noise may have caused."""
+    """Return whether the board accepts a command. Send it again after a refusal, which noise may have caused."""
     for _ in range(2):
         if not (yield question).is_refusal:
             return True

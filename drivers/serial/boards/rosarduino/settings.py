@@ -18,10 +18,10 @@ from robotcore.hardware.motor_control import Control
 from robotcore.hardware.motor_model import Model
 
 BRIDGE_CYCLE_S = 0.06
-"""The period in which robotcore_bridge triggers its ultrasonic module."""
+"""The period in which robotcore_bridge triggers its ultrasonic module, in seconds."""
 
 ECHO_FREE_S = 0.6
-"""By default, cycles without an echo for this time mean that nothing is in range."""
+"""By default, nothing is in range if there is no echo for this many seconds."""
 
 BOARD = (
     "The board runs ROSArduinoBridge, or robotcore_bridge, which robotcore firmware flash writes to it. "
@@ -62,9 +62,9 @@ class ArduinoEncoderSettings(SideSettings, ArduinoSettings):
     """The settings of an encoder."""
 
     counts: Literal["cycles", "edges"] = "cycles"
-    """The unit of the description's ``counts_per_turn``, on a turn of the wheel, gear included. "cycles" are those of
-    one channel (PPR in a data sheet, the slots of a disc), of which the board counts all four edges. "edges" are these
-    edges (often called CPR)."""
+    """The unit of the description's ``counts_per_turn``, which counts a turn of the wheel, behind any gear. "cycles"
+    are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of both
+    channels, four in each cycle, often called CPR."""
 
 
 class ArduinoMotorSettings(SideSettings, TimeoutSettings, ArduinoSettings):
@@ -74,40 +74,40 @@ class ArduinoMotorSettings(SideSettings, TimeoutSettings, ArduinoSettings):
     """
 
     model: Model | None = None
-    """The velocity of the wheel by duty; with it the driver sends duties."""
+    """The velocity of the wheel at each duty. If it is set, the driver sends duties."""
     control: Control | None = None
-    """The controller in this process that holds the velocity by the wheel's encoder, with a ``model``."""
+    """The settings of velocity control in this process, by the wheel's encoder. It needs ``model``."""
 
 
 class ArduinoSonarSettings(ArduinoSettings):
     """The settings of an ultrasonic module."""
 
     pin: Annotated[int, Field(ge=2, le=69)] | None = None
-    """The pin of the module, for ROSArduinoBridge; robotcore_bridge has it in config.h."""
+    """The module's pin on the Arduino. Only ROSArduinoBridge needs it; robotcore_bridge has it in config.h."""
     cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.1
-    """The period of measuring with ROSArduinoBridge; that of robotcore_bridge is 0.06 s."""
+    """The period of measuring with ROSArduinoBridge, in seconds. The period of robotcore_bridge is always 0.06 s."""
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] | None = None
-    """So many cycles in a row without an echo mean that nothing is in range, by default those of 0.6 s. If it is 0,
-    only an echo from beyond the maximum means so."""
+    """After this many cycles in a row without an echo, nothing is in range. None means the number of cycles in 0.6 s.
+    With 0, only an echo from beyond the maximum range means that nothing is in range."""
 
     @property
     def cycle(self) -> float:
-        """The period of measuring in seconds."""
+        """The period of measuring in seconds, with either firmware."""
         return BRIDGE_CYCLE_S if self.pin is None else self.cycle_s
 
     @property
     def cycles(self) -> int:
-        """The number of cycles in a row without an echo that mean that nothing is in range."""
+        """The number of cycles in a row without an echo after which nothing is in range."""
         return max(1, round(ECHO_FREE_S / self.cycle)) if self.echo_free_cycles is None else self.echo_free_cycles
 
 
 def edges_per_turn(description: EncoderDescription, counts: object) -> int:
-    """Return the counts of the board on a turn of the wheel: all four edges of each cycle."""
+    """Return how many counts the board adds in a turn of the wheel. It counts all four edges of each cycle."""
     return description.counts_per_turn * (1 if counts == "edges" else 4)
 
 
 ENCODER = "ros-arduino-encoder"
-"""The driver of the encoders by which a board controls velocities."""
+"""The name of the driver of encoders on an Arduino, by which the board controls velocities."""
 
 FRAMES_PER_SECOND = 30
 
@@ -115,7 +115,7 @@ FLASH_REMEDY = "flash robotcore_bridge: robotcore firmware flash"
 
 
 def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDescription) -> int:
-    """Return the counts of the board on a turn of a motor's wheel, by the settings of the wheel's encoder.
+    """Return how many counts the board adds in a turn of a motor's wheel, by the settings of the wheel's encoder.
 
     Raises ValueError if the robot's file has no such encoder on the same port.
     """
@@ -139,7 +139,10 @@ def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDesc
 
 
 def require_countable(description: MotorDescription, counts: int) -> None:
-    """Raise ValueError if a wheel's maximum is less than a count a frame, or more than the board takes."""
+    """Raise ValueError if the motor's maximum velocity is below one count a frame, or above the board's limit.
+
+    counts: the board's counts in a turn of the wheel.
+    """
     fastest = description.max_velocity_rad_s * counts / math.tau / FRAMES_PER_SECOND
     if fastest < 1:
         raise ValueError(
@@ -179,8 +182,8 @@ def require_wheels(board: Board[ArduinoProtocol], device: str) -> None:
 def require_robotcore_bridge(board: Board[ArduinoProtocol], device: str, lacks: str, instead: str = "") -> None:
     """Raise DeviceError if the board does not run robotcore_bridge.
 
-    lacks: why ROSArduinoBridge does not do, as the end of a sentence.
-    instead: another remedy than flashing robotcore_bridge.
+    lacks: why ROSArduinoBridge is not sufficient, as the end of the sentence "The board runs ROSArduinoBridge, which".
+    instead: a remedy other than flashing robotcore_bridge.
     """
     if not board.protocol.firmware.is_robotcore_bridge:
         fault = f"the board on {board.line.place} runs ROSArduinoBridge, which {lacks}"

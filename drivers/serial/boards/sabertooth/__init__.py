@@ -1,1 +1,1 @@
-"""Sabertooth in packet serial mode: write-only frames of four bytes."""
+"""Sabertooth motor boards in packet serial mode, which take frames of four bytes and send nothing."""

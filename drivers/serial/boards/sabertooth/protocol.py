@@ -13,25 +13,28 @@ from drivers.serial.boards.command import CommandBuffer, WheelCommand
 from drivers.serial.protocol import Protocol
 
 MotorNumber = Literal[1, 2]
-"""M1 or M2 on the board."""
+"""The number of a motor on its board: M1 or M2."""
 
 BAUD_DETECTION = b"\xaa"
-"""The first byte: the board takes its baud rate from it. A board with a baud rate ignores it."""
+"""The first byte on the line, by which a board detects the baud rate. A board that has a baud rate ignores this
+byte."""
 
 LOWEST_ADDRESS, HIGHEST_ADDRESS = 128, 135
 """The addresses that the board's switches can set."""
 
 FULL_DUTY = 127
-"""The value of the duty 1."""
+"""The value in a frame for the duty 1."""
 
 MAX_TIMEOUT_S = 12.7
 
 _TIMEOUT = 14
-"""The command that sets the time-out."""
+"""The number of the command that sets the time-out."""
 
 
 def packet(address: int, command: int, value: int) -> bytes:
-    """Return a frame. Only its address has the top bit set, so that a board finds the beginning of a frame.
+    """Return a frame: the address, a command, its value and a checksum.
+
+    Only the address has its top bit set, so that a board finds the beginning of a frame.
 
     >>> list(packet(130, 0, 64))  # the manual's example: half speed forward
     [130, 0, 64, 66]
@@ -64,9 +67,9 @@ def round_timeout(seconds: float) -> float:
 
 
 def timeout(address: int, seconds: float) -> bytes:
-    """Return the frame that sets the time-out of a board: it stops its motors after this time without a command.
+    """Return the frame that sets the time-out of a board, after which the board stops its motors if it gets no command.
 
-    A board that was switched off has no time-out. The time is rounded by `round_timeout`.
+    A board has no time-out when it is switched on. The time is rounded by `round_timeout`.
 
     >>> list(timeout(128, 0.5))
     [128, 14, 5, 19]
@@ -75,7 +78,7 @@ def timeout(address: int, seconds: float) -> bytes:
 
 
 SETTLING_S = 0.5
-"""The time that a board needs to set its baud rate after the first byte."""
+"""The time in seconds that a board needs after the first byte to set its baud rate."""
 
 
 class AddressedBoard:
@@ -87,16 +90,17 @@ class AddressedBoard:
         self.timeout_s = MAX_TIMEOUT_S
 
     def build_frames(self, wheels: WheelCommand) -> bytes:
-        """Return the frames of both motors and of the time-out, which a board that was off does not have."""
+        """Return the frames for both motors, and the frame of the time-out, because the board may have been off."""
         motors = drive(self.address, 1, wheels.left) + drive(self.address, 2, wheels.right)
         return motors + timeout(self.address, self.timeout_s)
 
 
 class SabertoothProtocol(Protocol):
-    """Sends the newest command of each board, stops first.
+    """Sends the newest command to each board on the line. Stops are sent before other commands.
 
     No board answers, so the protocol is ready `SETTLING_S` after the first byte. While all motors stand, the stops are
-    repeated. While one turns nothing is repeated, for any frame on the line may restart the time-out of a board.
+    repeated. While a motor turns, nothing is repeated, because any frame on the line may restart the time-out of its
+    board.
     """
 
     def __init__(self, baud: int) -> None:
@@ -106,7 +110,7 @@ class SabertoothProtocol(Protocol):
         self.is_ready = self._is_new = False
 
     def board(self, address: int, timeout_s: float) -> AddressedBoard:
-        """Return the board with that address; the shortest time-out of its motors applies."""
+        """Return the board with an address, and lower its time-out to ``timeout_s`` seconds if it is longer."""
         board = self._boards.get(address) or AddressedBoard(address)
         board.timeout_s = min(board.timeout_s, round_timeout(timeout_s))
         self._boards = {**self._boards, address: board}
@@ -119,7 +123,7 @@ class SabertoothProtocol(Protocol):
         self._clear_commands()
 
     def receive(self, data: bytes, now: float) -> None:
-        """Ignore the bytes: they are an echo, or noise."""
+        """Ignore received bytes, which are an echo or noise."""
 
     def data_to_send(self, now: float) -> bytes:
         if self._is_new:
@@ -141,7 +145,7 @@ class SabertoothProtocol(Protocol):
 
     @property
     def is_settled(self) -> bool:
-        """Whether the last command was sent; no board acknowledges it."""
+        """Whether the last command was sent. No board acknowledges commands."""
         return all(board.command.next_due == math.inf for board in self._boards.values())
 
     @property
@@ -154,7 +158,7 @@ class SabertoothProtocol(Protocol):
         return all(board.command.newest.is_stop for board in self._boards.values())
 
     def _command_frames(self, now: float) -> bytes:
-        """Return the frames of one board; the next board follows when the line is free again."""
+        """Return the frames for one board. Those for the next board are sent when the line is free again."""
         for board in sorted(self._boards.values(), key=lambda board: not board.command.newest.is_stop):
             if (wheels := board.command.take(now, board.timeout_s)) is not None:
                 return board.build_frames(wheels)

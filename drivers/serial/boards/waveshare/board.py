@@ -1,4 +1,4 @@
-"""The protocol of a Waveshare board, and an odometer finer than its whole centimetres."""
+"""The protocol of a Waveshare board, and an odometer with a finer resolution than the board's whole centimetres."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from drivers.serial.driver import Side
 from robotcore.hal.devices import Voltage
 
 JITTER_S = 0.1
-"""The variation of the time between the sending of a line and its arrival."""
+"""The largest difference between the delays of two lines from the board, in seconds."""
 
 FASTEST_M_S = 3.0
-"""No track is faster, also downhill."""
+"""The highest possible speed of a track in m/s, also downhill."""
 
 
 class Odometer:
-    """Integrates the measured speed within the centimetre that the board sends.
+    """Refines the board's odometer of whole centimetres by the integral of the measured speed.
 
-    So its error is less than 1 cm, and does not grow.
+    The position is always within the centimetre that the board sends, so its error is less than 1 cm and does not grow.
 
     >>> odometer = Odometer()
     >>> for time, centimetres in ((0.0, 0), (0.05, 0), (0.1, 2)):
@@ -34,19 +34,19 @@ class Odometer:
 
     def __init__(self) -> None:
         self.counter = CountAccumulator()
-        """The way of the track in metres, from the first line on."""
+        """The distance that the track has moved since the first line from the board, in metres."""
         self._last: _Position | None = None
 
     def __repr__(self) -> str:
         return f"Odometer({self.counter!r})"
 
     def restart(self) -> None:
-        """Drop the last position: the board was reset, and its count may have any value."""
+        """Forget the last position, because the board was reset and its odometer may have any value."""
         self.counter.restart()
         self._last = None
 
     def is_likely(self, track: Track, time: float) -> bool:
-        """Return whether the track can have moved so far; if not, the line has a wrong digit."""
+        """Return whether a line is plausible. If the track cannot have moved so far, a digit of the line is wrong."""
         if self._last is None:
             return True
         low, high = _centimetre_bounds(track.centimetres)
@@ -54,9 +54,9 @@ class Odometer:
         return low - farthest <= self._last.metres <= high + farthest
 
     def move(self, track: Track, time: float) -> None:
-        """Take the way and the speed of the track from a line.
+        """Update the position by the distance and the speed of the track in a line.
 
-        time: when the line arrived, in seconds.
+        time: the time of arrival of the line, in seconds.
         """
         low, high = _centimetre_bounds(track.centimetres)
         guess = (low + high) / 2
@@ -73,29 +73,30 @@ class _Position(NamedTuple):
 
 
 def _centimetre_bounds(centimetres: int) -> tuple[float, float]:
-    """Return the lowest and the highest way in metres that the board cuts, towards zero, to these centimetres."""
+    """Return the smallest and the largest distance in metres that the board sends as this number of centimetres."""
     low = centimetres if centimetres > 0 else centimetres - 1
     high = centimetres if centimetres < 0 else centimetres + 1
     return low / 100, high / 100
 
 
 SILENCE_S = 0.3
-"""A board that has sent nothing for so long is unplugged or was reset. Until then its ROM runs, and drops data."""
+"""A board that has sent nothing for this many seconds is unplugged or was reset.
+A reset board cannot receive during this time."""
 
 GREETING_S = 0.5
-"""The period of sending the greeting until the board answers."""
+"""The period of sending the greeting until the board answers, in seconds."""
 
 
 class WaveshareProtocol(BoardProtocol):
     """Sends a greeting until the board sends feedback, and then each new command once. Commands are in m/s.
 
-    The board's time-out precedes each command. So a board that was reset unnoticed has its time-out before it turns. A
-    board that falls silent gets the greeting again, and its command is dropped.
+    The line that sets the board's time-out is sent before each command, because a short reset of the board may not have
+    been detected. If the board falls silent, the protocol drops the command and sends the greeting again.
     """
 
     silence_s = SILENCE_S
     default_timeout_s = 0.5
-    """If no motor is open, this time-out stops motors that another program turns."""
+    """The time-out in seconds if no motor is open. It stops motors that another program has turned."""
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)

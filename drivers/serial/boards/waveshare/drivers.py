@@ -23,7 +23,8 @@ from robotcore.hal.devices import Battery, Encoder, Motor
 from robotcore.hardware import Host
 
 ANSWER_S = 20.0
-"""A board searches for a Wi-Fi network for 15 s after it is switched on, before it takes the first line."""
+"""The longest wait for the board's first answer, in seconds. After it is switched on, the board searches for a Wi-Fi
+network for 15 s, and does not answer."""
 
 FIRMWARE = (
     "The board must run Waveshare's ugv_base_ros. Set the rover once: send "
@@ -40,9 +41,9 @@ SettingsT = TypeVar("SettingsT", bound="WaveshareSettings")
 
 
 class WaveshareSettings(PortSettings):
-    """The settings of a device of such a board.
+    """The settings of a device on a Waveshare board.
 
-    The port is /dev/serial0 on the header of a Raspberry Pi, /dev/ttyAMA0 on that of a Pi 5, and a CP2102 on USB.
+    On the header of a Raspberry Pi the port is /dev/serial0, and on that of a Pi 5 /dev/ttyAMA0. On USB it is a CP2102.
     """
 
     protocol_name: ClassVar[str] = "Waveshare UGV"
@@ -67,7 +68,7 @@ class WaveshareDriver(SerialDriver[DescriptionT, SettingsT]):
 
 
 class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
-    """Sends a speed in m/s, by the wheel's radius; the board controls it with its own encoders."""
+    """Sends the wheel's velocity as a speed in m/s, which the board controls with its own encoders."""
 
     name = "waveshare-motor"
     summary = "a motor of a Waveshare UGV board on a serial line; the board controls its velocity"
@@ -96,7 +97,7 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
 
 
 class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSettings]):
-    """Returns the board's odometer as an angle, by the wheel's radius; see `Odometer`."""
+    """Converts the board's odometer to the angle of a wheel, by the wheel's radius; see `Odometer`."""
 
     name = "waveshare-encoder"
     summary = "a wheel's encoder on a Waveshare UGV board on a serial line"
@@ -141,7 +142,10 @@ def _board(device: str, settings: WaveshareSettings, host: Host) -> Board[Wavesh
 
 
 def _wheel_radius_m(robot: RobotDescription) -> float:
-    """Return the radius that converts the board's metres to radians; raises ValueError if the robot has no drive."""
+    """Return the radius of the robot's wheels in metres, which converts the board's metres to radians.
+
+    Raises ValueError if the robot has no drive.
+    """
     if robot.drive is None:
         raise ValueError("the board takes m/s, but the robot has no wheel radius; add [drive] to its file")
     return robot.drive.wheel_radius_m

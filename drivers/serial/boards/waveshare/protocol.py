@@ -1,6 +1,7 @@
 """The JSON lines that a Waveshare UGV board takes and sends.
 
-A line is one object, at 115200 baud 8N1. The board takes LF at its end, and sends CR LF. Source: Waveshare's firmware
+Each line is one JSON object, at 115200 baud 8N1. A line to the board ends in LF, and a line from the board in CR LF.
+Source: Waveshare's firmware
 ugv_base_ros of September 2024 (json_cmd.h, uart_ctrl.h, movtion_module.h, ugv_advance.h).
 """
 
@@ -15,32 +16,34 @@ from drivers.serial.driver import Side
 BAUD = 115200
 
 FASTEST_M_S = 2.0
-"""The board ignores a line with a faster command on either side, and keeps the command before it."""
+"""The highest speed of a command in m/s. If a line has a higher speed for either side, the board ignores the line, and
+continues with the previous command."""
 
 FEEDBACK_S = 0.05
-"""The period of feedback. A line of some 200 bytes takes 17 ms, in which the board's loop waits."""
+"""The period of feedback in seconds. A shorter one would slow down the board's loop, which waits 17 ms for each
+line."""
 
 BEGINNING = b'{"T":1001,'
-"""The begin of a line with feedback."""
+"""The beginning of a line with feedback."""
 
 LONGEST = 512
-"""No line of the board has so many bytes; with an arm it has 330."""
+"""Each line of the board has fewer bytes than this; the longest one, with an arm, has 330."""
 
 _Speed = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 _Centimetres = Annotated[int, Field(ge=-(10**8), le=10**8)]
 
 
 class Track(NamedTuple):
-    """The way and the speed of one side; positive is forward."""
+    """The distance and the speed of the track on one side; positive is forward."""
 
     centimetres: int
-    """The way in centimetres, cut towards zero."""
+    """The distance since the board was switched on, in centimetres, rounded towards zero."""
     speed: float
     """The speed in m/s."""
 
 
 class Feedback(BaseModel):
-    """A line of type 1001.
+    """The board's feedback, a line of type 1001.
 
     >>> Feedback.model_validate_json('{"T":1001,"L":0.2,"R":0,"gx":5,"odl":12,"odr":-3,"v":1187}').right_cm
     -3
@@ -50,10 +53,10 @@ class Feedback(BaseModel):
 
     kind: Literal[1001] = Field(alias="T")
     left_m_s: _Speed = Field(alias="L")
-    """The speed of the left track in the last round of the board's loop."""
+    """The speed of the left track in m/s, measured in the last cycle of the board's loop."""
     right_m_s: _Speed = Field(alias="R")
     left_cm: _Centimetres = Field(alias="odl")
-    """The way of the left track since the board was switched on, cut to whole centimetres towards zero."""
+    """The distance of the left track since the board was switched on, in whole centimetres, rounded towards zero."""
     right_cm: _Centimetres = Field(alias="odr")
     centivolts: int = Field(alias="v", ge=-100, le=6000)
     """The voltage of the battery in hundredths of a volt, measured every 10 s."""
@@ -64,23 +67,23 @@ class Feedback(BaseModel):
 
 
 class Parser:
-    """Finds feedback in a stream that is cut anywhere."""
+    """Finds feedback in a stream of bytes that arrives in pieces of any length."""
 
     def __init__(self) -> None:
         self.dropped = 0
-        """The number of other lines: echoes, messages of a starting board, and lines with noise."""
+        """The number of lines that were no feedback: echoes, messages of a starting board, and lines with noise."""
         self.is_older = False
-        """Whether a line was feedback of the older firmware, ugv_base_general, which has no odometers."""
+        """Whether any line was feedback of the older firmware ugv_base_general, which has no odometers."""
         self._rest = b""
 
     def feed(self, data: bytes) -> list[Feedback]:
-        """Take received bytes; return the feedback that they complete."""
+        """Parse received bytes; return the feedback in the lines that these bytes complete."""
         *lines, self._rest = (self._rest + data).split(b"\n")
-        self._rest = self._rest[:LONGEST]  # the end of a longer line is not needed: the line is dropped
+        self._rest = self._rest[:LONGEST]  # a longer line is dropped anyway
         return [found for line in lines if (found := self._feedback(line))]
 
     def restart(self) -> None:
-        """Drop the begin of a line."""
+        """Drop the beginning of an incomplete line."""
         self._rest = b""
 
     def _feedback(self, line: bytes) -> Feedback | None:
@@ -96,8 +99,8 @@ class Parser:
 def greeting(timeout_s: float) -> bytes:
     """Return the lines that prepare a board.
 
-    They stop it and set its time-out. The board then takes speeds without scaling, does not echo, and sends feedback
-    every `FEEDBACK_S`.
+    The lines stop the motors and set the board's time-out. They also switch the scaling of speeds and the echo off, and
+    set the period of feedback to `FEEDBACK_S`.
     """
     period_ms = round(1000 * FEEDBACK_S)
     return (
@@ -108,12 +111,15 @@ def greeting(timeout_s: float) -> bytes:
 
 
 def heartbeat(timeout_s: float) -> bytes:
-    """Return the line that sets the time-out: the motors stop after these seconds without `speeds`."""
+    """Return the line that sets the time-out in seconds.
+
+    The motors stop if the board gets no line from `speeds` for this time.
+    """
     return b'{"T":136,"cmd":%d}\n' % round(1000 * timeout_s)
 
 
 def speeds(left_m_s: float, right_m_s: float) -> bytes:
-    r"""Return the line that turns the tracks; the board controls these speeds with its own encoders.
+    r"""Return the line that sets the speeds of both tracks, which the board controls with its own encoders.
 
     >>> speeds(0.25, -0.1)
     b'{"T":1,"L":0.2500,"R":-0.1000}\n'
@@ -128,4 +134,4 @@ Type 0, the board's emergency stop, would stop an arm too, and the older firmwar
 """
 
 STANDING = r'\{"T":1001,"L":-?0(\.0\d*)?,"R":-?0(\.0\d*)?,'
-"""A regular expression for feedback of a board that has received it: both tracks are slower than 0.1 m/s."""
+"""A regular expression for feedback after the board has received `STOP`: both tracks are slower than 0.1 m/s."""
