@@ -70,7 +70,7 @@ class Chassis:
         return self._geometry.to_twist(Wheels(self._left.velocity, self._right.velocity))
 
     def advance(self) -> None:
-        """Make one step."""
+        """Advance the wheels and the body by one simulation step."""
         left, right = self._left.next_turn(), self._right.next_turn()
         distance, turn = self._geometry.to_twist(Wheels(left, right))
         there = self.pose.advanced(distance, turn)

@@ -1,4 +1,4 @@
-"""The simulation: its clock, the robot's motion, and its true state."""
+"""The simulation of a robot: the clock, the motion and the true state."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ _LINE_KEY = "gpio-line:"
 _CHIP_KEY = "gpio-chip:"
 
 _GET_LINE_INFO = 0xC100B405
-"""GPIO_V2_GET_LINEINFO_IOCTL. Source: Linux, include/uapi/linux/gpio.h, as `_LINE_INFO`."""
+"""The number of GPIO_V2_GET_LINEINFO_IOCTL, which fills a `_LINE_INFO`. Source: Linux, include/uapi/linux/gpio.h."""
 
 _LINE_INFO = struct.Struct("32s 32s I 188x")
 """The first fields of struct gpio_v2_line_info: name, consumer, offset."""
@@ -103,7 +103,7 @@ def find_holder(gpio: int, root: Path = _ROOT) -> str:
 
 
 def _list_handles(proc: Path) -> Iterator[tuple[str, str]]:
-    """Yield the process of each handle of GPIO lines, and the kernel's information about the handle."""
+    """Yield for each open handle of GPIO lines the process that has it, and the kernel's information about it."""
     for file in list_open_files(proc):
         if file.link.startswith(LINE):
             with suppress(OSError):  # the process may have closed the handle

@@ -30,7 +30,6 @@ class StandbyLine(Cutoff):
         self._line = line
 
     def __repr__(self) -> str:
-        """Return the line."""
         return f"<StandbyLine GPIO {self._line}>"
 
     def open(self) -> None:
@@ -77,7 +76,6 @@ class MotorLines(Cutoff):
         self._report: str | None = None
 
     def __repr__(self) -> str:
-        """Return the lines, and whether the motor was commanded to turn."""
         lines = ", ".join(map(str, self._lines))
         return f"<MotorLines GPIO {lines}, {'turning' if self._is_turning else 'at rest'}>"
 

@@ -184,7 +184,7 @@ class QuadratureDecoder:
 
 
 _NEXT = (0b10, 0b00, 0b11, 0b01)
-"""The next phase of each phase in forward direction: (a, b) goes 00, 10, 11, 01."""
+"""The phase that follows each phase when the wheel turns forward. The levels (a, b) then go 00, 10, 11, 01."""
 
 
 class PulsesSettings(EncoderSettings):

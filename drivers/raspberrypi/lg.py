@@ -91,8 +91,8 @@ def _private_fifo() -> Iterator[None]:
     """Give lgpio a temporary folder for its FIFO during the import, and restore the working directory after it.
 
     At its import, lgpio makes this folder the working directory (lgUtil.c), and creates a FIFO there (lgNotify.c). In a
-    shared folder that fails if another user has a FIFO there. If another process creates one at the same time, both use
-    the same.
+    shared folder, lgpio cannot create the FIFO if another user has one there. If another process creates one at the
+    same time, both processes use the same FIFO.
     """
     before = os.environ.get(FIFO_FOLDER)
     here = os.open(".", os.O_RDONLY)

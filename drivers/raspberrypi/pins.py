@@ -36,7 +36,8 @@ def open_pins(library: str | None = None) -> Factory:
 
     library: the name of the library; by default that of GPIOZERO_PIN_FACTORY, else lgpio.
 
-    Raises UsageError for any other library: no other process could take its lines and stop the motors. Raises
+    Raises UsageError for any other library, because with it no other process could stop the motors if the app hangs.
+    Raises
     BackendMissingError if lgpio is not installed, and BackendError if this user cannot open the pins.
     """
     name = library or os.environ.get(_SETTING) or LGPIO

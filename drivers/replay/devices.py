@@ -31,7 +31,7 @@ _SAME_S = 1e-9
 
 
 class ReplayClock(Clock):
-    """A clock that a sleep advances from tick to tick of a recording; ``times`` are those of the ticks in seconds.
+    """A clock that advances only in a sleep, from tick to tick of a recording. ``times`` are the ticks in seconds.
 
     A sleep ends at the last tick before its deadline, so a loop at the recorded rate runs once in each tick. A sleep
     after the last tick raises RecordingEndedError.

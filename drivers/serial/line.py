@@ -44,7 +44,7 @@ class Waker:
 
 
 BITS_PER_BYTE = 10
-"""The bits that the line needs for a byte with 8N1: a start bit, eight data bits, a stop bit."""
+"""The number of bits on the line for one byte (8N1): a start bit, eight data bits, a stop bit."""
 
 PERIOD_S = 0.002
 """The period of reading and writing in simulated time, in seconds. In real time the thread waits for bytes instead."""

@@ -122,7 +122,8 @@ class Host:
 class DeviceDriver(ABC, Generic[DescriptionT, SettingsT]):
     """Opens devices of one kind on one kind of hardware. Drivers are entry points of the group `robotcore.devices`.
 
-    `check` and `check_beside` raise ValueError. Its text is the problem, a semicolon and a remedy.
+    `check` and `check_beside` raise ValueError for a mistake. The error's text is the problem, a semicolon and a
+    remedy.
     """
 
     name: ClassVar[str]

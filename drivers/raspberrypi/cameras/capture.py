@@ -28,7 +28,8 @@ DARK = 4.0
 """Is added to a brightness (0 to 255) before a ratio is computed, so that noise in black pictures has no effect."""
 
 FRAMES_IN_FLIGHT = 8
-"""After a change of the exposure, this many pictures may still have the old one: libcamera and the sensor delay it.
+"""After a change of the exposure, this many pictures may still have the old one, because libcamera and the sensor apply
+a change late.
 Source: https://github.com/raspberrypi/libcamera, src/ipa/rpi: two frames of delay; picamera2: six buffers."""
 
 BRIGHTNESS_TOLERANCE = 1.25

@@ -108,7 +108,7 @@ class ExposureState(NamedTuple):
     """Numbers, such as exposure or colour gains, that are constant when exposure and white balance have settled."""
 
     is_settled: bool | None = None
-    """Whether the camera reports that they have settled; None if it reports nothing."""
+    """Whether the camera reports that exposure and white balance have settled; None if it does not report this."""
 
 
 class Source(ABC):

@@ -56,7 +56,7 @@ def examine(robot: RobotDescription | None, section: str, root: Path = ROOT) -> 
 
 
 def check_devices(root: Path, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
-    """Check the robot's file, and that its devices are present."""
+    """Check the robot's file, and check that the devices in this file are present."""
     if robot is None:
         yield Finding.warning(
             "robot",

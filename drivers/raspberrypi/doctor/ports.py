@@ -183,7 +183,7 @@ def _check_port(root: Path, place: str, names: str, may_open: Callable[[Path], b
 
 
 def _consoles(root: Path) -> set[str]:
-    """Return the ports of the kernel's consoles. Source: the kernel's serial-console.rst."""
+    """Return the serial ports that the kernel uses as consoles. Source: the kernel's serial-console.rst."""
     try:
         line = read_text(root / "proc/cmdline")
     except OSError:

@@ -110,8 +110,8 @@ class Bridge(Output):
 def round_to_percent(duty: float) -> float:
     """Return the nearest duty in whole percent, such that lgpio's ``int(duty * 100)`` gives this percentage.
 
-    One percent is the resolution of every motor on GPIOs, real or virtual. In rad/s it is 1 % of
-    ``forward_rad_s / (1 - dead_band)``: 0.16 rad/s for a wheel of 14 rad/s with a dead band of 0.1.
+    One percent is the resolution of every motor on GPIOs, real or virtual. As a velocity this is 1 % of ``forward_rad_s
+    / (1 - dead_band)``: 0.16 rad/s if ``forward_rad_s`` is 14 and the dead band is 0.1.
 
     >>> int(0.29 * 100), int(round_to_percent(0.29) * 100)
     (28, 29)

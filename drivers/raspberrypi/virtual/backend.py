@@ -55,7 +55,7 @@ class VirtualPiBackend(RaspberryPiBackend):
         return "pip install 'robotcore[pi]'"
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
-        """Return no battery: no device on virtual pins has one."""
+        """Return no names, because no device on virtual pins measures a battery."""
         return frozenset()
 
     def notes(self, setup: Setup) -> list[str]:

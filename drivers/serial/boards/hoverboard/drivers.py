@@ -44,7 +44,7 @@ class WheelSettings(SideSettings, HoverboardSettings):
 
 
 class HoverboardMotorSettings(WheelSettings):
-    """The settings of a motor.
+    """The settings of a motor of a hoverboard.
 
     Most of them repeat values of the firmware's config.h, because the board does not send these.
     Both motors of a board have the same settings.

@@ -199,7 +199,7 @@ class CoefficientMixer(Mixer):
     speed_coefficient: float = 1.0
     """SPEED_COEFFICIENT in the firmware's config.h, divided by 16384."""
     steer_coefficient: float = 0.5
-    """STEER_COEFFICIENT, divided by 16384."""
+    """STEER_COEFFICIENT in the firmware's config.h, divided by 16384."""
 
     def __str__(self) -> str:
         return f"coefficients {self.speed_coefficient:g} and {self.steer_coefficient:g}"

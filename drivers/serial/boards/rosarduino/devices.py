@@ -96,7 +96,7 @@ class Ranges:
         self._last: float | None = None
 
     def take(self, answer: Answer, now: float) -> None:
-        """Take an answer that arrived at ``now``."""
+        """Make a sample of an answer that arrived at ``now``, in seconds."""
         if answer.is_refusal:
             return
         millimetres, age_ms = answer.numbers
@@ -127,7 +127,7 @@ class Pings:
         self._silent_pings = 0
 
     def take(self, answer: Answer, now: float) -> None:
-        """Take an answer that arrived at ``now``."""
+        """Make a sample of an answer that arrived at ``now``, in seconds."""
         if answer.is_refusal:
             return
         distance = answer.numbers[0] / 100

@@ -59,7 +59,7 @@ class ArduinoSettings(PortSettings):
 
 
 class ArduinoEncoderSettings(SideSettings, ArduinoSettings):
-    """The settings of an encoder."""
+    """The settings of an encoder on an Arduino."""
 
     counts: Literal["cycles", "edges"] = "cycles"
     """The unit of the description's ``counts_per_turn``, which counts a turn of the wheel, behind any gear. "cycles"
@@ -68,7 +68,7 @@ class ArduinoEncoderSettings(SideSettings, ArduinoSettings):
 
 
 class ArduinoMotorSettings(SideSettings, TimeoutSettings, ArduinoSettings):
-    """The settings of a motor.
+    """The settings of a motor on an Arduino.
 
     Without a ``model`` the board controls the velocity by the wheel's encoder, which is on the same board.
     """
@@ -80,7 +80,7 @@ class ArduinoMotorSettings(SideSettings, TimeoutSettings, ArduinoSettings):
 
 
 class ArduinoSonarSettings(ArduinoSettings):
-    """The settings of an ultrasonic module."""
+    """The settings of an ultrasonic module on an Arduino."""
 
     pin: Annotated[int, Field(ge=2, le=69)] | None = None
     """The module's pin on the Arduino. Only ROSArduinoBridge needs it; robotcore_bridge has it in config.h."""

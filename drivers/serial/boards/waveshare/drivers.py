@@ -51,11 +51,11 @@ class WaveshareSettings(PortSettings):
 
 
 class WaveshareMotorSettings(SideSettings, TimeoutSettings, WaveshareSettings):
-    """The settings of a motor."""
+    """The settings of a motor on a Waveshare board."""
 
 
 class WaveshareEncoderSettings(SideSettings, WaveshareSettings):
-    """The settings of an encoder."""
+    """The settings of an encoder on a Waveshare board."""
 
 
 class WaveshareDriver(SerialDriver[DescriptionT, SettingsT]):
