@@ -111,7 +111,7 @@ class MotorLines(Cutoff):
             self._chip.claim_low(self._lines)
 
     def _end(self, owner: Owner) -> None:
-        """Kill the owner. If the owner was not already ending, add that to the report."""
+        """Kill the owner. Report this, unless the owner was already ending."""
         if not owner.is_ending():
             self._report = f"ended process {self._pid}: it was silent while its motors turned"
         owner.kill()

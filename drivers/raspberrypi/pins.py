@@ -60,7 +60,7 @@ def open_pins(library: str | None = None) -> Factory:
 def _require_board() -> None:
     """Raise BackendError if this is no Raspberry Pi.
 
-    It is called first: on a desktop a missing library is not the cause.
+    Call it first: on a desktop, a missing library is not the problem.
     """
     from gpiozero.exc import PinUnknownPi
     from gpiozero.pins.local import get_pi_revision

@@ -87,7 +87,7 @@ class ExposureLock:
 
 
 def _is_steady(states: Sequence[ExposureState]) -> bool:
-    """Return whether the values are constant in `STEADY_SHOTS` pictures, unless the camera denies it."""
+    """Return whether the values are constant and the camera does not report an unsettled exposure."""
     if len(states) < STEADY_SHOTS or states[-1].is_settled is False:
         return False
     courses = zip(*(state.values for state in states), strict=True)

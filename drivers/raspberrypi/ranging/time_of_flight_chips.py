@@ -69,7 +69,7 @@ class LightChip(ABC):
         self._library = self._begin(bus, address, max_range)
 
     def measure(self) -> Measurement | None:
-        """Return the newest measurement once; None if there is no newer one."""
+        """Return the newest measurement; None if an earlier call has returned it."""
         if not self._library.data_ready:
             return None
         result = bytearray(self._distance + 2)
@@ -242,7 +242,7 @@ class I2CChip:
             self._undo = undo.pop_all()
 
     def measure(self) -> Measurement | None:
-        """Return the newest measurement once; None if there is no newer one."""
+        """Return the newest measurement; None if an earlier call has returned it."""
         with _translate_errors(self._chip_address):
             return self._chip.measure()
 

@@ -95,7 +95,7 @@ class TimeOfFlight(DeviceDriver[RangeSensorDescription, TimeOfFlightSettings]):
 
 
 class VL53L0X(TimeOfFlight):
-    """ST's VL53L0X, up to 1.2 m."""
+    """Opens ST's VL53L0X, whose range is 1.2 m."""
 
     name = "vl53l0x"
     summary = "VL53L0X: a laser's time of flight up to 1.2 m, on an I2C bus"
@@ -104,7 +104,7 @@ class VL53L0X(TimeOfFlight):
 
 
 class VL53L1X(TimeOfFlight):
-    """ST's VL53L1X, up to 3.6 m."""
+    """Opens ST's VL53L1X, whose range is 3.6 m."""
 
     name = "vl53l1x"
     summary = "VL53L1X: a laser's time of flight up to 3.6 m, on an I2C bus"
@@ -141,7 +141,7 @@ class Lidar(RangeSensor):
         self._stopping = ExitStack()
 
     def start(self, cycle_s: float, first_cycles: int) -> None:
-        """Wait up to this many cycles for a first result, then continue in the background; raises DeviceError."""
+        """Wait up to ``first_cycles`` cycles for a first result, then measure in the background; raises DeviceError."""
         self._read_at = self._clock.now()
         self._stopping.callback(self._disconnect)
         never = threading.Event()

@@ -39,7 +39,7 @@ class Sonar(RangeSensor):
         self._stopping = ExitStack()
 
     def start(self, first_cycles: int) -> None:
-        """Wait up to this many cycles for a first result, then continue in the background; raises DeviceError."""
+        """Wait up to ``first_cycles`` cycles for a first result, then measure in the background; raises DeviceError."""
         self._stopping.callback(self._pins.close)
         self._stopping.callback(self._timer.stop)
         self._pins.listen(self._timer.edge)

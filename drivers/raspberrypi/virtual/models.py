@@ -14,7 +14,7 @@ from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Encoder, Motor, RangeSensor
 
 PI_4B = "c03115"
-"""The revision code of the simulated board.
+"""The revision code of the simulated board, a Raspberry Pi 4B.
 Source: https://www.raspberrypi.com/documentation/computers/raspberry-pi.html#raspberry-pi-revision-codes."""
 
 

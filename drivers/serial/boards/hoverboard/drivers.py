@@ -75,7 +75,7 @@ class HoverboardMotorSettings(WheelSettings):
         return self.sign * LIMIT / self.max_rpm * 60 / math.tau
 
     def firmware(self) -> Connection:
-        """Return the firmware settings as a connection that both motors of a board share."""
+        """Return a connection with the firmware's settings. Two motors of a board conflict if their settings differ."""
         settings = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
         instead = "give both motors the same mode, max_rpm and mixer settings"
         return Connection(

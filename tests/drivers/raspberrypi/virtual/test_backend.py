@@ -166,7 +166,7 @@ def test_simulator_that_is_not_installed_is_reported_with_its_remedy(monkeypatch
 
 @pytest.mark.parametrize("share", ["-0.1", "1.1", "nan", "many"])
 def test_an_invalid_share_of_lost_echoes_is_refused(share: str, raises: Raises) -> None:
-    with raises(UsageError):
+    with raises(UsageError, "invalid-option", option="lost_echoes"):
         VirtualPiBackend().open(setup(lost_echoes=share))
 
 
