@@ -8,7 +8,8 @@ class TestMine(ConformanceSuite):
     lacks = {TestSupport.WORLD: "the robot stands on a bench"}
 ```
 
-Needs pytest. Names are imported lazily, since pytest loads the plug-in of this package in every project.
+The package requires pytest. It imports the module of a name when the name is first used, because pytest loads the
+    plug-in of this package in every project.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The base class of all rules: it opens the robot of a driver, and measures its motion."""
+"""The base class of all rules. It opens the robot of the tested backend, and measures the robot's motion."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from robotcore.testing.fakes import Gate
 
 RATE_HZ = 20.0
 SETTLING_S = 0.5
-"""Seconds after a command until the wheels turn at its velocity."""
+"""The time in seconds after a command until the wheels turn at the commanded velocity."""
 
 
 class TestSupport(str, Enum):
-    """A part of the tests that a backend may lack, besides its own capabilities."""
+    """A property of a test setup that some rules require. A backend may lack it."""
 
     __test__ = False  # pytest collects classes whose name begins with Test
 
@@ -34,7 +34,7 @@ class TestSupport(str, Enum):
     """The backend shows the obstacles of the world that the test opens."""
 
     MOTION = "move as its motors are commanded"
-    """The robot moves in the test, so that its motion can be measured."""
+    """The robot really moves when its motors are commanded, so that a test can measure its motion."""
 
     REPRODUCIBLE = "repeat a run"
     """Two equal runs read equal samples."""
@@ -47,20 +47,20 @@ class TestSupport(str, Enum):
 
 
 class Motion(NamedTuple):
-    """A motion of the robot, in the frame of its first pose."""
+    """A motion of the robot, in the frame of the robot's pose before the motion."""
 
     forward: float
-    """Metres along x."""
+    """The motion along the x axis, in metres."""
 
     left: float
-    """Metres along y."""
+    """The motion along the y axis, in metres."""
 
     turn: float
-    """Radians, positive to the left."""
+    """The change of the heading, in radians, positive to the left."""
 
 
 class Bench:
-    """The base of every rule. The author of a driver sets ``backend``, and the other attributes if needed."""
+    """The base class of every rule. The author of a driver sets ``backend``, and the other attributes if necessary."""
 
     backend: ClassVar[type[Backend]]
     """The backend to test."""
@@ -72,18 +72,18 @@ class Bench:
     """The options of the backend."""
 
     lacks: ClassVar[Mapping[TestSupport, str]] = {}
-    """The missing parts of the test bench, with the reason. Rules that need one are skipped with its reason."""
+    """The properties that the test setup lacks, each with a reason. The rules that require one are skipped."""
 
     def open(self, setup: Setup) -> Robot:
         """Open the robot of the backend, without any layer."""
         return self.backend().open(setup)
 
     def lose_echoes(self, robot: Robot) -> None:
-        """Let the range sensor of an open robot receive no echo from now on."""
+        """Make the range sensor of an open robot receive no echo from now on. By default the rule is skipped."""
         self._skip_without_hook(TestSupport.LOST_ECHO, "lose_echoes")
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
-        """Open the robot on fake hardware, each answer of which passes ``gate``."""
+        """Open the robot on fake hardware whose answers wait for ``gate``. By default the rule is skipped."""
         self._skip_without_hook(TestSupport.SLOW_HARDWARE, "open_gated")
 
     @pytest.fixture(autouse=True)
@@ -108,7 +108,7 @@ class Bench:
         return self.description.drive or pytest.skip(f"{self.description.name} has no drive")
 
     def setup_for(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
-        """Return the set-up for `open`.
+        """Return the setup for `open`.
 
         world: the world of the test, by default open ground.
         devices: the names of the devices to open, by default all that the backend can open.
@@ -129,7 +129,7 @@ class Bench:
         return self.open(self.setup_for(world, devices))
 
     def require(self, *needed: TestSupport | Capability) -> None:
-        """Skip the rule if the backend lacks one of these, with the reason."""
+        """Skip the rule if the test setup or the backend lacks one of these. The reason of the skip is given."""
         for each in needed:
             if isinstance(each, TestSupport) and each in self.lacks:
                 pytest.skip(f"it cannot {each.value}: {self.lacks[each]}")
@@ -158,7 +158,10 @@ class Bench:
         let_pass(robot, seconds)
 
     def motion(self, robot: Robot, seconds: float) -> Motion:
-        """Wait for ``seconds``, and return the robot's motion: the true one, or that of its encoders."""
+        """Wait for ``seconds``, and return the robot's motion in this time.
+
+        The motion is that of the simulator's truth, if there is one, and otherwise that of the encoders.
+        """
         if robot.truth:
             read_pose = robot.truth.pose
         else:
@@ -179,7 +182,7 @@ def _load_robot(robot: str) -> RobotDescription:
 
 
 def let_pass(robot: Robot, seconds: float) -> None:
-    """Wait on the robot's clock."""
+    """Wait for ``seconds`` on the robot's clock."""
     robot.clock.sleep_until(robot.clock.now() + seconds)
 
 

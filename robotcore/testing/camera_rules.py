@@ -1,4 +1,4 @@
-"""Rules for cameras: BGR, top-left origin, not mirrored, read-only, as wide as described."""
+"""Rules for cameras: pictures are BGR, not mirrored, read-only, and have the described field of view."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MIN_PIXELS = 20
 """The smallest number of green pixels that count as the ball."""
 
 COLOUR_LEAD = 25
-"""The smallest lead in grey levels of the ball's green over blue and red."""
+"""The least difference in grey levels by which green exceeds blue and red in a pixel of the ball."""
 
 
 class CameraRules(Bench):
@@ -25,7 +25,7 @@ class CameraRules(Bench):
 
     @property
     def eye(self) -> CameraDescription:
-        """The description of the camera that fills the role."""
+        """The description of the robot's first camera."""
         found = self.description.first_of(CameraDescription)
         return found or pytest.skip(f"{self.description.name} has no camera")
 
@@ -104,7 +104,7 @@ class CameraRules(Bench):
 
     @property
     def _side_bearing(self) -> float:
-        """A bearing in radians, well within the picture."""
+        """The bearing of a point well within the picture, in radians."""
         return 0.28 * self.eye.horizontal_fov_rad
 
     def _read_frame(self, world: WorldDescription | None) -> Frame:
@@ -115,14 +115,14 @@ class CameraRules(Bench):
             return robot.camera.read()
 
     def _find_green(self, world: WorldDescription) -> tuple[float, float]:
-        """Return column and row of the centre of all green pixels."""
+        """Return the column and the row of the centre of all green pixels."""
         blue, green, red = (self._read_frame(world).image[:, :, i].astype(int) for i in range(3))
         rows, columns = np.nonzero(green > np.maximum(blue, red) + COLOUR_LEAD)
         assert len(rows) >= MIN_PIXELS, f"the picture has {len(rows)} green pixels; a green object is ahead"
         return float(columns.mean()), float(rows.mean())
 
     def _project(self, x: float, y: float, z: float) -> tuple[int, int]:
-        """Return column and row of a point of the world, by the described camera."""
+        """Return the column and the row at which the described camera shows a point of the world."""
         view = CameraView.of(self.eye.intrinsics, self.eye.mount, Pose(0.0, 0.0, 0.0))
         column, row = view.to_pixels(view.to_camera(np.array([[x, y, z]])))[0]
         return round(column), round(row)

@@ -27,7 +27,7 @@ class ConformanceSuite(
     TruthRules,
     RepeatRules,
 ):
-    """Every rule for a driver. The name of a test is the rule.
+    """The tests of every rule for a driver. The name of a test states its rule.
 
     Derive a class from it in a test module, give it a name that begins with ``Test``, and set ``backend``. `Bench`
     documents the other attributes. A rule that cannot be tested is skipped. The end of pytest's output lists skipped

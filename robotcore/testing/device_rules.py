@@ -12,7 +12,7 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.testing.bench import Bench, TestSupport, let_pass
 
 FRESH_S = 5.0
-"""A battery has a new sample within this time in seconds. Other sensors are faster, since a robot drives by them."""
+"""The time in seconds within which a battery must have a new sample. Other sensors must be faster."""
 
 
 class BatteryRules(Bench):
@@ -99,7 +99,7 @@ class EncoderRules(Bench):
             )
 
     def _measure_turn(self, left_rad_s: float, right_rad_s: float) -> tuple[float, float]:
-        """Return the turns of both encoders in radians, after a second at these velocities."""
+        """Command these wheel velocities for one second, and return the rotation of both encoders, in radians."""
         self.require(TestSupport.MOTION)
         with self.opened(None, Role.DRIVE) as robot:
             left, right = self.encoders(robot)

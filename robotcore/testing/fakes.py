@@ -11,13 +11,13 @@ from robotcore.errors import DeviceError
 from robotcore.hal.devices import Motor
 
 SETTLE_LIMIT_S = 5.0
-"""The longest wait in seconds for a call that neither returns nor reaches the gate. It may wait for a lock."""
+"""The longest wait in seconds for a call to return or to reach the gate. The call may wait for a lock."""
 
 
 class Gate:
-    """A gate in a fake transport, which delays answers while it is shut.
+    """Delays the answers of fake hardware while the gate is shut.
 
-    The fake calls `pass_through` at each place at which the real hardware takes time.
+    The fake hardware calls `pass_through` at each place at which the real hardware takes time.
 
     >>> gate = Gate()
     >>> gate
@@ -85,7 +85,7 @@ class MotorSpy:
 
 
 def cut_wire(motor: Motor) -> None:
-    """Let every command to this motor fail from now on."""
+    """Make every command to this motor fail from now on."""
 
     def fail(_rad_s: float) -> None:
         raise DeviceError(motor.name, "the conformance kit has cut its wire", kind="wire-cut")

@@ -99,7 +99,7 @@ class LifecycleRules(Bench):
             pytest.fail(f"{device.name}: used after closing, it raised nothing; raise DeviceClosedError")
 
     def _start_motors(self, robot: Robot) -> dict[str, MotorSpy]:
-        """Turn both motors, and return a spy for each."""
+        """Turn both motors, and return for each motor a spy that records its commands."""
         spies = {motor.name: MotorSpy(motor) for motor in self.motors(robot)}
         for motor in self.motors(robot):
             motor.set_velocity(SPEED_RAD_S)
@@ -107,7 +107,10 @@ class LifecycleRules(Bench):
 
 
 def _without_drive(robot: RobotDescription) -> RobotDescription:
-    """Return the robot without its motors and encoders, and without their keys in the sections of backends."""
+    """Return a robot's description without the drive, its motors and its encoders.
+
+    The keys of these devices in the sections of backends are removed too.
+    """
     still = tuple(device for device in robot.devices if device.kind not in ("motor", "encoder"))
     gone = {device.name for device in robot.devices} - {device.name for device in still}
     sections = {

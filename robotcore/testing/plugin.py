@@ -11,7 +11,7 @@ MARKER = "conformance"
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the marker."""
+    """Register the marker of the conformance rules."""
     config.addinivalue_line("markers", f"{MARKER}: a rule of robotcore's conformance kit")
 
 

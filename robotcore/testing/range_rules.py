@@ -22,7 +22,7 @@ class RangeRules(Bench):
 
     @property
     def sensor(self) -> RangeSensorDescription:
-        """The description of the sensor that fills the role."""
+        """The description of the robot's first range sensor."""
         found = self.description.first_of(RangeSensorDescription)
         return found or pytest.skip(f"{self.description.name} has no range sensor")
 
@@ -109,7 +109,7 @@ class RangeRules(Bench):
 
     @property
     def _reach(self) -> float:
-        """A distance in metres, well within the limits."""
+        """A distance well within the sensor's range, in metres."""
         return min(0.5, self.sensor.max_range_m / 2)
 
     def _read_range(self, world: WorldDescription) -> Range:

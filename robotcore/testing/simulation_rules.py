@@ -1,4 +1,4 @@
-"""Rules for simulators: the true pose, twist and contacts, and runs that repeat bit by bit."""
+"""Rules for simulators: a correct true pose, twist and number of contacts, and bitwise equal results of equal runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robotcore.testing import worlds
 from robotcore.testing.bench import RATE_HZ, Bench, TestSupport, let_pass, motion_between, sensors_of
 
 ARC = (3.0, 5.0)
-"""Wheel velocities in rad/s of a left turn."""
+"""The wheel velocities for a left turn, in rad/s."""
 
 
 class TruthRules(Bench):
@@ -102,7 +102,7 @@ class RepeatRules(Bench):
         )
 
     def _read_samples(self) -> dict[str, list[Any]]:
-        """Return all samples of a short run by device, and its true poses."""
+        """Make a short run, and return the samples of each device by name, and the robot's true poses."""
         samples: dict[str, list[Any]] = {}
         with self.opened(self._world()) as robot:
             for tick in range(1, TICKS + 1):
@@ -124,5 +124,5 @@ class RepeatRules(Bench):
 
 
 def _to_comparable(sample: Any) -> Any:
-    """Return a value of a sample that can be compared."""
+    """Return the value of a sample in a form that can be compared with ``==``."""
     return (sample.time, sample.image.tobytes()) if isinstance(sample, Frame) else sample

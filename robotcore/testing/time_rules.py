@@ -64,7 +64,7 @@ class ClockRules(Bench):
 
 
 FRESH_S = 1.0
-"""Every sensor except a battery has a new sample within this time in seconds."""
+"""The time in seconds within which a sensor must have a new sample. A battery has more time."""
 
 
 class SampleRules(Bench):

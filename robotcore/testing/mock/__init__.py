@@ -1,1 +1,1 @@
-"""A robot for unit tests of apps: scripted readings, recorded commands, a clock that the test steps."""
+"""A robot for unit tests of apps. It plays scripted readings, records commands, and its clock advances by ticks."""

@@ -35,16 +35,16 @@ from robotcore.testing.mock.devices import (
 
 
 class MockOptions(StrictModel):
-    """The backend has no options."""
+    """The options of the mock backend, which has none."""
 
 
 class MockBackend(Backend):
-    """A backend whose sensors play scripts.
+    """A backend whose sensors return the readings of scripts.
 
-    scripts: the script of each sensor by its name.
+    scripts: the scripts by the sensors' names.
 
-    Without a script, a range sensor reads inf, a camera a grey picture, and an encoder the angle of its wheel. The
-    wheel turns exactly at the commanded velocity. A battery without a script is not opened.
+    Without a script, a range sensor returns inf, a camera returns a grey picture, and an encoder returns the angle of
+    its wheel. The wheel turns exactly at the commanded velocity. A battery without a script is not opened.
     """
 
     name = "mock"

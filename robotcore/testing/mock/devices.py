@@ -36,18 +36,18 @@ class _Lost(Enum):
 
 
 LOST = _Lost.LOST
-"""In a script: this tick has no new sample, so the last one grows older."""
+"""A value for scripts. In a tick with this value, the sensor has no new sample and returns its last one again."""
 
 Script = Any | Sequence[Any] | Callable[[float], Any]
-"""One constant reading, or a list or tuple with one reading per tick, or a function of the time in seconds.
+"""The readings of a sensor: a constant, or a list with one reading per tick, or a function of the time in seconds.
 
-The last reading of a list stays. An exception in place of a reading makes the device fail with it.
+After the end of a list, its last reading is repeated. If a reading is an exception, the device raises it.
 """
 
 
 @dataclass(frozen=True)
 class PlayedSample(Generic[ValueT]):
-    """A reading of a script that was played."""
+    """A sample that was made from a reading of a script."""
 
     value: ValueT
     """The converted reading."""
@@ -60,13 +60,13 @@ class PlayedSample(Generic[ValueT]):
 
 
 class Playback(Generic[ValueT]):
-    """Plays a script on a clock, one reading per tick.
+    """Plays a script: it makes a sample from one reading in each tick.
 
     device: the device's name, for errors.
     script: the readings.
     clock: the robot's clock.
-    rate_hz: ticks per second.
-    convert: checks a reading and returns its value.
+    rate_hz: the number of ticks in a second.
+    convert: a function that checks a reading and returns its value.
     """
 
     def __init__(
@@ -81,9 +81,9 @@ class Playback(Generic[ValueT]):
         self._failure: Exception | None = None
 
     def newest(self) -> PlayedSample[ValueT]:
-        """Play the script up to now, and return the newest reading.
+        """Play the script until the present tick, and return the newest sample.
 
-        Raises DeviceError if the script has an exception now, or no reading yet.
+        Raises DeviceError if the present reading is an exception, or if there has been no reading yet.
         """
         now = self._clock.now()
         tick = math.floor(now * self._rate_hz + 1e-6)
@@ -124,10 +124,10 @@ class Command(NamedTuple):
     """
 
     time: float
-    """Seconds on the robot's clock."""
+    """The time of the command on the robot's clock, in seconds."""
 
     velocity: float
-    """The velocity in rad/s."""
+    """The commanded velocity, in rad/s."""
 
 
 class MockMotor(Motor):
@@ -146,7 +146,7 @@ class MockMotor(Motor):
 
     @property
     def angle(self) -> float:
-        """The angle in radians since the opening."""
+        """The angle by which the motor has turned since it was opened, in radians."""
         since = self.commands[-1].time if self.commands else 0.0
         return self._angle_at_command + self.velocity * (self._clock.now() - since)
 
@@ -156,7 +156,7 @@ class MockMotor(Motor):
 
 
 class MockRangeSensor(RangeSensor):
-    """A range sensor that reads the distances of a script in metres, limited as a real sensor's are."""
+    """A range sensor that returns the distances of a script, in metres, limited to the sensor's range."""
 
     def __init__(self, description: RangeSensorDescription, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(
@@ -181,7 +181,7 @@ class MockRangeSensor(RangeSensor):
 
 
 class MockCamera(Camera):
-    """A camera that reads the pictures of a script: uint8 of shape (height, width, 3), BGR."""
+    """A camera that returns the pictures of a script: BGR, ``uint8`` of shape (height, width, 3)."""
 
     def __init__(self, description: CameraDescription, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -204,7 +204,7 @@ class MockCamera(Camera):
 
 
 class MockEncoder(Encoder):
-    """An encoder that reads the angles of a script in radians."""
+    """An encoder that returns the angles of a script, in radians."""
 
     def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(name)
@@ -216,7 +216,7 @@ class MockEncoder(Encoder):
 
 
 class MockBattery(Battery):
-    """A battery that reads the voltages of a script in volts."""
+    """A battery that returns the voltages of a script, in volts."""
 
     def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(name)

@@ -30,15 +30,15 @@ from robotcore.testing.mock.devices import Command, MockDisplay, MockMotor, Scri
 class MockRobot:
     """A robot that runs an app tick by tick on scripted readings, with the layers and the loop of a real run.
 
-    robot: a description, or the name or the file of one.
+    robot: a robot's description, or the name or the file of a description.
     range: the script of the first range sensor, in metres.
     camera: the script of the first camera: uint8 pictures of shape (height, width, 3), BGR.
-    readings: the script of any sensor by its name.
-    rate_hz: ticks per second.
-    faults: injected faults, written as for ``--fault``.
-    seed: the seed of the faults.
+    readings: scripts of further sensors, by the sensors' names.
+    rate_hz: the number of ticks in a second.
+    faults: the specifications of injected faults, in the form of the option ``--fault``.
+    seed: the seed of the faults' random numbers.
 
-    As in a real run, only the devices that the app needs are opened.
+    As in a real run, only the devices of the app's ``needs`` and ``wants`` are opened.
 
     >>> from apps.avoid_obstacles import AvoidObstacles
     >>> robot = MockRobot(range=[1.0, 0.2])
@@ -75,10 +75,10 @@ class MockRobot:
         self._app: Behaviour | None = None
 
     def run(self, app: Behaviour, ticks: int = 1) -> Status:
-        """Run the app for some ticks, or until its end, and return its last status.
+        """Run the app for ``ticks`` ticks or until it ends, and return its last status.
 
-        Records each tick in ``ticks``, and the wheel velocities in ``wheels``. A further call continues the run.
-        Raises the errors that end a real run: SafetyStop, DeviceError, BehaviourError.
+        The record of each tick is appended to ``ticks``, and the wheel velocities to ``wheels``. A further call
+        continues the run. Raises the errors that end a real run: SafetyStop, DeviceError, BehaviourError.
         """
         self._app = self._app or app
         loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._record_tick])
@@ -90,7 +90,7 @@ class MockRobot:
         return Status.RUNNING
 
     def advance(self, ticks: int = 1) -> None:
-        """Let time pass without a step of the app, as if it stalled."""
+        """Let time pass for ``ticks`` ticks without calling the app, as if its step hung."""
         clock = self._assembled.clock
         for _ in range(ticks):
             clock.sleep_until(clock.now() + 1 / self.rate_hz)
@@ -100,7 +100,7 @@ class MockRobot:
 
     @property
     def layered(self) -> Robot:
-        """The robot that the app gets. Before the first run, every device is open."""
+        """The robot that the app gets. Before the first `run`, every device is open."""
         return self._assembled.robot
 
     @property
@@ -111,7 +111,7 @@ class MockRobot:
 
     @property
     def pictures(self) -> list[Image]:
-        """The pictures on the displays, in order."""
+        """The pictures that the app has shown on the displays, in order."""
         devices = self._raw.devices.values()
         return [picture for device in devices if isinstance(device, MockDisplay) for picture in device.pictures]
 
