@@ -63,11 +63,11 @@ def run_failing(directory: Path, random: Random, way: str) -> TrialResult:
 
 def run_orphaned(directory: Path, random: Random, number: int) -> tuple[int | None, float, str]:
     """Run the app in a simulator that dies; return the exit status, the seconds until then, and the output."""
-    serve = [sys.executable, "-m", "tests.faraway.server"]
+    serve = [sys.executable, "-m", "tests.external_simulator.server"]
     with Popen(serve, stdout=PIPE, stderr=DEVNULL, text=True) as server:  # noqa: S603  this project's own
         assert server.stdout
         port = server.stdout.readline().strip()
-        arguments = ["green-search", "--backend", "faraway", "--port", port, "--realtime", "--json"]
+        arguments = ["green-search", "--backend", "external", "--port", port, "--realtime", "--json"]
         with run_robotcore(directory, arguments) as process:
             sleep(random.uniform(1.5, 3.0))
             event = monotonic()
@@ -116,7 +116,7 @@ def register(directory: Path) -> None:
     (package / "entry_points.txt").write_text(
         "[robotcore.backends]\n"
         "witness = benchmarks.ways.witness:WitnessBackend\n"
-        "faraway = tests.faraway.backend:FarawayBackend\n"
+        "external = tests.external_simulator.backend:ExternalSimulatorBackend\n"
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.benchmarks.test_they_start import run_benchmark
+from tests.benchmarks.test_smallest_sizes import run_benchmark
 
 ONLY = ("--only", "run mark-green --robot lookout --backend mock")
 

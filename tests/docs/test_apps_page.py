@@ -64,7 +64,7 @@ def test_every_listing_is_a_file_or_a_console() -> None:
 
 
 @pytest.mark.parametrize("exchange", EXCHANGES, ids=lambda each: each.command)
-def test_command_tells_what_the_page_says(exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_command_output_equals_the_page(exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     program, *arguments = shlex.split(exchange.command)
     if program == "robotcore":
         execute(arguments)

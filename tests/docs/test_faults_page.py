@@ -48,7 +48,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.parametrize("exchange", EXCHANGES, ids=lambda each: each.command)
-def test_command_tells_what_the_page_says(exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_command_output_equals_the_page(exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     execute(shlex.split(exchange.command)[1:])
     out, err = capfd.readouterr()
     assert exchange.is_answered_by(f"{err}\n{out}"), err + out

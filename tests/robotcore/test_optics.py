@@ -1,5 +1,3 @@
-"""test_optics."""
-
 from __future__ import annotations
 
 import math

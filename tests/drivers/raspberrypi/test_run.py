@@ -25,7 +25,7 @@ def start(launch: Launch) -> Start:
     def start(robot: str, app: str, *options: str) -> Program:
         where = ["--backend", "raspberrypi", "--robot", str(GUEST / "robots" / f"{robot}.toml"), "--json"]
         run = ["run", str(GUEST / "apps" / f"{app}.py"), *where, *options]
-        return launch("tests.drivers.raspberrypi.on_a_pi", *run)
+        return launch("tests.drivers.raspberrypi.run_as_pi", *run)
 
     return start
 
@@ -48,7 +48,7 @@ def levels(lines: Lines) -> set[int]:
 
 
 def test_a_run_that_is_terminated_leaves_every_line_low(start: Start, lines: Lines) -> None:
-    program = start("plain", "onwards")
+    program = start("plain", "endless_drive")
     wait_until_high(lines, FORWARD[0], program)
     program.terminate()
     out, err = wait_for_end(program)
@@ -57,7 +57,7 @@ def test_a_run_that_is_terminated_leaves_every_line_low(start: Start, lines: Lin
 
 
 def test_the_guardian_pulls_the_lines_of_a_killed_run_low(start: Start, lines: Lines, check_text: CheckText) -> None:
-    program = start("plain", "onwards")
+    program = start("plain", "endless_drive")
     wait_until_high(lines, FORWARD[1], program)
     program.kill()
     _, err = wait_for_end(program)
@@ -66,7 +66,7 @@ def test_the_guardian_pulls_the_lines_of_a_killed_run_low(start: Start, lines: L
 
 
 def test_the_guardian_kills_a_run_that_hangs_while_it_drives(start: Start, lines: Lines) -> None:
-    program = start("plain", "untoward")
+    program = start("plain", "process_failure")
     _, err = wait_for_end(program)
     assert program.returncode == -signal.SIGKILL
     assert f"\nguardian: ended process {program.pid}: it was silent" in err
@@ -74,7 +74,7 @@ def test_the_guardian_kills_a_run_that_hangs_while_it_drives(start: Start, lines
 
 
 def test_a_run_that_hangs_at_rest_is_not_killed(start: Start) -> None:
-    program = start("plain", "untoward", "--set", "deed=rests")
+    program = start("plain", "process_failure", "--set", "action=stop_and_hold")
     out, err = wait_for_end(program)
     assert (program.returncode, err) == (0, "")
     assert json.loads(out)["outcome"] == "success"
@@ -83,7 +83,7 @@ def test_a_run_that_hangs_at_rest_is_not_killed(start: Start) -> None:
 def test_one_guardian_holds_the_standby_line_of_two_motors_and_does_not_kill_a_hung_run(
     start: Start, lines: Lines
 ) -> None:
-    program = start("standby", "untoward")
+    program = start("standby", "process_failure")
     wait_until_high(lines, STANDBY, program)
     while lines.level(STANDBY):
         with pytest.raises(subprocess.TimeoutExpired):

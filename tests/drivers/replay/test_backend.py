@@ -1,5 +1,3 @@
-"""test_backend."""
-
 from __future__ import annotations
 
 from dataclasses import replace

@@ -1,5 +1,3 @@
-"""test_meshes."""
-
 from __future__ import annotations
 
 import math

@@ -1,5 +1,3 @@
-"""test_caller_location."""
-
 from __future__ import annotations
 
 import math
@@ -16,13 +14,13 @@ from robotcore.safety.velocity_limits import VelocityLimit
 from tests.robotcore.runs import Runner, drive_then, drive_wheels
 
 
-def test_whoever_calls_the_framework_is_reported_by_line() -> None:
+def test_caller_location_is_the_file_and_line_of_the_caller() -> None:
     file, line = caller_location().split(":")
     assert (file, line.isdigit()) == (Path(__file__).name, True)
 
 
 @pytest.mark.parametrize("is_swallowed", [False, True])
-def test_an_app_that_asks_for_no_number_is_reported_where(perform: Runner, *, is_swallowed: bool) -> None:
+def test_error_for_a_nan_velocity_names_the_apps_line(perform: Runner, *, is_swallowed: bool) -> None:
     def ask(robot: Robot) -> None:
         try:
             drive_wheels(robot, math.nan)
@@ -35,8 +33,6 @@ def test_an_app_that_asks_for_no_number_is_reported_where(perform: Runner, *, is
     assert "left_motor: a velocity of nan rad/s was asked for, at runs.py:" in result.reason
 
 
-def test_what_the_framework_asks_of_itself_has_no_line_of_an_app(
-    monkeypatch: pytest.MonkeyPatch, perform: Runner
-) -> None:
+def test_error_for_a_nan_of_the_framework_names_no_line(monkeypatch: pytest.MonkeyPatch, perform: Runner) -> None:
     monkeypatch.setattr(VelocityLimit, "__call__", lambda *_: Wheels(math.nan, math.nan))
     assert "left_motor: a velocity of nan rad/s was asked for; it must be" in perform(drive_then(drive_wheels)).reason

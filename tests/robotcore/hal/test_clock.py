@@ -1,5 +1,3 @@
-"""test_clock."""
-
 from __future__ import annotations
 
 import math

@@ -1,5 +1,3 @@
-"""test_devices."""
-
 from __future__ import annotations
 
 import math

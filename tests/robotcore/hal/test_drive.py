@@ -1,5 +1,3 @@
-"""test_drive."""
-
 from __future__ import annotations
 
 import math

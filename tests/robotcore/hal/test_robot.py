@@ -1,5 +1,3 @@
-"""test_robot."""
-
 from __future__ import annotations
 
 from collections.abc import Callable

@@ -1,5 +1,3 @@
-"""test_truth."""
-
 from __future__ import annotations
 
 import math

@@ -12,7 +12,7 @@ from robotcore.hal.check_finding import Finding, Level
 from robotcore.hal.robot import Robot
 from robotcore.hardware.diagnosis import UNREAD_REMEDY, diagnose_batteries
 from robotcore.testing.mock.backend import MockBackend
-from tests.doubles.powered import powered_rover
+from tests.doubles.battery_backend import load_battery_rover
 from tests.texts import CheckText
 
 
@@ -38,7 +38,7 @@ def test_only_the_battery_is_opened_and_its_voltage_is_reported(
     tmp_path: Path, volts: float, level: Level, kind: str, check_text: CheckText
 ) -> None:
     backend = BatteryBackend({"cells": volts})
-    (finding,) = diagnose_batteries(backend, powered_rover(tmp_path))
+    (finding,) = diagnose_batteries(backend, load_battery_rover(tmp_path))
     assert (finding.what, finding.level, finding.kind) == ("cells", level, kind)
     assert backend.opened == {"cells"}
     check_text(finding)
@@ -51,17 +51,17 @@ def test_only_the_battery_is_opened_and_its_voltage_is_reported(
 def test_a_battery_that_cannot_be_opened_is_unchecked(tmp_path: Path, note: str, remedy: str) -> None:
     backend = BatteryBackend({"cells": 7.4})
     backend.battery_notes = (note,)
-    (finding,) = diagnose_batteries(backend, powered_rover(tmp_path))
+    (finding,) = diagnose_batteries(backend, load_battery_rover(tmp_path))
     assert finding == Finding.unchecked("battery", note, remedy, kind="battery-unread")
 
 
 def test_nothing_is_opened_if_the_backend_has_no_battery(tmp_path: Path) -> None:
     backend = BatteryBackend()
-    assert list(diagnose_batteries(backend, powered_rover(tmp_path))) == []
+    assert list(diagnose_batteries(backend, load_battery_rover(tmp_path))) == []
     assert not hasattr(backend, "opened")
 
 
 def test_a_mistake_in_the_file_is_no_finding_about_batteries(tmp_path: Path) -> None:
     backend = BatteryBackend({"cells": 7.4})
     backend.error = DescriptionError("a.toml", "serial", "is missing", "Add it")
-    assert list(diagnose_batteries(backend, powered_rover(tmp_path))) == []
+    assert list(diagnose_batteries(backend, load_battery_rover(tmp_path))) == []

@@ -15,9 +15,9 @@ from robotcore.runtime.layers.base import Reader, Tap
 from robotcore.runtime.result import RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
-from tests.robotcore.recording import unruly
+from tests.robotcore.recording import irregular_app
 
-UNRULY = str(Path(unruly.__file__))
+IRREGULAR_APP = str(Path(irregular_app.__file__))
 
 
 class Witness:
@@ -69,8 +69,8 @@ class Recorded:
         return read(self.file)
 
 
-def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = UNRULY, **asked: Any) -> Recorded:
-    """Record a run of the unruly app, or of another one."""
+def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = IRREGULAR_APP, **asked: Any) -> Recorded:
+    """Record a run of `IrregularApp`, or of another app."""
     recorder, witness = Recorder(file, is_jpeg=is_jpeg), Witness()
     run(RunRequest(app, **{"seed": 3, **asked}), [recorder, witness], [*below, recorder.layer, witness.layer])
     return Recorded(file, witness, recorder)

@@ -14,19 +14,19 @@ from robotcore.runtime.session import Run, RunRequest, RunResult, run
 from robotcore.runtime.trace import TickRecord
 
 
-class Teller:
-    """An observer that prints."""
+class TimePrinter:
+    """Prints the time of each tick and the outcome."""
 
     def begin(self, run: Run) -> None: ...
 
     def tick(self, record: TickRecord) -> None:
-        say(repr(record.time))
+        print_line(repr(record.time))
 
     def end(self, result: RunResult) -> None:
-        say(result.outcome.value)
+        print_line(result.outcome.value)
 
 
-def say(line: str) -> None:
+def print_line(line: str) -> None:
     sys.stdout.write(f"{line}\n")
     sys.stdout.flush()
 
@@ -37,8 +37,8 @@ def main(file: str, limit: str | None = None) -> None:
     recorder = Recorder(Path(file))
     settings = {"duration_s": 2 if limit else 60}
     request = RunRequest("avoid-obstacles", robot="rover", settings=settings, realtime=not limit)
-    run(request, [recorder, Teller()], [recorder.layer])
-    say(str(recorder.failure))
+    run(request, [recorder, TimePrinter()], [recorder.layer])
+    print_line(str(recorder.failure))
 
 
 if __name__ == "__main__":

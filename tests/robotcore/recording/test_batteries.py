@@ -22,7 +22,7 @@ from robotcore.runtime import monitors
 from robotcore.runtime.session import RunRequest, run
 from robotcore.testing.mock.devices import Script
 from robotcore.view.comparison_view import build_rows
-from tests.doubles import powered
+from tests.doubles import battery_backend
 
 
 def draining(time: float) -> float:
@@ -35,8 +35,8 @@ def file(tmp_path: Path) -> Path:
 
 
 def recorded(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = draining) -> Recording:
-    powered.install(monkeypatch, volts)
-    rover = str(powered.powered_rover(file.parent).file)
+    battery_backend.install(monkeypatch, volts)
+    rover = str(battery_backend.load_battery_rover(file.parent).file)
     recorder = Recorder(file)
     request = RunRequest("avoid-obstacles", "powered", rover, "open", settings={"duration_s": 5.0})
     run(request, [recorder], [recorder.layer])

@@ -20,7 +20,7 @@ from robotcore.recording.recorder import Recorder, WriteQueue
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import RunRequest, run
 from robotcore.runtime.trace import TickRecord
-from tests.robotcore.recording.conftest import UNRULY, record
+from tests.robotcore.recording.conftest import IRREGULAR_APP, record
 from tests.robotcore.runs import Watcher
 from tests.texts import Raises
 
@@ -69,7 +69,7 @@ def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.Monke
 
     monkeypatch.setattr(McapFile, "flush", heard)
     recorder = Recorder(file)
-    run(RunRequest(UNRULY), [recorder, Waiting()], [recorder.layer])
+    run(RunRequest(IRREGULAR_APP), [recorder, Waiting()], [recorder.layer])
 
 
 def test_recording_of_an_interrupted_run_is_whole(file: Path) -> None:
@@ -94,7 +94,7 @@ def test_signal_before_the_metadata_leaves_a_closed_file(
 
     monkeypatch.setattr("robotcore.recording.recorder.RecordingWriter", interrupted)
     recorder = Recorder(file)
-    assert run(RunRequest(UNRULY), [recorder], [recorder.layer]).outcome is Outcome.INTERRUPTED
+    assert run(RunRequest(IRREGULAR_APP), [recorder], [recorder.layer]).outcome is Outcome.INTERRUPTED
     assert (recorder.has_begun, recorder.failure) == (False, None)
     with raises(RecordingError, "recording-without-run"):
         read(file)
@@ -116,7 +116,7 @@ def test_limit_ends_the_recording_and_not_the_run(
 ) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", is_lockstep)
     recorder, limit = Recorder(file, limit=200_000), 200_000
-    result = run(RunRequest(UNRULY, settings={"ticks": 400}), [recorder], [recorder.layer])
+    result = run(RunRequest(IRREGULAR_APP, settings={"ticks": 400}), [recorder], [recorder.layer])
     assert (result.ticks, recorder.failure, recorder.dropped) == (400, None, 0)
     assert limit <= file.stat().st_size < 2 * limit
     recording = read(file)
@@ -129,14 +129,14 @@ def test_limit_ends_the_recording_and_not_the_run(
 
 def test_run_below_the_limit_is_recorded_to_its_end(file: Path) -> None:
     recorder = Recorder(file, limit=10**9)
-    run(RunRequest(UNRULY), [recorder], [recorder.layer])
+    run(RunRequest(IRREGULAR_APP), [recorder], [recorder.layer])
     assert recorder.ended_early == ""
     assert read(file).result
 
 
 def test_missing_folder_ends_the_recording_and_not_the_run(tmp_path: Path) -> None:
     recorded = Recorder(tmp_path / "gone" / "run.mcap")
-    assert run(RunRequest(UNRULY), [recorded], [recorded.layer]).ticks == 8
+    assert run(RunRequest(IRREGULAR_APP), [recorded], [recorded.layer]).ticks == 8
     assert str(recorded.failure).endswith(
         "No such file or directory. Name a file that can be written, where there is room"
     )
@@ -148,14 +148,14 @@ def test_bug_of_the_writer_ends_the_recording_and_not_the_run(file: Path, monkey
 
     monkeypatch.setattr("robotcore.recording.writer.to_json", failing)
     recorder = Recorder(file)
-    assert run(RunRequest(UNRULY), [recorder], [recorder.layer]).ticks == 8
+    assert run(RunRequest(IRREGULAR_APP), [recorder], [recorder.layer]).ticks == 8
     assert recorder.failure
     assert recorder.failure.kind == "recorder-bug"
 
 
 def test_simulated_time_waits_for_a_slow_disk(file: Path) -> None:
     recorder = Recorder(file, room=1)
-    run(RunRequest(UNRULY), [recorder], [recorder.layer])
+    run(RunRequest(IRREGULAR_APP), [recorder], [recorder.layer])
     assert recorder.dropped == 0
     assert read(file).is_replayable
 
@@ -163,7 +163,7 @@ def test_simulated_time_waits_for_a_slow_disk(file: Path) -> None:
 def test_real_robot_does_not_wait_for_a_slow_disk(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("robotcore.hal.clock.SteppedClock.is_lockstep", False)
     recorder = Recorder(file, room=0)
-    result = run(RunRequest(UNRULY), [recorder], [recorder.layer])
+    result = run(RunRequest(IRREGULAR_APP), [recorder], [recorder.layer])
     recording = read(file)
     assert len(recording.ticks) == result.ticks == 8
     assert recorder.dropped == 16  # the camera's and those shown

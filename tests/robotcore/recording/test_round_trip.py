@@ -15,7 +15,7 @@ from robotcore.recording.recorder import Recorder
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
-from tests.robotcore.recording.conftest import UNRULY, Recorded, record
+from tests.robotcore.recording.conftest import IRREGULAR_APP, Recorded, record
 from tests.robotcore.recording.test_codec import bits
 
 DRIVES_BY_AN_ARRAY = """
@@ -93,7 +93,7 @@ def test_metadata_of_the_run_is_recorded(recorded: Recorded) -> None:
     assert (recorded_value.description, recorded_value.world) == (run.description, run.world)
     assert recorded_value.devices == tuple(run.robot.devices)
     assert recorded_value.settings == {"end": "success", "ticks": 30}
-    assert recorded_value.source == Path(UNRULY).read_text()
+    assert recorded_value.source == Path(IRREGULAR_APP).read_text()
     assert recorded_value.is_stepped
     assert {"python", "numpy", "machine"} <= set(recorded_value.platform)
 
@@ -149,7 +149,7 @@ class Button:
 
 def test_e_stop_is_the_error_of_the_last_tick(file: Path) -> None:
     recorder = Recorder(file)
-    run(RunRequest(UNRULY), [Button(), recorder], [recorder.layer])
+    run(RunRequest(IRREGULAR_APP), [Button(), recorder], [recorder.layer])
     recording = read(file)
     errors = [tick.error for tick in recording.ticks]
     assert errors[:-1] == [None] * (len(errors) - 1)
@@ -174,7 +174,7 @@ def test_exception_around_the_run_is_not_recorded(file: Path) -> None:
 
 
 def test_recording_changes_no_decision(file: Path) -> None:
-    alone = run(RunRequest(UNRULY, seed=3))
+    alone = run(RunRequest(IRREGULAR_APP, seed=3))
     result = record(file).witness.result
     assert result
     assert result.trace_sha256 == alone.trace_sha256

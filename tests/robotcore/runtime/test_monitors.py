@@ -16,7 +16,7 @@ from robotcore.runtime.monitors import LOW_VOLTAGE_S
 from robotcore.runtime.session import RunRequest, RunResult, run
 from robotcore.testing.mock.devices import LOST, Script
 from robotcore.testing.mock.robot import MockRobot
-from tests.doubles import powered
+from tests.doubles import battery_backend
 from tests.robotcore.fakes import FunctionApp
 from tests.robotcore.runs import Watcher
 from tests.texts import CheckText
@@ -119,7 +119,7 @@ def test_mock_without_a_script_has_no_battery() -> None:
 
 @pytest.fixture
 def rover(tmp_path: Path) -> RobotDescription:
-    return powered.powered_rover(tmp_path)
+    return battery_backend.load_battery_rover(tmp_path)
 
 
 def run_rover(rover: RobotDescription, backend: str = "powered", **asked: object) -> RunResult:
@@ -128,7 +128,7 @@ def run_rover(rover: RobotDescription, backend: str = "powered", **asked: object
 
 
 def run_with_voltage(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription, volts: Script) -> RunResult:
-    powered.install(monkeypatch, volts)
+    battery_backend.install(monkeypatch, volts)
     return run_rover(rover)
 
 
@@ -170,7 +170,7 @@ def test_simulator_has_no_battery(rover: RobotDescription, backend: str) -> None
 
 
 def test_loss_of_a_battery_can_be_injected(monkeypatch: pytest.MonkeyPatch, rover: RobotDescription) -> None:
-    powered.install(monkeypatch)
+    battery_backend.install(monkeypatch)
     watcher = Watcher()
     request = RunRequest("avoid-obstacles", "powered", str(rover.file), "open", timeout_s=1.2, faults=("cells lost=1",))
     run(request, [watcher])

@@ -1,4 +1,4 @@
-"""The settings of apps."""
+"""Settings of apps: `list_settings` and `configure`."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class App(Behaviour):
 
 
 @dataclass
-class Misspelt(Behaviour):
+class InvalidAnnotationApp(Behaviour):
     speed_m_s: Annotated[flaot, Field(gt=0)] = 0.25  # type: ignore[name-defined]  # noqa: F821
 
     def step(self, robot: Robot) -> Status:
@@ -42,7 +42,7 @@ class Misspelt(Behaviour):
 
 
 @dataclass
-class Dividing(Behaviour):
+class FailingDefaultApp(Behaviour):
     ratio: float = field(default_factory=lambda: 1 / 0)
 
     def step(self, robot: Robot) -> Status:
@@ -50,14 +50,14 @@ class Dividing(Behaviour):
 
 
 @dataclass
-class Demanding(Behaviour):
+class RequiredSettingApp(Behaviour):
     goal: str
 
     def step(self, robot: Robot) -> Status:
         return Status.SUCCESS
 
 
-class Plain(Behaviour):
+class PlainApp(Behaviour):
     def step(self, robot: Robot) -> Status:
         return Status.SUCCESS
 
@@ -107,13 +107,13 @@ def test_other_attributes_cannot_be_set(raises: Raises) -> None:
     with pytest.raises(UnknownNameError):
         configure(App, {"turned": "1"})
     with raises(UsageError, "not-a-dataclass"):
-        configure(Plain, {"state": "end"})
+        configure(PlainApp, {"state": "end"})
 
 
 def test_setting_without_a_default_is_required(raises: Raises) -> None:
     with raises(UsageError, "setting-missing", setting="goal"):
-        configure(Demanding, {})
-    assert configure(Demanding, {"goal": "red"}) == Demanding("red")
+        configure(RequiredSettingApp, {})
+    assert configure(RequiredSettingApp, {"goal": "red"}) == RequiredSettingApp("red")
 
 
 def test_app_may_refuse_its_settings(raises: Raises) -> None:
@@ -127,7 +127,7 @@ def test_exception_in_the_apps_constructor_is_a_behaviour_error(raises: Raises) 
     assert isinstance(raised.value.__cause__, ZeroDivisionError)
 
 
-@pytest.mark.parametrize("app, cause", [(Misspelt, NameError), (Dividing, ZeroDivisionError)])
+@pytest.mark.parametrize("app, cause", [(InvalidAnnotationApp, NameError), (FailingDefaultApp, ZeroDivisionError)])
 def test_exception_in_a_type_or_default_is_a_behaviour_error(
     app: type[Behaviour], cause: type[Exception], raises: Raises
 ) -> None:

@@ -1,4 +1,4 @@
-"""Work that no signal cuts in two."""
+"""A signal does not interrupt a task of a `SerialExecutor`. A `SampleCache` takes one sample for each instant."""
 
 from __future__ import annotations
 
@@ -16,46 +16,46 @@ from robotcore.simulation.sampling import SampleCache
 
 
 @pytest.fixture
-def work() -> Iterator[SerialExecutor]:
-    work = SerialExecutor("work")
-    yield work
-    work.close()
+def executor() -> Iterator[SerialExecutor]:
+    executor = SerialExecutor("work")
+    yield executor
+    executor.close()
 
 
-def test_signal_interrupts_who_waits_and_what_is_asked_next_comes_after_the_work(work: SerialExecutor) -> None:
+def test_signal_interrupts_the_caller_and_the_next_task_waits_for_the_first(executor: SerialExecutor) -> None:
     done: list[str] = []
 
-    def talk() -> None:
+    def task() -> None:
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
         clock = MonotonicClock()
         clock.sleep_until(clock.now() + 0.05)
-        done.append("talk")
+        done.append("task")
 
     with pytest.raises(KeyboardInterrupt):
-        work.run(talk)
-    work.run(lambda: done.append("stop"))
-    assert done == ["talk", "stop"]
+        executor.run(task)
+    executor.run(lambda: done.append("stop"))
+    assert done == ["task", "stop"]
 
 
-def test_what_fails_fails_where_it_was_asked_for(work: SerialExecutor) -> None:
+def test_exception_of_a_task_is_raised_in_the_caller(executor: SerialExecutor) -> None:
     with pytest.raises(ZeroDivisionError):
-        work.run(lambda: 1 / 0)
-    assert work.run(lambda: 1) == 1
+        executor.run(lambda: 1 / 0)
+    assert executor.run(lambda: 1) == 1
 
 
-def test_work_may_ask_for_more(work: SerialExecutor) -> None:
-    assert work.run(lambda: work.run(lambda: 1) + 1) == 2
+def test_task_may_run_another_task(executor: SerialExecutor) -> None:
+    assert executor.run(lambda: executor.run(lambda: 1) + 1) == 2
 
 
-def test_close_ends_the_thread_and_leaves_the_work_to_who_asks(work: SerialExecutor) -> None:
+def test_closed_executor_runs_tasks_in_the_callers_thread(executor: SerialExecutor) -> None:
     before = threading.active_count()
-    work.close()
-    work.close()
+    executor.close()
+    executor.close()
     assert threading.active_count() == before - 1
-    assert work.run(threading.current_thread) is threading.current_thread()
+    assert executor.run(threading.current_thread) is threading.current_thread()
 
 
-def test_a_sample_is_taken_when_it_is_read_and_once_an_instant() -> None:
+def test_sample_is_taken_by_the_first_read_of_an_instant() -> None:
     clock = SteppedClock(20.0, lambda steps: None)
     taken: list[Angle] = []
 

@@ -77,7 +77,7 @@ def on_serial(robot: RobotDescription, port: Path, board_timeout_s: float) -> Ro
     return robot.model_copy(update={"backends": {**robot.backends, SECTION: section}})
 
 
-def patient(path: Path) -> Path:
+def write_rover_file(path: Path) -> Path:
     """Write the rover's file for a simulated robot, with time limits for a busy machine, and return its path."""
     rover = (files("robotcore.description") / "robots" / "rover.toml").read_text()
     patience = f"answer_s = {ANSWER_S}\nmax_age_s = {MAX_AGE_S}\n"

@@ -18,7 +18,7 @@ LIMIT_S = 900.0
 """The time limit of all checks on the reference machine, where they take about two minutes."""
 
 GUEST = needs.ROOT / "tests" / "system" / "guest"
-SUPPORT = ("__init__", "__main__", "bench", "chip", "conftest", "models", "patient", "reporting")
+SUPPORT = ("__init__", "__main__", "bench", "chip", "conftest", "models", "scaled_limits", "reporting")
 CONSOLE = needs.ROOT / "build" / "gpio-console.log"
 
 

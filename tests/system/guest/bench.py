@@ -19,7 +19,7 @@ from tests.system.speed import scaled
 
 GUEST = Path(__file__).parent
 ROBOTS = GUEST / "robots"
-ONWARDS = str(GUEST / "apps" / "onwards.py")
+ENDLESS_DRIVE = str(GUEST / "apps" / "endless_drive.py")
 MOTOR_LINES = {"left": (17, 27), "right": (23, 24)}
 TOUR = str(GUEST / "apps" / "tour.py")
 STANDBY = 22
@@ -36,7 +36,7 @@ def open_device(name: str, pins: Any, robot: str = "bench") -> Device:
 
 def run_command(app: str, robot: str, *options: str) -> list[str]:
     """Return the command that runs an app on the pins, at 2 Hz because the virtual machine is slow."""
-    command = [sys.executable, "-m", "tests.system.guest.patient", "run", app, "--backend", "raspberrypi"]
+    command = [sys.executable, "-m", "tests.system.guest.scaled_limits", "run", app, "--backend", "raspberrypi"]
     return [*command, "--rate", "2", "--json", "--robot", str(ROBOTS / f"{robot}.toml"), *options]
 
 

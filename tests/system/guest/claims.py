@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from drivers.raspberrypi import lg
-from tests.system.guest.bench import ONWARDS, open_device, run_command, start_process
+from tests.system.guest.bench import ENDLESS_DRIVE, open_device, run_command, start_process
 from tests.system.guest.chip import Chip
 
 ORDINARY_USER = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups")
@@ -27,7 +27,7 @@ def test_a_line_that_another_program_holds_is_reported_with_its_holder(chip: Chi
     with start_process([sys.executable, "-c", HOLDING]) as holder:
         assert holder.stdout
         assert holder.stdout.readline() == "holding\n"
-        run = subprocess.run(run_command(ONWARDS, "plain"), capture_output=True, text=True, check=False)
+        run = subprocess.run(run_command(ENDLESS_DRIVE, "plain"), capture_output=True, text=True, check=False)
     assert re.search(rf"left_motor: GPIO 17 .*\b{holder.pid}\b", run.stderr), run.stderr
     assert run.returncode == 3
 
@@ -47,7 +47,7 @@ def test_the_kernel_names_the_driver_of_a_chip(chip: Chip) -> None:
 
 def test_a_missing_permission_is_reported(chip: Chip) -> None:
     assert Path("/dev/gpiochip0").stat().st_mode & 0o077 == 0
-    command = [*ORDINARY_USER, *SEES_THE_PROGRAM, *run_command(ONWARDS, "plain")]
+    command = [*ORDINARY_USER, *SEES_THE_PROGRAM, *run_command(ENDLESS_DRIVE, "plain")]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     assert run.returncode == 3, run.stderr
     assert "/dev/gpiochip0" in run.stderr + run.stdout

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.guest.bench import MOTOR_LINES, ONWARDS, STANDBY, run_command, start_process, wait_until
+from tests.system.guest.bench import ENDLESS_DRIVE, MOTOR_LINES, STANDBY, run_command, start_process, wait_until
 from tests.system.guest.chip import Chip
 from tests.system.speed import scaled
 
-UNTOWARD = str(Path(ONWARDS).with_name("untoward.py"))
+PROCESS_FAILURE = str(Path(ENDLESS_DRIVE).with_name("process_failure.py"))
 LINES = [gpio for lines in MOTOR_LINES.values() for gpio in lines]
 LIMIT_S = 12
 """The time limit of a run, on the reference machine."""
@@ -38,7 +38,7 @@ def _lines_keep_their_level(chip: Chip) -> None:
 def test_an_app_that_hangs_while_it_drives_is_killed_and_its_lines_are_low(chip: Chip) -> None:
     for gpio in LINES:
         chip.pull(gpio, 1)
-    app = run(UNTOWARD, "plain", "--set", "deed=holds")
+    app = run(PROCESS_FAILURE, "plain", "--set", "action=hold")
     assert (app.returncode, app.stdout) == (-signal.SIGKILL, "")
     assert "left_motor, right_motor" in app.stderr
     assert app.stderr.count("guardian: ") >= 2
@@ -47,20 +47,20 @@ def test_an_app_that_hangs_while_it_drives_is_killed_and_its_lines_are_low(chip:
 
 
 def test_a_hung_app_with_a_standby_line_lives_and_its_board_sleeps(chip: Chip) -> None:
-    with start_process(run_command(UNTOWARD, "standby")) as app:
+    with start_process(run_command(PROCESS_FAILURE, "standby")) as app:
         wait_until_high(chip, STANDBY, app)
         assert wait_until(lambda: chip.level(STANDBY), 0) == 0
         assert app.poll() is None
 
 
 def test_an_app_that_hangs_at_rest_is_not_killed(chip: Chip) -> None:
-    app = run(UNTOWARD, "plain", "--set", "deed=rests")
+    app = run(PROCESS_FAILURE, "plain", "--set", "action=stop_and_hold")
     assert (app.returncode, app.stderr) == (0, "")
     assert json.loads(app.stdout)["outcome"] == "success"
 
 
 def test_a_fork_of_a_killed_app_keeps_no_line_high(chip: Chip) -> None:
-    with start_process(run_command(UNTOWARD, "plain", "--set", "deed=copies")) as app:
+    with start_process(run_command(PROCESS_FAILURE, "plain", "--set", "action=fork_and_kill")) as app:
         assert app.wait(scaled(LIMIT_S)) == -signal.SIGKILL
         assert app.stderr
         assert "left_motor, right_motor" in app.stderr.readline()  # the fork lives on

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.guest.bench import MOTOR_LINES, ONWARDS, ROBOTS, STANDBY, run_command, start_process, wait_until
+from tests.system.guest.bench import ENDLESS_DRIVE, MOTOR_LINES, ROBOTS, STANDBY, run_command, start_process, wait_until
 from tests.system.guest.chip import Chip
 
 FORWARD = MOTOR_LINES["left"][0]
@@ -34,7 +34,7 @@ def _lines_keep_their_level(chip: Chip) -> None:
 
 
 def test_sigterm_while_driving_leaves_every_line_low(chip: Chip) -> None:
-    with start_process(run_command(ONWARDS, "plain")) as app:
+    with start_process(run_command(ENDLESS_DRIVE, "plain")) as app:
         assert wait_until(lambda: chip.level(FORWARD), 1) == 1
         app.send_signal(signal.SIGTERM)
         printed, _ = app.communicate()
@@ -43,14 +43,14 @@ def test_sigterm_while_driving_leaves_every_line_low(chip: Chip) -> None:
 
 
 def test_the_guardian_pulls_every_line_low_after_sigkill(chip: Chip) -> None:
-    with start_process(run_command(ONWARDS, "plain")) as app:
+    with start_process(run_command(ENDLESS_DRIVE, "plain")) as app:
         assert wait_until(lambda: chip.level(FORWARD), 1) == 1
         app.kill()
     assert wait_until(chip.high, []) == []
 
 
 def test_the_guardian_lets_the_board_sleep_after_sigkill(chip: Chip) -> None:
-    with start_process(run_command(ONWARDS, "standby")) as app:
+    with start_process(run_command(ENDLESS_DRIVE, "standby")) as app:
         assert wait_until(lambda: chip.level(STANDBY), 1) == 1
         assert wait_until(lambda: chip.level(FORWARD), 1) == 1
         app.kill()
@@ -59,7 +59,7 @@ def test_the_guardian_lets_the_board_sleep_after_sigkill(chip: Chip) -> None:
 
 @pytest.mark.parametrize("robot, high", [("plain", FORWARD), ("standby", STANDBY)])
 def test_robotcore_stop_pulls_lines_low_after_app_and_guardian_are_killed(chip: Chip, robot: str, high: int) -> None:
-    with start_process(run_command(ONWARDS, robot, *AT_FULL_SPEED)) as app:
+    with start_process(run_command(ENDLESS_DRIVE, robot, *AT_FULL_SPEED)) as app:
         assert wait_until(lambda: chip.level(high), 1) == 1
         os.kill(guardian_of(app.pid), signal.SIGKILL)
         app.kill()

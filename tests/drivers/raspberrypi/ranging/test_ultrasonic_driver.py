@@ -56,10 +56,10 @@ def test_the_ticks_of_edges_count_also_if_edges_are_reported_late() -> None:
     bench = Bench([echo_at(1.0), NO_ANSWER, NO_ANSWER])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
-    note_trigger = bench.pins.ticks()
+    trigger_s = bench.pins.ticks()
     bench.clock.sleep_until(0.11)
-    bench.module.echo.drive(note_trigger + 0.001, True)
-    bench.module.echo.drive(note_trigger + 0.001 + 1.0 / speed_of_sound(20.0), False)
+    bench.module.echo.drive(trigger_s + 0.001, True)
+    bench.module.echo.drive(trigger_s + 0.001 + 1.0 / speed_of_sound(20.0), False)
     assert sensor.read().distance == pytest.approx(0.5)
 
 
@@ -229,10 +229,10 @@ def test_a_cycle_that_lost_an_edge_gives_no_value(edges: Edges) -> None:
     bench = Bench([echo_at(1.0), NO_ANSWER, echo_at(0.8)])
     sensor = bench.open()
     bench.clock.sleep_until(0.06)
-    note_trigger = bench.pins.ticks()
+    trigger_s = bench.pins.ticks()
     bench.clock.sleep_until(0.08)
     for after, level in edges:
-        bench.module.echo.tell(note_trigger + after, level)
+        bench.module.echo.tell(trigger_s + after, level)
     assert sensor.read().sequence == 0
     bench.cycles()
     assert sensor.read().distance == pytest.approx(0.8)

@@ -1,4 +1,4 @@
-"""Several ultrasonic modules are note_trigger in turn."""
+"""Several ultrasonic modules are triggered in turn."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Apps for replays. Each has another end, or gets other answers."""
+"""Apps that are recorded and replayed. They differ in their commands, reads and ends."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robotcore.hal.devices import Image, Motor
 from robotcore.hal.robot import Robot, Role
 from robotcore.runtime.behaviour import Behaviour, Status
 
-FunctionApp = Literal[
+FinalAction = Literal[
     "succeed",
     "fail",
     "go_on",
@@ -27,12 +27,12 @@ FunctionApp = Literal[
 
 
 @dataclass
-class Ending(Behaviour):
-    """Drives at ``speed`` for some ticks, then does ``deed``. Its state counts the ticks."""
+class FinalActionApp(Behaviour):
+    """Drives at ``speed``. From tick number ``ticks`` on it calls the method ``action``. Its state counts the ticks."""
 
     ticks: int = 5
     speed: float = 0.1
-    deed: FunctionApp = "succeed"
+    action: FinalAction = "succeed"
     needs = frozenset({Role.DRIVE, Role.RANGE})
     count = 0
 
@@ -43,7 +43,7 @@ class Ending(Behaviour):
         sent = robot.drive.set_velocity(self.speed, 0.0 if distance > 1 else 0.1)
         if sent.linear != self.speed:
             self.state += " held back"
-        return getattr(self, self.deed)(robot) if self.count >= self.ticks else Status.RUNNING
+        return getattr(self, self.action)(robot) if self.count >= self.ticks else Status.RUNNING
 
     def succeed(self, robot: Robot) -> Status:
         return Status.SUCCESS
@@ -91,12 +91,12 @@ class Ending(Behaviour):
         return Status.SUCCESS if self.count == 20 else Status.RUNNING
 
     def rest(self, robot: Robot) -> Status:
-        """Give no command, as in `Resting`."""
+        """Give no command, as a resting app does."""
         return Status.RUNNING
 
 
 @dataclass
-class Seldom(Behaviour):
+class IntermittentApp(Behaviour):
     """Reads in every third tick and drives in every fourth, so that leases end. Devices may fail."""
 
     count = 0
@@ -116,10 +116,10 @@ class Seldom(Behaviour):
 
 
 @dataclass
-class Gripping(Behaviour):
+class GripperApp(Behaviour):
     """Moves a gripper outside the drive at ``speed``, depending on its answers."""
 
-    deed: FunctionApp = "succeed"
+    action: FinalAction = "succeed"
     speed: float = 1.5
     needs = frozenset({Role.DRIVE})
     count = 0
@@ -135,12 +135,12 @@ class Gripping(Behaviour):
             self.state = str(error)
         if self.count % 3 == 0:
             gripper.stop()
-        if self.count == 12 and self.deed == "command_nan":
+        if self.count == 12 and self.action == "command_nan":
             gripper.set_velocity(math.nan)
         return Status.SUCCESS if self.count == 12 else Status.RUNNING
 
 
-class GuardFirst(Behaviour):
+class DriveThenReadApp(Behaviour):
     """Drives, then reads the sensor that the range guard has read before."""
 
     needs = frozenset({Role.DRIVE, Role.RANGE})
@@ -157,7 +157,7 @@ class GuardFirst(Behaviour):
         return Status.SUCCESS if self.count == 12 else Status.RUNNING
 
 
-class Showing(Behaviour):
+class DisplayApp(Behaviour):
     """Shows the camera's pictures, if there is a display."""
 
     needs = frozenset({Role.CAMERA, Role.DISPLAY})
@@ -177,7 +177,7 @@ class Showing(Behaviour):
         return "shown"
 
 
-class Watching(Behaviour):
+class CameraApp(Behaviour):
     """Reads the camera without driving, and shows the pictures."""
 
     needs = frozenset({Role.CAMERA})

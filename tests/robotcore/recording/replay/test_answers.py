@@ -25,10 +25,10 @@ from tests.robotcore.recording.replay.memory import changed, recorded
 from tests.robotcore.recording.replay.test_verification import require_equal
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
-GRIPPING = f"{APPS}:Gripping"
+GRIPPER_APP = f"{APPS}:GripperApp"
 
 
-class Weary(NullMotor):
+class FailingGripper(NullMotor):
     """A gripper that fails at every fifth command."""
 
     commands = 0
@@ -46,33 +46,33 @@ def gripper(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def open_with_gripper(backend: KinematicBackend, setup: Setup) -> Robot:
         robot = open_bare(backend, setup)
-        robot.devices["gripper"] = Weary("gripper", 9.0)
+        robot.devices["gripper"] = FailingGripper("gripper", 9.0)
         return robot
 
     monkeypatch.setattr(KinematicBackend, "open", open_with_gripper)
 
 
-def gripping(**asked: Any) -> Recording:
-    return recorded(GRIPPING, seed=3, **asked)
+def record_gripper(**asked: Any) -> Recording:
+    return recorded(GRIPPER_APP, seed=3, **asked)
 
 
 @pytest.mark.usefixtures("gripper")
 class TestMotorOutsideTheDrive:
-    @pytest.mark.parametrize("deed", ["succeed", "command_nan"])
-    def test_command_gets_the_recorded_answer(self, deed: str) -> None:
-        recording = gripping(settings={"deed": deed})
+    @pytest.mark.parametrize("action", ["succeed", "command_nan"])
+    def test_command_gets_the_recorded_answer(self, action: str) -> None:
+        recording = record_gripper(settings={"action": action})
         assert recording.ticks[4].state == "gripper: it is tired"
         assert recording.ticks[8].state == "at 9.0"
         require_equal(recording)
 
     def test_e_stop_is_replayed(self) -> None:
-        recording = gripping(disturbed_by=EmergencyStop(6))
+        recording = record_gripper(disturbed_by=EmergencyStop(6))
         assert recording.result
         assert recording.result.outcome is Outcome.STOPPED
         require_equal(recording)
 
     def test_other_command_is_a_difference(self) -> None:
-        recording = gripping()
+        recording = record_gripper()
         first, *others = recording.ticks[7].motor_asks
         slower = type(first)(first.device, 0.25, 0.25)
         deviation = replay(changed(recording, 7, motor_asks=(slower, *others))).deviation
@@ -82,7 +82,7 @@ class TestMotorOutsideTheDrive:
 
     @pytest.mark.parametrize("tick", [6, 8])
     def test_other_number_of_commands_is_a_difference(self, tick: int) -> None:
-        recording = gripping()
+        recording = record_gripper()
         asks = recording.ticks[8].motor_asks[:1] * (1 if tick == 8 else 2)
         asks = (recording.ticks[tick].motor_asks[0], *asks[1:])
         deviation = replay(changed(recording, tick, motor_asks=asks)).deviation
@@ -90,12 +90,12 @@ class TestMotorOutsideTheDrive:
         assert "no command" in (deviation.recorded, deviation.replayed)
 
     def test_evaluation_compares_its_commands(self) -> None:
-        rehearsed = evaluate(gripping(), settings={"speed": 1.25})
-        assert rehearsed.first_difference
-        assert rehearsed.first_difference.tick == 0
+        evaluation = evaluate(record_gripper(), settings={"speed": 1.25})
+        assert evaluation.first_difference
+        assert evaluation.first_difference.tick == 0
 
 
-class Deaf(Tap):
+class RangeReadFailure(Tap):
     """A range sensor whose first read in each third tick fails. A second read succeeds."""
 
     def __init__(self) -> None:
@@ -122,7 +122,7 @@ class Deaf(Tap):
 
 
 def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
-    recording = recorded(f"{APPS}:GuardFirst", seed=3, disturbed_by=Deaf())
+    recording = recorded(f"{APPS}:DriveThenReadApp", seed=3, disturbed_by=RangeReadFailure())
     first = recording.ticks[0]
     assert [(read.by, bool(read.error)) for read in first.reads if read.device == "nose"] == [
         ("guard", True),
@@ -132,7 +132,7 @@ def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
     require_equal(recording)
 
 
-class Dark(Tap):
+class DisplayFailure(Tap):
     """A display that fails to show every fifth picture."""
 
     _count = 0
@@ -152,7 +152,7 @@ class Dark(Tap):
 
 
 def test_display_that_failed_fails_again_at_the_same_picture() -> None:
-    recording = recorded(f"{APPS}:Showing", robot="lookout", world="open", seed=3, disturbed_by=Dark())
+    recording = recorded(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, disturbed_by=DisplayFailure())
     states = [tick.state for tick in recording.ticks]
     assert "shown screen: it is dark" in states
     assert "screen: it is dark shown" in states
@@ -160,7 +160,7 @@ def test_display_that_failed_fails_again_at_the_same_picture() -> None:
     require_equal(recording)
 
 
-class Suspended(Disturbance):
+class Suspension(Disturbance):
     """Suspends and continues the program between two ticks, as by Ctrl-Z."""
 
     def tick(self, record: TickRecord) -> None:
@@ -178,9 +178,9 @@ def shell() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("shell")
-@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:Seldom"])
+@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:IntermittentApp"])
 def test_suspension_is_an_intervention_and_no_command(app: str) -> None:
-    recording = recorded(app, disturbed_by=Suspended(5), seed=2, timeout_s=2.0)
+    recording = recorded(app, disturbed_by=Suspension(5), seed=2, timeout_s=2.0)
     causes = [each.cause for tick in recording.ticks for each in tick.interventions]
     assert causes.count("suspension") == 1
     require_equal(recording)
@@ -188,7 +188,7 @@ def test_suspension_is_an_intervention_and_no_command(app: str) -> None:
 
 @pytest.mark.usefixtures("shell", "gripper")
 def test_suspension_is_no_command_to_a_motor_outside_the_drive() -> None:
-    recording = gripping(disturbed_by=Suspended(5))
+    recording = record_gripper(disturbed_by=Suspension(5))
     assert [len(tick.motor_asks) for tick in recording.ticks] == [1, 1, 2] * 4
     require_equal(recording)
 

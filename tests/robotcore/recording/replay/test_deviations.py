@@ -22,7 +22,7 @@ AT = 4
 class Doing(Behaviour):
     """Drives, and calls a function of the test in tick ``AT``. If ``swallows``, it catches the error."""
 
-    deed: Any = None
+    action: Any = None
     swallows: bool = False
     count: int = field(default=-1, init=False)
     needs = frozenset({Role.DRIVE, Role.RANGE, Role.CAMERA})
@@ -32,8 +32,8 @@ class Doing(Behaviour):
         self.state = f"{self.count}"
         robot.range.read()
         try:
-            if self.count == AT and self.deed:
-                return self.deed(self, robot) or Status.RUNNING
+            if self.count == AT and self.action:
+                return self.action(self, robot) or Status.RUNNING
             robot.drive.set_wheels(1.0, 2.0)
         except Exception:
             if not self.swallows:
@@ -113,13 +113,13 @@ DIFFERENT = {
 
 
 @pytest.mark.parametrize("swallows", [False, True])
-@pytest.mark.parametrize("deed", DIFFERENT)
+@pytest.mark.parametrize("action", DIFFERENT)
 def test_first_difference_is_reported_with_both_values(
-    app: Doing, recording: Recording, deed: Any, swallows: bool
+    app: Doing, recording: Recording, action: Any, swallows: bool
 ) -> None:
-    app.deed, app.swallows = deed, swallows
+    app.action, app.swallows = action, swallows
     deviation = deviation_of(recording)
-    what, recorded, replayed = DIFFERENT[deed]
+    what, recorded, replayed = DIFFERENT[action]
     assert (deviation.tick, deviation.time) == (AT, recording.ticks[AT].time)
     assert deviation.what.startswith(what)
     assert recorded in deviation.recorded
@@ -128,24 +128,24 @@ def test_first_difference_is_reported_with_both_values(
 
 
 def test_earlier_end_is_a_difference(app: Doing, recording: Recording) -> None:
-    app.deed = an_end
+    app.action = an_end
     replayed = replay(recording)
     assert replayed.deviation
     assert (replayed.deviation.recorded, replayed.deviation.replayed) == ("the app goes on", "success")
 
 
 def test_new_error_of_the_app_is_a_difference(app: Doing, recording: Recording) -> None:
-    app.deed = an_error
+    app.action = an_error
     deviation = deviation_of(recording)
     assert (deviation.tick, deviation.what) == (AT, "the end")
     assert "Doing raised ValueError: odd" in deviation.replayed
 
 
 def test_missing_error_of_the_app_is_a_difference(app: Doing, recording: Recording) -> None:
-    app.deed = an_error
+    app.action = an_error
     memory = Memory()
     run(RunRequest("doing", seed=1), [memory], [memory.layer])
-    app.count, app.deed = -1, no_command
+    app.count, app.action = -1, no_command
     deviation = deviation_of(memory.recording)
     assert deviation.tick == AT
     assert "ValueError: odd" in deviation.recorded
@@ -162,7 +162,7 @@ def test_reading_a_device_more_often_is_no_difference(app: Doing, recording: Rec
         assert robot.range.read() is robot.range.read()
         robot.drive.set_wheels(1.0, 2.0)
 
-    app.deed = look_twice
+    app.action = look_twice
     assert replay(recording).exit_status == 0
 
 
@@ -177,7 +177,7 @@ def test_command_gets_the_recorded_answer_of_the_filter(app: Doing, recording: R
     def listen(app: Doing, robot: Robot) -> None:
         heard.append(robot.drive.set_wheels(1.0, 2.0))
 
-    app.deed = listen
+    app.action = listen
     asks = (DriveCommand(Wheels(1.0, 2.0), Wheels(0.25, 0.5)),)
     assert replay(changed(recording, AT, asks=asks)).exit_status == 0
     assert heard == [Wheels(0.25, 0.5)]

@@ -53,7 +53,7 @@ def test_text_of_one_tick_has_the_singular(
     monkeypatch.chdir(Path(APPS).parent)
     first = replace(search, ticks=search.ticks[:1])
     check_text(text_of(evaluate(first)))
-    check_text(text_of(evaluate(first, "recorded_apps.py:Ending")))
+    check_text(text_of(evaluate(first, "recorded_apps.py:FinalActionApp")))
 
 
 def text_of(evaluation: Evaluation) -> str:
@@ -64,7 +64,7 @@ def text_of(evaluation: Evaluation) -> str:
 
 
 def test_app_that_raises_has_its_own_exit_status(search: Recording) -> None:
-    evaluation = evaluate(search, f"{APPS}:Ending", {"deed": "divide"})
+    evaluation = evaluate(search, f"{APPS}:FinalActionApp", {"action": "divide"})
     assert (evaluation.result.outcome, evaluation.exit_status) == (Outcome.ERROR, 5)
 
 
@@ -75,7 +75,7 @@ def test_need_for_an_unrecorded_device_is_refused(raises: Raises) -> None:
 
 
 def test_evaluation_makes_no_wheel_tracking_check() -> None:
-    ahead = recorded(f"{APPS}:Ending", settings={"deed": "go_on", "speed": 0.2}, seed=3, timeout_s=4.0)
+    ahead = recorded(f"{APPS}:FinalActionApp", settings={"action": "go_on", "speed": 0.2}, seed=3, timeout_s=4.0)
     assert max(max(tick.sent) for tick in ahead.ticks if tick.sent) > 0
     evaluation = evaluate(ahead, settings={"speed": -0.3})
     assert evaluation.result.outcome is not Outcome.STOPPED, evaluation.result.reason
@@ -93,10 +93,10 @@ def test_evaluation_makes_no_age_check() -> None:
 
 
 def test_late_reads_are_counted() -> None:
-    seldom = recorded(f"{APPS}:Seldom", seed=5, timeout_s=2.0)
-    evaluation = evaluate(seldom, f"{APPS}:Seldom")
+    seldom = recorded(f"{APPS}:IntermittentApp", seed=5, timeout_s=2.0)
+    evaluation = evaluate(seldom, f"{APPS}:IntermittentApp")
     assert evaluation.late_reads == {}
-    often = evaluate(seldom, f"{APPS}:Ending", {"ticks": 1000})
+    often = evaluate(seldom, f"{APPS}:FinalActionApp", {"ticks": 1000})
     assert often.exit_status == 3
     assert isinstance(often.result.error, DeviceError)
     assert often.result.error.device == "nose"

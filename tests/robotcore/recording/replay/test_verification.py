@@ -42,9 +42,9 @@ DEEDS = [
 ]
 
 
-def ending(deed: str = "succeed", **asked: Any) -> Recording:
-    settings = {"deed": deed, "speed": 0.35}
-    return recorded(f"{APPS}:Ending", settings=settings, **{"seed": 3, "timeout_s": 6.0, **asked})
+def ending(action: str = "succeed", **asked: Any) -> Recording:
+    settings = {"action": action, "speed": 0.35}
+    return recorded(f"{APPS}:FinalActionApp", settings=settings, **{"seed": 3, "timeout_s": 6.0, **asked})
 
 
 def require_equal(recording: Recording) -> None:
@@ -62,9 +62,9 @@ def result_of(recording: Recording) -> RunResult:
     return recording.result
 
 
-@pytest.mark.parametrize("deed", DEEDS)
-def test_run_with_any_end_is_replayed_bit_equal(deed: str) -> None:
-    require_equal(ending(deed))
+@pytest.mark.parametrize("action", DEEDS)
+def test_run_with_any_end_is_replayed_bit_equal(action: str) -> None:
+    require_equal(ending(action))
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "pybullet"])
@@ -82,7 +82,7 @@ def test_run_with_any_end_is_replayed_bit_equal(deed: str) -> None:
 def test_injected_faults_are_replayed(backend: str, faults: tuple[str, ...]) -> None:
     if backend == "pybullet":
         pytest.importorskip("pybullet")
-    recording = recorded(f"{APPS}:Seldom", backend=backend, seed=5, timeout_s=4.0, faults=faults)
+    recording = recorded(f"{APPS}:IntermittentApp", backend=backend, seed=5, timeout_s=4.0, faults=faults)
     require_equal(recording)
 
 
@@ -108,7 +108,7 @@ def test_green_search_is_replayed_bit_equal() -> None:
 
 
 def test_object_addresses_in_a_reason_do_not_count() -> None:
-    recording = recorded(f"{APPS}:Watching", robot="lookout", world="open", seed=3)
+    recording = recorded(f"{APPS}:CameraApp", robot="lookout", world="open", seed=3)
     assert "0x" in result_of(recording).reason
     require_equal(recording)
 
@@ -225,7 +225,7 @@ def elsewhere(recording: Recording) -> Recording:
 
 
 @pytest.mark.parametrize("kind", [EmergencyStop, EmergencyStopInTick, SignalBetween, SignalInTick])
-@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:Watching", f"{APPS}:Seldom"])
+@pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:CameraApp", f"{APPS}:IntermittentApp"])
 def test_external_stop_ends_the_replay_in_the_same_tick(kind: type[Disturbance], app: str) -> None:
     recording = recorded(app, disturbed_by=kind(6), seed=2, timeout_s=2.0)
     assert result_of(recording).outcome in (Outcome.STOPPED, Outcome.INTERRUPTED)
@@ -259,7 +259,7 @@ def digest(ticks: Sequence[Tick]) -> str:
 def test_hang_of_the_app_ends_the_replay_before_this_tick() -> None:
     whole = ending("go_on")
     cut = Intervention(1.0, "watchdog", Wheels(1.0, 1.0), Wheels(0.0, 0.0))
-    result = replace(result_of(whole), outcome=Outcome.STOPPED, reason="Ending.step did not return", ticks=20)
+    result = replace(result_of(whole), outcome=Outcome.STOPPED, reason="FinalActionApp.step did not return", ticks=20)
     hung = changed(replace(whole, ticks=whole.ticks[:20], result=result), 19, asks=(), interventions=(cut,))
     replayed = replay(hung)
-    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 19, "Ending.step did not return")
+    assert (replayed.deviation, replayed.ticks, replayed.ended_by) == (None, 19, "FinalActionApp.step did not return")

@@ -1,4 +1,4 @@
-"""Whole runs of the apps in which something fails: each ends by its name, with its wheels at rest, and repeatably."""
+"""Runs with faults. Each ends with the expected outcome and stopped wheels. Equal runs have equal traces."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SPECS = {
     "loop stall=0.4 every=1": Outcome.TIMEOUT,
     "connection lost=1 after=1": Outcome.ERROR,
 }
-"""How green-search ends where it is given three seconds."""
+"""The outcome of green-search for each fault, with a time limit of three seconds."""
 
 REASONS = {
     Outcome.TIMEOUT: "not done after 3 s",
@@ -44,17 +44,17 @@ Wheels = dict[str, float]
 
 @pytest.fixture
 def wheels(monkeypatch: pytest.MonkeyPatch) -> Wheels:
-    """Return the last command of each motor of the built-in simulator."""
+    """Return the last command of each motor of the kinematic simulator, in rad/s."""
     from drivers.kinematic.devices import KinematicMotor
 
     commands: Wheels = {}
     apply = KinematicMotor._apply
 
-    def noting(motor: KinematicMotor, rad_s: float) -> None:
+    def log_command(motor: KinematicMotor, rad_s: float) -> None:
         commands[motor.name] = rad_s
         apply(motor, rad_s)
 
-    monkeypatch.setattr(KinematicMotor, "_apply", noting)
+    monkeypatch.setattr(KinematicMotor, "_apply", log_command)
     return commands
 
 
@@ -62,13 +62,13 @@ def search(*faults: str, backend: str = "kinematic", timeout_s: float = 3.0) -> 
     return run(RunRequest("green-search", backend, seed=7, timeout_s=timeout_s, faults=faults))
 
 
-def in_bullet(*faults: str) -> RunResult:
+def search_in_pybullet(*faults: str) -> RunResult:
     pytest.importorskip("pybullet")
     return search(*faults, backend="pybullet", timeout_s=1.5)
 
 
 @pytest.mark.parametrize("spec", SPECS)
-def test_a_run_ends_as_it_must_with_its_wheels_at_rest_and_the_same_twice(wheels: Wheels, spec: str) -> None:
+def test_run_ends_with_the_expected_outcome_stopped_wheels_and_an_equal_trace(wheels: Wheels, spec: str) -> None:
     result = search(spec)
     assert result.outcome is SPECS[spec]
     assert REASONS[result.outcome] in result.reason
@@ -78,20 +78,20 @@ def test_a_run_ends_as_it_must_with_its_wheels_at_rest_and_the_same_twice(wheels
 
 
 @pytest.mark.parametrize("spec", ["camera freeze after=0.2", "connection lost=1 after=1"])
-def test_in_bullet_a_run_ends_as_it_does_in_the_built_in_simulator(spec: str) -> None:
-    result = in_bullet(spec)
+def test_outcome_in_pybullet_equals_that_in_the_kinematic_simulator(spec: str) -> None:
+    result = search_in_pybullet(spec)
     assert (result.outcome, result.reason) == (search(spec).outcome, search(spec).reason)
-    assert in_bullet(spec).trace_sha256 == result.trace_sha256
+    assert search_in_pybullet(spec).trace_sha256 == result.trace_sha256
 
 
 @pytest.mark.parametrize("spec", ["drive dead", "left_motor weak=0.1", "drive reversed"])
-def test_in_bullet_a_motor_that_fails_takes_the_robot_elsewhere(spec: str) -> None:
-    assert in_bullet(spec).distance_to_target_m != in_bullet().distance_to_target_m
+def test_motor_fault_in_pybullet_changes_the_final_distance(spec: str) -> None:
+    assert search_in_pybullet(spec).distance_to_target_m != search_in_pybullet().distance_to_target_m
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "pybullet"])
 @pytest.mark.parametrize("effect", ["dead", "reversed", "weak=0.1"])
-def test_a_wheel_that_does_not_follow_ends_the_run_by_its_motors_name(
+def test_wheel_that_does_not_follow_stops_the_run_and_names_its_motor(
     wheels: Wheels, backend: str, effect: str
 ) -> None:
     if backend == "pybullet":
@@ -103,35 +103,35 @@ def test_a_wheel_that_does_not_follow_ends_the_run_by_its_motors_name(
     assert set(wheels.values()) <= {0.0}
 
 
-def test_every_effect_is_run_here() -> None:
+def test_specs_contain_every_fault() -> None:
     names = {spec.split()[1].partition("=")[0] for spec in SPECS}
     assert names == {name.partition(".")[0] for name in fault_names()}
 
 
-def test_a_fault_that_never_begins_changes_nothing() -> None:
+def test_fault_that_does_not_begin_leaves_the_trace_unchanged() -> None:
     every = [load_fault(name).example.split()[:2] for name in fault_names()]
     later = [f"{target} {effect} after=1000" for target, effect in every]
     assert search(*later).trace_sha256 == search().trace_sha256
 
 
-def test_a_motor_that_is_weak_in_part_of_a_search_is_made_up_for() -> None:
+def test_search_succeeds_with_a_weak_motor_and_dropped_frames() -> None:
     result = search("left_motor weak=0.6", "camera drop=0.2 after=5", timeout_s=60.0)
     assert (result.outcome, result.verified) == (Outcome.SUCCESS, True)
     assert result.faults == ["left_motor weak=0.6", "camera drop=0.2 after=5"]
 
 
-def test_a_stall_that_is_longer_than_the_lease_is_cut_by_the_deadman() -> None:
+def test_deadman_intervenes_if_a_stall_outlasts_the_lease() -> None:
     plain, stalled = search(), search("loop stall=0.4 after=1 every=1")
     assert stalled.overruns == 2
     assert stalled.interventions >= plain.interventions + 1
     assert stalled.ticks < plain.ticks
 
 
-LIVING_ON = """
+DEVICE_LOSS_APP = """
 from robotcore import Behaviour, Role, Status
 from robotcore.errors import DeviceError
 
-class LivingOn(Behaviour):
+class DeviceLossApp(Behaviour):
     needs = frozenset({Role.DRIVE, Role.RANGE})
 
     def step(self, robot):
@@ -147,37 +147,37 @@ class LivingOn(Behaviour):
 """
 
 
-def live_on(folder: Path, stop: str, *faults: str) -> RunResult:
-    app = folder / "living_on.py"
-    app.write_text(LIVING_ON.replace("STOP", stop))
+def run_device_loss_app(folder: Path, stop: str, *faults: str) -> RunResult:
+    app = folder / "device_loss_app.py"
+    app.write_text(DEVICE_LOSS_APP.replace("STOP", stop))
     return run(RunRequest(str(app), world="open", timeout_s=5.0, faults=faults))
 
 
-def test_an_app_that_stops_lives_through_a_lost_connection(wheels: Wheels, tmp_path: Path) -> None:
-    plain = live_on(tmp_path, "robot.drive.stop()")
-    result = live_on(tmp_path, "robot.drive.stop()", "connection lost=1 after=0.5")
+def test_app_that_stops_its_wheels_continues_after_a_lost_connection(wheels: Wheels, tmp_path: Path) -> None:
+    plain = run_device_loss_app(tmp_path, "robot.drive.stop()")
+    result = run_device_loss_app(tmp_path, "robot.drive.stop()", "connection lost=1 after=0.5")
     assert (result.outcome, result.reason) == (Outcome.SUCCESS, "")
     assert plain.sim_time_s + 0.9 < result.sim_time_s < plain.sim_time_s + 1.3
     assert wheels == {"left_motor": 0.0, "right_motor": 0.0}
 
 
-def test_a_range_sensor_that_always_tells_the_same_is_named_before_it_leads_into_something() -> None:
+def test_stuck_range_sensor_stops_the_run_before_a_contact() -> None:
     result = search("range stuck=1.5 after=5", timeout_s=30.0)
     assert (result.outcome, result.exit_status, result.contacts) == (Outcome.STOPPED, 4, 0)
     assert result.reason.startswith("nose measured the same 1.50 m while the wheels drove 0.5")
 
 
-def test_an_encoder_that_fails_is_reported_to_an_app_that_asks_for_the_pose(tmp_path: Path) -> None:
-    result = live_on(tmp_path, "raise", "left_encoder lost=1 after=0.5")
+def test_read_of_the_pose_raises_the_error_of_a_lost_encoder(tmp_path: Path) -> None:
+    result = run_device_loss_app(tmp_path, "raise", "left_encoder lost=1 after=0.5")
     assert result.exit_status == 3
     assert result.reason == 'left_encoder: the connection is lost, by the fault "left_encoder lost=1 after=0.5"'
 
 
 @pytest.mark.parametrize("instead", ["pass", "robot.drive.stop(); robot['left_motor'].set_velocity(1.0)"])
-def test_where_a_wheel_may_still_turn_or_is_to_turn_a_lost_connection_ends_the_run(
+def test_lost_connection_ends_the_run_unless_the_app_stops_every_wheel(
     wheels: Wheels, tmp_path: Path, instead: str
 ) -> None:
-    result = live_on(tmp_path, instead, "connection lost=1 after=0.5")
+    result = run_device_loss_app(tmp_path, instead, "connection lost=1 after=0.5")
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert result.reason.endswith('the connection is lost, by the fault "connection lost=1 after=0.5"')
     assert wheels == {"left_motor": 0.0, "right_motor": 0.0}

@@ -11,7 +11,7 @@ from tests.robotcore.runtime.faults.rigs import TICK_S, faulty
 
 
 def times(rig: Rig, ticks: int) -> list[int]:
-    """Return when the readings of the next ticks were taken, in ticks."""
+    """Read the range sensor in each of the next ticks, and return the samples' times in ticks."""
     found = []
     for _ in range(ticks):
         found.append(round(rig.robot.range.read().time / TICK_S))
@@ -20,7 +20,7 @@ def times(rig: Rig, ticks: int) -> list[int]:
 
 
 class TestDrop:
-    def test_a_lost_sample_is_no_new_one(self) -> None:
+    def test_read_of_a_dropped_sample_returns_the_last_sample(self) -> None:
         rig = faulty("range drop=1 after=0.1 lasts=0.1")
         rig.nose.distance = 1.0
         samples = []
@@ -30,7 +30,7 @@ class TestDrop:
         assert samples[1] is samples[2] is samples[3]
         assert [round(sample.time / TICK_S) for sample in samples] == [0, 1, 1, 1, 4, 5]
 
-    def test_its_age_grows_until_it_is_too_old(self) -> None:
+    def test_read_fails_once_the_last_sample_is_stale(self) -> None:
         rig = faulty("range drop=1")
         rig.robot.range.read()
         rig.sleep(1.0)
@@ -40,11 +40,11 @@ class TestDrop:
             rig.robot.range.read()
 
     @pytest.mark.parametrize("probability", [0.0, 0.2, 0.7])
-    def test_so_many_are_lost(self, probability: float) -> None:
+    def test_share_of_dropped_samples_is_the_probability(self, probability: float) -> None:
         found = times(faulty(f"range drop={probability}"), 1000)
         assert len(set(found)) == pytest.approx(1000 * (1 - probability), abs=45)
 
-    def test_the_same_are_lost_whether_or_not_somebody_reads(self) -> None:
+    def test_dropped_samples_do_not_depend_on_reads(self) -> None:
         read, unread = faulty("range drop=0.5"), faulty("range drop=0.5")
         for ticks in (3, 4, 5, 6, 7):
             expected = times(read, ticks)[-1]
@@ -53,13 +53,13 @@ class TestDrop:
                 unread.sleep(TICK_S)
             assert times(unread, 1) == [expected]
 
-    def test_seed_device_and_place_among_the_faults_draw_for_themselves(self) -> None:
+    def test_random_draws_depend_on_seed_device_and_fault_index(self) -> None:
         base = times(faulty("range drop=0.5"), 30)
         assert times(faulty("range drop=0.5"), 30) == base
         assert times(faulty("range drop=0.5", seed=2), 30) != base
         assert times(faulty("eye drop=0.5", "range drop=0.5"), 30) != base
 
-    def test_two_on_one_device_read_it_once_a_tick(self) -> None:
+    def test_two_faults_on_one_device_read_it_once_a_tick(self) -> None:
         rig = faulty("range delay=0.1", "range drop=0.5")
         for ticks in range(1, 6):
             rig.robot.range.read()
@@ -69,35 +69,35 @@ class TestDrop:
         assert rig.nose.reads == 6
 
 
-class TestEagerness:
-    def test_a_device_that_may_fail_is_read_though_nobody_asks_and_no_other(self) -> None:
+class TestReadsInEachTick:
+    def test_only_a_device_with_a_fault_is_read_in_each_tick(self) -> None:
         rig, other = faulty("range drop=0.5"), faulty("eye drop=0.5")
         for each in (rig, other):
             each.sleep(TICK_S)
             each.sleep(TICK_S)
         assert (rig.nose.reads, other.nose.reads) == (2, 0)
 
-    def test_a_device_that_breaks_is_reported_to_those_who_ask(self) -> None:
+    def test_error_of_a_device_is_raised_by_the_apps_read(self) -> None:
         rig = faulty("range drop=0.5")
-        rig.nose._newest = _broken  # type: ignore[method-assign]
+        rig.nose._newest = _raise_device_error  # type: ignore[method-assign]
         rig.sleep(TICK_S)
         with pytest.raises(DeviceError):
             rig.robot.range.read()
 
 
 class TestFreeze:
-    def test_the_last_sample_before_it_stays_though_nobody_had_read_it(self) -> None:
+    def test_reads_return_the_last_sample_before_the_freeze_even_if_unread(self) -> None:
         rig = faulty("range freeze after=0.2 lasts=0.3")
         for _ in range(6):
             rig.sleep(TICK_S)
         assert times(rig, 6) == [3, 3, 3, 3, 10, 11]
 
-    def test_there_is_always_a_first_one(self) -> None:
+    def test_freeze_from_the_start_keeps_the_first_sample(self) -> None:
         assert times(faulty("range freeze"), 3) == [0, 0, 0]
 
 
 class TestNoEcho:
-    def test_it_is_an_old_reading_and_never_inf(self) -> None:
+    def test_reads_return_the_last_sample_and_not_inf(self) -> None:
         rig = faulty("range no_echo=1 after=0.05")
         rig.nose.distance = 0.7
         first = rig.robot.range.read()
@@ -107,17 +107,17 @@ class TestNoEcho:
 
 
 class TestDelay:
-    def test_a_sample_is_that_of_so_long_ago(self) -> None:
+    def test_samples_are_late_by_the_delay(self) -> None:
         assert times(faulty("range delay=0.15"), 7) == [0, 0, 0, 0, 1, 2, 3]
 
-    def test_time_never_runs_backwards_where_it_begins_and_none_is_late_where_it_ends(self) -> None:
+    def test_times_do_not_decrease_at_the_start_or_the_end_of_the_fault(self) -> None:
         assert times(faulty("range delay=0.1 after=0.2 lasts=0.2"), 10) == [0, 1, 2, 3, 3, 3, 4, 5, 8, 9]
 
-    def test_a_sensor_that_is_slow_itself_keeps_its_samples(self) -> None:
+    def test_slow_sensor_keeps_its_own_samples(self) -> None:
         rig = faulty("range delay=0.1")
         rig.nose._newest = lambda: Range(1.0, 0.1 * (rig.clock.now() // 0.0999), 0)  # type: ignore[method-assign]
         assert times(rig, 8) == [0, 0, 0, 0, 2, 2, 4, 4]
 
 
-def _broken() -> Range:
+def _raise_device_error() -> Range:
     raise DeviceError("nose", "no echo board")

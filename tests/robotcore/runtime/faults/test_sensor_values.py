@@ -19,19 +19,19 @@ def readings(rig: Rig, ticks: int) -> list[Range]:
 
 
 class TestRangeNoise:
-    def test_it_is_normal_and_of_its_deviation(self) -> None:
+    def test_noise_has_the_given_deviation_and_no_bias(self) -> None:
         rig = faulty("range noise=0.05")
         rig.nose.distance = 1.0
         distances = [reading.distance for reading in readings(rig, 500)]
         assert np.std(distances) == pytest.approx(0.05, rel=0.1)
         assert np.mean(distances) == pytest.approx(1.0, abs=0.01)
 
-    def test_where_nothing_is_in_range_nothing_is(self) -> None:
+    def test_infinite_distances_stay_infinite(self) -> None:
         assert all(math.isinf(reading.distance) for reading in readings(faulty("range noise=1"), 20))
 
 
 class TestStuck:
-    def test_an_old_distance_comes_with_a_new_time_and_number_and_without_a_point(self) -> None:
+    def test_sample_has_the_stuck_distance_a_new_time_and_no_point(self) -> None:
         rig = faulty("range stuck=1.5 after=0.1 lasts=0.1")
         rig.nose.distance = 0.3
         found = readings(rig, 6)
@@ -41,17 +41,17 @@ class TestStuck:
         assert rig.robot.range.read().point is None
 
     @pytest.mark.parametrize("given, read", [(2.5, math.inf), (0.001, 0.02)])
-    def test_it_stays_what_the_sensor_could_say(self, given: float, read: float) -> None:
+    def test_stuck_distance_is_limited_to_the_sensors_range(self, given: float, read: float) -> None:
         assert faulty(f"range stuck={given}").robot.range.read().distance == read
 
-    def test_the_guard_believes_it(self) -> None:
+    def test_range_guard_uses_the_stuck_distance(self) -> None:
         rig = faulty("range stuck=1.5")
         rig.nose.distance = 0.05
         assert rig.robot.drive.set_velocity(0.2, 0.0).linear == pytest.approx(0.2)
 
 
 class TestSpikes:
-    def test_so_many_are_false_and_lie_anywhere_in_range(self) -> None:
+    def test_spikes_have_the_given_share_and_span_the_sensors_range(self) -> None:
         rig = faulty("range spikes=0.3")
         rig.nose.distance = 1.0
         spikes = [reading.distance for reading in readings(rig, 1000) if reading.distance != 1.0]
@@ -61,7 +61,7 @@ class TestSpikes:
 
 
 class TestCameraNoise:
-    def test_pictures_are_noisy_while_it_is_there(self) -> None:
+    def test_frames_are_noisy_only_during_the_fault(self) -> None:
         rig = faulty("camera noise=20 after=0.05 lasts=0.05")
         rig.eye.image = picture((128, 128, 128))
         deviations = []
@@ -72,7 +72,7 @@ class TestCameraNoise:
             rig.sleep(TICK_S)
         assert deviations == pytest.approx([0.0, 20.0, 0.0], rel=0.05)
 
-    def test_each_frame_has_its_own(self) -> None:
+    def test_each_frame_has_its_own_noise(self) -> None:
         rig = faulty("camera noise=20")
         first = rig.robot.camera.read().image
         rig.sleep(TICK_S)
@@ -80,7 +80,7 @@ class TestCameraNoise:
 
 
 class TestSlip:
-    def test_a_share_is_missed_of_what_the_wheel_turns_meanwhile_and_never_made_good(self) -> None:
+    def test_encoder_misses_a_share_of_the_turn_during_the_fault(self) -> None:
         odometer = Odometer("left_encoder slip=0.25 after=0.1 lasts=0.1")
         angles = []
         for _ in range(6):
@@ -88,13 +88,13 @@ class TestSlip:
             odometer.turn(1.0)
         assert angles == pytest.approx([0.0, 1.0, 2.0, 2.75, 3.5, 4.5])
 
-    def test_it_is_the_same_whether_or_not_somebody_reads(self) -> None:
+    def test_slip_does_not_depend_on_reads(self) -> None:
         odometer = Odometer("encoders slip=0.25 after=0.1 lasts=0.1")
         for _ in range(5):
             odometer.turn(1.0)
         assert odometer.angle == pytest.approx(4.5)
 
-    def test_backwards_it_misses_too(self) -> None:
+    def test_encoder_misses_a_share_of_a_backward_turn(self) -> None:
         odometer = Odometer("left_encoder slip=0.5")
         odometer.turn(-2.0)
         assert odometer.angle == pytest.approx(-1.0)

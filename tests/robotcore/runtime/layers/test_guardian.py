@@ -19,30 +19,30 @@ from robotcore.safety.guardian.protocol import Report
 from tests.robotcore.fakes import UNHURRIED, NullMotor, Rig
 
 
-class Ear:
-    """A guardian that keeps what it hears, together with what motors are told."""
+class GuardianSpy:
+    """A guardian that logs its calls and the commands of motors in one list."""
 
     def __init__(self) -> None:
-        self.heard: list[str] = []
+        self.log: list[str] = []
         self.is_dead = False
-        self.made: list[Report] = []
+        self.reports: list[Report] = []
 
     def renew_lease(self) -> bool:
         self._require_life()
-        self.heard.append("driving")
+        self.log.append("driving")
         return True
 
     def end_lease(self) -> None:
-        self.heard.append("resting")
+        self.log.append("resting")
 
     def stops(self) -> list[Report]:
         self._require_life()
-        made, self.made = self.made, []
-        return made
+        reports, self.reports = self.reports, []
+        return reports
 
     def motor(self, name: str) -> NullMotor:
         motor = NullMotor(name)
-        motor.on_command = lambda rad_s: self.heard.append(f"{name} {rad_s:g}")
+        motor.on_command = lambda rad_s: self.log.append(f"{name} {rad_s:g}")
         return motor
 
     def _require_life(self) -> None:
@@ -50,83 +50,84 @@ class Ear:
             raise GuardianError("dead")
 
 
-class Guarded:
-    """Two motors on their own under the layer."""
+class GuardedMotors:
+    """Two motors under the guardian's layer."""
 
     def __init__(self) -> None:
-        self.guardian = Ear()
+        self.guardian = GuardianSpy()
         self.left, self.right = self.guardian.motor("left"), self.guardian.motor("right")
         self.layer = GuardianLayer(cast("Guardian", self.guardian))
-        self.over = [self.layer.motor(MotorOutput.of(each)) for each in (self.left, self.right)]
+        self.outputs = [self.layer.motor(MotorOutput.of(each)) for each in (self.left, self.right)]
 
     @property
-    def heard(self) -> list[str]:
-        heard, self.guardian.heard[:] = list(self.guardian.heard), []
-        return heard
+    def log(self) -> list[str]:
+        """The entries since the last read of this property."""
+        log, self.guardian.log[:] = list(self.guardian.log), []
+        return log
 
 
-def test_a_lease_begins_before_the_motor_turns_and_ends_when_the_last_one_was_reported_to_stand() -> None:
-    guard_motors = Guarded()
-    left, right = guard_motors.over
+def test_lease_begins_before_the_first_command_and_ends_after_the_last_stop() -> None:
+    guarded = GuardedMotors()
+    left, right = guarded.outputs
     left.set_velocity(1.0)
     right.set_velocity(2.0)
-    assert guard_motors.heard == ["driving", "left 1", "driving", "right 2"]
+    assert guarded.log == ["driving", "left 1", "driving", "right 2"]
     left.stop()
-    assert guard_motors.heard == ["left 0"]
+    assert guarded.log == ["left 0"]
     right.set_velocity(0.0)
-    assert guard_motors.heard == ["right 0", "resting"]
+    assert guarded.log == ["right 0", "resting"]
     right.stop()
-    assert guard_motors.heard == ["right 0"]
+    assert guarded.log == ["right 0"]
 
 
-def test_a_motor_that_does_not_stop_is_guarded_on() -> None:
-    guard_motors = Guarded()
-    left, _ = guard_motors.over
+def test_lease_continues_if_a_motor_does_not_stop() -> None:
+    guarded = GuardedMotors()
+    left, _ = guarded.outputs
     left.set_velocity(1.0)
-    guard_motors.left.is_broken = True
+    guarded.left.is_broken = True
     with pytest.raises(DeviceError):
         left.stop()
-    assert "resting" not in guard_motors.heard
+    assert "resting" not in guarded.log
 
 
-def test_a_command_that_failed_may_have_come_through() -> None:
-    guard_motors = Guarded()
-    left, _ = guard_motors.over
-    guard_motors.left.is_broken = True
+def test_lease_begins_even_if_the_command_fails() -> None:
+    guarded = GuardedMotors()
+    left, _ = guarded.outputs
+    guarded.left.is_broken = True
     with pytest.raises(DeviceError):
         left.set_velocity(1.0)
-    guard_motors.left.is_broken = False
-    assert guard_motors.heard == ["driving", "left 1"]
+    guarded.left.is_broken = False
+    assert guarded.log == ["driving", "left 1"]
     left.stop()
-    assert guard_motors.heard == ["left 0", "resting"]
+    assert guarded.log == ["left 0", "resting"]
 
 
-def test_a_stop_in_the_middle_of_a_command_does_not_end_its_lease() -> None:
-    guard_motors = Guarded()
-    left, _ = guard_motors.over
-    guard_motors.left.on_command = lambda rad_s: left.stop() if rad_s else None
+def test_stop_during_a_command_does_not_end_the_lease() -> None:
+    guarded = GuardedMotors()
+    left, _ = guarded.outputs
+    guarded.left.on_command = lambda rad_s: left.stop() if rad_s else None
     left.set_velocity(1.0)
-    assert guard_motors.heard == ["driving"]
+    assert guarded.log == ["driving"]
 
 
-def test_without_a_guardian_no_motor_is_reported_to_turn_and_all_are_stopped() -> None:
-    guard_motors = Guarded()
-    left, right = guard_motors.over
+def test_dead_guardian_refuses_commands_and_every_motor_stops() -> None:
+    guarded = GuardedMotors()
+    left, right = guarded.outputs
     left.set_velocity(1.0)
-    guard_motors.guardian.is_dead = True
+    guarded.guardian.is_dead = True
     with pytest.raises(GuardianError):
         right.set_velocity(1.0)
-    assert guard_motors.heard == ["driving", "left 1", "left 0", "right 0"]
+    assert guarded.log == ["driving", "left 1", "left 0", "right 0"]
 
 
-def test_a_stop_of_the_guardian_is_an_intervention_and_driving_goes_on() -> None:
-    guardian, rig = Ear(), Rig(description=UNHURRIED)
+def test_stop_by_the_guardian_is_an_intervention_and_later_commands_pass() -> None:
+    guardian, rig = GuardianSpy(), Rig(description=UNHURRIED)
     guard = GuardianLayer(cast("Guardian", guardian))
     assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
     assert assembled.stage
     assembled.stage.ask(Wheels(1.0, 2.0))
     assembled.stage.commit()
-    guardian.made = [Report("stop", ("left_motor",), ())]
+    guardian.reports = [Report("stop", ("left_motor",), ())]
     assembled.stage.ask(Wheels(1.0, 2.0))
     commit = assembled.stage.commit()
     (intervention,) = commit.interventions
@@ -135,12 +136,12 @@ def test_a_stop_of_the_guardian_is_an_intervention_and_driving_goes_on() -> None
         Wheels(1.0, 2.0),
         Wheels(0.0, 0.0),
     )
-    assert rig.left.received == [1.0, 0.0, 1.0]  # the driver hears of the stop too
+    assert rig.left.received == [1.0, 0.0, 1.0]  # the layer sends the guardian's stop to the motor too
     assert not assembled.stage.commit().interventions
 
 
-def test_a_tick_without_a_command_ends_a_run_whose_guardian_has_died() -> None:
-    guardian, rig = Ear(), Rig()
+def test_commit_without_a_command_raises_if_the_guardian_is_dead() -> None:
+    guardian, rig = GuardianSpy(), Rig()
     guard = GuardianLayer(cast("Guardian", guardian))
     assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
     assert assembled.stage
@@ -156,15 +157,15 @@ def test_a_robot_without_cutoffs_needs_no_guardian() -> None:
     assert layer is None
 
 
-def test_the_guardian_waits_as_long_as_the_most_patient_cutoff_asks_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_guardians_lease_includes_the_longest_patience_of_the_cutoffs(monkeypatch: pytest.MonkeyPatch) -> None:
     leases: list[float] = []
 
-    class Noted(ExitStack):
+    class LeaseSpy(ExitStack):
         def __init__(self, _: object, lease: float) -> None:
             super().__init__()
             leases.append(lease)
 
-    monkeypatch.setattr("robotcore.safety.guardian.client.Guardian", Noted)
+    monkeypatch.setattr("robotcore.safety.guardian.client.Guardian", LeaseSpy)
     for patience in ((0.0, 0.0), (0.0, 0.25)):
         cutoffs = [CutoffSpec("motor", "my_board:Stop", {}, each) for each in patience]
         with ExitStack() as end:
@@ -176,7 +177,7 @@ def test_a_driver_that_rounds_does_not_hold_back_the_acceleration_limit() -> Non
     rig = Rig(description=UNHURRIED)
     apply = rig.left.set_velocity
     rig.left.set_velocity = lambda rad_s: round(apply(rad_s))  # type: ignore[method-assign]
-    guardian = Ear()
+    guardian = GuardianSpy()
     guard = GuardianLayer(cast("Guardian", guardian))
     assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
     assert assembled.stage

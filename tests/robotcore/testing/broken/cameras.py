@@ -16,12 +16,12 @@ from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 def change_pictures(change: Callable[[Image], Any]) -> Damage:
     """Change every picture, and leave it read-only."""
 
-    def changed(frame: Frame) -> Frame:
+    def change_frame(frame: Frame) -> Frame:
         image = change(frame.image)
         image.flags.writeable = False
         return Frame(image, frame.time, frame.sequence)
 
-    return change_samples(Camera, changed)
+    return change_samples(Camera, change_frame)
 
 
 def add_alpha(image: Image) -> Image:
@@ -50,7 +50,7 @@ def _into(buffer: Image, newest: Callable[[], Frame]) -> Callable[[], Frame]:
     return overwrite
 
 
-class Relabelled(Camera):
+class WrongIntrinsicsCamera(Camera):
     """A camera with wrong intrinsics."""
 
     def __init__(self, inner: Camera, intrinsics: Intrinsics) -> None:
@@ -61,22 +61,22 @@ class Relabelled(Camera):
         return self._inner.read()
 
 
-class OtherIntrinsics(Sound):
+class WrongIntrinsicsSuite(Sound):
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)
-        devices = [self.relabel(device) for device in robot.devices.values()]
+        devices = [self.replace_camera(device) for device in robot.devices.values()]
         return Robot(robot.name, robot.clock, devices, truth=robot.truth, release=robot.close)
 
-    def relabel(self, device: Device) -> Device:
-        return Relabelled(device, Intrinsics(640, 480, 1.0821)) if isinstance(device, Camera) else device
+    def replace_camera(self, device: Device) -> Device:
+        return WrongIntrinsicsCamera(device, Intrinsics(640, 480, 1.0821)) if isinstance(device, Camera) else device
 
 
-class WiderField(OtherIntrinsics):
+class WideFieldSuite(WrongIntrinsicsSuite):
     def open(self, setup: Setup) -> Robot:
         return super().open(change_description("eye", horizontal_fov_rad=1.4)(setup))
 
-    def relabel(self, device: Device) -> Device:
-        return Relabelled(device, self.eye.intrinsics) if isinstance(device, Camera) else device
+    def replace_camera(self, device: Device) -> Device:
+        return WrongIntrinsicsCamera(device, self.eye.intrinsics) if isinstance(device, Camera) else device
 
 
 BROKEN = (
@@ -107,11 +107,11 @@ BROKEN = (
     Broken(
         "the field of view is narrower than described",
         frozenset({"field_of_view_is_the_one_described"}),
-        WiderField,
+        WideFieldSuite,
     ),
     Broken(
         "the intrinsics are those of another size",
         frozenset({"intrinsics_are_the_ones_described"}),
-        OtherIntrinsics,
+        WrongIntrinsicsSuite,
     ),
 )

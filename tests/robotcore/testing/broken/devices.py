@@ -10,7 +10,7 @@ from robotcore.description import BatteryDescription, RobotDescription, load_rob
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Battery, Encoder, Image, Voltage
 from robotcore.hal.robot import Robot
-from tests.doubles.powered import PoweredBackend
+from tests.doubles.battery_backend import BatteryBackend
 from tests.robotcore.testing.broken.sensing import Damage, change_samples
 from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 
@@ -42,10 +42,10 @@ ROVER = load_robot("rover")
 POWERED = ROVER.model_copy(update={"devices": (*ROVER.devices, BatteryDescription(kind="battery", name="cells"))})
 
 
-class Powered(Sound):
+class BatterySuite(Sound):
     """The suite on a robot with a battery."""
 
-    backend = PoweredBackend
+    backend = BatteryBackend
 
     @property
     def description(self) -> RobotDescription:
@@ -53,7 +53,7 @@ class Powered(Sound):
 
 
 def broken_battery(fault: str, rules: str, change: Callable[[Voltage], Voltage]) -> Broken:
-    class Suite(Powered):
+    class Suite(BatterySuite):
         def open(self, setup: Setup) -> Robot:
             robot = super().open(setup)
             change_samples(Battery, change)(robot)

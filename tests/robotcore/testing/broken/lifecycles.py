@@ -9,47 +9,47 @@ from robotcore.hal.robot import Robot
 from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 
 
-def every_device(setup: Setup) -> Setup:
+def choose_all(setup: Setup) -> Setup:
     return replace(setup, devices=frozenset(device.name for device in setup.robot.devices))
 
 
-def no_options(setup: Setup) -> Setup:
+def drop_options(setup: Setup) -> Setup:
     return replace(setup, options={})
 
 
-def nothing_without_a_drive(setup: Setup) -> Setup:
+def choose_no_device_without_a_drive(setup: Setup) -> Setup:
     return setup if setup.robot.drive else replace(setup, devices=frozenset())
 
 
-def never_closing(robot: Robot) -> None:
+def ignore_close(robot: Robot) -> None:
     swap_in(robot, "close", lambda: None)
 
 
-def closing_once(robot: Robot) -> None:
+def refuse_second_close(robot: Robot) -> None:
     close = robot.close
 
-    def close_or_complain() -> None:
-        swap_in(robot, "close", complain)
+    def close_once() -> None:
+        swap_in(robot, "close", raise_error)
         close()
 
-    def complain() -> None:
+    def raise_error() -> None:
         raise RuntimeError("not connected")
 
-    swap_in(robot, "close", close_or_complain)
+    swap_in(robot, "close", close_once)
 
 
-def sensor_never_closing(robot: Robot) -> None:
+def keep_sensor_open(robot: Robot) -> None:
     if "nose" in robot.devices:
         swap_in(robot["nose"], "close", lambda: None)
 
 
-def display_never_closing(robot: Robot) -> None:
+def keep_display_open(robot: Robot) -> None:
     for device in robot.devices.values():
         if isinstance(device, Display):
             swap_in(device, "close", lambda: None)
 
 
-class GivingUp(Robot):
+class FirstErrorRobot(Robot):
     """A robot that stops its motors in turn, until one fails."""
 
     def close(self) -> None:
@@ -64,7 +64,7 @@ class GivingUp(Robot):
         super().close()
 
 
-class OnlyWhenAllIsWell(Robot):
+class NoCloseOnErrorRobot(Robot):
     """A robot that closes only if nothing was raised."""
 
     def __exit__(
@@ -74,19 +74,19 @@ class OnlyWhenAllIsWell(Robot):
             self.close()
 
 
-class GivingUpSuite(Sound):
-    kind: type[Robot] = GivingUp
+class FirstErrorSuite(Sound):
+    kind: type[Robot] = FirstErrorRobot
 
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)
         return self.kind(robot.name, robot.clock, robot.devices.values(), truth=robot.truth, release=robot.close)
 
 
-class OnlyWhenAllIsWellSuite(GivingUpSuite):
-    kind = OnlyWhenAllIsWell
+class NoCloseOnErrorSuite(FirstErrorSuite):
+    kind = NoCloseOnErrorRobot
 
 
-class OpensLessTheSecondTime(Sound):
+class SecondOpenSuite(Sound):
     times = 0
 
     def open(self, setup: Setup) -> Robot:
@@ -95,31 +95,31 @@ class OpensLessTheSecondTime(Sound):
 
 
 BROKEN = (
-    broken("it opens more than it was asked for", "only_the_devices_asked_for_are_opened", setup_for=every_device),
-    broken("it needs a drive", "robot_without_a_drive_opens", setup_for=nothing_without_a_drive),
-    broken("options are not looked at", "unknown_option_is_refused", setup_for=no_options),
+    broken("it opens more than it was asked for", "only_the_devices_asked_for_are_opened", setup_for=choose_all),
+    broken("it needs a drive", "robot_without_a_drive_opens", setup_for=choose_no_device_without_a_drive),
+    broken("options are not looked at", "unknown_option_is_refused", setup_for=drop_options),
     broken(
         "closing does nothing",
         "closing_stops_every_motor leaving_by_an_error_stops_every_motor closed_devices_say_so "
         "motor_that_cannot_be_stopped_keeps_no_other_from_stopping",
-        never_closing,
+        ignore_close,
     ),
-    broken("closing twice fails", "closing_twice_is_no_error", closing_once),
-    broken("a closed sensor goes on", "closed_devices_say_so", sensor_never_closing),
-    broken("a closed display goes on", "closed_devices_say_so", display_never_closing),
+    broken("closing twice fails", "closing_twice_is_no_error", refuse_second_close),
+    broken("a closed sensor goes on", "closed_devices_say_so", keep_sensor_open),
+    broken("a closed display goes on", "closed_devices_say_so", keep_display_open),
     Broken(
         "one motor that fails keeps the next from stopping",
         frozenset({"motor_that_cannot_be_stopped_keeps_no_other_from_stopping"}),
-        GivingUpSuite,
+        FirstErrorSuite,
     ),
     Broken(
         "an error leaves the motors turning",
         frozenset({"leaving_by_an_error_stops_every_motor"}),
-        OnlyWhenAllIsWellSuite,
+        NoCloseOnErrorSuite,
     ),
     Broken(
         "a robot cannot be opened again",
         frozenset({"robot_opens_again_after_closing", "only_the_devices_asked_for_are_opened"}),
-        OpensLessTheSecondTime,
+        SecondOpenSuite,
     ),
 )

@@ -17,18 +17,18 @@ from tests.robotcore.testing.harness import Broken, broken
 MIN_RANGE, MAX_RANGE, CONE = 0.02, 2.0, 0.5236
 
 
-def distance_as(change: Callable[[float], float]) -> Damage:
+def change_distances(change: Callable[[float], float]) -> Damage:
     return change_samples(RangeSensor, lambda sample: replace(sample, distance=change(sample.distance)))
 
 
-def mirrored(sample: Range) -> Range:
+def mirror(sample: Range) -> Range:
     if sample.point is None:
         return sample
     x, y, z = sample.point
     return replace(sample, point=(x, -y, z))
 
 
-class Losing(ConformanceSuite):
+class EchoLossSuite(ConformanceSuite):
     """A suite that can lose echoes; the sensor then returns a wrong sample."""
 
     backend = MockBackend
@@ -43,11 +43,11 @@ class Losing(ConformanceSuite):
         self.is_lost = True
 
 
-class LosingAsInf(Losing):
+class InfiniteEchoLossSuite(EchoLossSuite):
     instead = math.inf
 
 
-class LosingAsNew(Losing):
+class NewEchoLossSuite(EchoLossSuite):
     instead = 1.0
 
 
@@ -55,12 +55,12 @@ BROKEN = (
     broken(
         "distances are 15 mm too long",
         "distance_to_a_wall_is_right",
-        distance_as(lambda metres: metres + 0.015 if metres > 0.1 else metres),
+        change_distances(lambda metres: metres + 0.015 if metres > 0.1 else metres),
     ),
     broken(
         "nothing in range reads the maximum",
         "nothing_ahead_reads_inf beyond_the_maximum_reads_inf cone_is_the_full_angle",
-        distance_as(lambda metres: min(metres, MAX_RANGE)),
+        change_distances(lambda metres: min(metres, MAX_RANGE)),
     ),
     broken(
         "it reads beyond its maximum",
@@ -77,7 +77,7 @@ BROKEN = (
     broken(
         "rays begin behind an obstacle that touches the robot",
         "touching_a_wall_does_not_read_inf nearer_than_the_minimum_reads_the_minimum",
-        distance_as(lambda metres: math.inf if metres <= MIN_RANGE else metres),
+        change_distances(lambda metres: math.inf if metres <= MIN_RANGE else metres),
     ),
     broken(
         "the cone is twice as wide as described",
@@ -91,8 +91,10 @@ BROKEN = (
         set_attributes("nose", cone=CONE),
         change_description("nose", cone_rad=0.0),
     ),
-    broken("the detected point is mirrored", "detected_point_is_left_positive", change_samples(RangeSensor, mirrored)),
-    broken("the cone told is its half", "limits_are_the_ones_described", set_attributes("nose", cone=CONE / 2)),
-    Broken("a lost echo reads inf", frozenset({"lost_echo_is_no_new_sample"}), LosingAsInf),
-    Broken("a lost echo reads the old value as new", frozenset({"lost_echo_is_no_new_sample"}), LosingAsNew),
+    broken("the detected point is mirrored", "detected_point_is_left_positive", change_samples(RangeSensor, mirror)),
+    broken(
+        "the cone is half the described one", "limits_are_the_ones_described", set_attributes("nose", cone=CONE / 2)
+    ),
+    Broken("a lost echo reads inf", frozenset({"lost_echo_is_no_new_sample"}), InfiniteEchoLossSuite),
+    Broken("a lost echo reads the old value as new", frozenset({"lost_echo_is_no_new_sample"}), NewEchoLossSuite),
 )

@@ -13,12 +13,12 @@ from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
 EPOCH_S = 1.7e9
 
 
-def counting_reads(robot: Robot) -> None:
+def count_reads(robot: Robot) -> None:
     numbers = itertools.count()
     change_samples(RangeSensor, lambda sample: replace(sample, sequence=next(numbers)))(robot)
 
 
-def sleeping(robot: Robot) -> None:
+def sleep_in_reads(robot: Robot) -> None:
     def sleep(sample: Range) -> Range:
         robot.clock.sleep_until(robot.clock.now() + 0.005)
         return sample
@@ -26,16 +26,16 @@ def sleeping(robot: Robot) -> None:
     change_samples(RangeSensor, sleep)(robot)
 
 
-class WaitsForHardware(Sound):
-    """A driver whose sensors wait for the hardware in ``read``."""
+class HardwareWaitSuite(Sound):
+    """A suite for a driver whose sensors wait for the hardware in ``read``."""
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
         robot = self.open(setup)
-        change_samples(RangeSensor, lambda sample: _after(gate, sample))(robot)
+        change_samples(RangeSensor, lambda sample: _wait_at(gate, sample))(robot)
         return robot
 
 
-def _after(gate: Gate, sample: Range) -> Range:
+def _wait_at(gate: Gate, sample: Range) -> Range:
     gate.pass_through()
     return sample
 
@@ -56,22 +56,22 @@ BROKEN_SAMPLES = (
         "new_sample_has_a_higher_sequence",
         change_samples(RangeSensor, lambda sample: replace(sample, sequence=0)),
     ),
-    broken("the sequence counts reads", "sample_read_twice_is_the_same", counting_reads),
-    broken("reading lets time pass", "reading_lets_no_time_pass", sleeping),
-    Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), WaitsForHardware),
+    broken("the sequence counts reads", "sample_read_twice_is_the_same", count_reads),
+    broken("reading lets time pass", "reading_lets_no_time_pass", sleep_in_reads),
+    Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), HardwareWaitSuite),
 )
 
 
-def one_step_late(robot: Robot) -> None:
+def sleep_one_step(robot: Robot) -> None:
     robot.clock.sleep_until(1 / 240)
 
 
-def ending_early(robot: Robot) -> None:
+def end_sleeps_early(robot: Robot) -> None:
     sleep_until = robot.clock.sleep_until
     swap_in(robot.clock, "sleep_until", lambda deadline: sleep_until(deadline - 0.005))
 
 
-def going_back(robot: Robot) -> None:
+def set_back(robot: Robot) -> None:
     """Set the clock back by a second after the fourth sleep."""
     now, sleep_until = robot.clock.now, robot.clock.sleep_until
     sleeps: list[float] = []
@@ -84,22 +84,22 @@ def going_back(robot: Robot) -> None:
     swap_in(robot.clock, "now", lambda: now() - (1.0 if len(sleeps) == 4 else 0.0))
 
 
-def forgetting_calls(robot: Robot) -> None:
+def drop_calls(robot: Robot) -> None:
     swap_in(robot.clock, "call_at", lambda deadline, callback: None)
 
 
 BROKEN_CLOCKS = (
-    broken("time begins before the opening", "time_begins_at_zero", one_step_late),
-    broken("the clock is set back", "time_never_goes_back steps_divide_the_tick", going_back),
+    broken("time begins before the opening", "time_begins_at_zero", sleep_one_step),
+    broken("the clock is set back", "time_never_goes_back steps_divide_the_tick", set_back),
     broken(
         "sleep ends early",
         "sleeping_ends_no_earlier_than_asked steps_divide_the_tick",
-        ending_early,
+        end_sleeps_early,
     ),
     broken(
         "the physics step is 1/240 s at every rate",
         "steps_divide_the_tick",
         setup_for=lambda setup: replace(setup, rate_hz=20.0),
     ),
-    broken("calls are forgotten", "calls_are_made_when_they_are_due", forgetting_calls),
+    broken("calls are forgotten", "calls_are_made_when_they_are_due", drop_calls),
 )

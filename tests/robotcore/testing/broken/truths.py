@@ -16,35 +16,35 @@ from tests.robotcore.testing.harness import broken, swap_in
 _NUMBERS = itertools.count()
 
 
-def change_truth(what: str, change: Callable[[Any], Any]) -> Callable[[Robot], None]:
+def change_truth(name: str, change: Callable[[Any], Any]) -> Callable[[Robot], None]:
     """Change one value of the truth."""
 
     def damage(robot: Robot) -> None:
-        tell = getattr(robot.truth, what)
-        swap_in(robot.truth, what, lambda: change(tell()))
+        read = getattr(robot.truth, name)
+        swap_in(robot.truth, name, lambda: change(read()))
 
     return damage
 
 
-def from_the_origin(setup: Setup) -> Setup:
+def start_at_the_origin(setup: Setup) -> Setup:
     assert setup.world
     return replace(setup, world=setup.world.model_copy(update={"start": Start()}))
 
 
-def narrower(setup: Setup) -> Setup:
+def narrow_the_track(setup: Setup) -> Setup:
     if setup.robot.drive is None:
         return setup
     drive = setup.robot.drive.model_copy(update={"track_m": 0.1})
     return replace(setup, robot=setup.robot.model_copy(update={"drive": drive}))
 
 
-def outliving_the_run(robot: Robot) -> None:
+def keep_state_between_runs(robot: Robot) -> None:
     change_samples(Encoder, lambda sample: replace(sample, angle=sample.angle + 1e-12 * next(_NUMBERS)))(robot)
 
 
 BROKEN = (
-    broken("the world's start is not looked at", "pose_begins_at_the_start", setup_for=from_the_origin),
-    broken("the track is not the described one", "pose_moves_as_the_wheels_roll", setup_for=narrower),
+    broken("the world's start is not looked at", "pose_begins_at_the_start", setup_for=start_at_the_origin),
+    broken("the track is not the described one", "pose_moves_as_the_wheels_roll", setup_for=narrow_the_track),
     broken(
         "the twist is that of one wheel",
         "twist_is_the_change_of_the_pose",
@@ -58,5 +58,5 @@ BROKEN = (
         "bump_into_a_wall_is_one_contact",
         change_truth("contacts", lambda n: 9 * n),
     ),
-    broken("state outlives the run", "two_runs_alike_are_equal_to_the_bit", outliving_the_run),
+    broken("state outlives the run", "two_runs_alike_are_equal_to_the_bit", keep_state_between_runs),
 )

@@ -11,7 +11,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "tell.h"
+#include "event.h"
 
 enum { UCSR0A = 0xC0, U2X0 = 0x02, UBRR0L = 0xC4, UBRR0H, BITS_A_BYTE = 10, CR = 13 };
 
@@ -66,7 +66,7 @@ void line_plug(avr_t *avr, const char *link)
 	close(open(ptsname(master), O_RDWR | O_NOCTTY)); /* so that poll detects if a process has it open */
 	if (symlink(ptsname(master), link))
 		err(1, "%s", link);
-	tell(avr, "plugged");
+	print_event(avr, "plugged");
 }
 
 void line_pull(avr_t *avr, const char *link)
@@ -77,7 +77,7 @@ void line_pull(avr_t *avr, const char *link)
 	close(master);
 	master = -1;
 	is_open = 0;
-	tell(avr, "pulled");
+	print_event(avr, "pulled");
 }
 
 void line_flush(void)
@@ -130,7 +130,7 @@ static void note(avr_t *avr, unsigned char byte)
 	}
 	text[written] = 0;
 	written = 0;
-	tell(avr, "line %s", text);
+	print_event(avr, "line %s", text);
 }
 
 void line_feed(avr_t *avr)

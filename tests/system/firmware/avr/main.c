@@ -2,7 +2,7 @@
  *
  * LINK becomes a link to the UART's pty; BENCH is a file that holds a `struct bench`, shared with whoever made it.
  * On stdin a word a line: pull, plug (the line), reset (the button), hang (the program stays where it is), mark (tell
- * the time). It ends with stdin. On stdout what happened; see tell.h. It runs in real time, or more slowly where the machine cannot. */
+ * the time). It ends with stdin. On stdout what happened; see event.h. It runs in real time, or more slowly where the machine cannot. */
 #include <err.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -17,7 +17,7 @@
 #include "bench.h"
 #include "line.h"
 #include "sonar.h"
-#include "tell.h"
+#include "event.h"
 #include "wheels.h"
 
 enum {
@@ -79,7 +79,7 @@ static void hang(avr_t *avr)
 	while (!avr->sreg[S_I])
 		avr_run(avr);
 	avr->pc = BOOTLOADER;
-	tell(avr, "hangs");
+	print_event(avr, "hangs");
 }
 
 static void reset(avr_t *avr)
@@ -87,7 +87,7 @@ static void reset(avr_t *avr)
 	line_flush();
 	avr_reset(avr);
 	boots_until = avr->cycle + (avr_cycle_count_t)(bench->bootloader_s * HZ);
-	tell(avr, "reset");
+	print_event(avr, "reset");
 }
 
 /* Run until that cycle, as the bootloader or as the sketch. */
@@ -100,7 +100,7 @@ static void run(avr_t *avr, avr_cycle_count_t end)
 		}
 		avr->run_cycle_limit = LOOK;
 		if (avr->run != run_normally)
-			tell(avr, "watchdog"); /* this very call resets it */
+			print_event(avr, "watchdog"); /* this very call resets it */
 		if (avr_run(avr) >= cpu_Done)
 			errx(1, "the sketch has crashed the AVR at %04x", avr->pc);
 		sonar_pass(avr, bench);
@@ -118,7 +118,7 @@ static void obey(avr_t *avr, const char *word, const char *link)
 	else if (!strcmp(word, "hang"))
 		hang(avr);
 	else if (!strcmp(word, "mark"))
-		tell(avr, "mark");
+		print_event(avr, "mark");
 	else
 		warnx("%s?", word);
 }

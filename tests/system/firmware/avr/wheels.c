@@ -3,7 +3,7 @@
 #include <math.h>
 
 #include "pins.h"
-#include "tell.h"
+#include "event.h"
 
 /* Equal inputs brake: the target is zero velocity, with the lag of the motor. */
 static double duty(avr_t *avr, const struct wheel *wheel)
@@ -42,7 +42,7 @@ void wheels_turn(avr_t *avr, struct bench *bench, double seconds)
 	double left = duty(avr, &bench->left), right = duty(avr, &bench->right);
 
 	if (left != bench->left.duty || right != bench->right.duty)
-		tell(avr, "duty %.4f %.4f", left, right);
+		print_event(avr, "duty %.4f %.4f", left, right);
 	bench->left.duty = left;
 	bench->right.duty = right;
 	for (struct wheel *wheel = &bench->left; wheel <= &bench->right; wheel++) {

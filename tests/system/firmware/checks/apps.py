@@ -9,12 +9,12 @@ import pytest
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.session import run
-from tests.system.firmware.config import patient
+from tests.system.firmware.config import write_rover_file
 
 
 @pytest.fixture
 def rover(tmp_path: Path) -> str:
-    return str(patient(tmp_path / "rover.toml"))
+    return str(write_rover_file(tmp_path / "rover.toml"))
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

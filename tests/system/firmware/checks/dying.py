@@ -15,7 +15,7 @@ import pytest
 
 from tests.system.firmware.backend import start_board
 from tests.system.firmware.board import Board
-from tests.system.firmware.config import BOARD_TIMEOUT_S, patient
+from tests.system.firmware.config import BOARD_TIMEOUT_S, write_rover_file
 from tests.system.speed import scaled
 
 STARTED_S, ENDED_S = 30.0, 20.0
@@ -45,7 +45,7 @@ def running(board: Board, *arguments: str, program: Sequence[str] = ("robotcore"
 @pytest.fixture
 def app(board: Board, tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     """A run whose clock follows the AVR's."""
-    rover = str(patient(tmp_path / "rover.toml"))
+    rover = str(write_rover_file(tmp_path / "rover.toml"))
     here = ("--backend", "simavr", "--robot", rover, "--option", f"join={board.folder}", "--world", "open")
     with running(board, *here, "--set", "duration_s=600", "--timeout", "600") as process:
         yield process
@@ -94,7 +94,7 @@ def test_run_on_the_serial_backend_drives_and_leaves_the_wheels_at_rest(tmp_path
 
     Opening the port does not reset the board, so it already has a range for the first question.
     """
-    rover = str(patient(tmp_path / "rover.toml"))
+    rover = str(write_rover_file(tmp_path / "rover.toml"))
     with start_board(lambda wiring: replace(wiring, resets_when_opened=False)) as board:
         board.pass_time(BOOTING_S)
         here = ("--backend", "serial", "--robot", rover, "--port", str(board.port))

@@ -12,7 +12,7 @@ from robotcore.hal.devices import Motor
 
 
 @dataclass
-class Unruly(Behaviour):
+class IrregularApp(Behaviour):
     """Ends by ``end``: success, nan, swallowed (it catches the error of a NaN), or crash."""
 
     end: str = "success"

@@ -1,4 +1,4 @@
-"""Run the command line as on a Raspberry Pi 3: ``python -m tests.drivers.raspberrypi.on_a_pi run APP --backend …``."""
+"""Run the command line as on a Raspberry Pi 3: ``python -m tests.drivers.raspberrypi.run_as_pi run APP …``."""
 
 from __future__ import annotations
 

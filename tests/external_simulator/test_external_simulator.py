@@ -1,4 +1,4 @@
-"""A simulator in another process that dies or hangs during a run."""
+"""Runs on a simulator in another process that is killed or suspended during the run."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robotcore.runtime.behaviour import Status
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import run
-from tests.faraway.backend import FarawayBackend, register
+from tests.external_simulator.backend import ExternalSimulatorBackend, register
 from tests.robotcore.fakes import FunctionApp
 
 ROOT = Path(__file__).parents[2]
@@ -26,7 +26,7 @@ NAMED = ("left_motor", "right_motor", "left_encoder", "right_encoder", "nose", "
 
 @pytest.fixture
 def server() -> Iterator[subprocess.Popen[str]]:
-    command = [sys.executable, "-m", "tests.faraway.server"]
+    command = [sys.executable, "-m", "tests.external_simulator.server"]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
         yield process
         process.kill()
@@ -38,14 +38,14 @@ def port_of(server: subprocess.Popen[str]) -> str:
 
 
 @pytest.fixture
-def backend(monkeypatch: pytest.MonkeyPatch) -> FarawayBackend:
-    faraway = FarawayBackend()
-    monkeypatch.setattr("robotcore.runtime.plan.load_backend", lambda _: faraway)
-    return faraway
+def backend(monkeypatch: pytest.MonkeyPatch) -> ExternalSimulatorBackend:
+    external = ExternalSimulatorBackend()
+    monkeypatch.setattr("robotcore.runtime.plan.load_backend", lambda _: external)
+    return external
 
 
 def run_and_signal(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatch, number: int) -> RunResult:
-    """Run an app that drives. Send the server a signal in the fifth tick."""
+    """Run an app that drives, and send the server a signal in the fifth tick."""
     ticks: list[int] = []
 
     def drive(robot: Robot) -> Status:
@@ -61,27 +61,30 @@ def run_and_signal(server: subprocess.Popen[str], monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
-def test_the_reason_names_a_device_and_every_motor_gets_a_stop(
-    server: subprocess.Popen[str], backend: FarawayBackend, monkeypatch: pytest.MonkeyPatch, number: signal.Signals
+def test_lost_simulator_is_named_and_a_stop_is_sent_to_every_motor(
+    server: subprocess.Popen[str],
+    backend: ExternalSimulatorBackend,
+    monkeypatch: pytest.MonkeyPatch,
+    number: signal.Signals,
 ) -> None:
     result = run_and_signal(server, monkeypatch, number)
-    server.kill()  # ends all waits for an answer
+    server.kill()  # ends the calls that wait for an answer
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
     assert any(name in result.reason.partition(";")[0] for name in NAMED)
     assert result.verified is None
-    last = {request[1]: request[2] for request in backend.wire.requests if request[0] == "turn"}
+    last = {request[1]: request[2] for request in backend.client.requests if request[0] == "turn"}
     assert last == {"left_motor": 0.0, "right_motor": 0.0}
 
 
-def test_an_installed_backend_gives_the_same_commands_as_the_built_in_one(
+def test_registered_backend_has_the_trace_of_the_kinematic_simulator(
     server: subprocess.Popen[str], tmp_path: Path
 ) -> None:
     register(tmp_path)
     path = os.pathsep.join([str(tmp_path), str(ROOT)])
-    command = [sys.executable, "-m", "robotcore", "run", "green-search", "--world", "open", "--timeout", "2", "--json"]
+    run_it = [sys.executable, "-m", "robotcore", "run", "green-search", "--world", "open", "--timeout", "2", "--json"]
     digests = []
-    for arguments in (["--backend", "faraway", "--port", port_of(server)], ["--backend", "kinematic"]):
+    for arguments in (["--backend", "external", "--port", port_of(server)], ["--backend", "kinematic"]):
         env = {**os.environ, "PYTHONPATH": path}
-        answer = subprocess.run([*command, *arguments], env=env, capture_output=True, text=True, check=False)
+        answer = subprocess.run([*run_it, *arguments], env=env, capture_output=True, text=True, check=False)
         digests.append(json.loads(answer.stdout)["trace_sha256"])
     assert digests[0] == digests[1]

@@ -1,4 +1,4 @@
-"""A simulated rover with a battery whose voltage follows a script."""
+"""A kinematic backend whose rover has a battery. The voltages follow a script."""
 
 from __future__ import annotations
 
@@ -18,22 +18,21 @@ from robotcore.hal.robot import Robot
 from robotcore.testing.mock.devices import MockBattery, Script
 
 CELLS = '\n[[devices]]\nkind = "battery"\nname = "cells"\nwarn_below_v = 6.6\n'
-"""The section of the battery in a robot's file."""
+"""The section of a battery in a robot's file, without a section for a backend."""
 
 
-def powered_rover(folder: Path) -> RobotDescription:
-    """Return the shipped rover with a battery, from a file in a folder."""
-    file = folder / "powered.toml"
+def load_battery_rover(folder: Path) -> RobotDescription:
+    """Write the file of the shipped rover with a battery, and load it."""
+    file = folder / "battery_backend.toml"
     file.write_text(files("robotcore.description").joinpath("robots", "rover.toml").read_text() + CELLS)
     return load_robot(str(file))
 
 
-class PoweredBackend(KinematicBackend):
-    """The kinematic backend with batteries."""
+class BatteryBackend(KinematicBackend):
+    """Opens each battery with the voltages ``volts``. If ``volts`` is None, the batteries cannot be opened."""
 
     name = "powered"
     volts: ClassVar[Any] = 7.4
-    """The script of all batteries. If it is None, they cannot be opened."""
 
     def batteries(self, robot: RobotDescription, options: Mapping[str, Any]) -> frozenset[str]:
         return frozenset(battery.name for battery in robot.all_of(BatteryDescription))
@@ -48,11 +47,11 @@ class PoweredBackend(KinematicBackend):
 
 
 def install(monkeypatch: pytest.MonkeyPatch, volts: Script = 7.4) -> None:
-    """Register the backend as an installed one. Its battery follows the script."""
+    """Register the backend under the name ``powered``, with batteries that follow the script."""
     points = dict(registry._points(registry.BACKENDS))
-    points["powered"] = EntryPoint("powered", f"{__name__}:PoweredBackend", registry.BACKENDS)
+    points["powered"] = EntryPoint("powered", f"{__name__}:BatteryBackend", registry.BACKENDS)
     others = registry._points
     monkeypatch.setattr(
         "robotcore.plugins._points", lambda group: points if group == registry.BACKENDS else others(group)
     )
-    monkeypatch.setattr(PoweredBackend, "volts", staticmethod(volts) if callable(volts) else volts)
+    monkeypatch.setattr(BatteryBackend, "volts", staticmethod(volts) if callable(volts) else volts)

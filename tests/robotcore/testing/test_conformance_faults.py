@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.robotcore.testing.broken import BROKEN
-from tests.robotcore.testing.broken.devices import Powered
+from tests.robotcore.testing.broken.devices import BatterySuite
 from tests.robotcore.testing.harness import Broken, Sound, failing_rules, rule_names
 
 
@@ -14,7 +14,7 @@ def test_sound_driver_fails_no_rule() -> None:
 
 
 def test_sound_driver_with_a_battery_fails_no_rule() -> None:
-    assert failing_rules(Powered) == set()
+    assert failing_rules(BatterySuite) == set()
 
 
 @pytest.mark.parametrize("broken", BROKEN, ids=[broken.fault for broken in BROKEN])

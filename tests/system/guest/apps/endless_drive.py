@@ -6,7 +6,7 @@ from robotcore import Behaviour, Robot, Role, Status
 
 
 @dataclass
-class Onwards(Behaviour):
+class EndlessDrive(Behaviour):
     """Drives forward without end."""
 
     needs = frozenset({Role.DRIVE})

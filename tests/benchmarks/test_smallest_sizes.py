@@ -1,7 +1,7 @@
-"""Every benchmark runs at its smallest size: it prints a table, and raises nothing.
+"""Every benchmark runs at its smallest size, prints a table and raises no exception.
 
-At that size some bounds cannot be met: times vary from run to run, and a score of a few pictures is uncertain. Those
-benchmarks may end with status 1 here. The others meet their bounds at any size.
+At that size, benchmarks of times and of a few pictures can miss their bounds. They may end with status 1 here. The
+others meet their bounds at any size.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ SIZES = HELD | TIMED | FEW_PICTURES
 TABLELESS = {"eyes.tuning"}
 
 
-def names() -> list[str]:
+def list_benchmarks() -> list[str]:
     """Return every benchmark that can be started. Those without a size here need root or a folder."""
     files = (file for file in FOLDER.rglob("*.py") if "__main__" in file.read_text())
     modules = (".".join(file.relative_to(ROOT).with_suffix("").parts) for file in files)
@@ -65,7 +65,7 @@ def run_benchmark(name: str, *options: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=LIMIT_S)
 
 
-@pytest.mark.parametrize("name", [name for name in names() if name.partition(".")[2] in SIZES])
+@pytest.mark.parametrize("name", [name for name in list_benchmarks() if name.partition(".")[2] in SIZES])
 def test_a_benchmark_runs_at_its_smallest_size(name: str) -> None:
     short = name.partition(".")[2]
     ran = run_benchmark(name, *shlex.split(SIZES[short]))
@@ -74,7 +74,7 @@ def test_a_benchmark_runs_at_its_smallest_size(name: str) -> None:
     assert short in TABLELESS or "| --- |" in ran.stdout
 
 
-@pytest.mark.parametrize("name", [name for name in names() if name.partition(".")[2] not in SIZES])
+@pytest.mark.parametrize("name", [name for name in list_benchmarks() if name.partition(".")[2] not in SIZES])
 def test_a_benchmark_has_a_help_text(name: str) -> None:
     ran = run_benchmark(name, "--help")
     assert (ran.returncode, ran.stdout.partition(":")[0]) == (0, "usage")

@@ -12,33 +12,33 @@ LONG_S = 3
 
 
 @dataclass
-class Untoward(Behaviour):
-    """Runs the method that ``deed`` names in its tenth tick, and ends two ticks later."""
+class ProcessFailure(Behaviour):
+    """Calls the method ``action`` in its tenth tick, and ends two ticks later."""
 
     needs = frozenset({Role.DRIVE})
 
-    deed: str = "holds"
+    action: str = "hold"
 
     def __post_init__(self) -> None:
         self._ticks = 0
 
     def step(self, robot: Robot) -> Status:
         self._ticks += 1
-        if self._ticks == 9 and self.deed == "rests":
+        if self._ticks == 9 and self.action == "stop_and_hold":
             robot.drive.stop()
         if self._ticks == 10:
-            getattr(self, f"_{self.deed}")()
+            getattr(self, f"_{self.action}")()
         if self._ticks < 9:
             robot.drive.set_velocity(0.2, 0.0)
         return Status.RUNNING if self._ticks < 12 else Status.SUCCESS
 
-    def _holds(self) -> None:
+    def _hold(self) -> None:
         """Hold the interpreter lock, as a vendor's call may."""
         ctypes.PyDLL(None).sleep(LONG_S)
 
-    _rests = _holds
+    _stop_and_hold = _hold
 
-    def _copies(self) -> None:
+    def _fork_and_kill(self) -> None:
         """Fork a process that lives for a while, and kill this one."""
         warnings.simplefilter("ignore", DeprecationWarning)
         if os.fork() == 0:

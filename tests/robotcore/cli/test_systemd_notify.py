@@ -17,7 +17,7 @@ from tests.texts import CheckText
 
 @pytest.fixture
 def address(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Of systemd's socket, as a service's process is given it."""
+    """Set the environment of a systemd service, and return the address of its socket."""
     path = str(tmp_path / "notify")
     answer = {"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "60000000", "WATCHDOG_PID": str(os.getpid())}
     for name, value in answer.items():
@@ -32,17 +32,17 @@ def test_a_run_notifies_systemd_and_hides_the_socket_from_the_app(
     with socket(AF_UNIX, SOCK_DGRAM) as systemd:
         systemd.bind(address)
         answer = cli("run", app, "--world", "open", "--json")
-        heard = [systemd.recv(4096).decode() for _ in range(4)]
-    assert heard[:2] == ["READY=1", "WATCHDOG=1"]
-    assert heard[2].startswith("STATUS=")
-    assert heard[3].splitlines()[::2] == ["STOPPING=1", f"STATUS=error: {answer.json['reason']}"]
+        messages = [systemd.recv(4096).decode() for _ in range(4)]
+    assert messages[:2] == ["READY=1", "WATCHDOG=1"]
+    assert messages[2].startswith("STATUS=")
+    assert messages[3].splitlines()[::2] == ["STOPPING=1", f"STATUS=error: {answer.json['reason']}"]
     check_text(answer.json["reason"])
 
 
 @pytest.fixture
-def hasty(tmp_path: Path) -> str:
-    """The shipped robot, with a watchdog that waits for nothing."""
-    file = tmp_path / "hasty.toml"
+def short_watchdog(tmp_path: Path) -> str:
+    """Write the shipped robot's file with a watchdog of 0.2 s."""
+    file = tmp_path / "short_watchdog.toml"
     shipped = resources.files("robotcore.description").joinpath("robots", "rover.toml").read_text(encoding="utf-8")
     file.write_text(shipped.replace("[safety]\n", "[safety]\nwatchdog_s = 0.2\n"))
     return str(file)
@@ -59,12 +59,10 @@ HANGS = {
 }
 
 
-@pytest.mark.parametrize("deed", HANGS.values(), ids=HANGS)
-def test_a_service_that_hangs_has_another_status_than_a_safety_stop(
-    app_file: AppFile, hasty: str, address: str, deed: str
-) -> None:
-    """systemd starts what ended with 5 again, and never what ended with 4."""
-    command = (sys.executable, "-m", "robotcore", "run", app_file(deed), "--world", "open", "--robot", hasty)
+@pytest.mark.parametrize("step", HANGS.values(), ids=HANGS)
+def test_hanging_service_exits_with_status_5(app_file: AppFile, short_watchdog: str, address: str, step: str) -> None:
+    """systemd restarts a service after status 5, and does not after status 4."""
+    command = (sys.executable, "-m", "robotcore", "run", app_file(step), "--world", "open", "--robot", short_watchdog)
     environment = {**os.environ, "WATCHDOG_PID": ""}
     answer = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert answer.returncode == 5
@@ -74,11 +72,11 @@ def test_a_safety_stop_keeps_its_exit_status_in_a_service(cli: Cli, app_file: Ap
     assert cli("run", app_file("robot.drive.set_velocity(float('nan'), 0.0)"), "--world", "open").status == 4
 
 
-@pytest.mark.parametrize("deed", ["return Status.FAILURE", "os.mkdir('run.png'); return Status.SUCCESS"])
+@pytest.mark.parametrize("step", ["return Status.FAILURE", "os.mkdir('run.png'); return Status.SUCCESS"])
 def test_a_failed_service_has_a_status_that_python_does_not_use(
-    cli: Cli, app_file: AppFile, address: str, deed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cli: Cli, app_file: AppFile, address: str, step: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Python has 1 where an import fails, say of a file that a worn card does not give: such a robot tries again."""
+    """Python exits with 1 if an import fails, for example from a worn SD card. systemd then restarts the service."""
     monkeypatch.chdir(tmp_path)
-    assert cli("run", app_file(deed), "--world", "open", "--picture", "run.png").status == FAILED
+    assert cli("run", app_file(step), "--world", "open", "--picture", "run.png").status == FAILED
     assert f"\nRestartPreventExitStatus=2 4 {FAILED}\n" in UNIT_TEXTS[SERVICE]

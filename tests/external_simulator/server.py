@@ -1,6 +1,6 @@
-"""The built-in simulator as a server: ``python -m tests.faraway.server`` prints its port and serves one run.
+"""The kinematic simulator in its own process. ``python -m tests.external_simulator.server`` serves one run.
 
-A request is a tuple of an action and its arguments. The answer is the action's result.
+It prints its port first. A request is a tuple of a function's name and its arguments. The answer is the return value.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ def main() -> None:
 
 
 def serve(connection: Connection[Any, Any]) -> None:
-    """Receive a setup, open its robot, and answer requests until the connection closes."""
+    """Open the robot of the first message, then answer requests until the client disconnects."""
     setup: Setup = connection.recv()
     with KinematicBackend().open(replace(setup, options={})) as robot:
-        actions = build_actions(robot)
+        functions = build_functions(robot)
         while True:
-            action, *arguments = connection.recv()
-            connection.send(actions[action](*arguments))
+            name, *arguments = connection.recv()
+            connection.send(functions[name](*arguments))
 
 
-def build_actions(robot: Robot) -> dict[str, Callable[..., Any]]:
-    """Return the actions of the server by name."""
+def build_functions(robot: Robot) -> dict[str, Callable[..., Any]]:
+    """Return the functions that a client can call, by name."""
 
     def read(name: str) -> object:
         sensor = robot[name]
@@ -58,7 +58,7 @@ def build_actions(robot: Robot) -> dict[str, Callable[..., Any]]:
     def read_truth(name: str) -> object:
         return getattr(robot.truth, name)()
 
-    return {"read": read, "turn": turn, "advance": advance, "truth": read_truth}
+    return {"read": read, "turn": turn, "advance": advance, "read_truth": read_truth}
 
 
 if __name__ == "__main__":
