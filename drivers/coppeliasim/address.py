@@ -1,4 +1,4 @@
-"""The address of a CoppeliaSim: its greeting, and the errors that name it."""
+"""The address of a CoppeliaSim server: a check of what listens there, and the errors that name the address."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ GREETING_S = 3.0
 """Time limit of the greeting after a connection was accepted."""
 
 ZEROMQ = b"\xff"
-"""The first byte that a ZeroMQ server sends, at once and unasked: https://rfc.zeromq.org/spec/23, signature.
+"""The first byte of the greeting that a ZeroMQ server sends to each new client.
 
-A server of the legacy remote API sends nothing before it has received a message.
+Source: "signature" in https://rfc.zeromq.org/spec/23. A server of the legacy remote API sends nothing before it has
+received a message.
 """
 
 _CONNECT_S = 0.3
 
 
 class Address(StrictModel):
-    """The address of a CoppeliaSim.
+    """The host and port of a CoppeliaSim server.
 
     >>> str(Address(port=23010))
     '127.0.0.1:23010'
@@ -45,7 +46,10 @@ def is_listening(address: Address) -> bool:
 
 
 def require_greeting(address: Address) -> None:
-    """Raise BackendError if no server listens at the address, or if it does not greet as ZeroMQ does."""
+    """Raise BackendError unless a ZeroMQ server listens at the address.
+
+    Each ZeroMQ server sends a greeting to a new client.
+    """
     try:
         greeting = read_greeting(address)
     except OSError as error:
@@ -55,9 +59,10 @@ def require_greeting(address: Address) -> None:
 
 
 def read_greeting(address: Address) -> bytes | None:
-    """Return the first byte that the server sends; b"" if it hangs up, None if it sends nothing.
+    """Connect to the address, and return the first byte that the server sends.
 
-    Raises OSError if it cannot connect.
+    Returns b"" if the server closes the connection, and None if it sends nothing within `GREETING_S`.
+    Raises OSError if no connection is possible.
     """
     with socket.create_connection((address.host, address.port), _CONNECT_S) as connection:
         connection.settimeout(GREETING_S)
@@ -81,7 +86,7 @@ def connection_refused(address: Address, cause: OSError) -> BackendError:
 
 
 def wrong_protocol(address: Address, greeting: bytes | None) -> BackendError:
-    """Return the error for a server that does not greet as ZeroMQ does.
+    """Return the error for a server that sends no ZeroMQ greeting.
 
     greeting: the result of `read_greeting`.
     """
@@ -101,7 +106,7 @@ def wrong_protocol(address: Address, greeting: bytes | None) -> BackendError:
 
 
 def server_gone(address: Address, function: str) -> BackendError:
-    """Return the error for a server that ended during a call of a function."""
+    """Return the error for a server that ended before it answered the call of a function."""
     return BackendError(
         f"coppeliasim: the CoppeliaSim at {address} ended during {function}. Start it again, and run again",
         kind="server-gone",
@@ -111,10 +116,10 @@ def server_gone(address: Address, function: str) -> BackendError:
 
 
 def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool) -> BackendError:
-    """Return the error for a call without an answer.
+    """Return the error for a call that the server has not answered in time.
 
     limit_s: the time limit of the call, in seconds.
-    is_known: the server has answered earlier calls.
+    is_known: whether the server has answered earlier calls.
     """
     advice = (
         "Check whether it shows a dialogue or hangs. If it is only slow, raise safety.answer_s in the robot's file"
@@ -131,7 +136,7 @@ def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool
 
 
 def unexpected_answer(address: Address, function: str, answer: object) -> BackendError:
-    """Return the error for an answer that CoppeliaSim does not give.
+    """Return the error for an answer that a CoppeliaSim server never sends.
 
     answer: a description of the answer.
     """
@@ -155,7 +160,7 @@ def server_too_old(address: Address) -> BackendError:
 
 
 def function_missing(address: Address, function: str) -> BackendError:
-    """Return the error for a function that the server offers under no name."""
+    """Return the error for a function that the server lacks, under its present and its older name."""
     return BackendError(
         f"coppeliasim: the CoppeliaSim at {address} has no {function}. Install a newer one; this driver was tested "
         "with 4.10",

@@ -28,10 +28,17 @@ SECTION = "coppeliasim"
 """The section of a robot's file that binds devices to scene objects."""
 
 ANSWER_SHARE = 0.9
-"""A call's share of ``safety.answer_s``: the driver's error, which has a reason, comes before the watchdog's."""
+"""The default time limit of a call, as a share of the robot's ``safety.answer_s``.
+
+It is less than 1, so that the driver reports a late answer before the watchdog does. The driver's message has more
+details.
+"""
 
 GUARDIAN_PATIENCE_S = 60.0
-"""The guardian's time limit. It is long, because the simulation waits for a running program: no wheel turns."""
+"""The guardian's time limit for a program that is alive but does not answer, in seconds.
+
+It is long, because the simulation waits for the program in lockstep, so that no wheel turns.
+"""
 
 
 class CoppeliaSimOptions(StrictModel):
@@ -44,11 +51,11 @@ class CoppeliaSimOptions(StrictModel):
     host: str = "127.0.0.1"
     port: int = Field(default=23000, ge=1, le=65535)
     answer_s: PositiveFloat | None = None
-    """Time limit of a call, in seconds; None stands for a share of the robot's ``safety.answer_s``."""
+    """Time limit of a call, in seconds; None stands for `ANSWER_SHARE` of ``safety.answer_s``."""
     keep: bool = False
-    """Keep a scene that was built, instead of removing it at the end."""
+    """Whether the built robot and world stay in CoppeliaSim after the run. By default the backend removes them."""
     simulation: Owner = Owner.OURS
-    """The party that starts and stops the simulation of a joined scene."""
+    """Whether this program or the user starts and stops the simulation of a joined scene."""
 
     @property
     def address(self) -> Address:
@@ -58,8 +65,8 @@ class CoppeliaSimOptions(StrictModel):
 class CoppeliaSimBackend(Backend):
     """Opens robots in a running CoppeliaSim.
 
-    If the robot's file has a section ``[coppeliasim]``, the backend joins the open scene, which has the robot.
-    Otherwise it builds the robot and the world. Options: `CoppeliaSimOptions`.
+    If the robot's file has a section ``[coppeliasim]``, the backend uses the robot of the scene that is open in
+    CoppeliaSim. Otherwise the backend builds the robot and the world. Options: `CoppeliaSimOptions`.
 
     >>> from robotcore.description import load_robot
     >>> backend = CoppeliaSimBackend()
@@ -130,7 +137,10 @@ def _choose_answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
 
 
 def _list_cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
-    """Yield how the guardian stops the wheels if this process is killed; the simulation runs on then."""
+    """Yield the cutoff by which the guardian stops the wheels if this process is killed.
+
+    The simulation continues after that.
+    """
     if joints:
         arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}
         yield CutoffSpec(" and ".join(joints), "drivers.coppeliasim.cutoff:StopJoints", arguments, GUARDIAN_PATIENCE_S)
@@ -144,7 +154,7 @@ def _open_built(
     *,
     keep: bool,
 ) -> Robot:
-    """Build the world and the robot, and open the robot. If this fails, remove what was built."""
+    """Build the world and the robot, and open the robot. After a failure, remove the objects built so far."""
     with ExitStack() as undo:
         scene = connect()
         undo.callback(scene.close)
@@ -167,11 +177,11 @@ def _open_built(
 
 
 def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> CoppeliaSimScene:
-    """Connect, and take the lease of the simulator.
+    """Connect to a simulator, take its lease, and return its scene.
 
     address: the server's address.
     answer_s: time limit of a call, in seconds.
-    may_stop: stop the simulation that a killed program left running.
+    may_stop: whether to stop a simulation that a killed program left running.
 
     Raises BackendError if no server answers, or if another program holds the lease.
     """
@@ -196,7 +206,7 @@ _ENGINES = {0: "Bullet", 1: "ODE", 2: "Vortex", 3: "Newton", 4: "MuJoCo", 5: "Dr
 
 
 def diagnose(address: Address) -> Iterator[Finding]:
-    """Yield findings about the CoppeliaSim at an address: its version, its physics engine, its proximity sensors."""
+    """Yield the doctor's findings about a CoppeliaSim: its version, physics engine and proximity sensors."""
     try:
         with closing(CoppeliaSimScene(Connection.open(address, LOADING_S))) as scene:
             yield from _diagnose_scene(scene)
@@ -228,5 +238,5 @@ def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
 
 
 def _format_version(number: int) -> str:
-    """Format a version number: 4.10.0 for 4100000. The last two digits are the revision."""
+    """Format CoppeliaSim's version number: 4100000 becomes 4.10.0. The last two digits, the revision, are omitted."""
     return f"{number // 1000000}.{number // 10000 % 100}.{number // 100 % 100}"

@@ -13,18 +13,19 @@ from robotcore.description.types import Colour
 from robotcore.geometry import Pose
 
 TAG = "robotcore"
-"""The name of the custom data on objects that this driver made."""
+"""The name of the custom data that marks objects as made by this driver."""
 
 NO_UNDO = "[]"
-"""The note of a root without changes to undo."""
+"""The note on a root object that has no changes to undo: an empty JSON list."""
 
 _EXCLUDED = 1
 
 
 class CollisionMask(IntEnum):
-    """Collision masks of shapes: the high byte counts between models, the low byte within one.
+    """Collision masks of shapes. Two shapes collide if their masks share a bit.
 
-    Wheels and casters collide with the floor only. The body collides with the floor and with things.
+    For shapes of different models the high byte counts, for shapes of one model the low byte.
+    Wheels and casters collide with the floor only. The body collides with the floor and with the things of the world.
     """
 
     FLOOR = 0x01FF
@@ -50,7 +51,7 @@ class SceneBuilder:
         return self._connection.call_as(int, name, *arguments)
 
     def create_dummy(self, alias: str) -> int:
-        """Create a point that can be the parent of other objects."""
+        """Create a dummy, which is a point that can be the parent of other objects, and return its handle."""
         handle = self.make("createDummy", 0.01)
         self.call("setObjectAlias", handle, alias)
         return handle
@@ -65,13 +66,13 @@ class SceneBuilder:
         alias: str,
         parent: int = -1,
     ) -> int:
-        """Create a static shape that collides with others.
+        """Create a shape that physics does not move, and return its handle.
 
         kind: the last word of the API's constant: ``cuboid``, ``spheroid`` or ``cylinder``.
         size: the bounding box in metres.
         place: the frame of the shape in the world.
         alias: its name.
-        parent: the handle of its parent; -1 is none.
+        parent: the handle of its parent; -1 means no parent.
         """
         handle = self.make("createPrimitiveShape", self.constant(f"primitiveshape_{kind}"), list(size), 0)
         self.call("setShapeColor", handle, None, self.constant("colorcomponent_ambient_diffuse"), _to_rgb(colour))
@@ -82,18 +83,18 @@ class SceneBuilder:
         return handle
 
     def put(self, handle: int, place: Placement, alias: str, parent: int) -> None:
-        """Place an object in the world, name it, and attach it to its parent; -1 is none."""
+        """Set an object's frame in the world, its name and its parent. A parent of -1 means none."""
         self.call("setObjectPose", handle, list(place))
         self.call("setObjectAlias", handle, alias)
         if parent >= 0:
             self.call("setObjectParent", handle, parent, True)
 
     def set_int(self, handle: int, parameter: str, value: int) -> None:
-        """Set an integer parameter of an object by its name."""
+        """Set an integer parameter of an object. ``parameter`` is the name of the parameter's constant in the API."""
         self.call("setObjectInt32Param", handle, self.constant(parameter), int(value))
 
     def make_dynamic(self, shape: int, mass_kg: float, inertia: Sequence[float], centre_x: float = 0.0) -> None:
-        """Let physics move a shape.
+        """Let the physics engine move a shape.
 
         inertia: the moments of inertia about x, y and z, in kg·m².
         centre_x: the position of the centre of mass on the x axis, in metres.
@@ -105,15 +106,16 @@ class SceneBuilder:
         self.call("setShapeInertia", shape, [xx, 0, 0, 0, yy, 0, 0, 0, zz], at)
 
     def set_friction(self, shape: int, friction: float) -> None:
-        """Set the friction of a shape for Bullet 2.78 and for newer versions."""
+        """Set the friction of a shape in Bullet 2.78 and in newer versions of Bullet, which have separate settings."""
         for parameter in ("bullet_body_oldfriction", "bullet_body_friction"):
             self.call("setEngineFloatParam", self.constant(parameter), shape, friction)
 
     def list_tree(self, root: str | int, kind: str = "handle_all", options: int = 0) -> list[int]:
         """Return the handles of the objects in a tree.
 
-        root: the handle of a root, or the name of a constant.
-        kind: the name of the constant for a kind of objects.
+        root: the handle of the topmost object, or the name of an API constant such as ``handle_scene``.
+        kind: the name of the API constant for the type of the objects.
+        options: the option bits of the API's function ``getObjectsInTree``.
         """
         base = self.constant(root) if isinstance(root, str) else root
         return self._connection.call_as(list, "getObjectsInTree", base, self.constant(kind), options)
@@ -131,7 +133,10 @@ class SceneBuilder:
         return self._connection.call_as(tuple, "getLightParameters", handle)
 
     def create_collection(self, root: int, *, without: int = -1) -> int:
-        """Create a collection of the objects of a tree, without one object."""
+        """Create a collection of an object and all objects below it, and return its handle.
+
+        without: the handle of an object to leave out; -1 means none.
+        """
         handle = self.make("createCollection", 0)
         self.call("addItemToCollection", handle, self.constant("handle_tree"), root, 0)
         if without >= 0:
@@ -139,16 +144,16 @@ class SceneBuilder:
         return handle
 
     def mark(self, handle: int, note: str, tag: str = TAG) -> None:
-        """Mark an object and all below it as made by this driver."""
+        """Store a note on an object, which marks this object and all objects below it as made by this driver."""
         self.call("writeCustomStringData", handle, tag, note)
 
     def read_note(self, handle: int, tag: str = TAG) -> str:
-        """Return the note of an object that this driver made; "" for other objects."""
+        """Return the note that `mark` has stored on an object; "" if there is none."""
         note = self._connection.sim("readCustomStringData", handle, tag)
         return note.decode(errors="replace") if isinstance(note, bytes) else str(note or "")
 
     def remove_tree(self, root: int) -> None:
-        """Remove an object and all below it."""
+        """Remove an object and all objects below it."""
         self.call("removeObjects", self.list_tree(root))
 
 
@@ -157,7 +162,7 @@ def _to_rgb(colour: Colour) -> list[float]:
 
 
 class Placement(NamedTuple):
-    """A frame in the world, or in another frame: position in metres, and a quaternion."""
+    """A frame relative to the world or to another frame: a position in metres and a quaternion."""
 
     x: float
     y: float
@@ -169,12 +174,12 @@ class Placement(NamedTuple):
 
     @classmethod
     def of(cls, answer: Any) -> Placement:
-        """Return a pose from an answer of the API; raises TypeError or ValueError if the answer is none."""
+        """Convert an answer of the API to a frame. Raises TypeError or ValueError if the answer is not a frame."""
         x, y, z, qx, qy, qz, qw = map(float, answer)
         return cls(x, y, z, qx, qy, qz, qw)
 
     def compose(self, local: Placement) -> Placement:
-        """Return in the world a frame that is ``local`` in this frame.
+        """Return the world frame of ``local``, which is given relative to this frame.
 
         >>> Placement(1.0, 2.0, 0.0).compose(Placement(0.5, 0.0, 0.0))[:3]
         (1.5, 2.0, 0.0)
@@ -191,21 +196,21 @@ class Placement(NamedTuple):
 Quaternion = tuple[float, ...]
 
 AXLE = Placement(0.0, 0.0, 0.0, -math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""The frame of a wheel's joint: its z axis points to the robot's left."""
+"""The frame of a wheel's joint relative to the robot: the joint's z axis points to the robot's left."""
 
 FORWARD = Placement(0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
-"""The frame of a sensor that points forward, upright: z forward, x left, y up."""
+"""The frame of a sensor relative to its mount: z points forward, x to the left, y up."""
 
 
 def place_on_floor(pose: Pose) -> Placement:
-    """Return the frame of a pose on the floor."""
+    """Return the world frame of a planar pose, at the height of the floor."""
     return Placement(pose.x, pose.y, 0.0, *_rotate_about_z(pose.heading))
 
 
 def place_mount(mount: Mount, behind_m: float = 0.0) -> Placement:
     """Return the frame of a sensor in the robot's frame.
 
-    behind_m: the origin's distance behind the mount, in metres.
+    behind_m: the distance by which the frame is shifted backwards from the mount, in metres.
     """
     half = mount.pitch_rad / 2
     turn = _multiply(_rotate_about_z(mount.yaw_rad), (0.0, math.sin(half), 0.0, math.cos(half)))

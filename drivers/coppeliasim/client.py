@@ -1,10 +1,10 @@
-"""The maker's client, with a deadline for each call and with checks of each reply.
+"""CoppeliaSim's own ZeroMQ client, extended by a deadline for each call and by checks of each reply.
 
-While a call waits in the simulator, client and server exchange messages (``_*wait*_``, ``_*executed*_``). So a
-time-out of the socket does not end such a call; the deadline covers the whole call.
+During a long call, the server and the client exchange wait messages (``_*wait*_``, ``_*executed*_``). Each message
+restarts the time-out of the socket, so that this time-out never ends the call. A deadline limits the whole call.
 
-The maker's client also waits without limit, puts ``require`` into ``__main__``, and runs any function of ``__main__``
-that a reply names. This client does none of these.
+CoppeliaSim's own client waits without limit, and adds a function ``require`` to ``__main__``. It also runs any function
+of ``__main__`` that a reply names. This client does none of these.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 _MISSING = object()
 _POLL_S = 0.2
 _CONVERSATION = ("_*wait*_", "_*repeat*_")
-"""Requests that a server may send to a client without callbacks."""
+"""Requests that a server may send during a call to a client without callbacks."""
 
 
 class CallTimeout(Exception):  # noqa: N818  an outcome that Connection converts to an error
@@ -36,21 +36,21 @@ class Disconnected(Exception):  # noqa: N818
 
 
 class CallRefused(Exception):  # noqa: N818
-    """The server answered with an error; the message is the server's."""
+    """The server answered the call with an error. The message is the server's own."""
 
 
 class ProtocolViolation(Exception):  # noqa: N818
-    """The reply does not follow the protocol; the message describes it."""
+    """The reply does not follow the protocol. The message describes the reply."""
 
 
 class FirstProtocolReply(ProtocolViolation):
-    """The reply follows the first protocol of the remote API."""
+    """The reply follows the first protocol of the remote API, which CoppeliaSim up to 4.5 uses."""
 
 
 class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
     """A connection to one server.
 
-    idle_s: the server drops the client after this much silence, in seconds.
+    idle_s: the time without a call after which the server drops this client, in seconds.
     """
 
     def __init__(self, host: str, port: int, idle_s: float) -> None:
@@ -73,7 +73,10 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         self._deadline = 0.0
 
     def watch_disconnects(self) -> None:
-        """Let calls fail if the server disconnects; the library would reconnect silently, to any server."""
+        """Make calls fail after the server has disconnected.
+
+        Otherwise the library would reconnect without notice, even to another server at the same address.
+        """
         self._disconnects = self.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
         self._poller.register(self._disconnects, zmq.POLLIN)
 
@@ -82,24 +85,28 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
 
         within_s: time limit of the call, in seconds.
 
-        Raises CallTimeout, Disconnected, CallRefused or ProtocolViolation. After the first two the client is unusable.
+        Raises CallTimeout, Disconnected, CallRefused or ProtocolViolation. After CallTimeout or
+        Disconnected, the client is unusable.
         """
         self._deadline = self._clock.now() + within_s
         return self.call(function, [to_wire(argument) for argument in arguments])
 
     def shorten_deadline(self, within_s: float) -> None:
-        """Limit the rest of the current call to this many seconds. Any thread may call this."""
+        """Limit the rest of the current call to ``within_s`` seconds. Any thread may call this method."""
         self._deadline = min(self._deadline, self._clock.now() + within_s)
 
     def close(self) -> None:
-        """Close the socket, and drop messages that are not sent yet. May be called again."""
+        """Close the socket, and drop messages that are not sent yet. It may be called again."""
         for each in (self._disconnects, self.socket):
             if each:
                 each.close(linger=0)
         self.context.term()
 
     def __del__(self) -> None:
-        """Close the socket if `close` was not called; the library would wait for unsent messages without limit."""
+        """Close the socket if the caller has not closed it.
+
+        Otherwise the library would wait without limit until all messages are sent.
+        """
         with suppress(AttributeError):  # the constructor failed
             self.close()
 
@@ -131,7 +138,7 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
 
 
 def to_wire(value: Any) -> Any:
-    """Convert NumPy's numbers and arrays, mappings and buffers to the types that the wire format has.
+    """Convert NumPy's numbers and arrays, mappings and buffers to types that CBOR can encode.
 
     >>> to_wire({"size": np.array([1.5, 2.0]), "count": np.int64(3)})
     {'size': [1.5, 2.0], 'count': 3}
@@ -150,7 +157,7 @@ def to_wire(value: Any) -> Any:
 
 
 def _decode_reply(raw: bytes) -> dict[str, Any]:
-    """Return the reply in a message. Raises ProtocolViolation, or CallRefused if the reply is an error."""
+    """Decode a message to a reply. Raises ProtocolViolation, or CallRefused if the reply is an error."""
     try:
         reply = cbor.loads(raw)
     except Exception as error:

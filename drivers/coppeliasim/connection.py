@@ -1,4 +1,4 @@
-"""The connection to a CoppeliaSim: calls of its functions by name, with a time limit, and errors of robotcore."""
+"""The connection to a CoppeliaSim. It calls functions by name within a time limit, and raises robotcore's errors."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ LOADING_S = 30.0
 """Time limit of calls that start, stop or load, or that render for the first time."""
 
 INTERRUPTED_S = 2.0
-"""Time limit of the call in progress after a signal."""
+"""Time limit of the rest of a call after a signal such as Ctrl-C, in seconds."""
 
 IDLE_S = 5.0
-"""The server drops a client after this much silence, so that a killed program does not freeze the simulation."""
+"""Seconds without a call after which the server drops a client, so that a killed program freezes no simulation."""
 
 OLDER_NAMES = {
     "sim.getObject": "sim.getObjectHandle",
@@ -46,7 +46,10 @@ OLDER_NAMES = {
     "sim.getNamedStringParam": "sim.getStringNamedParam",
     "sim.setNamedStringParam": "sim.setStringNamedParam",
 }
-"""The names of functions before 4.4 or 4.7. Results are equal; arguments are equal except in `_OLDER_ARGUMENTS`."""
+"""The names that functions had before CoppeliaSim 4.4 or 4.7, by their present names.
+
+The results are equal. The arguments are equal except for the functions in `_OLDER_ARGUMENTS`.
+"""
 
 _OLDER_ARGUMENTS: dict[str, Callable[..., tuple[Any, ...]]] = {
     "sim.createPureShape": lambda kind, sizes, options: (kind, options, sizes, 1.0),
@@ -54,7 +57,7 @@ _OLDER_ARGUMENTS: dict[str, Callable[..., tuple[Any, ...]]] = {
 
 
 class RefusedError(BackendError):
-    """The server answered a call with an error of its own; further calls are possible."""
+    """The server answered a call with an error. The connection stays usable."""
 
     kind = "refused"
 
@@ -62,8 +65,8 @@ class RefusedError(BackendError):
 class Connection:
     """Calls functions of one CoppeliaSim.
 
-    After a call has timed out, each further call raises the same BackendError at once. A signal interrupts the wait for
-    an answer, never the call itself: the call has ended before the next one begins.
+    After a call has timed out, each further call raises the same BackendError at once. A signal such as Ctrl-C
+    interrupts the wait for an answer, but not the call itself. The next call begins after that call has ended.
     """
 
     def __init__(self, address: Address, client: Client, answer_s: float) -> None:
@@ -80,7 +83,7 @@ class Connection:
 
     @classmethod
     def open(cls, address: Address, answer_s: float) -> Connection:
-        """Connect, and read the list of functions.
+        """Connect to a server, and read the list of its functions.
 
         address: the server's address.
         answer_s: time limit of a call, in seconds.
@@ -102,17 +105,17 @@ class Connection:
 
     @property
     def is_lost(self) -> bool:
-        """Whether each further call fails: an earlier one has failed, or the connection is closed."""
+        """Whether each further call fails, because the connection is broken or closed."""
         return self._failure is not None
 
     def fail(self, failure: BackendError) -> None:
-        """Let each further call raise this error, unless an earlier failure is set."""
+        """Let each further call raise this error. If the connection has already failed, keep the earlier error."""
         self._failure = self._failure or failure
 
     def sim(self, name: str, *arguments: Any, within_s: float | None = None) -> Any:
-        """Call ``sim.NAME``, or its older name.
+        """Call the API's function ``sim.NAME``; on an old server, call it by its older name.
 
-        within_s: time limit in seconds, if it is longer than `answer_s`.
+        within_s: time limit in seconds. Values below `answer_s` have no effect.
 
         Returns the result; a tuple if the function has several.
         """
@@ -133,11 +136,11 @@ class Connection:
         raise function_missing(self.address, f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
-        """Call a function of the server by its full name. Several threads may call; the calls take turns.
+        """Call a function of the server by its full name. Calls from several threads take turns.
 
-        within_s: time limit in seconds, if it is longer than `answer_s`.
+        within_s: time limit in seconds. Values below `answer_s` have no effect.
 
-        Raises BackendError.
+        Raises BackendError if the server refuses the call, does not answer in time, or sends an invalid reply.
         """
         limit_s = self.answer_s if within_s is None else max(within_s, self.answer_s)
         try:
@@ -149,13 +152,17 @@ class Connection:
             raise
 
     def run_batch(self, work: Callable[[], T]) -> T:
-        """Return the result of work that makes several calls; this thread wakes only once, after the last call."""
+        """Run a function that makes several calls, and return its result.
+
+        The function runs in the thread that exchanges messages. The caller waits once instead of once a call.
+        """
         return self._executor.run(work)
 
     def call_as(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
-        """Return the converted result of ``sim.NAME``.
+        """Call ``sim.NAME``, and return its converted result.
 
-        convert: raises TypeError, ValueError or LookupError if the result is invalid; this becomes a BackendError.
+        convert: converts the result. If it raises TypeError, ValueError or LookupError, the result is invalid, and
+            this method raises BackendError.
         """
         answer = self.sim(name, *arguments)
         try:
@@ -164,7 +171,7 @@ class Connection:
             raise unexpected_answer(self.address, f"sim.{name}", f"{answer!r:.80}") from error
 
     def close(self) -> None:
-        """End the session on the server, and disconnect. May be called again; never raises."""
+        """End the session on the server, and disconnect. It may be called again, and never raises."""
         if not self._failure:
             with suppress(BackendError):  # the server has ended
                 self.call("_*end*_")

@@ -14,18 +14,18 @@ IDLE_S = 5.0
 
 
 class StopJoints(Cutoff):
-    """Sets the target velocity of joints to zero, over its own connection; a server accepts many clients.
+    """Sets the target velocity of joints to zero, over a connection of its own.
 
     joints: the handles of the joints.
 
-    If the server is gone or hangs, `stop` returns a report instead of an error: simulated wheels do no harm.
+    If the server has ended or hangs, `stop` returns a report and raises no error, because simulated wheels do no harm.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
         self._host, self._port, self._joints = host, port, joints
 
     def open(self) -> None:
-        """Import the client, and connect not yet: the server drops silent clients."""
+        """Import the client. It connects only in `stop`, because the server drops clients that send nothing."""
         import drivers.coppeliasim.client  # noqa: F401
 
     def stop(self) -> str | None:
