@@ -2,12 +2,12 @@
 
 The world is a floor, prisms and balls; none of them moves. The robot is a body, wheels on joints, and casters.
 
-The robot follows its commands in Bullet because of three choices:
+Three choices make the robot follow its commands in the physics engine Bullet:
 
-- A wheel collides as a ball, which touches the floor at one point, at the exact track width.
+- The collision shape of a wheel is a ball, which touches the floor at one point, at the exact track width.
 - The centre of mass is over the axle, with a caster in front and one behind. With the mass on one caster, a robot
   creeps while its wheels stand still.
-- A caster has no friction. A force sensor holds it, which is the stiffest connection in the physics.
+- A caster has no friction. A force sensor connects it to the body, because no connection in Bullet is stiffer.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from robotcore.hal.devices import Angle, Encoder, Motor
 from robotcore.simulation.sampling import SampleCache
 
 GROUND_M, GROUND_DEPTH_M = 60.0, 0.1
-"""Size of the ground, which continues beyond the world's floor, up to the range of the vision sensors."""
+"""Side and depth of the ground. It extends beyond the world's floor, to the range of the vision sensors."""
 
 
 class BuiltWorld(NamedTuple):
@@ -44,17 +44,17 @@ class BuiltWorld(NamedTuple):
 
     root: int
     things: frozenset[int]
-    """The prisms and balls; the robot's contacts with them count."""
+    """The handles of the prisms and balls. The ground truth counts the robot's contacts with them."""
     visible: int
-    """The collection of all objects, for cameras."""
+    """The handle of the collection of all objects, which cameras see."""
     detectable: int
-    """The collection of all objects except the floor, for range sensors."""
+    """The handle of the collection of all objects except the floor, which range sensors detect."""
 
 
 def build_world(builder: SceneBuilder, world: WorldDescription) -> BuiltWorld:
     """Create the objects of a world, each with its own name.
 
-    `finish_building` must be called after the robot was built too.
+    After the caller has also built the robot, it must call `finish_building`.
     """
     root = builder.create_dummy(world.name)
     builder.mark(root, NO_UNDO)
@@ -100,15 +100,15 @@ class BuiltRobot(NamedTuple):
     """The handles of a robot's objects."""
 
     body: int
-    """The root of the robot."""
+    """The handle of the robot's body, which is the parent of its other objects."""
     joints: Mapping[str, int]
-    """The joints by the names of their motors and encoders."""
+    """The handles of the joints, by the names of their motors and encoders."""
     frame: Placement
     """The robot's frame in the frame of its body."""
 
 
 def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> BuiltRobot:
-    """Create a robot at its start pose. A robot without a drive is static."""
+    """Create a robot at its start pose. Physics does not move a robot without a drive."""
     body, frame = robot.body, place_on_floor(start)
     centre = Placement(*body.middle_m)
     size = (body.length_m, body.width_m, body.height_m)
@@ -176,8 +176,9 @@ def _compute_ball_moments(mass: float, radius: float) -> tuple[float, float, flo
 class BuiltMotor(Motor):
     """A motor whose joint follows the commanded velocity with the described lag.
 
-    A time step h of the simulator can be as long as the lag τ. So the joint gets the mean velocity of a first-order lag
-    over the step: the present velocity, plus the difference to the command times 1 - τ/h·(1 - exp(-h/τ)).
+    The joint has one velocity for a whole time step of h seconds, and h can be as long as the lag τ. So this velocity
+    is the mean of a first-order lag over the step. The mean is the present velocity, plus the difference from the
+    command times 1 - τ/h·(1 - exp(-h/τ)).
     """
 
     def __init__(self, scene: CoppeliaSimScene, description: MotorDescription, joint: int, step: float) -> None:
@@ -189,7 +190,7 @@ class BuiltMotor(Motor):
         self._command = self._velocity = self._sent = 0.0
 
     def drive(self) -> None:
-        """Set the joint's velocity for the next time step."""
+        """Send the joint's velocity for the next time step."""
         missing = self._command - self._velocity
         self._send(self._velocity + missing * self._mean_gain)
         self._velocity += missing * self._gain

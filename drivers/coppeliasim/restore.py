@@ -1,7 +1,7 @@
 """Restore the user's scene: remove the objects that this driver made, and undo its changes.
 
-The roots of these objects carry the calls that undo the changes. So the next program restores the scene after one that
-was killed.
+The root objects that this driver makes store the calls that undo its changes. So if a program is killed, the next
+program can restore the scene.
 """
 
 from __future__ import annotations
@@ -17,10 +17,13 @@ from robotcore.description import Light
 from robotcore.errors import BackendError
 
 Undo = Sequence[object]
-"""The name of a function and its arguments. An object is given by its path: a loaded scene has new handles."""
+"""The name of an API function, and its arguments.
+
+An object is named by its path, because handles change when a saved scene is loaded.
+"""
 
 BUILDING_TAG = "robotcore.begun"
-"""Tag of the first root's note while objects are built; the note lists the roots of the scene before."""
+"""The tag of the list that `begin_building` stores."""
 
 _DOWN_M = 0.5
 _FIRST_CHILDREN = 2
@@ -28,18 +31,23 @@ _MAX_SHOWN = 3
 
 
 def find_own_roots(builder: SceneBuilder) -> dict[int, str]:
-    """Return the roots that this driver made, with their notes."""
+    """Return the notes of the root objects that this driver made, by the handles of these objects."""
     notes = {root: builder.read_note(root) for root in _list_roots(builder)}
     return {root: note for root, note in notes.items() if note}
 
 
 def begin_building(builder: SceneBuilder, keeper: int) -> None:
-    """Note the scene's roots on ``keeper``, the first root of what is being built."""
+    """Store the list of the scene's root objects, so that `restore` can find an object without a mark.
+
+    A killed program can leave such an object.
+
+    keeper: the handle of the first root object that is built. It stores the list.
+    """
     builder.mark(keeper, json.dumps(_list_roots(builder)), BUILDING_TAG)
 
 
 def finish_building(builder: SceneBuilder, keeper: int) -> None:
-    """Clear the note of `begin_building`: all new objects have a marked root."""
+    """Clear the list that `begin_building` stored, because now each new object is below a marked root."""
     builder.mark(keeper, "", BUILDING_TAG)
 
 
@@ -56,7 +64,10 @@ def restore(builder: SceneBuilder) -> None:
 
 
 def release(builder: SceneBuilder) -> None:
-    """Let CoppeliaSim handle the built sensors in every step, for programs that join the kept scene."""
+    """Let CoppeliaSim update the built sensors in every time step.
+
+    Programs that join the scene later read the sensors without requesting updates.
+    """
     for root in find_own_roots(builder):
         for kind in ("object_visionsensor_type", "object_proximitysensor_type"):
             for sensor in builder.list_tree(root, kind):
@@ -79,11 +90,11 @@ def require_empty(builder: SceneBuilder) -> None:
 
 
 def save_scene_state(builder: SceneBuilder, keeper: int, light: Light, more: Sequence[Undo]) -> None:
-    """Save how to undo changes, then set the light of the world and lower the scene's floor.
+    """Store the calls that undo changes; then set the light of the world and lower the floor of the user's scene.
 
-    keeper: the root that holds the calls that undo the changes.
+    keeper: the handle of the root object that stores these calls.
     light: the light of the world.
-    more: further calls to save.
+    more: further calls to store.
     """
     lamps = builder.list_tree("handle_scene", "object_light_type")
     places = {root: builder.read_placement(root) for root in _list_roots(builder) if _is_floor(builder.read_path(root))}
@@ -100,9 +111,10 @@ def save_scene_state(builder: SceneBuilder, keeper: int, light: Light, more: Seq
 
 
 def build_collections_undo(keeper: int, collections: Collection[int]) -> list[Undo]:
-    """Return the calls that remove collections, which have only handles.
+    """Return the calls that remove collections.
 
-    The calls are skipped if ``keeper`` has another handle: the scene was saved and loaded.
+    A collection has a handle and no path, and handles change when a saved scene is loaded. So each call contains the
+    handle of ``keeper``. If ``keeper`` has another handle later, `restore` skips the call.
     """
     return [("destroyCollection", collection, keeper) for collection in collections]
 
@@ -117,9 +129,9 @@ def _undo(builder: SceneBuilder, root: int, name: str, arguments: list[Any]) -> 
 
 
 def _remove_stray(builder: SceneBuilder, keeper: int, found: Collection[int]) -> None:
-    """Remove the object that an interrupted program had made without a parent yet.
+    """Remove the object that a killed program had made, but not yet attached to a parent.
 
-    Two or more new roots stay: at least one of them is the user's.
+    There is at most one such object. If two or more root objects are new, the user has made some, and all stay.
     """
     if not (roots_before := builder.read_note(keeper, BUILDING_TAG)):
         return
@@ -140,7 +152,7 @@ def _build_lamp_undo(builder: SceneBuilder, lamp: int) -> list[Undo]:
 
 
 def _set_lamp(builder: SceneBuilder, lamp: int, light: Light, *, is_on: bool) -> None:
-    """Turn a directional lamp into the world's, or switch it off."""
+    """Give a directional lamp the direction and colour of the world's light, or switch the lamp off."""
     diffuse = [light.diffuse * light.brightness] * 3
     builder.call("setLightParameters", lamp, int(is_on), None, diffuse, [0.0, 0.0, 0.0])
     builder.call("setObjectPose", lamp, list(place_lamp(light)))

@@ -1,4 +1,4 @@
-"""A scene of CoppeliaSim over the ZeroMQ remote API, in lockstep."""
+"""A scene of CoppeliaSim, which is stepped over the ZeroMQ remote API."""
 
 from __future__ import annotations
 
@@ -30,20 +30,23 @@ _STOPPING = (21, 22)
 """States before a stop: ``simulation_advancing_abouttostop`` and ``simulation_advancing_lastbeforestop``."""
 
 _STOPPING_S, _NAP_S = 0.5, 0.01
-"""Time limit of such a stop, and the time between two reads of the state."""
+"""Time limit of the wait for such a stop, and the time between two reads of the state, in seconds."""
 
 Probe = Callable[[Callable[[int], Point | None]], bool]
-"""Returns whether proximity sensors work. Its argument returns the point that a sensor detects."""
+"""A function that returns whether proximity sensors work.
+
+Its argument is a function that returns the point that a sensor detects; None without a detection.
+"""
 
 _READ_LOG = "Read its message in its window or its log"
 
 
 class CoppeliaSimScene(Scene):
-    """A scene of CoppeliaSim; each method is one call or a few.
+    """A scene of CoppeliaSim. Each method makes one or a few calls of the remote API.
 
     connection: the connection to the simulator.
     lease: the lease of the simulator; `close` releases it.
-    probe: tests proximity sensors; None stands for sensors that work.
+    probe: returns whether proximity sensors work; None stands for sensors that work.
     """
 
     def __init__(self, connection: Connection, lease: Lease | None = None, probe: Probe | None = None) -> None:
@@ -74,7 +77,7 @@ class CoppeliaSimScene(Scene):
         return [self._read_object(handle) for handle in handles]
 
     def read_state(self) -> State:
-        """Return the state of the simulation; wait for the end of a stop in progress."""
+        """Return the state of the simulation. If the simulation is stopping, wait first until it has stopped."""
         wall = MonotonicClock()
         while (state := self.connection.call_as(int, "getSimulationState")) in _STOPPING and wall.now() < _STOPPING_S:
             wall.sleep_until(wall.now() + _NAP_S)
@@ -155,7 +158,10 @@ class CoppeliaSimScene(Scene):
         return CameraOptics(width, height, compute_horizontal_fov(wide, width, height))
 
     def read_picture(self, sensor: int) -> RawPicture:
-        """Return the present picture of a sensor with explicit handling, or else the one of the last time step."""
+        """Return the picture of a vision sensor.
+
+        A sensor with explicit handling renders it now. Another sensor has rendered it in the last time step.
+        """
         return self.connection.run_batch(partial(self._render_picture, sensor))
 
     def show(self, sensor: int, picture: RawPicture) -> None:
@@ -196,7 +202,7 @@ class CoppeliaSimScene(Scene):
         return self._explicit[sensor]
 
     def _lockstep_error(self, passed: float, steps: int) -> BackendError:
-        """Return the error for time steps that took another time than expected."""
+        """Return the error for time steps after which the simulation's time is not the expected one."""
         if self._lease:
             self._lease.require()
         state = self.read_state()
@@ -230,7 +236,7 @@ def _to_size(answer: Any) -> tuple[int, int]:
 
 
 def _to_detection(answer: Any) -> Point | None:
-    """Return the point in a proximity sensor's result; it is valid only if the first value is 1."""
+    """Return the detected point of a proximity sensor's result; None unless the first value, the detection, is 1."""
     if isinstance(answer, int):
         return None
     return _to_point(answer[2]) if answer[0] == 1 else None

@@ -46,7 +46,7 @@ class VisionSensorSpec:
 
 
 def add_vision_sensor(builder: SceneBuilder, spec: VisionSensorSpec, alias: str, place: Placement, parent: int) -> int:
-    """Create a vision sensor with explicit handling, which renders only on request."""
+    """Create a vision sensor that renders only on request (explicit handling), and return its handle."""
     floats = [spec.near_m, spec.far_m, compute_perspective_angle(spec.fov, *spec.size), 0.02, 0, 0]
     floats += [*[spec.background] * 3, 0, 0]
     options = _EXPLICIT_VISION | _PERSPECTIVE | _OWN_BACKGROUND
@@ -59,7 +59,7 @@ def add_vision_sensor(builder: SceneBuilder, spec: VisionSensorSpec, alias: str,
 
 
 def compute_perspective_angle(fov: float, width: int, height: int) -> float:
-    """Return the angle across the longer side of a picture, in radians, for a horizontal field of view.
+    """Convert a horizontal field of view to the angle across the longer side of the picture, in radians.
 
     >>> compute_perspective_angle(1.0, 320, 240)
     1.0
@@ -68,16 +68,18 @@ def compute_perspective_angle(fov: float, width: int, height: int) -> float:
 
 
 BOX_M = 0.45
-"""Distance from the sensor to the near side of the box."""
+"""Distance from the sensor to the near side of the box of `probe_with_box`."""
 
 _SIDE_M = 0.1
 _AWAY = Placement(0.0, 0.0, 900.0)
-"""The place of the test, far above the scene."""
+"""The frame of the sensor in `probe_with_box`, far above the scene."""
 
 
 @contextmanager
 def probe_with_box(builder: SceneBuilder, make: Callable[[], int]) -> Iterator[int]:
-    """Yield a sensor with a box in front of it, far from other objects; remove both afterwards.
+    """Create a sensor with a box in front of it, far from other objects, and yield the sensor's handle.
+
+    Both are removed at the end of the block.
 
     make: creates the sensor, and returns its handle.
     """
@@ -98,7 +100,7 @@ def probe_with_box(builder: SceneBuilder, make: Callable[[], int]) -> Iterator[i
 _PYRAMID, _EXPLICIT_PROXIMITY = 30, 1
 _ULTRASONIC = 16
 _THIN_M = 1e-3
-"""Height of the detection volume; it is flat, so that it does not reach the floor."""
+"""Height of a proximity sensor's detection volume, which is flat so that it does not reach the floor."""
 
 
 def proximity_works(builder: SceneBuilder, detect: Callable[[int], Point | None]) -> bool:
@@ -106,7 +108,7 @@ def proximity_works(builder: SceneBuilder, detect: Callable[[int], Point | None]
 
     detect: returns the point that a sensor detects.
 
-    A CoppeliaSim without the plug-in always answers "nothing": each way would seem free.
+    Without the plug-in for proximity sensors, CoppeliaSim detects nothing, so that each way would seem free.
     """
     with probe_with_box(builder, partial(_create_pyramid, builder, reach=1.0, cone=0.5)) as sensor:
         return detect(sensor) is not None
@@ -115,9 +117,9 @@ def proximity_works(builder: SceneBuilder, detect: Callable[[int], Point | None]
 def add_proximity_sensor(
     builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, detectable: int
 ) -> int:
-    """Create a flat proximity sensor that begins inside the body.
+    """Create a flat proximity sensor whose detection volume begins inside the body, and return its handle.
 
-    detectable: the collection of objects that it detects.
+    detectable: the handle of the collection of objects that it detects.
     """
     sensor = _create_pyramid(builder, description.max_range_m + FAN_SETBACK_M, description.cone_rad)
     builder.set_int(sensor, "proxintparam_entity_to_detect", detectable)
@@ -146,10 +148,10 @@ class ProximityRangeSensor(RangeSensor):
 
 
 def _create_pyramid(builder: SceneBuilder, reach: float, cone: float) -> int:
-    """Create a flat pyramid.
+    """Create a proximity sensor whose detection volume is a flat pyramid, and return its handle.
 
-    reach: its length in metres.
-    cone: its horizontal opening angle in radians.
+    reach: the length of the pyramid in metres.
+    cone: the horizontal opening angle of the pyramid in radians.
     """
     side = 2 * reach * math.tan(cone / 2)
     return builder.make(
@@ -168,15 +170,17 @@ Array = NDArray[np.float64]
 
 BEAM_RAD = 0.01
 _FAR_TOLERANCE = 1e-3
-"""Without an object in view, depth reads slightly less than the far clipping plane."""
+"""Relative tolerance of the far clipping plane. A pixel without an object has a depth slightly below it."""
 
 
 def add_fan(
     builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, detectable: int
 ) -> int:
-    """Create the vision sensor of a `FanRangeSensor`; its outermost pixels are at the edges of the cone.
+    """Create the vision sensor that a `FanRangeSensor` reads, and return its handle.
 
-    detectable: the collection of objects that it sees.
+    The outermost pixels are at the edges of the range sensor's cone.
+
+    detectable: the handle of the collection of objects that it sees.
     """
     cone = max(description.cone_rad, BEAM_RAD)
     fov = 2 * math.atan(math.tan(cone / 2) * FAN_RAYS / (FAN_RAYS - 1))
@@ -194,7 +198,7 @@ def compute_fan_reach(description: RangeSensorDescription) -> float:
 def require_depth(builder: SceneBuilder, connection: Connection) -> None:
     """Raise BackendError if a vision sensor does not measure the distance of a box in front of it.
 
-    Without graphics a sensor is not rendered, and returns the maximum depth: each way would seem free.
+    Without graphics, CoppeliaSim returns the maximum depth, so that each way would seem free.
     """
     spec = VisionSensorSpec((FAN_RAYS, 1), BEAM_RAD, far_m=2 * BOX_M, ignored="rgb")
     with probe_with_box(builder, partial(add_vision_sensor, builder, spec, "", Placement(0.0, 0.0, 0.0), -1)) as sensor:
@@ -213,7 +217,8 @@ def require_depth(builder: SceneBuilder, connection: Connection) -> None:
 class FanRangeSensor(RangeSensor):
     """A range sensor that reads the depth picture of a vision sensor.
 
-    Depth is measured along the optical axis. So each pixel's depth is divided by the cosine of its ray.
+    Depth is measured along the optical axis. So the distance at a pixel is its depth divided by
+    the cosine of the angle between the pixel's ray and this axis.
     """
 
     def __init__(self, connection: Connection, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
@@ -250,7 +255,7 @@ def _read_depths(connection: Connection, sensor: int) -> Array:
 
 
 def _to_depths(answer: object) -> Array:
-    """Convert an answer to a row of depths in metres; raises ValueError if it is none."""
+    """Convert an answer to a row of depths in metres. Raises ValueError if the answer is not such a row."""
     if not (isinstance(answer, tuple) and isinstance(answer[0], bytes) and len(answer[0]) == 4 * FAN_RAYS):
         raise ValueError("not a row of depths")
     return np.frombuffer(answer[0], dtype="<f4").astype(np.float64)

@@ -61,12 +61,12 @@ class Simulation:
         self.truth = CoppeliaSimTruth(scene.connection, body, built.robot.frame, self._contacts)
 
     def start(self) -> None:
-        """Start the simulation in lockstep, and simulate one step, in which all objects settle."""
+        """Start the simulation in lockstep, and simulate one time step, in which all objects settle on the floor."""
         self._scene.start()
         self._scene.advance(1)
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open one device; raises DeviceError if its wheel does not exist."""
+        """Open one device. Raises DeviceError for a motor or an encoder without a wheel."""
         scene, clock = self._scene, self.clock
         if isinstance(description, MotorDescription):
             motor = BuiltMotor(scene, description, self._find_joint(description.name), clock.step)
@@ -86,12 +86,12 @@ class Simulation:
 
     @property
     def motor_joints(self) -> Mapping[str, int]:
-        """The joints of the open motors by name."""
+        """The handles of the joints of the open motors, by motor name."""
         return {motor.name: self._find_joint(motor.name) for motor in self._motors}
 
     @property
     def notes(self) -> Sequence[str]:
-        """One note for each range sensor: how it measures."""
+        """One note for each range sensor, which names the means by which it measures."""
         means = "a proximity sensor" if self._built.has_proximity else "depth pictures; there are no proximity sensors"
         names = [description.name for description in self._chosen if isinstance(description, RangeSensorDescription)]
         return [f"{name} measures by {means}" for name in names]
@@ -123,13 +123,13 @@ class BuiltScene(NamedTuple):
     world: BuiltWorld
     robot: BuiltRobot
     sensors: Mapping[str, int]
-    """The sensors by device name."""
+    """The handles of the sensors, by device name."""
     has_proximity: bool
-    """Range sensors use proximity sensors; otherwise depth pictures."""
+    """Whether range sensors use proximity sensors. Otherwise they use depth pictures."""
 
 
 def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
-    """Remove the objects that a killed program left.
+    """Remove the objects that a killed program left in the scene.
 
     Raises BackendError if a simulation runs, or if the scene has the user's objects.
     """
@@ -146,11 +146,11 @@ def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
 
 
 def leave_scene(scene: CoppeliaSimScene, builder: SceneBuilder, *, keep: bool) -> None:
-    """Stop the simulation, and restore the scene, or release it for other programs.
+    """Stop the simulation. Then restore the user's scene, or leave the built scene to other programs.
 
-    keep: keep the built objects in the scene.
+    keep: whether to leave the built scene.
 
-    If the simulator is gone or hangs, this does nothing; the next program restores the scene.
+    If the simulator has ended or hangs, the function does nothing. The next program restores the scene.
     """
     if scene.connection.is_lost:
         return
@@ -162,7 +162,7 @@ def leave_scene(scene: CoppeliaSimScene, builder: SceneBuilder, *, keep: bool) -
 
 
 def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, world: WorldDescription) -> BuiltScene:
-    """Build the world and the robot in an empty scene, and set the time step to one tick."""
+    """Build the world and the robot in an empty scene, and set the time step to the period of a tick."""
     built_world = build_world(builder, world)
     has_proximity = proximity_works(builder, scene.detect)
     if not has_proximity and any(isinstance(description, RangeSensorDescription) for description in setup.chosen):
@@ -218,18 +218,18 @@ class _Sensors(NamedTuple):
 
 
 def _build_engine_undo(builder: SceneBuilder) -> Undo:
-    """Return the call that restores the present physics engine."""
+    """Return the call that selects the present physics engine again."""
     parameter = builder.constant("intparam_dynamic_engine")
     return "setInt32Param", parameter, builder.call("getInt32Param", parameter)
 
 
 def _set_engine(builder: SceneBuilder) -> None:
-    """Select Bullet, which the wheels are made for; with other engines they slip or do not turn."""
+    """Select the physics engine Bullet. With other engines, the built wheels slip or do not turn."""
     builder.call("setInt32Param", builder.constant("intparam_dynamic_engine"), builder.constant("physics_bullet"))
 
 
 def _build_time_step_undo(scene: CoppeliaSimScene, builder: SceneBuilder) -> Undo:
-    """Return the call that restores the present time step."""
+    """Return the call that sets the present time step again."""
     return "setFloatParam", builder.constant("floatparam_simulation_time_step"), scene.read_time_step()
 
 

@@ -1,7 +1,8 @@
-"""The lease of a simulator. Its holder renews it, so that two programs do not step one simulation.
+"""The lease of a simulator, which prevents two programs from stepping one simulation.
 
-A parameter of the running CoppeliaSim holds the lease; scene files do not contain it. Each renewal is a call. So
-CoppeliaSim does not drop the holder while its app computes for long.
+The program that holds the lease renews it periodically. A parameter of the running CoppeliaSim stores the lease; scene
+files do not contain it. CoppeliaSim drops clients that make no calls. A renewal is a call, so CoppeliaSim does not drop
+the holder while its app computes for long.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 PARAMETER = "robotcore.lease"
 RENEWAL_S = 1.0
 DEAD_S = 3.0
-"""A holder that has not renewed its lease for this time has ended."""
+"""Seconds without a renewal after which a lease expires."""
 
 _POLL_S = 0.2
 
@@ -36,8 +37,8 @@ class Lease:
     def take(self) -> bool:
         """Take the lease, and renew it periodically.
 
-        Returns whether a program that has ended left a lease behind. Raises BackendError if a running program holds
-        the lease.
+        Returns True if a program has ended without releasing the lease. Raises BackendError if a running program
+        holds the lease.
         """
         if note := self._read_note():
             self._await_expiry(note)
@@ -46,10 +47,10 @@ class Lease:
         return bool(note)
 
     def require(self) -> None:
-        """Raise BackendError if another program has taken the lease because this one did not renew it.
+        """Raise BackendError if another program has taken the lease, because this program did not renew it.
 
-        Each further call on the connection fails too. Otherwise this program would stop the other's simulation, and
-        remove its objects.
+        Then each further call on the connection fails too. Otherwise this program would stop the simulation of the
+        other program, and remove its objects.
         """
         note = self._read_note()
         if note and not note.startswith(self._holder):
@@ -63,7 +64,10 @@ class Lease:
             raise lost
 
     def release(self) -> None:
-        """Release the lease if this program holds it. May be called again; raises nothing if the simulator is gone."""
+        """Release the lease if this program holds it.
+
+        It may be called again. It raises no error if the simulator has ended.
+        """
         if self._renewal is None:
             return
         self._renewal.stop()
@@ -73,8 +77,11 @@ class Lease:
             self._write_note("")
 
     def _await_expiry(self, note: str) -> None:
-        """Wait until a lease was released or has expired; raises BackendError if its holder renews it."""
-        for _ in range(math.ceil(DEAD_S / _POLL_S)):  # counts reads, not seconds: a busy simulator delays renewals too
+        """Wait until a lease is released or has expired. Raises BackendError if its holder renews it.
+
+        This counts reads instead of seconds, because a busy simulator delays renewals and reads alike.
+        """
+        for _ in range(math.ceil(DEAD_S / _POLL_S)):
             self._clock.sleep_until(self._clock.now() + _POLL_S)
             current = self._read_note()
             if not current:

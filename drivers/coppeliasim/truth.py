@@ -15,13 +15,13 @@ class ContactCounter:
 
     connection: the connection to the simulator.
     body: the handle of the robot's body.
-    things: the handles of the things that count.
+    things: the handles of the things whose contacts count.
 
-    `update` must be called after each time step; it covers all physics steps in it.
+    `update` must be called after each time step. It detects contacts in all physics steps of that time step.
     """
 
     min_gap_steps = 2
-    """A contact ends after this many time steps without one; a body that leans against a thing has short gaps."""
+    """A contact ends after this many time steps without touch. A leaning body loses touch for shorter times."""
 
     def __init__(self, connection: Connection, body: int, things: Collection[int]) -> None:
         self.count = 0
@@ -61,7 +61,10 @@ class CoppeliaSimTruth:
         return Pose(origin.x, origin.y, math.atan2(y, x))
 
     def twist(self) -> Twist:
-        """Return the velocity of the body; its forward part equals that of the axle's middle."""
+        """Return the velocity of the robot.
+
+        The forward velocity is that of the body, which equals that of the axle's middle.
+        """
         linear, angular = self._connection.call_as(_to_vectors, "getObjectVelocity", self._body)
         forward = _compute_forward(self._origin())
         return Twist(sum(a * b for a, b in zip(forward, linear, strict=True)), angular[2])
