@@ -1,9 +1,11 @@
-"""The robot's side of a deploy, sent there as source with each call. It needs Python's standard library alone.
+"""The part of a deploy that runs on the robot. The client sends its source code with each call.
 
-No module imports anything of robotcore outside this package, so that it works without a release, or with a broken one.
-`robotcore.deploy.agent.rpc` answers the calls of the client, which is the user's computer.
-systemd starts `robotcore.deploy.agent.service`.
+The client is the user's computer. `robotcore.deploy.agent.rpc` answers its calls. systemd starts
+`robotcore.deploy.agent.service`.
+
+This package imports only Python's standard library and itself. So it works on a robot that has no release, or a broken
+one.
 """
 
 sources: dict[str, str] = {}
-"""The sources of this package by path, ``robotcore/deploy/agent/…``, as a call brings them; otherwise empty."""
+"""The source text of each module by its path, ``robotcore/deploy/agent/…``. Empty unless a call sent the sources."""

@@ -20,10 +20,11 @@ from robotcore.deploy.agent.systemd_units import UNIT_TEXTS, list_installed_unit
 
 
 def list_releases(layout: Layout) -> dict[str, Any]:
-    """Return the ``releases``, the newest first, the ``current`` one, and the one ``on_trial``, which is checked.
+    """Return the ``releases``, the newest first, with the names of two of them, ``current`` and ``on_trial``.
 
-    Each has its manifest's fields, and the ``verdict`` of its last health check, or None, with its ``reason``. If the
-    manifest cannot be read, it has only its ``name``, and ``unreadable`` says why.
+    ``on_trial`` is the release whose health check is pending or running, or None. Each release has the fields of its
+    manifest, and the ``verdict`` and ``reason`` of its last health check. ``verdict`` is None if there was no check. A
+    release with an unreadable manifest has only its ``name`` and ``unreadable``, the cause.
     """
     pending = health_check.read_pending(layout)
     return {
@@ -44,10 +45,10 @@ def _describe_release(layout: Layout, name: str) -> dict[str, Any]:
 
 
 def list_recordings(layout: Layout) -> dict[str, Any]:
-    """Return the ``recordings``: ``name``, ``bytes``, whether one ``is_file``, and whether one ``is_being_written``.
+    """Return the ``recordings``, each with ``name``, ``bytes``, ``is_file`` and ``is_being_written``.
 
-    Links, folders and devices are listed too, so that the client can name what it does not fetch. Empty files, which a
-    full disk leaves behind, are not listed.
+    ``is_file`` is False for links, folders and devices. They are listed so that the client can report that it does not
+    fetch them. Empty files are not listed, because a run on a full disk leaves them.
     """
     open_files = find_open_files()
     listed = [_describe_recording(path, open_files) for path in sorted(layout.recordings.glob("*"))]
@@ -55,7 +56,7 @@ def list_recordings(layout: Layout) -> dict[str, Any]:
 
 
 def find_open_files() -> set[str]:
-    """Return the paths that this user's processes have open."""
+    """Return the paths of all files that processes of this user have open."""
     return set(_walk_open_files())
 
 
@@ -78,12 +79,12 @@ def _walk_open_files() -> Iterator[str]:
 
 
 def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[str, Any]:
-    """Delete each recording if the client has a copy with the same content.
+    """Delete each of these recordings from the robot if its content equals that of the client's copy.
 
-    A recording that is being written is kept, and so is anything but a plain file.
+    A recording that a process is still writing is not deleted. Links, folders and devices are not deleted either.
 
-    recordings: the SHA-256 of the client's copy, by the recording's name.
-    Returns the names that were ``erased``, and those whose content is ``different``.
+    recordings: the SHA-256 of the client's copy in hex, by the recording's name.
+    Returns the names of the ``erased`` recordings, and of those whose content is ``different``.
     """
     open_files = find_open_files()
     erased, different = [], []
@@ -106,15 +107,15 @@ def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[s
 
 
 def remove_robotcore(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:
-    """Stop the app and delete everything that deploys have put on the robot; lingering is not changed.
+    """Stop the app and delete everything that deploys have put on the robot.
 
-    If the app does not stop, AgentError is raised, and nothing is deleted. Returns whether there was anything to be
-    ``removed``, and whether recordings are ``kept``.
+    The setting of lingering stays as it is. If the app does not stop, AgentError is raised, and nothing is deleted.
+    Returns ``removed``, whether anything was deleted, and ``kept``, whether recordings remain on the robot.
     """
     units = list_installed_units(layout)
     if not units and not layout.root.exists():
         return {"removed": False, "kept": False}
-    if len(units) == len(UNIT_TEXTS):  # otherwise an earlier removal was killed after it had stopped the app
+    if len(units) == len(UNIT_TEXTS):  # if some are missing, an earlier removal has stopped the app
         run_actions.stop_app(layout)
     with hold_lock(layout, "removal"):
         _remove_units(units)

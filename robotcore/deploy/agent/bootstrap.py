@@ -1,7 +1,7 @@
 """The first code that the robot's Python reads from stdin: import the agent from memory and answer one call.
 
-`robotcore.deploy.rpc` sends it as text, followed by a call of `answer_call`. Any Python 3 must be able to
-parse it, so that an old one can refuse the call with a message.
+`robotcore.deploy.rpc` sends this module as text, followed by a call of `answer_call`. Every Python 3 must be able to
+parse this module. A Python that is too old then answers with an error message instead of a syntax error.
 """
 
 import json
@@ -17,11 +17,11 @@ from importlib.util import spec_from_loader
 OLDEST = (3, 10)
 
 AGAIN_S = 3.0
-"""The time between two interrupts of a call that has not ended, in s."""
+"""After the client has disconnected, the call gets an interrupt at this interval until it ends, in s."""
 
 
 class MemoryImporter(MetaPathFinder, ExecutionLoader):
-    """Imports modules from their sources in memory, so that a full disk does not matter."""
+    """Imports the agent's modules from memory, so that a call works even if the robot's disk is full."""
 
     def __init__(self, sources: "dict[str, str]") -> None:
         self._sources = sources
@@ -40,10 +40,10 @@ class MemoryImporter(MetaPathFinder, ExecutionLoader):
 
 
 def answer_call(sources: str, action: str, parameters: str) -> int:
-    """Answer the client's call; return the exit status.
+    """Run one action of the agent, send its answer to the client, and return the exit status.
 
-    sources: the agent's modules by file, in JSON.
-    action: the action's name on the wire.
+    sources: the source text of each of the agent's modules by its path, in JSON.
+    action: the name of the action in the protocol.
     parameters: the action's parameters by name, in JSON.
     """
     _write({"begun": action})
@@ -75,7 +75,7 @@ def _write(message: object) -> None:
 
 
 def _watch_connection() -> None:
-    """Interrupt this call and its children as soon as the client has closed the connection."""
+    """Start a thread that interrupts this process and its children when the client closes the connection."""
     if os.getpgrp() != os.getpid():
         os.setpgid(0, 0)
     threading.Thread(target=_interrupt_when_closed, daemon=True).start()
@@ -85,6 +85,6 @@ def _interrupt_when_closed() -> None:
     poll = select.poll()
     poll.register(sys.stdout.fileno(), 0)
     poll.poll()
-    while True:  # an interrupt just before a wait begins does not end that wait
+    while True:  # repeated, because a wait that begins just after an interrupt goes on
         os.killpg(0, signal.SIGINT)
         threading.Event().wait(AGAIN_S)

@@ -1,4 +1,4 @@
-"""Virtual environments on the robot: pip fills one, and releases with the same requirements share it."""
+"""Virtual environments on the robot. Releases with the same requirements share one environment."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from robotcore.deploy.agent.rpc import AgentError, ReportProgress
 from robotcore.deploy.agent.uploads import delete, discard
 
 COMPLETE_FILE = "whole.json"
-"""The file in an environment's folder with its contents. It is written last: an incomplete environment lacks it."""
+"""The file in an environment's folder that lists its contents. Only complete environments have it."""
 
 _EMPTY_BYTES = 30_000_000
-"""The size of an environment with nothing but pip."""
+"""The size of an environment that has only pip, in bytes."""
 
 _PROGRESS = re.compile(r"\s*(?:Collecting|Downloading|Using cached|Processing|Building|Installing|Successfully) ")
 _SYSTEM_PACKAGE = re.compile(r"Requirement already satisfied: ([\w.-]+).*? in (/.*?)(?: \(|$)")
@@ -38,12 +38,12 @@ _KEPT_LINES = 400
 
 @dataclass(frozen=True)
 class EnvironmentSpec:
-    """The contents of an environment."""
+    """What determines the contents of an environment: its requirements and its Python."""
 
     requirements: tuple[str, ...]
-    """Requirements as pip takes them, sorted."""
+    """The requirements in pip's format, sorted."""
     python: str
-    """The Python and the machine that they are installed for."""
+    """The version of Python and the processor that the packages are installed for."""
 
     @classmethod
     def of(cls, requirements: Iterable[str]) -> EnvironmentSpec:
@@ -53,26 +53,27 @@ class EnvironmentSpec:
 
     @property
     def digest(self) -> str:
-        """A short hash of the contents, for the folder's name."""
+        """A short hash of the specification. The name of the environment's folder begins with it."""
         return sha256(json.dumps(asdict(self)).encode()).hexdigest()[:12]
 
 
 @dataclass(frozen=True)
 class PipInputs:
-    """The inputs of pip in addition to the requirements."""
+    """What pip gets in addition to the requirements."""
 
     wheels: Path | None = None
-    """The folder of uploaded wheels; with it, pip does not use the network."""
+    """The folder of uploaded wheels. If it is given, pip does not use the network."""
     site: Path | None = None
-    """The release's own packages, which pip need not install."""
+    """The folder of the packages that the release brings. pip does not install these packages."""
     handles: tuple[int, ...] = ()
-    """File handles that pip inherits, such as the lock's."""
+    """File handles that pip inherits, such as that of the lock."""
 
 
 def find_environment(layout: Layout, spec: EnvironmentSpec) -> Path | None:
-    """Return an unchanged environment with these contents; None if there is none.
+    """Return the folder of an existing environment that fits the specification; None if there is none.
 
-    An environment uses the system's packages too, such as apt's picamera2. If their versions change, it has changed.
+    An environment also uses packages of the system, such as picamera2 from apt. If the version of one of them has
+    changed since the environment was made, the environment does not fit.
     """
     made = sorted(layout.environments.glob(f"{spec.digest}-*"), reverse=True)
     return next((folder for folder in made if _is_unchanged(folder, spec)), None)
@@ -81,10 +82,11 @@ def find_environment(layout: Layout, spec: EnvironmentSpec) -> Path | None:
 def make_environment(
     layout: Layout, spec: EnvironmentSpec, release: str, inputs: PipInputs, report: ReportProgress
 ) -> Path:
-    """Return a new environment for a release. The caller holds the lock.
+    """Make an environment for a release, and return its folder. The caller must hold the lock.
 
-    Its folder is a new one, because the environment that it replaces may be in use. Incomplete environments of killed
-    processes are deleted. If this one cannot be made, AgentError is raised, and nothing of it is left.
+    The environment always gets a new folder, because an older environment with the same requirements may be in use.
+    Incomplete environments of killed processes are deleted. If this environment cannot be made, its folder is deleted
+    too, and AgentError is raised.
     """
     folder = layout.environments / f"{spec.digest}-{release}"
     layout.environments.mkdir(parents=True, exist_ok=True)
@@ -103,14 +105,14 @@ def make_environment(
 
 
 def list_unused(layout: Layout) -> Iterator[Path]:
-    """Yield environments that no release or upload links to. The caller holds the lock."""
+    """Yield the folders of environments that no release or upload uses. The caller must hold the lock."""
     folders = [*layout.releases.glob("*"), *layout.incoming.glob("*")]
     used = {link.readlink().name for folder in folders if (link := folder / ENVIRONMENT).is_symlink()}
     yield from (folder for folder in layout.environments.glob("*") if folder.name not in used)
 
 
 def discard_unused(layout: Layout) -> None:
-    """Delete environments that no release or upload links to. The caller holds the lock."""
+    """Delete the environments that no release or upload uses. The caller must hold the lock."""
     for folder in list(list_unused(layout)):
         discard(layout, folder)
 
@@ -123,7 +125,7 @@ def _create_venv(folder: Path, *, with_pip: bool) -> None:
     output = made.stdout + made.stderr
     if "ensurepip is not" in output:
         raise AgentError("python3-venv is missing on the robot", "On the robot: sudo apt install python3-venv", "venv")
-    if measure_free_space(folder) < _EMPTY_BYTES:  # venv does not print why its pip failed
+    if measure_free_space(folder) < _EMPTY_BYTES:  # venv hides the output of the pip that failed
         output = os.strerror(errno.ENOSPC)
     raise explain_failure(output.splitlines(), is_offline=False)
 
@@ -142,7 +144,7 @@ def _is_unchanged(folder: Path, spec: EnvironmentSpec) -> bool:
 
 
 def _read_system_version(distribution: str) -> str | None:
-    """Return the version of a package of the system, outside of every environment; None if it is not installed."""
+    """Return the version of a package of the operating system's Python; None if it is not installed."""
     try:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:
@@ -152,7 +154,7 @@ def _read_system_version(distribution: str) -> str | None:
 def install_requirements(
     environment: Path, requirements: Sequence[str], inputs: PipInputs, report: ReportProgress
 ) -> set[str]:
-    """Install requirements; return the names of those that the system has already. Raises AgentError if pip fails."""
+    """Install requirements; return the names of those that the system already has. Raises AgentError if pip fails."""
     lines: deque[str] = deque(maxlen=_KEPT_LINES)
     system_packages: set[str] = set()
     with _start_pip(environment, requirements, inputs) as running:
@@ -180,7 +182,7 @@ class _PipProcess(subprocess.Popen[str]):
 
 
 def _start_pip(environment: Path, requirements: Sequence[str], inputs: PipInputs) -> _PipProcess:
-    """Start pip without the user's own packages, without questions, and in a process group of its own."""
+    """Start pip in its own process group. It ignores packages in the user's home and asks no questions."""
     variables = {"LC_ALL": "C.UTF-8", "PYTHONNOUSERSITE": "1", "PYTHONPATH": str(inputs.site or "")}
     return _PipProcess(
         [str(environment / "bin/python"), "-m", "pip", "install", *_build_options(inputs), "--", *requirements],
@@ -210,13 +212,13 @@ _CORRECT_IT = "Correct it in the project's dependencies"
 
 @dataclass(frozen=True)
 class _Failure:
-    """A failure of pip that its output identifies."""
+    """A known failure of pip, with the line of pip's output that identifies it."""
 
     line: re.Pattern[str]
-    """A line of the output, with at most one group."""
+    """The pattern of a line in pip's output. It has at most one group."""
     kind: str
     fault: str
-    """What happened, with ``{}`` for the line's group."""
+    """What happened, as a format. ``{}`` is the group of the pattern."""
     remedy: str
 
 
@@ -267,7 +269,7 @@ _REASON = re.compile(r"^ *(.+)\n *\[end of output\]", re.MULTILINE)
 
 
 def explain_failure(lines: Iterable[str], *, is_offline: bool) -> AgentError:
-    """Return the error for pip's output. An unknown failure is quoted."""
+    """Return the error that explains pip's output. If the failure is unknown, the error quotes the output."""
     output = "\n".join(lines)
     for failure in (*_COMMON, _NOT_UPLOADED) if is_offline else (*_COMMON, *_NETWORK, _UNKNOWN):
         if found := failure.line.search(output):
@@ -279,7 +281,7 @@ def explain_failure(lines: Iterable[str], *, is_offline: bool) -> AgentError:
 
 
 def _explain_build(output: str) -> AgentError:
-    """Return the error for a package that has no wheel and cannot be built."""
+    """Return the error for a package that has no wheel and that the robot cannot build."""
     name = next((filter(None, found.groups()) for found in reversed(list(_BUILT_PACKAGE.finditer(output)))), iter(()))
     reason = _REASON.findall(output)[-1:]
     fault = f"{next(name, 'a requirement')} has no wheel for {_describe_python()}, and cannot be built on the robot"

@@ -1,4 +1,4 @@
-"""Files on the robot: their layout, changes that survive a power cut, sizes and hashes."""
+"""Files on the robot: where they are, writing them safely against a power cut, sizes and hashes."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 FOLDER = "robotcore"
-"""The folder below the home. A shell needs no quotes for it."""
+"""The folder of all deployed files in the user's home. Its name needs no quotes in a shell."""
 
 MAKE_ROOM = "Make room on the robot: fetch its recordings with robotcore deploy fetch --move, and look at df -h"
-"""The remedy for a full disk; the client uses it too."""
+"""The remedy in error messages about a full disk, also in those of the client."""
 
 _PIECE_BYTES = 1 << 20
 
@@ -30,7 +30,7 @@ class Layout:
 
     @property
     def incoming(self) -> Path:
-        """A folder for each upload, and folders that are being deleted."""
+        """The folder that has a folder for each upload, and the folders that are being deleted."""
         return self.root / "incoming"
 
     @property
@@ -39,7 +39,7 @@ class Layout:
 
     @property
     def environments(self) -> Path:
-        """A folder for each environment, named by its digest and the release that it was made for."""
+        """The folder of the environments. Each one's name has its digest and the release that it was made for."""
         return self.root / "environments"
 
     @property
@@ -48,12 +48,12 @@ class Layout:
 
     @property
     def current(self) -> Path:
-        """A link to the current release."""
+        """The symbolic link to the folder of the current release."""
         return self.root / "current"
 
     @property
     def health_check(self) -> Path:
-        """The health check that is pending or running; absent otherwise."""
+        """The file that describes the pending or running health check. It is absent if there is no such check."""
         return self.root / "trial.json"
 
     @property
@@ -62,7 +62,7 @@ class Layout:
 
     @property
     def program(self) -> Path:
-        """This package as one file, which systemd starts."""
+        """This package as one ZIP file, which systemd starts."""
         return self.root / "aboard.pyz"
 
     @property
@@ -71,7 +71,7 @@ class Layout:
 
 
 def write_file(path: Path, content: str | bytes) -> None:
-    """Replace a file's content atomically; if that fails, the old content stays."""
+    """Replace the content of a file atomically. If writing fails, the file keeps its old content."""
     temporary = _temporary_path(path)
     try:
         with temporary.open("wb") as file:
@@ -94,14 +94,17 @@ def replace_link(path: Path, target: str) -> None:
 
 
 def move_path(source: Path, to: Path) -> None:
-    """Rename on the same disk, durably; an existing file, link or empty folder is replaced."""
+    """Rename a file or a folder, and wait until the disk has the new name.
+
+    Both paths must be on the same disk. A file, a link or an empty folder at the new path is replaced.
+    """
     source.replace(to)
     for folder in {source.parent, to.parent}:
         sync_folder(folder)
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until a folder's entries are on the disk."""
+    """Wait until the disk has stored the names in a folder."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(handle)
@@ -114,14 +117,14 @@ def _temporary_path(path: Path) -> Path:
 
 
 def measure_free_space(path: Path) -> int:
-    """Return the bytes that this user may still write on the disk of a path, which need not exist."""
+    """Return the bytes that this user may still write on the disk of a path. The path need not exist."""
     existing = next(folder for folder in (path, *path.parents) if folder.exists())
     status = os.statvfs(existing)
     return status.f_bavail * status.f_frsize
 
 
 def measure_size(folder: Path) -> int:
-    """Return the bytes of all files below a folder on the disk. A file that is deleted during the call counts 0."""
+    """Return the bytes that the files below a folder take on the disk. A file deleted during the call counts 0."""
     total = 0
     for root, _, files in os.walk(folder):
         for name in files:
@@ -145,7 +148,7 @@ def format_bytes(size: int) -> str:
 
 
 def hash_file(file: Path) -> str:
-    """Return a file's SHA-256 in hex; the file may be larger than the memory."""
+    """Return the SHA-256 of a file in hex. The file may be larger than the memory."""
     digest = hashlib.sha256()
     with file.open("rb") as content:
         while piece := content.read(_PIECE_BYTES):
@@ -154,8 +157,9 @@ def hash_file(file: Path) -> str:
 
 
 def find_runtime_folder() -> Path:
-    """Return the user's folder for files that last until a reboot; systemd's socket is there too.
+    """Return the user's runtime folder, such as ``/run/user/1000``: its files last until a reboot.
 
-    If the login does not set it, it still exists for a user with lingering.
+    The socket of the user's systemd is in this folder. If the login sets no ``XDG_RUNTIME_DIR``, the folder still
+    exists for a user with lingering.
     """
     return Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}")

@@ -1,7 +1,7 @@
 """Check the health of a new release: start it in place of the current one, watch it, and keep it or roll back.
 
-The check is written to disk before anything changes, and each step may be repeated. If the process is killed or the
-power fails, systemd starts the check again.
+The check is written to disk before anything changes, and each of its steps may run twice without harm. So systemd can
+start the check again after its process was killed or the power failed.
 """
 
 from __future__ import annotations
@@ -22,20 +22,26 @@ from robotcore.deploy.agent.systemctl import UnitState
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LIMIT_S
 
 HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
-"""How long an app may take until its first step, and how long it must then keep running, in s."""
+"""How long an app may take until its first tick, and how long it must then keep running, in s."""
 
 POLL_S = 0.25
-"""Far shorter than the units' RestartSec, so that no restart of a failing app is missed."""
+"""The time between two queries of the app's state, in s.
+
+It is far shorter than RestartSec of the units, so that the check sees each restart of a failing app.
+"""
 
 STOP_LIMIT_S = 90.0
-"""How long the previous release may take to stop, by its unit's limits for the app and for stopping the motors."""
+"""How long the previous release may take to stop, in s: the sum of its unit's limits for the app and for the motors."""
 
 NO_WATCHDOG_S = 30.0
-"""Far longer than the unit's WatchdogSec: if the app runs so long without a sign, a user has disabled the watchdog."""
+"""If an app runs this long without a reset of the watchdog, a user has disabled the watchdog, in s.
+
+The time is far longer than WatchdogSec of the unit.
+"""
 
 
 class ShutdownError(Exception):
-    """The robot shuts down during the check, which therefore has no result."""
+    """Raised if the robot shuts down during a health check, so that the check has no result."""
 
 
 @dataclass(frozen=True)
@@ -47,20 +53,21 @@ class HealthCheck:
     previous: str | None
     """The release that becomes current again if the check fails."""
     healthy_within_s: float = HEALTHY_WITHIN_S
-    """How long the app may take until its first step."""
+    """How long the app may take until its first tick, in s."""
     settle_s: float = SETTLE_S
-    """How long the app must keep running after its first step."""
+    """How long the app must keep running after its first tick, in s."""
     since: str = ""
     """When the check began, in UTC. It distinguishes checks of the same release."""
     was_standing: bool = False
-    """Whether no app ran before; then a rollback starts none."""
+    """Whether no app ran before the check. If so, a rollback starts no app."""
     was_enabled: bool = True
-    """Whether the previous release started with the robot."""
+    """Whether systemd started the previous release at each boot of the robot."""
 
     def begin(self, layout: Layout) -> None:
-        """Store the check and start its unit; from now on systemd completes it, even after a power failure.
+        """Store the check on disk and start the systemd unit that runs it.
 
-        The caller holds the lock. If OSError or AgentError is raised, no check is pending.
+        From then on systemd completes the check, even after a power failure. The caller must hold the
+        lock. If OSError or AgentError is raised, no check is pending.
         """
         files.write_file(layout.health_check, json.dumps(asdict(self), indent=2) + "\n")
         try:
@@ -70,7 +77,7 @@ class HealthCheck:
             raise
 
     def read_result(self, layout: Layout) -> HealthResult | None:
-        """Return the result of this check; None if it has none yet."""
+        """Return the result of this check; None if the check is not complete."""
         result = HealthResult.read(layout.releases / self.release)
         return result if result and result.since == self.since else None
 
@@ -86,12 +93,12 @@ def read_pending(layout: Layout) -> HealthCheck | None:
 
 
 def format_now() -> str:
-    """Return the current time as a check stores it."""
+    """Return the current time in UTC, in the format of `HealthCheck.since`."""
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
 
 
 def run_check(layout: Layout) -> None:
-    """Complete the pending check; do nothing if there is none."""
+    """Run the pending health check until it has a result; do nothing if no check is pending."""
     with hold_lock(layout, "a health check"):
         if check := read_pending(layout):
             result = check.read_result(layout) or _check_release(layout, check)
@@ -99,7 +106,7 @@ def run_check(layout: Layout) -> None:
 
 
 def abandon_check(layout: Layout) -> None:
-    """End the pending check of a stopped service: roll back unless the release is healthy, and start nothing."""
+    """End the pending check of a service that a user stopped. Roll back unless the release is healthy; start no app."""
     with hold_lock(layout, "a health check is ended"):
         if check := read_pending(layout):
             stopped = HealthResult(STOPPED, "a user stopped it", since=check.since)
@@ -111,9 +118,9 @@ def abandon_check(layout: Layout) -> None:
 def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
     """Restart the service and return its result, without ``since``.
 
-    The app must complete its first step within ``healthy_within_s``, and then keep running for ``settle_s``. After that
-    it must reset systemd's watchdog once more, because a hanging app is active too. An app that ends with success is
-    healthy. Raises AgentError if systemd does not answer, and `ShutdownError` if the robot shuts down meanwhile.
+    The app must complete its first tick within ``healthy_within_s``, and then keep running for ``settle_s``. After that
+    it must reset systemd's watchdog once more, because systemd also calls a hanging app active. An app that ends with
+    success is healthy. Raises AgentError if systemd does not answer, and `ShutdownError` if the robot shuts down.
     """
     result = _watch(healthy_within_s, settle_s)
     if result.outcome != HEALTHY and systemd.is_shutting_down():
@@ -122,7 +129,7 @@ def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
 
 
 def _check_release(layout: Layout, check: HealthCheck) -> HealthResult:
-    """Run the release; store and return its result."""
+    """Run the release that is checked; store and return the result of the check."""
     if not (layout.releases / check.release).is_dir():
         return HealthResult(UNHEALTHY, "the robot no longer has it", since=check.since)
     releases.set_current(layout, check.release)
@@ -141,7 +148,7 @@ def _watch_release(check: HealthCheck) -> HealthResult:
 
 
 def _write_result(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
-    """Store a result. A full disk is ignored: it must not keep a bad release running."""
+    """Store a result. A full disk raises nothing, because the rollback of a bad release must still follow."""
     with suppress(OSError):
         result.write(layout.releases / check.release)
 
@@ -157,9 +164,9 @@ def _conclude(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
 
 
 def _roll_back(layout: Layout, check: HealthCheck, *, is_to_run: bool) -> None:
-    """Make the previous release the current one, and start it if it ran before.
+    """Make the previous release the current one, and start it if it ran before the check.
 
-    If the disk has no room for the link, no release is current, and nothing runs.
+    If the disk has no room for the link to it, no release is current, and no app runs.
     """
     systemd.stop(SERVICE)
     releases.set_current(layout, None)
@@ -194,9 +201,9 @@ def _has_settled(state: UnitState, until: float, now: float) -> bool:
 
 
 def _wait_for_start(before: str) -> UnitState | None:
-    """Return the service's state once it has another invocation; None if it was not started.
+    """Wait until systemd has started the service anew, and return its state; None if systemd did not start it.
 
-    systemd may first restart the previous release if that one failed; such a start does not count.
+    If the previous release had failed, systemd may restart that release first. Such a start does not count.
     """
     until = time.monotonic() + STOP_LIMIT_S
     while time.monotonic() < until:
@@ -211,9 +218,9 @@ def _wait_for_start(before: str) -> UnitState | None:
 
 
 def _judge_state(state: UnitState, ours: str) -> HealthResult | None:
-    """Return the result that a state of the service implies; None if it implies none yet.
+    """Return the result of the check that follows from a state of the service; None if the check must go on.
 
-    A failure has a result only after the process has ended, because its status and last output are unknown before.
+    After a failure, the check goes on until the process has ended: its exit status and last output are unknown before.
     """
     if state.has_failed and state.active == "deactivating":
         return None
@@ -239,11 +246,11 @@ FOLLOW_POLL_S = 0.3
 """The time between two queries of the check, in s."""
 
 ABANDONED_S = 45.0
-"""A process that ends a check, and the app after it, deletes the check within this time."""
+"""A health check without a process is abandoned if its file still exists after this time, in s."""
 
 
 def follow_check(layout: Layout, check: HealthCheck) -> dict[str, Any]:
-    """Report the progress of a health check; return its result as `build_report` does.
+    """Report the progress of a health check until it ends; return its result as `build_report` does.
 
     Raises AgentError if no process runs the check.
     """
@@ -269,8 +276,9 @@ def follow_check(layout: Layout, check: HealthCheck) -> dict[str, Any]:
 def build_report(layout: Layout, release: str, result: HealthResult) -> dict[str, Any]:
     """Return the result of a release's health check as the client expects it.
 
-    ``outcome``, ``reason`` and ``lines`` are the result's. ``current`` is the current release or None, ``is_running``
-    whether it runs, ``is_standing`` whether it is stopped. If the previous release starts again, its start is awaited.
+    ``outcome``, ``reason`` and ``lines`` are those of the result. ``current`` is the current release or None.
+    ``is_running`` says whether the current release runs, ``is_standing`` whether it is stopped. If the previous release
+    is starting again, the function first waits until it has started.
     """
     name = releases.read_current(layout)
     is_back = name is not None and result.outcome == UNHEALTHY
@@ -287,9 +295,9 @@ def build_report(layout: Layout, release: str, result: HealthResult) -> dict[str
 
 
 def wait_until_settled(words: str = "") -> UnitState:
-    """Return the service's state once it is neither starting nor stopping.
+    """Wait until the service is neither starting nor stopping, and return its state.
 
-    words: what to report if it is up then; empty for no report.
+    words: the progress text to report if the service is up then; empty for no report.
     """
     until = time.monotonic() + START_LIMIT_S
     while (state := systemd.read_state(SERVICE)).is_changing and time.monotonic() < until:
@@ -300,7 +308,7 @@ def wait_until_settled(words: str = "") -> UnitState:
 
 
 def _describe_phase(check: HealthCheck) -> str:
-    """Return the progress of the release that is checked; empty while another one runs."""
+    """Return a text on the progress of the release that is checked; empty while another release runs."""
     if releases.read_running() != check.release:
         return ""
     if systemd.read_state(SERVICE).is_up:
@@ -309,7 +317,10 @@ def _describe_phase(check: HealthCheck) -> str:
 
 
 def _is_check_running() -> bool:
-    """Return whether the check's unit runs or is about to start; raises AgentError if it has failed for good."""
+    """Return whether the systemd unit of the health check runs or is about to start.
+
+    Raises AgentError if the unit has failed and systemd does not restart it.
+    """
     state = systemd.read_state(HEALTH_CHECK)
     if state.active == "failed":
         words = " / ".join(journal.read_last_lines(HEALTH_CHECK, state.invocation)) or state.describe_end()

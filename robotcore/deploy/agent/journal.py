@@ -15,22 +15,25 @@ from robotcore.deploy.agent.rpc import AgentError
 from robotcore.deploy.agent.systemctl import EXITED, KILLED, UnitState
 
 LAST_LINES = 12
-"""How many lines explain why an app ended: an error message, or the end of a traceback."""
+"""How many of the app's last lines explain its end. They hold an error message, or the end of a traceback."""
 
 _READ_LINES = 300
-"""How many lines are read for them: Python's dump of an aborted process has several for each thread."""
+"""How many lines of the journal are read at most: Python's dump of an aborted process has several for each thread."""
 
 _ABORTED = "Fatal Python error: "
 _DUMP_LINE = re.compile(r'(Current thread|Thread) 0x|  File "|  \.\.\.|  <|Extension modules: ')
 _CURRENT_THREAD = "Current thread 0x"
 _FRAMES_KEPT = 5
-"""The format of Python's faulthandler, innermost frame first, and how many frames of the current thread are kept."""
+"""The lines that Python's faulthandler prints, innermost frame first, and the number of frames to keep."""
 
 _EXIT_MESSAGE_ID = "98e322203f7a4ed290d09fe03c09fe15"
 """systemd's message identifier for the end of a main process. Source: systemd, sd-messages.h."""
 
 _TRIES, _RETRY_S = 5, 0.2
-"""How often, and how long apart in s, to read: the journal has a process's last lines a moment after its end."""
+"""The number of attempts to read, and the pause between them in s.
+
+The journal receives the last lines of a process only some time after its end.
+"""
 
 _COMMAND = ("journalctl", "--no-pager")
 
@@ -38,7 +41,7 @@ _UNREADABLE_TEXTS = ("insufficient permissions", "No journal files were found")
 
 
 def read_last_lines(unit: str, invocation: str, count: int = LAST_LINES) -> tuple[str, ...]:
-    """Return the last output of a unit's processes in one invocation, without systemd's own messages."""
+    """Return the last lines that a unit's processes printed in one invocation, without the messages of systemd."""
     matches = [f"_SYSTEMD_USER_UNIT={unit}", f"_SYSTEMD_INVOCATION_ID={invocation}", f"_UID={os.getuid()}"]
     for _ in range(_TRIES):
         done = _run_journalctl("--output=cat", f"--lines={_READ_LINES}", *matches)
@@ -51,7 +54,7 @@ def read_last_lines(unit: str, invocation: str, count: int = LAST_LINES) -> tupl
 
 
 def _shorten_dump(lines: Sequence[str]) -> list[str]:
-    """Return lines with a dump of Python's shortened to the innermost frames of the aborted thread."""
+    """Return the lines with a dump by Python's faulthandler cut to the innermost frames of the aborted thread."""
     aborted = [number for number, line in enumerate(lines) if line.startswith(_ABORTED)]
     if not aborted:
         return list(lines)
@@ -62,7 +65,7 @@ def _shorten_dump(lines: Sequence[str]) -> list[str]:
 
 
 def read_last_end(unit: str) -> tuple[str, str] | None:
-    """Return the last failure of a unit's main process in words, and its invocation; None if there is none."""
+    """Return how a unit's main process last failed, in words, and in which invocation; None if it never failed."""
     fields = "--output-fields=EXIT_CODE,EXIT_STATUS,USER_INVOCATION_ID"
     matches = (f"MESSAGE_ID={_EXIT_MESSAGE_ID}", f"USER_UNIT={unit}", f"_UID={os.getuid()}")
     try:
@@ -75,12 +78,12 @@ def read_last_end(unit: str) -> tuple[str, str] | None:
 
 
 def print_lines(unit: str, count: int, *, is_followed: bool) -> None:
-    """Print the last lines of a unit's journal; raises AgentError if it cannot be read.
+    """Print the last lines of a unit's journal; raises AgentError if the journal cannot be read.
 
-    It selects by the unit's name instead of the user's own journal. On Raspberry Pi OS, which keeps the journal in
-    memory, all users share one.
+    The lines are selected by the unit's name instead of by user: on Raspberry Pi OS the journal is in memory, and all
+    users share one.
 
-    is_followed: go on printing until the client closes the connection.
+    is_followed: print new lines too, until the client closes the connection.
     """
     command = [*_COMMAND, "--quiet", "--output=short-iso", f"--lines={count}", f"--user-unit={unit}"]
     status = subprocess.run([*command, *(["--follow"] if is_followed else [])], check=False).returncode  # noqa: S603

@@ -1,4 +1,7 @@
-"""The lock: one process at a time changes releases and environments. The kernel releases it if the process ends."""
+"""The lock of the robot's folders: only the process that holds the lock changes releases and environments.
+
+The kernel releases the lock when the process ends.
+"""
 
 from __future__ import annotations
 
@@ -20,12 +23,12 @@ POLL_S = 0.1
 
 @contextmanager
 def hold_lock(layout: Layout, doing: str, timeout_s: float = TIMEOUT_S) -> Iterator[int]:
-    """Hold the robot's lock, and yield its file handle.
+    """Hold the robot's lock during a ``with`` block, and yield the file handle of the lock.
 
-    A child process that inherits the handle holds the lock until it ends.
+    If a child process inherits the handle, the lock stays held until that child has ended too.
 
-    doing: the work of this process, for the error of a process that cannot get the lock.
-    timeout_s: how long to wait for the lock, in s; AgentError of the kind ``busy`` is raised after it.
+    doing: a text on the work of this process. The error message of a process that waits in vain quotes it.
+    timeout_s: how long to wait for the lock, in s. After this time, AgentError of the kind ``busy`` is raised.
     """
     handle = _acquire(layout, timeout_s)
     try:
@@ -36,7 +39,7 @@ def hold_lock(layout: Layout, doing: str, timeout_s: float = TIMEOUT_S) -> Itera
 
 
 def _acquire(layout: Layout, timeout_s: float) -> int:
-    """Return the handle of the lock file, locked by this process."""
+    """Lock the lock file for this process, and return its handle."""
     while True:
         layout.root.mkdir(parents=True, exist_ok=True)
         handle = os.open(layout.lock, os.O_RDWR | os.O_CREAT, 0o600)
@@ -77,7 +80,7 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _write_holder(handle: int, words: str) -> None:
-    """Write the holder into the file. A full disk is ignored: stop and remove must work on it."""
+    """Write the holder into the lock file. A full disk raises nothing, because `remove` must work on it too."""
     with suppress(OSError):
         os.ftruncate(handle, 0)
         os.pwrite(handle, words.encode(), 0)

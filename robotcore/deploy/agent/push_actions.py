@@ -34,9 +34,9 @@ from robotcore.deploy.agent.uploads import discard
 
 
 def probe(layout: Layout, *, requirements: Sequence[str] = (), is_push: bool = False) -> dict[str, Any]:
-    """Return the facts, the current ``release``, and whether the requirements have an environment.
+    """Return the facts about the robot, the current ``release``, and whether an environment for the new release exists.
 
-    requirements: the release's requirements, as pip takes them.
+    requirements: the new release's requirements, in pip's format.
     is_push: raise AgentError if this robot cannot receive a push.
     """
     answer = {**collect_facts(layout), "release": releases.read_current(layout)}
@@ -50,19 +50,20 @@ def probe(layout: Layout, *, requirements: Sequence[str] = (), is_push: bool = F
 
 
 SPARE_BYTES = 100_000_000
-"""Bytes that must stay free on the disk, because the system needs them."""
+"""The bytes that a push leaves free on the disk for the operating system."""
 
 
 def begin_upload(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
-    """Make room for an upload; return the ``release``'s name, the upload's folder ``to``, and the folder ``copy_from``.
+    """Make room on the disk for an upload; return the name ``release`` and the folders ``to`` and ``copy_from``.
 
-    The name is the proposed one, or one second after the newest one on the robot if that is newer. So each push has its
-    own name, and names sort in the order of the pushes. ``copy_from`` is None if the robot has no release. Both
-    folders are relative to the robot's folder. If the disk is still full after old releases were deleted, AgentError is
-    raised, and nothing is left of the upload.
+    ``release`` is the proposed name if it is later than all names on the robot. Otherwise it is the latest of them plus
+    one second. So each push has its own name, and names sort in the order of the pushes. The client writes into the
+    folder ``to``. ``copy_from`` is the folder of an earlier release, or None if the robot has no release. Both folders
+    are relative to ``~/robotcore``. If the disk is still full after old releases were deleted, the upload is deleted,
+    and AgentError is raised.
 
     release: the name that the client proposes.
-    size: the bytes of the upload.
+    size: the size of the upload in bytes.
     """
     with hold_lock(layout, f"push of {require_name(release)}"):
         for folder in (layout.incoming, layout.releases, layout.recordings):
@@ -89,7 +90,7 @@ def _choose_name(layout: Layout, proposed: str) -> str:
 
 
 def _measure_missing(layout: Layout, size: int) -> int:
-    """Return how many bytes the disk lacks for an upload."""
+    """Return how many more bytes must be freed on the disk for an upload."""
     return max(0, size + SPARE_BYTES - files.measure_free_space(layout.root))
 
 
@@ -104,11 +105,14 @@ def _build_disk_error(layout: Layout, size: int, missing: int) -> AgentError:
 
 
 KEPT_HEALTHY, KEPT_OTHERS = 5, 2
-"""How many healthy releases are kept, and how many others; failed releases displace no healthy ones."""
+"""How many healthy releases are kept, and how many of the others.
+
+The numbers are separate, so that failed releases do not displace healthy ones.
+"""
 
 
 def prune_releases(layout: Layout, keep: int = KEPT_HEALTHY) -> tuple[str, ...]:
-    """Delete old releases that are not needed, and unused environments. The caller holds the lock.
+    """Delete old releases that are not needed, and unused environments. The caller must hold the lock.
 
     keep: how many healthy releases to keep.
     Returns the names of the deleted releases.
@@ -124,7 +128,7 @@ def prune_releases(layout: Layout, keep: int = KEPT_HEALTHY) -> tuple[str, ...]:
 
 
 def _list_needed(layout: Layout) -> Iterator[str | None]:
-    """Yield the current release, the one that a rollback would choose, and those of a pending health check."""
+    """Yield the names of the releases to keep: the current one, that of a rollback, and those of a pending check."""
     yield releases.read_current(layout)
     yield releases.find_previous(layout)
     if pending := health_check.read_pending(layout):
@@ -132,10 +136,10 @@ def _list_needed(layout: Layout) -> Iterator[str | None]:
 
 
 def install_release(layout: Layout, *, release: str, is_offline: bool = False) -> dict[str, Any]:
-    """Turn a complete upload into a release: provide its environment, run its doctor, move it to the releases.
+    """Turn a complete upload into a release: link it to an environment, run its doctor, move it to the releases.
 
-    is_offline: install the uploaded wheels, without the network.
-    Returns whether the ``environment`` was ``kept`` or ``made``, and the doctor's ``findings``.
+    is_offline: install the requirements from the uploaded wheels, without the network.
+    Returns the ``findings`` of the doctor, and ``environment``: ``kept`` if a fitting one existed, else ``made``.
     """
     folder = layout.incoming / require_name(release)
     with hold_lock(layout, f"installation of {release}") as handle:
@@ -172,25 +176,26 @@ def _provide_environment(layout: Layout, release: Release, inputs: environments.
 
 
 def discard_upload(layout: Layout, *, release: str) -> dict[str, Any]:
-    """Delete the upload of a release; return whether there was one."""
+    """Delete the upload of a release; return whether such an upload existed."""
     return {"discarded": uploads.discard_upload(layout, require_name(release))}
 
 
 DOCTOR_TIMEOUT_S = 180
-"""How long the doctor may run, in s: the first start of a release compiles it, and an SD card is slow."""
+"""How long the doctor may run, in s. It takes long on an SD card, because the first start of a release compiles it."""
 
 FindingRow = dict[str, Any]
 """A finding of ``robotcore doctor --json``: about, level, what, said, remedy."""
 
 _PROC = Path("/proc")
 _SERVICE_GROUP = f"/{SERVICE}"
-"""The end of the control group of each process of the running release. Source: cgroups(7)."""
+"""The name of the control group of each process of the running release ends with this. Source: cgroups(7)."""
 
 
 def run_doctor(folder: Path, release: Release) -> list[FindingRow]:
-    """Run the doctor of a release on this robot; return its findings, or one finding that it does not run.
+    """Run the doctor of a release on this robot; return its findings.
 
-    A pin that the running release holds is not an error, because that release stops before the new one starts.
+    If the doctor does not run, the only finding says so. A pin that the running release uses is not an error, because
+    that release stops before the new one starts.
     """
     try:
         done = _run_doctor(folder, f"--robot={release.robot}", f"--backend={release.backend}")
@@ -203,7 +208,7 @@ def run_doctor(folder: Path, release: Release) -> list[FindingRow]:
 
 
 def _run_doctor(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run the doctor. The pin library's working folder (``LG_WD``) is a temporary one."""
+    """Run the doctor with a temporary folder as the working folder (``LG_WD``) of the pin library lgpio."""
     called = build_launch(folder, "doctor", "--json", *arguments)
     with TemporaryDirectory() as scratch:
         return subprocess.run(  # noqa: S603  no shell

@@ -1,4 +1,4 @@
-"""Releases on the robot: their manifests, their health check's results, and which one is current."""
+"""Releases on the robot: their manifests, the results of their health checks, and which one is current."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from robotcore.deploy.agent import files
 from robotcore.deploy.agent.files import Layout
 
 FORMAT = 1
-"""The format of the manifest. A reader refuses another number."""
+"""The version of the manifest's format. A manifest with another number is refused."""
 
 MANIFEST = "release.json"
 PROJECT, SITE, ENVIRONMENT, WHEELS = "project", "site", "environment", "wheels"
-"""In a release's folder: the user's files, robotcore and the project's package, a link to its environment, and uploaded
-wheels until they are installed."""
+"""The folders in a release's folder.
+
+``project`` has the user's files. ``site`` has robotcore and the project's package. ``environment`` is a
+link to the environment. ``wheels`` has the uploaded wheels until they are installed.
+"""
 
 NAME_PATTERN = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\dZ")
 """A release's name is the time of its push in UTC. Names sort by age, and need no quotes in a shell."""
@@ -26,7 +29,11 @@ NAME_FORMAT = "%Y-%m-%dT%H-%M-%SZ"
 
 RESULT_FILE = "verdict.json"
 HEALTHY, UNHEALTHY, STOPPED = "healthy", "unhealthy", "stopped"
-"""Outcomes: the app kept running or ended with success; it failed; a user stopped it during the check."""
+"""The outcomes of a health check.
+
+Healthy: the app kept running or ended with success. Unhealthy: the app failed. Stopped: a user stopped the app during
+the check.
+"""
 
 
 @dataclass(frozen=True)
@@ -49,21 +56,21 @@ class Release:
     backend: str
     """The name of the backend."""
     run: tuple[str, ...]
-    """robotcore's arguments that run the app, in the project's folder."""
+    """The arguments of the command ``robotcore`` that runs the app. Its working folder is the project's."""
     stop: tuple[str, ...]
-    """robotcore's arguments that stop the motors without the app, in the project's folder."""
+    """The arguments of the command ``robotcore`` that stops the motors while no app runs."""
     requirements: tuple[str, ...] = ()
     """The requirements that pip installs."""
     gates: tuple[str, ...] = ()
-    """A line for each check before the push: its result, or that it was skipped."""
+    """A line for each check that the client makes before a push: the result, or that the check was skipped."""
     robotcore: str = ""
-    """robotcore's version."""
+    """The version of robotcore in the release."""
     revision: str = ""
-    """The project's revision in git."""
+    """The project's commit in git."""
     sender: str = ""
-    """The user and the machine that pushed it."""
+    """The user and the computer that pushed the release, as ``user@computer``."""
     is_recorded: bool = True
-    """Whether each run is recorded."""
+    """Whether the robot records each run of the app."""
 
     def write(self, folder: Path) -> None:
         """Write the manifest into a release's folder."""
@@ -80,7 +87,7 @@ class Release:
 
     @classmethod
     def from_json(cls, text: str) -> Release:
-        """Return the release of a manifest; raises ValueError."""
+        """Return the release of a manifest; raises ValueError if the manifest is not valid."""
         manifest = json.loads(text)
         number = manifest.pop("format", None) if isinstance(manifest, dict) else None
         if number != FORMAT:
@@ -91,7 +98,9 @@ class Release:
 
 
 def require_name(name: str) -> str:
-    """Return a release's name if it is valid, and raise ValueError otherwise. Call it before a path is built.
+    """Return the name of a release if it is valid, else raise ValueError.
+
+    Call this function before you build a path from a name that the client sent.
 
     >>> require_name("2026-11-21T22-40-03Z")
     '2026-11-21T22-40-03Z'
@@ -108,9 +117,9 @@ class HealthResult:
     outcome: str
     """`HEALTHY`, `UNHEALTHY` or `STOPPED`."""
     reason: str = ""
-    """Why, in a few words."""
+    """The cause of the outcome, in a few words."""
     lines: tuple[str, ...] = ()
-    """The last lines of the app's output, if it failed."""
+    """The last lines of the app's output, if the app failed."""
     since: str = ""
     """When the check began, in UTC. A release may be checked more than once."""
 
@@ -142,7 +151,7 @@ def read_current(layout: Layout) -> str | None:
 
 
 def set_current(layout: Layout, name: str | None) -> None:
-    """Make a release the current one atomically, or none; raises OSError."""
+    """Make a release the current one atomically; with None, no release is current. Raises OSError."""
     if name is None:
         layout.current.unlink(missing_ok=True)
         files.sync_folder(layout.root)
@@ -151,9 +160,10 @@ def set_current(layout: Layout, name: str | None) -> None:
 
 
 def find_running_link() -> Path:
-    """Return the path of the link to the running release. systemd makes its folder, and deletes it with the service.
+    """Return the path of the symbolic link to the running release.
 
-    The running release may differ from the current one: the current one changes before the restart.
+    systemd makes the folder of this link when the service starts, and deletes the folder when the service ends. The
+    running release may differ from the current one, because a push first changes the current one and then restarts.
     """
     return files.find_runtime_folder() / "robotcore" / "release"
 
@@ -172,7 +182,7 @@ def list_names(layout: Layout) -> list[str]:
 
 
 def find_previous(layout: Layout) -> str | None:
-    """Return the last healthy release that is older than the current one; None if there is none."""
+    """Return the name of the newest healthy release that is older than the current one; None if there is none."""
     now = read_current(layout)
     older = [name for name in list_names(layout) if now is None or name < now]
     return next((name for name in older if is_healthy(layout, name)), None)

@@ -24,12 +24,12 @@ _GROUPS = ("gpio", "i2c", "spi", "video")
 """The groups whose members may use a Raspberry Pi's devices."""
 
 LINGER_FOLDER = Path("/var/lib/systemd/linger")
-"""It holds a file for each user with lingering: their services run without a login. Source: systemd's loginctl."""
+"""The folder with a file for each user whose services run without a login (lingering). Source: systemd's loginctl."""
 
 _MODEL = Path("/proc/device-tree/model")
 
 MANAGER_TIMEOUT_S = 5.0
-"""How long a user's systemd may take to start once lingering is on, in s."""
+"""How long the user's systemd may take to start after lingering was turned on, in s."""
 
 
 def read_user() -> str:
@@ -43,7 +43,10 @@ def build_environment() -> dict[str, str]:
 
 
 def collect_facts(layout: Layout) -> dict[str, Any]:
-    """Return the facts that the client asks for; this needs no root, and raises nothing if something is missing."""
+    """Return the facts about this robot that the client needs to decide whether a release can run on it.
+
+    The function needs no root. If a program or a file is missing, it raises nothing.
+    """
     libc, libc_version = platform.libc_ver()
     return {
         "host": platform.node(),
@@ -75,39 +78,39 @@ def read_system() -> str:
 
 
 def read_model() -> str:
-    """Return the board's model; empty if the system does not have it."""
+    """Return the model of the board, such as ``Raspberry Pi 4 Model B``; empty if the system does not state it."""
     with suppress(OSError):
         return _MODEL.read_text(errors="replace").rstrip("\0")
     return ""
 
 
 def count_bits() -> int:
-    """Return the word size of programs in bits; the kernel's may differ."""
+    """Return the word size of the installed programs in bits, 32 or 64. The kernel may have another one."""
     return 64 if sys.maxsize > 2**32 else 32
 
 
 def has_venv() -> bool:
-    """Return whether Python can make environments with pip; Debian has it in another package."""
+    """Return whether Python can make virtual environments with pip. On Debian this needs the package python3-venv."""
     return bool(find_spec("venv") and find_spec("ensurepip"))
 
 
 def is_lingering() -> bool:
-    """Return whether this user's services run without a login."""
+    """Return whether the services of this user run without a login."""
     return (LINGER_FOLDER / read_user()).exists()
 
 
 def has_user_manager() -> bool:
-    """Return whether a systemd of this user runs."""
+    """Return whether the systemd instance of this user runs."""
     return _succeeds("systemctl", "--user", "show", "--property=Version")
 
 
 def can_read_journal() -> bool:
-    """Return whether this user may read the journal of their services."""
+    """Return whether this user may read the output of their services in systemd's journal."""
     return _succeeds("journalctl", "--user", "--lines=0", "--quiet")
 
 
 def read_groups() -> dict[str, bool]:
-    """Return whether the user is in each of the device groups that exist."""
+    """Return whether the user is a member, by the name of each device group that exists on this robot."""
     mine = {*os.getgroups(), os.getgid()}
     return {group.gr_name: group.gr_gid in mine for group in grp.getgrall() if group.gr_name in _GROUPS}
 
@@ -123,12 +126,12 @@ def _succeeds(*command: str) -> bool:
 
 
 def require_push_needs(facts: dict[str, object], *, has_environment: bool) -> None:
-    """Raise AgentError with everything that a push needs and this robot lacks.
+    """Raise AgentError if the robot lacks something that a push needs. The error lists everything that is missing.
 
-    It turns lingering on if the user may do that.
+    The function turns lingering on if the user may do that.
 
     facts: as `collect_facts` returns them.
-    has_environment: whether the release's environment exists already; then venv is not needed.
+    has_environment: whether the environment of the release exists already. If it does, python3-venv is not needed.
     """
     if missing := list(_list_missing(facts, has_environment=has_environment)):
         faults, remedies, kinds = zip(*missing, strict=True)
@@ -136,7 +139,7 @@ def require_push_needs(facts: dict[str, object], *, has_environment: bool) -> No
 
 
 def _list_missing(facts: dict[str, object], *, has_environment: bool) -> Iterator[tuple[str, str, str]]:
-    """Yield a fault, its remedy and its kind for each missing need."""
+    """Yield what is missing, its remedy, and the kind of the error, for each need that the robot lacks."""
     if facts["bits"] != 64:
         yield (
             f"{facts['system']} is a 32-bit system, for which NumPy and OpenCV have no wheels",
@@ -158,7 +161,7 @@ def _list_missing(facts: dict[str, object], *, has_environment: bool) -> Iterato
 
 
 def require_lingering() -> None:
-    """Raise AgentError if the user's systemd would end with the connection."""
+    """Raise AgentError if the user's systemd would end as soon as the ssh connection is closed."""
     if not enable_lingering():
         raise AgentError(*_describe_no_linger())
 
@@ -170,7 +173,7 @@ def _describe_no_linger() -> tuple[str, str, str]:
 
 
 def enable_lingering() -> bool:
-    """Turn lingering on if it is off and the user may do that; return whether it is on."""
+    """Turn lingering on if it is off and the user may do that. Return whether lingering is on then."""
     if not is_lingering():
         with suppress(OSError, subprocess.TimeoutExpired):
             command = ["loginctl", "--no-ask-password", "enable-linger"]
@@ -179,7 +182,7 @@ def enable_lingering() -> bool:
 
 
 def wait_for_user_manager() -> bool:
-    """Return whether a systemd of this user runs, at once or within `MANAGER_TIMEOUT_S`."""
+    """Wait at most `MANAGER_TIMEOUT_S` until the systemd instance of this user runs; return whether it runs."""
     for _ in range(round(MANAGER_TIMEOUT_S)):
         if has_user_manager():
             return True

@@ -1,4 +1,7 @@
-"""Remote calls from the client: an action's name and parameters come in, JSON text sequences (RFC 7464) go out."""
+"""Answer remote calls from the client.
+
+A call has the name and the parameters of an action. The answer is a JSON text sequence (RFC 7464).
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,10 @@ from typing import Any
 from robotcore.deploy.agent.files import MAKE_ROOM, Layout
 
 MARK = "\x1e"
-"""The first character of each message, which distinguishes it from a login shell's output."""
+"""The first character of each message. It distinguishes a message from lines that a login shell prints."""
 
 ReportProgress = Callable[..., None]
-"""A function that reports progress to the client: a text, and further values by name."""
+"""A function that reports progress to the client. Its arguments are a text, and further values by name."""
 
 ACTIONS = {
     "probe": "push_actions:probe",
@@ -33,7 +36,7 @@ ACTIONS = {
     "erase": "admin_actions:erase_recordings",
     "remove": "admin_actions:remove_robotcore",
 }
-"""The module and the function of each action, by the action's name on the wire.
+"""The module and the function of each action, by the name of the action in the protocol.
 
 A function takes the layout and the client's parameters by name. It returns a mapping that JSON can represent. Its
 module is imported when the action is called, so that a call compiles only the modules that it needs.
@@ -43,11 +46,11 @@ Action = Callable[..., Mapping[str, Any]]
 
 
 def answer_call(action: str, parameters: Mapping[str, Any], layout: Layout | None = None) -> int:
-    """Run an action and write its result, ``done`` or ``refused``; return the exit status.
+    """Run an action, write its result to the client as the message ``done`` or ``refused``, and return the exit status.
 
-    action: the action's name on the wire.
+    action: the name of the action in the protocol.
     parameters: the action's parameters by name.
-    layout: the robot's folders; by default below the user's home.
+    layout: the folders of the robot. By default they are in the user's home.
     """
     run = find_action(action)
     try:
@@ -63,7 +66,7 @@ def answer_call(action: str, parameters: Mapping[str, Any], layout: Layout | Non
 
 
 def find_action(name: str) -> Action:
-    """Return the function of an action, by its name on the wire; raises KeyError for an unknown name."""
+    """Return the function of an action, by the action's name in the protocol. Raises KeyError for an unknown name."""
     module, _, function = ACTIONS[name].partition(":")
     action: Action = getattr(import_module(f"robotcore.deploy.agent.{module}"), function)
     return action
@@ -79,12 +82,12 @@ def _build_remedy(error: OSError) -> str:
 
 
 class AgentError(Exception):
-    """The robot cannot do the action.
+    """Raised if the robot cannot do the action.
 
     fault: what happened, as a sentence without its full stop.
     remedy: what to do about it, as a sentence without its full stop.
     kind: a stable identifier of the fault. The client chooses a better remedy for some kinds.
-    fields: the values that the fault holds, by name. They stay on the robot.
+    fields: the values in the text of the fault, by name. They are not sent to the client.
     """
 
     def __init__(self, fault: str, remedy: str, kind: str, **fields: object) -> None:

@@ -1,4 +1,4 @@
-"""Actions on what runs: activate, roll back, start and stop a release, read its status and its log."""
+"""Actions on the app: activate, roll back, start and stop a release, read the app's status and log."""
 
 from __future__ import annotations
 
@@ -28,8 +28,9 @@ def activate_release(
 ) -> dict[str, Any]:
     """Check the health of a release and make it the current one if it is healthy; return `build_report`'s report.
 
-    Idempotent: it returns the stored result, or follows a running check. Interrupting it does not affect the check.
-    Raises AgentError if the release cannot be checked; then nothing has changed.
+    A second call for the same release starts no second check: it follows the running check, or returns the stored
+    result. An interrupt of the call does not end the check. If the release cannot be checked, AgentError is raised, and
+    nothing has changed.
     """
     result = HealthResult.read(_find_folder(layout, release))
     is_over = result and (releases.read_current(layout) == release or not result.is_healthy)
@@ -39,7 +40,7 @@ def activate_release(
 
 
 def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s: float) -> dict[str, Any]:
-    """Check the health of a release, even if it has a result already; return `build_report`'s report."""
+    """Check the health of a release, even if it was checked before; return `build_report`'s report."""
     _require_possible(layout, release, healthy_within_s)
     pending = health_check.read_pending(layout)
     if pending and pending.release == release:
@@ -76,15 +77,15 @@ def _find_folder(layout: Layout, release: str) -> Path:
 
 
 def _plan_check(layout: Layout, release: str) -> HealthCheck:
-    """Return a check of a release with the release to roll back to, and that one's state.
+    """Return the health check to begin for a release: which release to roll back to, and whether an app runs now.
 
-    A release whose own check is not complete is never rolled back to.
+    A release whose own check is not complete is not chosen for a rollback.
     """
     if pending := health_check.read_pending(layout):
         plan = replace(pending, release=release)
     else:
         state = systemd.read_state(SERVICE)
-        if state.is_changing and not state.is_starting:  # only then is it known whether systemd restarts it
+        if state.is_changing and not state.is_starting:  # after the stop, it is known whether systemd restarts it
             state = wait_until_settled()
         is_standing = not (state.is_up or state.is_starting)
         plan = HealthCheck(
@@ -100,19 +101,23 @@ def roll_back(
     healthy_within_s: float = health_check.HEALTHY_WITHIN_S,
     settle_s: float = health_check.SETTLE_S,
 ) -> dict[str, Any]:
-    """Check and activate an older release, by default the last healthy one; return `build_report`'s report."""
+    """Check and activate an older release; return `build_report`'s report.
+
+    release: the release's name. By default it is the newest healthy one before the current release.
+    """
     names = releases.list_names(layout)
     if release is not None and release not in names:
         raise AgentError(f"there is no release {release!r}", _list_choices(names), "name", choices=names)
     name = release or _choose_previous(layout)
     if name == releases.read_current(layout):
         raise AgentError(f"{name} is the current release", "Start it: robotcore deploy start", "already-current")
-    report_progress(f"going back to {name}", release=name)  # the client resumes with this name after a lost connection
+    # after a lost connection, the client asks for the result by this name
+    report_progress(f"going back to {name}", release=name)
     return start_check(layout, name, healthy_within_s, settle_s)
 
 
 def _choose_previous(layout: Layout) -> str:
-    """Return the last healthy release that is older than the current one."""
+    """Return the newest healthy release that is older than the current one; raises AgentError if there is none."""
     if name := releases.find_previous(layout):
         return name
     now = releases.read_current(layout)
@@ -131,7 +136,10 @@ def _is_unhealthy(layout: Layout, name: str) -> bool:
 
 
 def start_app(layout: Layout) -> dict[str, Any]:
-    """Start the current release, now and with the robot; return the status. A pending health check is resumed."""
+    """Start the current release, now and at each boot of the robot; return `read_status`'s status.
+
+    If a health check is pending, it is resumed.
+    """
     if releases.read_current(layout) is None:
         raise AgentError("there is no release to start", "Send one: robotcore deploy push", "no-current-release")
     with hold_lock(layout, "start of the app"):
@@ -145,13 +153,14 @@ def start_app(layout: Layout) -> dict[str, Any]:
 
 
 def stop_app(layout: Layout) -> dict[str, Any]:
-    """Stop the app, and do not start it with the robot; return the status. It does not wait for the lock.
+    """Stop the app, and do not start it at the next boot; return `read_status`'s status.
 
-    A running health check ends. The previous release becomes the current one, and is not started.
+    The function does not wait for the lock. It ends a running health check: the previous release becomes the current
+    one, and is not started.
     """
     if list_installed_units(layout):
         systemd.stop(SERVICE, HEALTH_CHECK)
-        systemd.stop(SERVICE)  # the health check may have started it once more
+        systemd.stop(SERVICE)  # again, because the health check may have restarted the app meanwhile
         systemd.disable(SERVICE)
         health_check.abandon_check(layout)
     return read_status(layout)
@@ -161,10 +170,10 @@ def read_status(layout: Layout) -> dict[str, Any]:
     """Return the state of the app and of the robot.
 
     ``state`` is running, starting, stopping, restarting, ended, failed or stopped. ``for_s`` is how long the app has
-    been running, or None. ``words`` is the app's last status text, unless it is stopped. ``reason`` and ``lines``
-    explain the failure of an app that failed, or the last one of an app that was restarted. ``on_trial`` is the release
-    with a pending health check. If no release is current, ``last`` is the newest with a result: its ``name``,
-    ``outcome`` and ``reason``.
+    been running, in s, or None. ``words`` is the app's last status text, unless the app is stopped. ``reason`` and
+    ``lines`` explain the last failure of an app that failed or was restarted. ``on_trial`` is the release with a
+    pending health check. If no release is current, ``last`` has the ``name``, ``outcome`` and ``reason`` of the newest
+    release that was checked.
     """
     state, name, pending = systemd.read_state(SERVICE), releases.read_current(layout), health_check.read_pending(layout)
     state_name = _name_state(state)
@@ -177,7 +186,7 @@ def read_status(layout: Layout) -> dict[str, Any]:
         "state": state_name,
         "for_s": time.monotonic() - state.active_since_s if state.is_up else None,
         "restarts": state.restarts,
-        "words": "" if state_name == "stopped" else state.status_text,  # another release may have set it
+        "words": "" if state_name == "stopped" else state.status_text,  # the text may be another release's
         "reason": reason,
         "lines": lines,
         "starts_with_robot": state.is_enabled,
@@ -225,6 +234,6 @@ def _measure_recordings(layout: Layout) -> dict[str, int]:
 
 
 def print_log(layout: Layout, *, lines: int = 50, follow: bool = False) -> dict[str, Any]:  # noqa: ARG001  every action takes it
-    """Print the last ``lines`` of the app's output without a mark. With ``follow``, print new lines too."""
+    """Print the last ``lines`` lines of the app's output as plain text. With ``follow``, print new lines too."""
     journal.print_lines(SERVICE, lines, is_followed=follow)
     return {}

@@ -1,6 +1,7 @@
-"""The program that systemd starts on the robot, and the calls of a release's own robotcore.
+"""The program that systemd starts on the robot. It runs the robotcore that a release brings.
 
-``run`` starts the app, ``off`` stops the motors after it, ``trial`` checks the health of a new release.
+Its command ``run`` starts the app, ``off`` stops the motors after the app has ended, ``trial`` checks the health of a
+new release.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ from robotcore.deploy.agent.releases import ENVIRONMENT, PROJECT, SITE, Release
 from robotcore.deploy.agent.rpc import AgentError
 
 FAILED, UNUSABLE = 1, 2
-"""Exit statuses. systemd tries again after the first one, such as a read error, and not after the second."""
+"""Exit statuses of this program. After `FAILED`, such as a read error, systemd starts the program again.
+
+After `UNUSABLE` systemd does not start it again.
+"""
 
 ROBOTCORE_ARGUMENTS = (
     "-c",
@@ -29,30 +33,33 @@ ROBOTCORE_ARGUMENTS = (
         "import runpy; runpy.run_module('robotcore', run_name='__main__', alter_sys=True)"
     ),
 )
-"""Python's arguments for ``-m robotcore`` without modules of the working folder, so that a project's ``drivers`` does
-not hide robotcore's. Python's variable for that exists only from 3.11 on."""
+"""Python's arguments that do the same as ``-m robotcore``, but import no modules from the working folder.
+
+Otherwise a folder ``drivers`` of the project would hide robotcore's package of that name. Python has an environment
+variable for this, but only from 3.11 on.
+"""
 
 
 @dataclass(frozen=True)
 class Launch:
-    """A command of a release's robotcore."""
+    """A command line that runs the robotcore of a release."""
 
     command: tuple[str, ...]
     folder: Path
-    """The working folder: the project's."""
+    """The working folder, which is the project's."""
     environment: dict[str, str]
     """The process's environment variables."""
 
 
 def build_launch(release: Path, *arguments: str) -> Launch:
-    """Return the command of a release's robotcore with these arguments."""
+    """Return the command line that runs the robotcore of a release with these arguments."""
     python = release / ENVIRONMENT / "bin" / "python"
     isolation = {"PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1"}
     return Launch((str(python), *ROBOTCORE_ARGUMENTS, *arguments), release / PROJECT, {**os.environ, **isolation})
 
 
 def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None = None) -> int:
-    """Run the command that systemd gives; return the exit status."""
+    """Run the command that systemd passes as the argument; return the exit status."""
     commands: dict[str, Callable[[Layout], int]] = {"run": run_app, "off": stop_motors, "trial": run_health_check}
     try:
         return commands[arguments[0]](layout or Layout(Path.home()))
@@ -80,7 +87,7 @@ def run_app(layout: Layout) -> int:
 
 
 def stop_motors(layout: Layout) -> int:
-    """Stop the motors of the release that ran; return the exit status."""
+    """Stop the motors of the release that ran until now; return the exit status."""
     running = releases.find_running_link()
     folder = (running if running.exists() else layout.current).resolve()
     if not folder.is_dir():
@@ -110,9 +117,9 @@ def run_health_check(layout: Layout) -> int:
 
 
 def _build_record_options(layout: Layout, release: Release) -> tuple[str, ...]:
-    """Return the arguments that record a run into a new file of at most half the free space.
+    """Return the arguments that record a run into a new file.
 
-    A robot that runs for days without supervision must not fill its disk.
+    The file may take at most half the free space, so that a robot that runs for days does not fill its disk.
     """
     if not release.is_recorded:
         return ()

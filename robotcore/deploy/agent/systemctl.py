@@ -12,7 +12,7 @@ from robotcore.deploy.agent import robot_facts
 from robotcore.deploy.agent.rpc import AgentError
 
 CALL_TIMEOUT_S = 90.0
-"""How long a call of systemctl may take, in s: longer than a service may take to stop."""
+"""How long a call of systemctl may take, in s. A service may take less time to stop."""
 
 EXITED, KILLED = 1, 2
 """``CLD_EXITED`` and ``CLD_KILLED`` of wait(2): a process ended by itself, or by a signal."""
@@ -27,7 +27,7 @@ _STATUSES = {
 """The exit statuses of ``robotcore run`` as a service, in words."""
 
 MANAGER_GONE = "manager"
-"""The kind of an error if the user's systemd itself does not answer."""
+"""The kind of the AgentError that is raised if the user's systemd does not answer."""
 
 _NO_BUS_TEXTS = (
     "Failed to connect to bus",
@@ -35,12 +35,12 @@ _NO_BUS_TEXTS = (
     "Connection reset",
     "Connection terminated",
 )
-"""What systemctl prints if the user's systemd does not run, or ends meanwhile."""
+"""Texts that systemctl prints if the user's systemd does not run, or ends during the call."""
 
 
 @dataclass(frozen=True)
 class UnitState:
-    """The state of a unit, with the names of org.freedesktop.systemd1(5). Times are of the monotonic clock."""
+    """The state of a systemd unit. The names of its states are those of org.freedesktop.systemd1(5)."""
 
     active: str = "inactive"
     sub: str = "dead"
@@ -48,7 +48,7 @@ class UnitState:
     invocation: str = ""
     """An identifier that changes with each start."""
     restarts: int = 0
-    """How often systemd has restarted it after a failure."""
+    """The number of times that systemd has restarted the unit after a failure."""
     status_text: str = ""
     """The last status that the unit sent to systemd."""
     code: int = 0
@@ -56,13 +56,13 @@ class UnitState:
     status: int = 0
     """The main process's exit status or signal, as in wait(2)."""
     active_since_s: float = 0.0
-    """When the unit became active."""
+    """When the unit became active, in s of the monotonic clock."""
     alive_at_s: float = 0.0
-    """When the unit last reset systemd's watchdog."""
+    """When the unit last reset systemd's watchdog, in s of the monotonic clock."""
     is_enabled: bool = False
-    """Whether it starts with the robot."""
+    """Whether systemd starts the unit at each boot of the robot."""
     has_job: bool = False
-    """Whether systemd is about to start or stop it."""
+    """Whether systemd is about to start or stop the unit."""
 
     @classmethod
     def of(cls, properties: Mapping[str, str]) -> UnitState:
@@ -84,32 +84,32 @@ class UnitState:
 
     @property
     def is_up(self) -> bool:
-        """It runs and is ready."""
+        """Whether the unit runs and is ready."""
         return self.active == "active"
 
     @property
     def is_starting(self) -> bool:
-        """It is being started, or will be restarted after a pause."""
+        """Whether systemd is starting the unit, or will restart it after a pause."""
         return self.active == "activating"
 
     @property
     def is_down(self) -> bool:
-        """It ended without a failure, and systemd will not restart it."""
+        """Whether the unit does not run, has not failed, and will not be restarted."""
         return self.active == "inactive" and not self.has_failed
 
     @property
     def is_changing(self) -> bool:
-        """It starts or stops, or is about to; the pause before a restart does not count."""
+        """Whether the unit is starting or stopping, or is about to. The pause before a restart does not count."""
         return self.has_job or (self.active in {"activating", "deactivating"} and self.sub != "auto-restart")
 
     @property
     def has_failed(self) -> bool:
-        """It failed, and may be restarting."""
+        """Whether the unit failed. systemd may be about to restart it."""
         return self.result != "success" or self.active == "failed"
 
     @property
     def has_succeeded(self) -> bool:
-        """It ended by itself with success."""
+        """Whether the unit ended by itself with success."""
         return self.is_down and (self.code, self.status) == (EXITED, 0)
 
     def describe_end(self) -> str:
@@ -135,15 +135,15 @@ _PROPERTIES = (
 
 
 def read_state(unit: str) -> UnitState:
-    """Return the state of a unit; an unknown unit is down."""
+    """Return the state of a unit. A unit that systemd does not know is down."""
     lines = systemctl("show", f"--property={_PROPERTIES}", unit).splitlines()
     return UnitState.of(dict(line.partition("=")[::2] for line in lines))
 
 
 def restart(unit: str) -> str:
-    """Restart a unit in one job, without waiting for it, and reset its earlier failures.
+    """Tell systemd to restart a unit, and reset the unit's earlier failures; do not wait for the restart.
 
-    Returns the invocation before the restart.
+    Returns the identifier of the invocation before the restart.
     """
     _forget_failures(unit)
     before = read_state(unit).invocation
@@ -152,7 +152,7 @@ def restart(unit: str) -> str:
 
 
 def start(unit: str) -> None:
-    """Start a unit without waiting for it, and reset its earlier failures."""
+    """Make systemd start a unit, and reset the unit's earlier failures; do not wait for the start."""
     _forget_failures(unit)
     systemctl("start", "--no-block", unit)
 
@@ -164,17 +164,17 @@ def stop(*units: str) -> None:
 
 
 def _forget_failures(*units: str) -> None:
-    """Reset failures. systemd refuses that for a disabled unit that it has unloaded, which has no failures."""
+    """Reset the failures of units. systemd refuses this for a unit that is not loaded, which has no failures."""
     _call("reset-failed", *units)
 
 
 def enable(*units: str) -> None:
-    """Start units with the robot from now on."""
+    """Make systemd start units at each boot of the robot."""
     systemctl("enable", *units)
 
 
 def disable(*units: str) -> None:
-    """Do not start units with the robot any more."""
+    """Make systemd no longer start units at the boot of the robot."""
     systemctl("disable", *units)
 
 
@@ -184,7 +184,7 @@ def reload_units() -> None:
 
 
 def is_shutting_down() -> bool:
-    """Return whether the robot, or this user's systemd, is shutting down."""
+    """Return whether the robot or this user's systemd is shutting down."""
     done = _call("is-system-running")
     return done.stdout.strip() not in {"running", "degraded", "starting", "initializing", "maintenance"}
 

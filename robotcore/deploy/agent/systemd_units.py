@@ -1,4 +1,6 @@
-"""The two systemd units that keep a release running, and the program that they start.
+"""The two systemd units of a deploy, and the program that they start.
+
+One unit keeps the app running, the other one checks the health of a new release.
 
 The units are constant text, so that no user input gets into them. See systemd.service(5) and systemd.unit(5): ``%h`` is
 the home folder, ``%t`` the folder for files that last until a reboot.
@@ -18,7 +20,7 @@ from robotcore.deploy.agent.files import Layout
 SERVICE, HEALTH_CHECK = "robotcore.service", "robotcore-trial.service"
 
 START_LIMIT_S = 120
-"""How long a release may take until its app has completed its first step, in s."""
+"""The longest time that a release may take until its app has completed its first tick, in s."""
 
 _FINAL_STATUSES = "2 4 6"
 """The exit statuses of robotcore after which systemd does not restart the app: it cannot run, the safety stage stopped
@@ -81,18 +83,21 @@ UNIT_TEXTS = {SERVICE: _SERVICE, HEALTH_CHECK: _HEALTH_CHECK}
 
 _MAIN = "from robotcore.deploy.agent.service import main\n\nraise SystemExit(main())\n"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The earliest time of a ZIP file, so that the same sources make the same file."""
+"""The time of all files in the ZIP file. It is constant so that the same sources give the same ZIP file."""
 
 
 def install_service(layout: Layout) -> None:
-    """Install the program and the units; raises AgentError if the user's systemd would end with the connection."""
+    """Install the program and the units.
+
+    Raises AgentError if the user's systemd would end as soon as the ssh connection is closed.
+    """
     robot_facts.require_lingering()
     install_program(layout, sources)
     install_units(layout)
 
 
 def install_units(layout: Layout) -> None:
-    """Write the unit files that differ, and start the units with the robot from now on."""
+    """Write the unit files that differ from those on the disk, and make systemd start the units at each boot."""
     layout.units.mkdir(parents=True, exist_ok=True)
     changed = {name: text for name, text in UNIT_TEXTS.items() if not _is_up_to_date(layout.units / name, text)}
     for name, text in changed.items():
@@ -103,7 +108,7 @@ def install_units(layout: Layout) -> None:
 
 
 def list_installed_units(layout: Layout) -> list[Path]:
-    """Return the unit files that exist: all, none, or the rest that an interrupted removal has left."""
+    """Return the paths of the unit files that exist. After an interrupted removal these are only some of the units."""
     return [unit for name in UNIT_TEXTS if (unit := layout.units / name).exists()]
 
 
@@ -112,14 +117,17 @@ def _is_up_to_date(path: Path, text: str) -> bool:
 
 
 def install_program(layout: Layout, sources: Mapping[str, str]) -> None:
-    """Write the program if it differs; ``sources`` are texts by their path, ``robotcore/deploy/…``."""
+    """Write the program if it differs from that on the disk.
+
+    sources: the text of each module by its path, ``robotcore/deploy/…``.
+    """
     content = build_program(sources)
     if not layout.program.is_file() or layout.program.read_bytes() != content:
         files.write_file(layout.program, content)
 
 
 def build_program(sources: Mapping[str, str]) -> bytes:
-    """Return the content of a ZIP file that Python runs."""
+    """Return the content of a ZIP file that Python can run as a program."""
     content = io.BytesIO()
     with zipfile.ZipFile(content, "w") as file:
         for path, text in sorted({**sources, "__main__.py": _MAIN}.items()):

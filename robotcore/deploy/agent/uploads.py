@@ -1,4 +1,4 @@
-"""Uploads: a folder for each push, and the process that shows whether that push is still connected."""
+"""Uploads: the folder that receives the files of a push, and a check whether that push is still connected."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _PUSHED_BY = ".pushed-by"
 _PROC = Path("/proc")
 _BOOT = _PROC / "sys/kernel/random/boot_id"
 _CONNECTION_PROGRAMS = ("sshd", "dropbear")
-"""How the names of programs that serve an ssh connection begin; from OpenSSH 9.8 on it is sshd-session."""
+"""The names of the programs that serve an ssh connection begin with these. From OpenSSH 9.8 on it is sshd-session."""
 
 
 def open_upload(layout: Layout, release: str) -> Path:
-    """Return a new folder for the upload of a release.
+    """Return the path of a folder for the upload of a release.
 
-    It takes over the folder of the newest broken upload, so that rsync sends only what differs.
+    If a push was interrupted, the newest such folder is renamed and used again, so that rsync sends only what differs.
     """
     folder = layout.incoming / release
     leftovers = list(list_leftovers(layout))
@@ -38,14 +38,14 @@ def open_upload(layout: Layout, release: str) -> Path:
 
 
 def list_leftovers(layout: Layout) -> Iterator[Path]:
-    """Yield the folders of broken uploads, the newest first, and folders that are still to be deleted."""
+    """Yield the folders of interrupted uploads, the newest first, and folders that are not fully deleted yet."""
     for path in sorted(layout.incoming.glob("*"), reverse=True):
         if path.suffix != _PUSHED_BY and not is_process_alive(_read_owner(_owner_file(layout, path.name))):
             yield path
 
 
 def discard_upload(layout: Layout, release: str) -> bool:
-    """Delete the upload of a release; return whether there was one."""
+    """Delete the upload of a release; return whether such an upload existed."""
     folder = layout.incoming / release
     was_there = folder.is_dir()
     if was_there:
@@ -55,7 +55,7 @@ def discard_upload(layout: Layout, release: str) -> bool:
 
 
 def discard(layout: Layout, folder: Path) -> None:
-    """Rename a folder atomically, then delete it, so that no other process finds half a folder."""
+    """Rename a folder, then delete it. So no other process finds a partly deleted folder under the old name."""
     layout.incoming.mkdir(parents=True, exist_ok=True)
     renamed = layout.incoming / f"gone-{os.getpid()}-{folder.name}"
     _make_writable(folder)
@@ -64,7 +64,7 @@ def discard(layout: Layout, folder: Path) -> None:
 
 
 def delete(folder: Path) -> None:
-    """Delete a folder with its read-only parts, or a file or a link."""
+    """Delete a folder with everything in it, also read-only folders, or delete a file or a link."""
     if folder.is_symlink() or not folder.is_dir():
         folder.unlink(missing_ok=True)
         return
@@ -102,13 +102,16 @@ def read_boot_id() -> str:
 
 
 def identify_process(pid: int) -> str:
-    """Return an identity that no other process ever has; raises OSError if there is no such process."""
+    """Return a text that identifies a process for ever; raises OSError if there is no process of this number.
+
+    The operating system uses process numbers again, so the text also has the boot and the start time.
+    """
     _, _, started = _read_process(pid)
     return f"{read_boot_id()} {pid} {started}"
 
 
 def is_process_alive(identity: str) -> bool:
-    """Return whether the process of an identity runs."""
+    """Return whether the process runs that has this identity, as `identify_process` returns it."""
     try:
         return identify_process(int(identity.split()[1])) == identity
     except (OSError, ValueError, IndexError):
@@ -116,9 +119,10 @@ def is_process_alive(identity: str) -> bool:
 
 
 def identify_connection() -> str:
-    """Return the identity of the process that serves the client's connection; it runs as long as the push.
+    """Return the identity of the process that serves the client's ssh connection.
 
-    If there is no such process, return the identity of the parent process.
+    This process runs as long as the push is connected. If there is no such process, the function returns the identity
+    of the parent process.
     """
     servers = (pid for pid in _list_ancestors() if _read_process(pid)[0].startswith(_CONNECTION_PROGRAMS))
     return identify_process(next(servers, os.getppid()))
