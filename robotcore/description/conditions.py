@@ -29,17 +29,17 @@ class Light(StrictModel):
     """
 
     azimuth_rad: Angle = 0.8
-    """The lamp's direction in the world's plane, from x to the left."""
+    """The direction of the lamp in the horizontal plane: the angle from the world's x axis to the left."""
     elevation_rad: Elevation = 1.0
-    """The lamp's height above the horizon."""
+    """The angle of the lamp above the horizon."""
     ambient: Fraction = 0.6
-    """The share of the colour that a face shows without the lamp."""
+    """The fraction of its colour that a face shows if the lamp does not light it."""
     diffuse: Fraction = 0.4
-    """The share of the colour that the lamp adds to a face that it meets at a right angle."""
+    """The fraction of its colour that the lamp adds to a face that is at right angles to the light."""
     brightness: Brightness = 1.0
-    """A factor on all light."""
+    """The factor by which both kinds of light are multiplied."""
     sky_colour: Colour = (205, 220, 235)
-    """The colour above the horizon."""
+    """The colour of the sky in pictures."""
 
     @property
     def direction(self) -> tuple[float, float, float]:
@@ -68,21 +68,21 @@ class Conditions(StrictModel):
     camera_blur_px: Blur = 0.0
     """The standard deviation of the Gaussian blur of a picture."""
     camera_exposure: Exposure = 1.0
-    """A factor on the brightness of a picture."""
+    """The factor by which the brightness of a picture is multiplied."""
     camera_warmth: Warmth = 0.0
-    """The part by which red is stronger and blue is weaker in a picture."""
+    """The fraction by which red is raised and blue is lowered in a picture."""
     camera_noise: GreyLevels = 0.0
     """The standard deviation of a picture's noise, in grey levels."""
     range_bias_m: RangeBias = 0.0
-    """A constant error of a distance."""
+    """The constant error of a range sensor's distance."""
     range_noise_m: RangeNoise = 0.0
-    """The standard deviation of a distance's noise."""
+    """The standard deviation of the noise of a range sensor's distance."""
     wheel_gain_left: Gain = 1.0
     """The left wheel's velocity, divided by its command."""
     wheel_gain_right: Gain = 1.0
     """The right wheel's velocity, divided by its command."""
     wheel_lag_s: Lag | None = None
-    """The lag of both wheels. If it is None, each motor's own ``lag_s`` holds."""
+    """The lag of both wheels. If it is None, each motor has the ``lag_s`` of its own description."""
 
 
 Turn = Annotated[float, Field(ge=-60, le=60)]
@@ -96,7 +96,7 @@ def _false_to_none(value: Any) -> Any:
 
 Off = BeforeValidator(_false_to_none)
 Drawn = Annotated[Between[Number] | None, Off, Field(description="[from, to], or false")]
-"""The range from which a seed draws. With None, in a file ``false``, the world's own value holds."""
+"""The range from which a seed draws a value. None, in a file ``false``, means that the world keeps its own value."""
 
 Patterns = Annotated[
     Annotated[tuple[Pattern, ...], Field(min_length=1)] | None,
@@ -106,26 +106,26 @@ Patterns = Annotated[
 
 
 class Randomisation(StrictModel):
-    """The ranges from which ``--randomise`` draws. The defaults are hard but solvable."""
+    """The ranges from which ``--randomise`` draws light, colours and errors. With the defaults, tasks stay solvable."""
 
     light_brightness: Drawn[Brightness] = (0.35, 1.4)
     """`Light.brightness`."""
     light_ambient: Drawn[Fraction] = (0.4, 0.8)
-    """`Light.ambient`. The lamp's share is then 1 - ambient."""
+    """`Light.ambient`. `Light.diffuse` is then set to 1 minus the drawn value."""
     hue_gap_deg: Annotated[HueGap | None, Off, Field(description="a number, or false")] = 60.0
-    """The least distance of the hues of floor, walls, sky and obstacles from the hue of each target."""
+    """The hues of floor, walls, sky and obstacles differ from each target's hue by at least this angle."""
     colour_saturation: Drawn[Fraction] = (0.0, 0.9)
     """The HSV saturation of floor, walls, sky and obstacles."""
     colour_value: Drawn[Fraction] = (0.25, 0.95)
     """The HSV value of floor, walls, sky and obstacles."""
     target_hue_deg: Drawn[Turn] = (-8.0, 8.0)
-    """The change of a target's hue."""
+    """The angle that is added to a target's hue."""
     target_saturation: Drawn[Factor] = (0.8, 1.25)
-    """A factor on a target's saturation."""
+    """The factor by which a target's HSV saturation is multiplied."""
     target_value: Drawn[Factor] = (0.75, 1.35)
-    """A factor on a target's value."""
+    """The factor by which a target's HSV value is multiplied."""
     patterns: Patterns = PATTERNS
-    """The patterns of floor, walls and obstacles. Each of the three gets one."""
+    """The patterns to choose from: one for the floor, one for the walls and one for all obstacles."""
     pattern_scale_m: Drawn[TileSize] = (0.1, 0.6)
     """`Texture.scale_m`."""
     pattern_contrast: Drawn[Contrast] = (0.1, 0.5)
@@ -143,6 +143,6 @@ class Randomisation(StrictModel):
     range_noise_m: Drawn[RangeNoise] = (0.0, 0.02)
     """`Conditions.range_noise_m`."""
     wheel_gain: Drawn[Gain] = (0.93, 1.07)
-    """`Conditions.wheel_gain_left` and `Conditions.wheel_gain_right`. Each is drawn on its own."""
+    """`Conditions.wheel_gain_left` and `Conditions.wheel_gain_right`. Two separate values are drawn."""
     wheel_lag_s: Drawn[Lag] = (0.02, 0.12)
     """`Conditions.wheel_lag_s`."""

@@ -18,7 +18,7 @@ from robotcore.description.types import Angle, Coordinate, InvalidValueError, Na
 from robotcore.optics import Intrinsics
 
 LEAST_LAG_S = 1e-4
-"""The shortest lag other than 0. The steps of all simulators are longer."""
+"""The shortest lag other than 0. A shorter one has no effect, because the time steps of simulators are longer."""
 
 
 def _require_measurable_lag(lag: float) -> float:
@@ -46,9 +46,9 @@ class Mount(StrictModel):
     z_m: Annotated[float, Field(ge=0, le=100)]
     """Above the floor."""
     yaw_rad: Angle = 0.0
-    """The turn to the left from straight ahead."""
+    """The angle to the left between the robot's x axis and the sensor's direction."""
     pitch_rad: Angle = 0.0
-    """The turn downwards from the horizontal."""
+    """The angle downwards between the horizontal and the sensor's direction."""
 
     @property
     def is_ahead(self) -> bool:
@@ -75,12 +75,12 @@ class EncoderDescription(StrictModel):
     kind: Literal["encoder"]
     name: Name
     counts_per_turn: Annotated[int, Field(ge=1, le=10**7)]
-    """The counts in one turn of the wheel."""
+    """The number of counts in one turn of the wheel."""
 
     def quantise(self, angle: float) -> float:
         """Return the angle of the nearest whole count, in radians.
 
-        Rounding to the nearest count, not down, keeps a wheel at rest near 0 from reading one count less.
+        The angle is rounded to the nearest count, not down. Otherwise a wheel at rest near 0 might read -1 count.
         """
         count = math.tau / self.counts_per_turn
         return round(angle / count) * count
@@ -92,7 +92,7 @@ class BatteryDescription(StrictModel):
     kind: Literal["battery"]
     name: Name
     warn_below_v: Annotated[float, Field(ge=0.1, le=1000)] | None = None
-    """Below this voltage, robotcore warns that the battery must be charged. None: no warning."""
+    """Below this voltage, robotcore warns that the battery must be charged. With None there is no warning."""
 
 
 class RangeSensorDescription(StrictModel):
@@ -104,7 +104,7 @@ class RangeSensorDescription(StrictModel):
     min_range_m: Range
     """The shortest distance that the sensor measures. A nearer object reads as this distance."""
     max_range_m: Range
-    """The longest distance that the sensor measures. Beyond it, the distance is ``inf``."""
+    """The longest distance that the sensor measures. For a farther object, the sensor returns ``inf``."""
     cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
     """The full opening angle of the cone."""
 
@@ -129,7 +129,7 @@ class CameraDescription(StrictModel):
     height_px: Annotated[int, Field(ge=16, le=4096)]
     """The height of a picture."""
     horizontal_fov_rad: Annotated[float, Field(ge=0.01, le=3)]
-    """The full horizontal field of view. Pixels are square."""
+    """The full horizontal field of view. The vertical one follows from it, because pixels are square."""
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -137,7 +137,7 @@ class CameraDescription(StrictModel):
 
 
 class DisplayDescription(StrictModel):
-    """A display for pictures from the app."""
+    """A display that shows the pictures that an app sends."""
 
     kind: Literal["display"]
     name: Name

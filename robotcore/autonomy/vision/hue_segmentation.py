@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from robotcore.hal.devices import Image
 
 Tests = NDArray[np.float32]
-"""Three tests, (3, 4). A colour (b, g, r, 1) passes a test if the product is at least 255."""
+"""Three linear tests, one a row, (3, 4). A colour passes a test if the row times (b, g, r, 1) is at least 255."""
 
 Mask = NDArray[np.uint8]
 Row = tuple[float, float, float]
 Rows = NDArray[np.float64]
 
 STEEPNESS = 16.0
-"""The slope of a test, in output levels per grey level. From 32 on, OpenCV is slow."""
+"""The slope of a test, in output levels per grey level. With a slope of 32 or more, OpenCV is slow."""
 
 OPENING = 2.0
-"""The factor on the tangent of the half angle for the wide wedge, which starts away from grey."""
+"""The tangent of the half angle of the wider wedge, divided by that of the narrow one. See `of_saturation`."""
 
 WHITE = np.array((0, 0, 0, 255), np.float32)
 PACKED_WHITE = 0xFFFF
@@ -31,13 +31,13 @@ PACKED_WHITE = 0xFFFF
 class HueClassifier:
     """Makes linear tests for the colours of a hue.
 
-    Without its brightness, a colour is a point of a plane. Grey is the origin, and each hue is a direction. Chroma is
-    the coordinate along the classifier's hue, in grey levels. Saturation is chroma over value, so light and shadow do
-    not change it. For colours of exactly this hue, both equal those of HSV. The plane's directions differ from HSV's
-    hues by at most 1.2 degrees.
+    If brightness is ignored, a colour is a point in a plane. Grey is the plane's origin, and each hue is a direction.
+    Chroma is the point's coordinate along the classifier's hue, in grey levels. Saturation is chroma divided by value,
+    so light and shadow do not change it. For colours of exactly this hue, chroma and saturation equal those of HSV.
+    The directions in the plane differ from the hues of HSV by at most 1.2 degrees.
 
-    hue: in degrees.
-    tolerance: the greatest difference of the hue, in degrees.
+    hue: the hue in degrees.
+    tolerance: the greatest difference between a colour's hue and ``hue``, in degrees.
 
     >>> green = HueClassifier(120.0, tolerance=30.0)
     >>> round(green.chroma((20, 200, 20))), round(green.saturation((20, 200, 20)), 2)
@@ -57,11 +57,11 @@ class HueClassifier:
         self._per_distance = _make_tests(np.zeros((2, 3)), np.zeros(3), (sine, sine, 1.0))
 
     def chroma(self, bgr: tuple[float, ...]) -> float:
-        """Return the chroma of a colour in grey levels; below 0 for colours of the opposite hues."""
+        """Return the chroma of a colour in grey levels. It is negative for colours of the opposite hues."""
         return _product(self._chroma, bgr)
 
     def saturation(self, bgr: tuple[float, ...]) -> float:
-        """Return the saturation of a colour: its chroma over its value."""
+        """Return the saturation of a colour: its chroma divided by its value."""
         return self.chroma(bgr) / max(_product(self._value, bgr), 1.0)
 
     def of_chroma(self, least: float) -> Tests:
@@ -69,21 +69,22 @@ class HueClassifier:
         return self._narrow - least * self._per_chroma
 
     def of_saturation(self, least: float, distance: float) -> Tests:
-        """Return the tests for colours in a wider wedge that starts away from grey.
+        """Return the tests for colours in a wider wedge of the plane whose tip is not at grey but at some saturation.
 
-        A dull colour must be nearer to the hue, and a dark colour must be more saturated.
+        The duller a colour is, the nearer to the hue it must be. The darker it is, the more saturated it must be.
 
-        least: the saturation at which the wedge starts.
-        distance: the additional chroma at which the wedge starts, in grey levels.
+        least: the saturation of the wedge's tip.
+        distance: the additional chroma of the wedge's tip, in grey levels.
         """
         tests: Tests = self._wide - distance * self._per_distance - least * self._per_saturation
         return tests
 
 
 def find_hue(image: Image, tests: Tests) -> Mask:
-    """Return 1 for each pixel of a BGR picture that passes all three tests, else 0, (height, width).
+    """Return for each pixel of a BGR picture 1 if it passes all three tests, else 0, (height, width).
 
-    A matrix product makes a picture in which such pixels are white. Packed into 16 bits, white has all bits set.
+    The product with the tests is a picture in which exactly these pixels are white. Its pixels are packed into 16 bits
+    each, so that one comparison finds white.
     """
     packed = cv2.cvtColor(cv2.transform(image, tests), cv2.COLOR_BGR2BGR565)
     mask: Mask = (packed.view(np.uint16)[..., 0] == PACKED_WHITE).view(np.uint8)
@@ -91,7 +92,7 @@ def find_hue(image: Image, tests: Tests) -> Mask:
 
 
 def _sides(along: Rows, across: Rows, half_angle: float) -> Rows:
-    """Return the tests for an angle of at most ``half_angle`` from the hue, one for either side."""
+    """Return the two tests, one a row, for an angle of at most ``half_angle`` to either side of the hue."""
     sine, cosine = math.sin(half_angle), math.cos(half_angle)
     return np.array((sine * along - cosine * across, sine * along + cosine * across))
 
@@ -101,16 +102,19 @@ def _make_tests(sides: Rows, outwards: Rows, offsets: Row = (0.0, 0.0, 0.0)) -> 
 
 
 def _direction(degrees: float) -> Row:
-    """Return the weights of blue, green and red along a direction. Their own directions are 240°, 120° and 0°."""
+    """Return the weights of blue, green and red for the coordinate of a colour along a direction of the plane.
+
+    The directions of pure blue, green and red are 240°, 120° and 0°.
+    """
     blue, green, red = (math.cos(math.radians(primary - degrees)) for primary in (240, 120, 0))
     return blue, green, red
 
 
 def _value(hue: float) -> Row:
-    """Return the weights of blue, green and red for the value of a colour of a hue: the largest of the three.
+    """Return the weights of blue, green and red for the value of a colour of a hue.
 
-    The value is the mean plus two thirds of the chroma along the nearest primary colour, which is the chroma along
-    the hue times the cosine of the angle between both.
+    The value is the largest of blue, green and red. It equals their mean plus two thirds of the chroma along the
+    nearest primary colour. That chroma is the chroma along the hue times the cosine of the angle between the two.
     """
     from_primary = math.radians(abs((hue + 60) % 120 - 60))
     blue, green, red = (1 / 3 + 2 / 3 * math.cos(from_primary) * part for part in _direction(hue))
@@ -131,35 +135,38 @@ class Region(NamedTuple):
     """A connected region of a mask, with its holes filled."""
 
     centroid: tuple[float, float]
-    """Column and row, in pixels."""
+    """The column and the row of the centroid, in pixels."""
     box: Box
-    """Left, top, width and height, in pixels."""
+    """The left edge, the top edge, the width and the height of the bounding box, in pixels."""
     area: int
-    """In pixels."""
+    """The number of pixels."""
 
     def lies_in(self, box: Box) -> bool:
-        """Return whether the centroid is in a box."""
+        """Return whether the region's centroid is in a box."""
         (u, v), (left, top, width, height) = self.centroid, box
         return left <= u < left + width and top <= v < top + height
 
 
 def find_contours(mask: Mask, offset: tuple[int, int] = (0, 0)) -> list[Contour]:
-    """Return the outer contours of the regions in a mask, moved by an offset in pixels."""
+    """Return the outer contours of the regions in a mask. ``offset``, (x, y) in pixels, is added to each point."""
     found, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=offset)
     return list(found)
 
 
 def pixels_in(contour: Contour) -> float:
-    """Return the number of pixels of a region.
+    """Return the number of pixels in the region of a contour.
 
-    A contour goes through the middles of the edge's pixels, so it encloses half of them. Pick's theorem gives the sum:
-    pixels = enclosed area + edge / 2 + 1.
+    A contour goes through the middles of the region's outermost pixels, so it encloses only about half of each. By
+    Pick's theorem, the number of pixels is the enclosed area + the number of outermost pixels / 2 + 1.
     """
     return cv2.contourArea(contour) + _not_enclosed(contour)
 
 
 def measure_region(contour: Contour) -> Region:
-    """Return the region in a contour. The pixels that the contour does not enclose count at the edge's centroid."""
+    """Return the region of a contour.
+
+    The contour cuts off the outer parts of the outermost pixels. Their area counts at the centroid of the contour.
+    """
     moments, edge = cv2.moments(contour), _not_enclosed(contour)
     edge_u, edge_v = cv2.mean(contour)[:2]
     area = moments["m00"] + edge

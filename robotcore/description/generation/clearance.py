@@ -16,11 +16,12 @@ Array = NDArray[np.float64]
 
 
 def gap_between(one: Outline, other: Outline) -> float:
-    """Return the gap between two convex outlines in metres, at most the true distance; below 0 if they overlap.
+    """Return the gap between two convex outlines in metres. It is negative if they overlap.
 
-    one, other: the corners, counter-clockwise.
+    The gap is at most the true distance, and less if the nearest points are two corners. The method is that of
+    separating axes: Ericson, Real-Time Collision Detection, 5.2.1.
 
-    The method is that of separating axes: Ericson, Real-Time Collision Detection, 5.2.1.
+    one, other: the corners of an outline, counter-clockwise.
 
     >>> square = ((1.0, 1.0), (0.0, 1.0), (0.0, 0.0), (1.0, 0.0))
     >>> gap_between(square, tuple((x + 1.5, y) for x, y in square))
@@ -31,13 +32,13 @@ def gap_between(one: Outline, other: Outline) -> float:
 
 
 def gap_to_edge(outline: Outline, floor: Floor) -> float:
-    """Return the distance of an outline to the floor's edge in metres; below 0 if a corner is outside."""
+    """Return the distance from an outline to the floor's edge in metres. It is negative if a corner is outside."""
     half = np.array((floor.length_m, floor.width_m)) / 2
     return float((half - np.abs(np.array(outline))).min())
 
 
 def _largest_gap(outline: Array, corners: Array) -> float:
-    """Return the largest distance by which one side of an outline separates it from all corners."""
+    """Return the largest distance in metres by which a side of an outline separates the outline from all corners."""
     dx, dy = (np.concatenate((outline[1:], outline[:1])) - outline).T
     normals = np.array((dy, -dx)) / np.hypot(dx, dy)
     offsets = (outline.T * normals).sum(axis=0)
@@ -46,7 +47,7 @@ def _largest_gap(outline: Array, corners: Array) -> float:
 
 Thing = Box | Cylinder | Ball
 START_POINT_M = 0.01
-"""The radius of the disc that is kept free at the start, before the robot is known."""
+"""The radius of the disc at the start that must be free if the robot, and so its size, is not known yet."""
 
 
 def require_room(world: WorldDescription, file: str) -> None:
@@ -79,7 +80,7 @@ class _Outlines:
         self._highs = np.array([each.max(axis=0) for each in corners]).reshape(-1, 2)
 
     def find_overlaps(self, outline: Outline, first: int | None = None) -> Iterator[Thing]:
-        """Yield the bodies that overlap an outline; with ``first``, only the first so many bodies are compared."""
+        """Yield the bodies that overlap an outline. If ``first`` is given, compare only this number of bodies."""
         low, high = np.min(outline, axis=0), np.max(outline, axis=0)
         is_near = (self._lows[:first] <= high).all(axis=1) & (self._highs[:first] >= low).all(axis=1)
         for index in np.flatnonzero(is_near):

@@ -15,11 +15,11 @@ from robotcore.description.world import Ball, Box, Cylinder, Floor, Walls, World
 from robotcore.errors import DescriptionError
 
 Arc = tuple[float, float]
-"""A range of hues: its start on the colour circle and its length, in degrees."""
+"""A range of hues on the colour circle: the hue at its start, and its length, both in degrees."""
 
 
 def free_arcs(taken: Iterable[float], gap: float) -> list[Arc]:
-    """Return the ranges of hues that are more than a gap away from all taken hues, in degrees.
+    """Return the ranges of hues that differ from all taken hues by more than a gap, in degrees.
 
     >>> free_arcs([0.0, 180.0], gap=60.0)
     [(60.0, 60.0), (240.0, 60.0)]
@@ -32,7 +32,10 @@ def free_arcs(taken: Iterable[float], gap: float) -> list[Arc]:
 
 
 def hue_at(arcs: Sequence[Arc], share: float) -> float:
-    """Return the hue at a share, 0 to 1, of the total length of all arcs. It may be above 360."""
+    """Return the hue, in degrees, at a fraction of the total length of all arcs. It may be above 360.
+
+    share: the fraction, 0 to 1.
+    """
     along = share * sum(length for _, length in arcs)
     for start, length in arcs:
         if along <= length:
@@ -57,9 +60,9 @@ class Randomised(NamedTuple):
 
 
 def randomise(world: WorldDescription, seed: int) -> Randomised:
-    """Return a world with the conditions of a seed. Positions and headings do not change.
+    """Return a world with light, colours, textures and errors drawn from a seed. Positions and headings do not change.
 
-    Raises DescriptionError if no hue is left beside those of the targets.
+    Raises DescriptionError if no hue differs enough from the hues of the targets.
 
     >>> from robotcore.description import load_world
     >>> randomise(load_world("arena"), seed=7).values["camera_noise"]
@@ -72,8 +75,9 @@ def randomise(world: WorldDescription, seed: int) -> Randomised:
 class _Randomiser:
     """Draws the values of one seed.
 
-    Each quantity has its own random stream, seeded by its name, so that a new quantity changes no other. `Random`
-    hashes a text seed by SHA-512, so streams are equal on all versions and machines.
+    Each quantity has its own random stream, seeded by the quantity's name. So a quantity that is added later does not
+    change the values of the others. `Random` hashes a text seed by SHA-512, so that the values are equal on all
+    machines and Python versions.
     """
 
     def __init__(self, world: WorldDescription, seed: int) -> None:
@@ -107,7 +111,7 @@ class _Randomiser:
         return surface.model_copy(update={"colour": colour, "texture": self._draw_texture(name, surface.texture)})
 
     def _draw_obstacles(self, obstacles: tuple[Box | Cylinder, ...]) -> tuple[Box | Cylinder, ...]:
-        """Return the obstacles, each in its own colour, all in one pattern."""
+        """Return the obstacles. Each has a colour of its own, and all have the same pattern."""
         return tuple(
             obstacle.model_copy(
                 update={
@@ -140,7 +144,7 @@ class _Randomiser:
         return conditions.model_copy(update=drawn)
 
     def _draw_colour(self, name: str, written: Rgb) -> Rgb:
-        """Return a drawn colour with a free hue. The rounding to 8 bits may shift the hue of a dull colour."""
+        """Return a drawn colour. Its hue differs enough from those of the targets, except for rounding to 8 bits."""
         hue, saturation, value = _to_hsv(written)
         if self._hues:
             hue = hue_at(self._hues, self._share(f"{name} hue"))
@@ -164,14 +168,17 @@ class _Randomiser:
         return colour
 
     def _draw_number(self, name: str, limits: Limits | None, written: float) -> float:
-        """Return a drawn number and add it to `drawn`; without limits, return the written number."""
+        """Return a drawn number and add it to `drawn`. If ``limits`` is None, return ``written``, the file's value."""
         number = self._draw(name, limits, written)
         if limits is not None:
             self.drawn[name] = number
         return number
 
     def _draw(self, name: str, limits: Limits | None, written: float) -> float:
-        """Return a number within the limits, rounded to four decimals, so that its text is exact."""
+        """Return a number drawn within the limits, rounded to four decimals so that reports show it exactly.
+
+        If ``limits`` is None, return ``written``, the file's value.
+        """
         if limits is None:
             return written
         low, high = limits
@@ -182,7 +189,7 @@ class _Randomiser:
 
 
 def _find_free_hues(world: WorldDescription, taken: Iterable[float]) -> list[Arc]:
-    """Return the hues that keep the gap to the drawn hues of all targets; empty if hues are not drawn."""
+    """Return the ranges of hues that differ enough from the hues of all targets; empty if hues are not drawn."""
     gap = world.randomisation.hue_gap_deg
     if gap is None:
         return []
@@ -194,25 +201,25 @@ def _find_free_hues(world: WorldDescription, taken: Iterable[float]) -> list[Arc
 
 
 def _to_hsv(colour: Rgb) -> tuple[float, float, float]:
-    """Return the hue in degrees, and the saturation and the value in 0 to 1."""
+    """Return the HSV hue of a colour in degrees, and its saturation and value, both from 0 to 1."""
     red, green, blue = (part / 255 for part in colour)
     hue, saturation, value = colorsys.rgb_to_hsv(red, green, blue)
     return 360 * hue, saturation, value
 
 
 def _to_rgb(hue: float, saturation: float, value: float) -> Rgb:
-    """Return a colour. Saturation and value above 1 are cut to 1."""
+    """Return the colour with a hue in degrees, a saturation and a value. The last two are limited to 1."""
     red, green, blue = colorsys.hsv_to_rgb(hue / 360 % 1, min(saturation, 1.0), min(value, 1.0))
     return round(255 * red), round(255 * green), round(255 * blue)
 
 
 def describe_light(light: Light) -> DrawnValues:
-    """Return by name the values of the light that a seed draws with each layout."""
+    """Return, by name, the values of the light that a seed draws together with each layout."""
     return {f"light_{name}": getattr(light, name) for name in ("azimuth_rad", "elevation_rad", "brightness")}
 
 
 def describe_conditions(conditions: Conditions) -> DrawnValues:
-    """Return by name the conditions that differ from their defaults."""
+    """Return, by name, the values of the conditions that differ from their defaults."""
     values: DrawnValues = conditions.model_dump(exclude_defaults=True)
     return values
 
@@ -220,8 +227,8 @@ def describe_conditions(conditions: Conditions) -> DrawnValues:
 def describe_picture(drawn: DrawnValues) -> DrawnValues:
     """Return ``picture_brightness``, the product of the light's brightness and the camera's exposure.
 
-    Empty if one of the two was not drawn. The product shows dark pictures to a search for causes: a dim lamp and a
-    short exposure have the same effect.
+    The result is empty if one of the two was not drawn. A dim lamp and a short exposure both make pictures dark, so a
+    search for the causes of failed runs needs their product.
     """
     light, exposure = drawn.get("light_brightness"), drawn.get("camera_exposure")
     if isinstance(light, float) and isinstance(exposure, float):

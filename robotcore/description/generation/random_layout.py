@@ -19,7 +19,7 @@ from robotcore.errors import DescriptionError, UsageError
 
 
 class Constraint(IntEnum):
-    """A constraint on a drawn world. The constraints are checked in this order."""
+    """A constraint on a drawn world. The members are in the order in which they are checked."""
 
     OBSTACLE_ROOM = 1
     START_ROOM = 2
@@ -31,7 +31,7 @@ class Constraint(IntEnum):
 
     @property
     def advice(self) -> Advice:
-        """The parts of the error message if no attempt meets the constraint."""
+        """The parts of the error message that is raised if no attempt meets the constraint."""
         return _ADVICE[self]
 
 
@@ -84,13 +84,13 @@ _ADVICE = {
 
 
 ATTEMPTS = 100
-"""The most attempts at a layout."""
+"""The greatest number of layouts that are drawn for a seed until one meets all constraints."""
 
 TRIES = 40
-"""The most positions that are tried for one body in an attempt."""
+"""The greatest number of positions that an attempt tries for one body."""
 
 PASSING_MARGIN_M = 0.025
-"""The free width on either side of the robot between two bodies, for each heading of the robot."""
+"""The free width that a robot between two bodies has on each side, whatever its heading is."""
 
 TURNING_MARGIN_M = 0.05
 """The free distance around the robot as it turns on the spot at the start."""
@@ -129,7 +129,7 @@ def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> W
 
 
 class _LayoutDrawing:
-    """The attempts of one seed. ``last_failed`` is the latest constraint at which an attempt failed."""
+    """Draws the layouts of one seed. ``last_failed`` is, of all attempts, the last constraint that one did not meet."""
 
     def __init__(self, world: WorldDescription, robot: RobotDescription, random: Callable[[], float]) -> None:
         self._world, self._robot, self._random = world, robot, random
@@ -138,7 +138,7 @@ class _LayoutDrawing:
         self.last_failed = Constraint.OBSTACLE_ROOM
 
     def attempt(self) -> WorldDescription | None:
-        """Return a world that meets every constraint; None if this attempt fails."""
+        """Return a drawn world that meets every constraint, or None if this attempt fails."""
         drawn = self._world.model_copy(update={"light": self._draw_light()})
         if _moves_bodies(self._variation):
             drawn = drawn.model_copy(update={"obstacles": (), "targets": ()})
@@ -150,7 +150,10 @@ class _LayoutDrawing:
         return drawn if self._check(Constraint.PATH, is_met=is_solvable(drawn, self._robot)) else None
 
     def _steps(self) -> Iterator[PlacementStep]:
-        """Yield functions that add one body to a world at a drawn position, or return None if it has no room there."""
+        """Yield a function for each body. It returns the world with the body at a drawn position.
+
+        The function returns None if the body has no room there.
+        """
         for obstacle in self._world.obstacles:
             yield partial(self._add_obstacle, obstacle)
         yield self._set_start
@@ -183,7 +186,7 @@ class _LayoutDrawing:
         return drawn if self._check_target(drawn, ball) else None
 
     def _check_target(self, world: WorldDescription, ball: Ball) -> bool:
-        """Return whether the first target has the right distance and is hidden or in view as required."""
+        """Return whether the first target meets the constraints on its distance and its visibility."""
         nearest, farthest = self._variation.target_distance_m or (0.0, math.inf)
         distance = world.start.pose.distance_to(ball.x_m, ball.y_m)
         if not self._check(Constraint.TARGET_DISTANCE, is_met=nearest <= distance <= farthest):
@@ -204,7 +207,7 @@ class _LayoutDrawing:
 
     @property
     def _fixed_camera(self) -> CameraDescription | None:
-        """The camera of a robot that cannot drive; None for other robots."""
+        """The camera of a robot that cannot drive. None for a robot that can drive."""
         return None if self._robot.drive else self._robot.first_of(CameraDescription)
 
     def _disc(self, start: Start) -> Outline:
@@ -236,7 +239,7 @@ class _LayoutDrawing:
         return self._draw(self._variation.yaw_rad, thing.yaw_rad)
 
     def _draw_size(self, obstacle: Box | Cylinder) -> dict[str, float]:
-        """Return the scaled edges of an obstacle. Its height stays, so that sensors still detect it."""
+        """Return the scaled edges of an obstacle. The height is not scaled, so that sensors still detect it."""
         scale = self._draw(self._variation.obstacle_scale, 1.0)
         if isinstance(obstacle, Cylinder):
             return {"radius_m": obstacle.radius_m * scale}
@@ -250,19 +253,19 @@ class _LayoutDrawing:
 
 
 def _make_variation(world: WorldDescription) -> Variation:
-    """Return the variation of a world that has none: any position on its floor, any heading."""
+    """Return the variation for a world without one. It allows any position on the floor and any heading."""
     half_x, half_y = world.floor.length_m / 2, world.floor.width_m / 2
     return Variation(place_x_m=(-half_x, half_x), place_y_m=(-half_y, half_y), yaw_rad=(-math.pi, math.pi))
 
 
 def _moves_bodies(variation: Variation) -> bool:
-    """Return whether a variation moves or scales bodies, not only the light."""
+    """Return whether a variation moves or scales bodies. A variation may also change only the light."""
     moves = variation.place_x_m or variation.place_y_m or variation.yaw_rad
     return moves is not None or variation.obstacle_scale != (1.0, 1.0)
 
 
 def _least_gap(variation: Variation, robot: RobotDescription) -> float:
-    """Return the least gap between bodies, in metres. The robot can pass through it."""
+    """Return the least gap between bodies in metres. It is wide enough for the robot to pass."""
     passage = 2 * (robot.body.reach_m + PASSING_MARGIN_M) if robot.drive else 0.0
     return max(variation.gap_m, passage)
 

@@ -18,22 +18,23 @@ Array = NDArray[np.float64]
 
 CELL_M = 0.025
 MAX_CELLS = 2000
-"""The most cells along one side of the map. The cells of a world wider than 50 m are larger than `CELL_M`."""
+"""The greatest number of cells along a side of the map. A world wider than 50 m has cells larger than `CELL_M`."""
 
 OPEN_MARGIN_M = 1.0
-"""The width of open ground around all bodies that the map includes if there are no walls."""
+"""If a world has no walls, the map includes a strip of this width around all bodies."""
 
 ARRIVAL_GAP_M = 0.28
-"""The distance from the front of the robot to the ball at which the robot stops."""
+"""The distance between the robot's front and the ball when the robot stops."""
 
 ARRIVALS = 72
 """The number of directions from which the robot may arrive at the ball."""
 
 
 def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether the robot can drive to a position near the first target with a free view of all of it.
+    """Return whether the robot can drive to a position near the first target from which all of the target is visible.
 
-    On the whole path the robot has room to turn on the spot. True if there is no target or the robot has no drive.
+    The robot must have room to turn on the spot along the whole path. Return True if there is no target or the robot
+    has no drive.
     """
     if (ball := world.target) is None or robot.drive is None:
         return True
@@ -44,7 +45,10 @@ def is_solvable(world: WorldDescription, robot: RobotDescription) -> bool:
 
 
 class FreeSpace:
-    """A grid of the distance to the nearest body. Rows are y, columns are x, and ``cell_m`` is a cell's edge."""
+    """A grid with the distance of each cell to the nearest body.
+
+    y grows with the row, x with the column. ``cell_m`` is the length of a cell's sides in metres.
+    """
 
     def __init__(self, world: WorldDescription) -> None:
         self._start = np.array([(world.start.x_m, world.start.y_m)])
@@ -56,7 +60,7 @@ class FreeSpace:
         self._clearance *= self.cell_m
 
     def is_reachable(self, points: Array, radius: float) -> NDArray[np.bool_]:
-        """Return for each point, (n, 2), whether a disc of this radius can move there from the start, (n,)."""
+        """Return for each point, (n, 2), whether a disc with this radius can move from the start to the point, (n,)."""
         is_clear = (self._clearance >= radius).astype(np.uint8)
         _, labels = cv2.connectedComponents(is_clear, connectivity=4)
         columns, rows = self._cells(np.concatenate((self._start, points)))
@@ -64,7 +68,7 @@ class FreeSpace:
         return np.asarray((np.array(ends) == start) & (start > 0))
 
     def _cells(self, points: Array) -> NDArray[np.int64]:
-        """Return the columns and rows of points, (2, n). A point outside gets a blocked cell of the border."""
+        """Return the columns and rows of points, (2, n). For a point outside the grid, it is a cell of the border."""
         cells = np.rint((points - self._origin) / self.cell_m).astype(np.int64)
         rows, columns = self._clearance.shape
         return np.asarray(np.clip(cells, 0, (columns - 1, rows - 1)).T)
@@ -80,7 +84,7 @@ class FreeSpace:
 
 
 def _half_extent(world: WorldDescription) -> Array:
-    """Return half the length and width of the map. Without walls it includes the open ground around all bodies."""
+    """Return half the length and half the width of the map in metres."""
     half = np.array((world.floor.length_m, world.floor.width_m)) / 2
     if world.walls:
         return half
@@ -97,14 +101,14 @@ def _arrival_points(ball: Ball, robot: RobotDescription) -> Array:
 
 
 PARTS = np.linspace(-1.0, 1.0, 7)
-"""The points across a ball that are checked for visibility, in radii from its middle, right to left."""
+"""The visibility of a ball is checked at these points across it, from right to left, in radii from its middle."""
 
 HEADINGS = 12
-"""The number of headings of the robot that are checked."""
+"""The number of headings at the start for which the visibility is checked."""
 
 
 def visible_parts(eyes: Array, ball: Ball, edges: Array) -> NDArray[np.bool_]:
-    """Return for each eye and each point across a ball whether the line of sight is free, (n, 7).
+    """Return whether the line of sight is free from each camera position to each of seven points of a ball, (n, 7).
 
     eyes: the positions of cameras, (n, 2), in metres.
     ball: the ball.
@@ -120,9 +124,9 @@ def visible_parts(eyes: Array, ball: Ball, edges: Array) -> NDArray[np.bool_]:
 
 
 def is_target_hidden(world: WorldDescription, robot: RobotDescription) -> bool:
-    """Return whether the first target is out of the line of sight from the start, for each heading of the robot.
+    """Return whether obstacles hide the first target from a robot at the start, whatever the robot's heading is.
 
-    Obstacles that are lower than the camera or the ball hide nothing.
+    Obstacles that are lower than the camera or the ball do not hide the ball.
     """
     if (ball := world.target) is None:
         return False
@@ -146,7 +150,7 @@ def is_target_in_view(world: WorldDescription, robot: RobotDescription) -> bool:
 
 
 def _eyes_around_start(world: WorldDescription, camera: CameraDescription | None) -> Array:
-    """Return the start, and the positions of the camera as the robot turns on the spot there, (n, 2)."""
+    """Return the start's position, and the positions of the camera as the robot turns there on the spot, (n, 2)."""
     start = world.start
     eyes = [(start.x_m, start.y_m)]
     if camera:
