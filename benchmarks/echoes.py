@@ -30,8 +30,8 @@ NOISE_M = 0.003
 """Standard deviation of a distance. Source: HC-SR04 data sheet, ElecFreaks: ranging accuracy up to 3 mm."""
 LOST = 0.1
 READS = 2000
-OFF = "heard, told further off than 1 cm and the echo's own error"
-WRONG = (OFF, "heard, not told", "lost, told as a distance", "lost, told as inf")
+OFF = "received, measured with an error above 1 cm and the echo's own"
+WRONG = (OFF, "received, no sample", "lost, measured as a distance", "lost, measured as inf")
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def _judge_echoes(cycles: int, draw: random.Random) -> tuple[Counter[str], float
     """Return the number of cycles with each result, and the largest error of a distance in metres."""
     echoes = [Echo(1.0, 1.0), *_draw_echoes(cycles, draw)]
     bench = Bench([echo.edges for echo in echoes])
-    counts, worst = Counter(dict.fromkeys(("heard, told", "lost, not told", *WRONG), 0)), 0.0
+    counts, worst = Counter(dict.fromkeys(("received, measured", "lost, no sample", *WRONG), 0)), 0.0
     sensor = bench.open()
     sequence = sensor.read().sequence
     for echo in echoes[1:]:
@@ -90,11 +90,11 @@ def _draw_echoes(count: int, draw: random.Random) -> Iterator[Echo]:
 def _judge_echo(echo: Echo, distance: float, *, is_new: bool) -> str:
     if echo.heard is None:
         if not is_new:
-            return "lost, not told"
-        return "lost, told as inf" if distance == float("inf") else "lost, told as a distance"
+            return "lost, no sample"
+        return "lost, measured as inf" if distance == float("inf") else "lost, measured as a distance"
     if not is_new:
-        return "heard, not told"
-    return "heard, told" if abs(distance - echo.heard) <= BOUND_M else OFF
+        return "received, no sample"
+    return "received, measured" if abs(distance - echo.heard) <= BOUND_M else OFF
 
 
 def _compare_cost(pairs: int) -> tuple[float, float, float]:

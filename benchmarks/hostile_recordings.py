@@ -33,7 +33,7 @@ from time import monotonic, process_time, sleep
 from typing import NamedTuple
 
 from benchmarks.hostile_files.files import PROOF, name_files
-from benchmarks.hostile_files.mutations import Seed, mutate
+from benchmarks.hostile_files.mutations import SourceRecording, mutate
 from benchmarks.report import machine, print_table
 from robotcore.cli.main import execute
 
@@ -165,7 +165,7 @@ def _measure_fuzzed(base: Path, seed: int, count: int) -> Iterator[Cost]:
 
 def _run_batch(base: Path, seed: int, numbers: range) -> int:
     """Print the costs of files with random changes, as a line of JSON. Memory is the peak of the process so far."""
-    original, costs = Seed.of(base), []
+    original, costs = SourceRecording.of(base), []
     signal.signal(signal.SIGALRM, _give_up)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "random.mcap"

@@ -42,7 +42,7 @@ WELCOME = (RECORDING, "evil.mcap")
 """The names of recordings that are accepted."""
 
 TRACEBACK = "Traceback (most recent call last)"
-TROUBLES = ("executed", "written", "tracebacks", "raw", "hung")
+FAILURES = ("executed", "written", "tracebacks", "raw", "hung")
 
 APP = """
 from robotcore import Behaviour, Role, Status
@@ -100,7 +100,7 @@ class RobotResult:
 
     command: str
     seconds: float
-    troubles: tuple[str, ...]
+    failures: tuple[str, ...]
 
 
 def main() -> bool:
@@ -112,23 +112,23 @@ def main() -> bool:
     robots = build_hostile_robots()[: options.kinds]
     print(machine())
     with TemporaryDirectory(prefix="hostile-robot-") as folder:
-        results = [_meet(Path(folder, str(number)), robot, options) for number, robot in enumerate(robots)]
+        results = [_run_robot(Path(folder, str(number)), robot, options) for number, robot in enumerate(robots)]
     commands = sorted({result.command for result in results})
     print_table(
-        ("command", "kinds", *TROUBLES, "median s", "worst s"),
+        ("command", "kinds", *FAILURES, "median s", "worst s"),
         [_row(name, [each for each in results if each.command == name]) for name in commands] + [_row("all", results)],
     )
     print(f"Most memory of a process: {getrusage(RUSAGE_CHILDREN).ru_maxrss / 1000:.0f} MB")
-    return not any(result.troubles for result in results)
+    return not any(result.failures for result in results)
 
 
 def _row(name: str, results: Sequence[RobotResult]) -> list[str]:
-    counts = [sum(trouble in result.troubles for result in results) for trouble in TROUBLES]
+    counts = [sum(failure in result.failures for result in results) for failure in FAILURES]
     seconds = [result.seconds for result in results]
     return [name, *map(str, (len(results), *counts)), f"{median(seconds):.1f}", f"{max(seconds):.1f}"]
 
 
-def _meet(folder: Path, robot: HostileRobot, options: argparse.Namespace) -> RobotResult:
+def _run_robot(folder: Path, robot: HostileRobot, options: argparse.Namespace) -> RobotResult:
     """Run the command of one robot, and judge its effects."""
     folder.mkdir()
     desk = _make_desk(folder, robot)
@@ -138,17 +138,17 @@ def _meet(folder: Path, robot: HostileRobot, options: argparse.Namespace) -> Rob
         _furnish(server, robot)
         before = dict(_digests(desk))
         written, status, seconds = _type(server, desk, robot)
-        troubles = list(_troubles(written, status))
+        failures = list(_find_failures(written, status))
         if any(path.name.startswith(CANARY) for path in folder.rglob("*")):
-            troubles.append("executed")
+            failures.append("executed")
         if dict(_digests(desk)) != before:
-            troubles.append("written")
+            failures.append("written")
     shutil.rmtree(folder)
-    if troubles or options.verbose:
+    if failures or options.verbose:
         print(
-            f"{robot.name}: {', '.join(troubles) or 'well'}, exit status {status}, {seconds:.1f} s: {written[:300]!a}"
+            f"{robot.name}: {', '.join(failures) or 'well'}, exit status {status}, {seconds:.1f} s: {written[:300]!a}"
         )
-    return RobotResult(robot.command[0], seconds, tuple(troubles))
+    return RobotResult(robot.command[0], seconds, tuple(failures))
 
 
 def _make_desk(folder: Path, robot: HostileRobot) -> Path:
@@ -208,7 +208,7 @@ def _type(server: Sshd, desk: Path, robot: HostileRobot) -> tuple[str, int | Non
         return out.read().decode(errors="replace"), status, perf_counter() - begun
 
 
-def _troubles(written: str, status: int | None) -> Iterator[str]:
+def _find_failures(written: str, status: int | None) -> Iterator[str]:
     if status is None:
         yield "hung"
     if TRACEBACK in written:

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import cv2
 
-from benchmarks.by_hand import BY_HAND, RATE_HZ, WHEEL_RAD_S, Block
+from benchmarks.baseline_loop import BASELINES, RATE_HZ, WHEEL_RAD_S, Block
 from benchmarks.pairs import paired_ratios
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.autonomy.vision import ColourDetector
@@ -70,7 +70,7 @@ def main() -> int:
     timers = {backend: _make_timer(_make_framework_block(backend, robot, world), options.ticks) for backend in backends}
     rows = []
     for backend in backends:
-        by_hand = _make_timer(BY_HAND[backend](robot, world), options.ticks)
+        by_hand = _make_timer(BASELINES[backend](robot, world), options.ticks)
         raw = paired_ratios(by_hand, timers[backend], options.pairs)
         rows.append(_build_row(f"a loop on {backend}, against the same by hand", raw, RAW_BOUND))
     for other in others:

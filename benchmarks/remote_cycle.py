@@ -24,7 +24,7 @@ from typing import NamedTuple
 import cv2
 
 from benchmarks.pairs import median_with_interval, paired_ratios
-from benchmarks.remote.by_hand import plain_calls, raw_messages
+from benchmarks.remote.baseline_cycles import plain_calls, raw_messages
 from benchmarks.remote.cycles import DEVICES, Cycle, blocking_pictures, open_backend_cycle, stepped_pictures
 from benchmarks.remote.doubles import Double
 from benchmarks.remote.line import Line, calls_in, messages_in

@@ -95,10 +95,10 @@ def main() -> int:
     outcomes = [(board, _drive(board, options.seconds)) for board in BOARDS]
     print(machine())
     print_table(
-        ("line", "told", "sent", "of what it carries", *TIMES),
+        ("line", "set", "sent", "share of the line", *TIMES),
         [_build_row(board, outcome, options.seconds) for board, outcome in outcomes],
     )
-    print(f"told every {EVERY_S * 1000:g} ms for {options.seconds:g} s; times in ms")
+    print(f"set every {EVERY_S * 1000:g} ms for {options.seconds:g} s; times in ms")
     return int(not all(_is_kept(board, outcome) for board, outcome in outcomes))
 
 

@@ -28,7 +28,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.serial.board import Powered, Wheels
 from tests.doubles.serial.pty import Pty
 
-APP = Path(__file__).parent / "unplugged" / "on.py"
+APP = Path(__file__).parent / "unplugged" / "endless_arc.py"
 LOOK_S = 0.002
 LONGEST_S = 20.0
 """The most seconds to wait for an event."""

@@ -43,10 +43,10 @@ def name_files(*, is_small: bool = False) -> dict[str, Make]:
     """Return the files to make, by name. With ``is_small`` they unpack to less than a real attack."""
     bomb = GIB // 8 if is_small else 4 * GIB
     flood = 3 * 10**5 if is_small else 10**7
-    return {**_bombs(bomb, flood), **_special(), **_forged()}
+    return {**_list_bombs(bomb, flood), **_list_special(), **_list_forged()}
 
 
-def _bombs(bomb: int, flood: int) -> dict[str, Make]:
+def _list_bombs(bomb: int, flood: int) -> dict[str, Make]:
     return {
         "zstd-bomb-of-known-size": _content(lambda: build_chunk(b"", packed=_zeros(bomb, is_known=True), size=1000)),
         "zstd-bomb-of-unknown-size": _content(lambda: build_chunk(b"", packed=_zeros(bomb), size=1000)),
@@ -69,7 +69,7 @@ def _bombs(bomb: int, flood: int) -> dict[str, Make]:
     }
 
 
-def _special() -> dict[str, Make]:
+def _list_special() -> dict[str, Make]:
     return {
         "fifo": lambda _, file: os.mkfifo(file),
         "folder": lambda _, file: file.mkdir(),
@@ -78,11 +78,17 @@ def _special() -> dict[str, Make]:
     }
 
 
-def _forged() -> dict[str, Make]:
-    return {**_forged_ends(), **_forged_times(), **_forged_pictures(), **_forged_texts(), **_forged_errors()}
+def _list_forged() -> dict[str, Make]:
+    return {
+        **_list_forged_ends(),
+        **_list_forged_times(),
+        **_list_forged_pictures(),
+        **_list_forged_texts(),
+        **_list_forged_errors(),
+    }
 
 
-def _forged_ends() -> dict[str, Make]:
+def _list_forged_ends() -> dict[str, Make]:
     return {
         "result-without-outcome": _json("/result", lambda _, payload: _remove_key(payload, "outcome")),
         "result-without-app": _json("/result", lambda _, payload: _remove_key(payload, "app")),
@@ -106,7 +112,7 @@ def _forged_ends() -> dict[str, Make]:
     }
 
 
-def _forged_times() -> dict[str, Make]:
+def _list_forged_times() -> dict[str, Make]:
     times: dict[str, Any] = {"nan": "nan", "inf": "inf", "1e9": 1e9, "1e308": 1e308, "negative": -5.0, "text": "soon"}
     return {
         **{f"time-{name}": _json("/ticks", _tick(time=time)) for name, time in times.items()},
@@ -127,7 +133,7 @@ def _forged_times() -> dict[str, Make]:
     }
 
 
-def _forged_pictures() -> dict[str, Make]:
+def _list_forged_pictures() -> dict[str, Make]:
     return {
         "picture-0x0": _picture("/eye", lambda _: _raw_picture(0, 0, b"")),
         "picture-0x1": _picture("/eye", lambda _: _raw_picture(0, 1, b"")),
@@ -137,14 +143,14 @@ def _forged_pictures() -> dict[str, Make]:
         "picture-1x1": _picture("/eye", lambda _: _raw_picture(1, 1, bytes(3))),
         "picture-without-fields": _picture("/eye", lambda _: b""),
         "picture-of-empty-fields": _picture("/eye", lambda _: bytes((8, 0)) * 2**16),
-        "jpeg-bomb": _picture("/screen", _swollen_jpeg),
-        "jpeg-bomb-behind-a-fill-byte": _picture("/screen", _filled_jpeg),
+        "jpeg-bomb": _picture("/screen", _build_jpeg_bomb),
+        "jpeg-bomb-behind-a-fill-byte": _picture("/screen", _build_jpeg_bomb_with_fill_byte),
         "jpeg-that-is-a-png": _picture("/screen", lambda _: _field(2, _png_bomb())),
         "jpeg-of-nothing": _picture("/screen", lambda _: _field(2, b"")),
     }
 
 
-def _forged_texts() -> dict[str, Make]:
+def _list_forged_texts() -> dict[str, Make]:
     return {
         "escapes-in-run": _json("/run", _add_escapes),
         "escapes-in-result": _json("/result", _add_escapes),
@@ -164,13 +170,13 @@ def _forged_texts() -> dict[str, Make]:
     }
 
 
-def _forged_errors() -> dict[str, Make]:
+def _list_forged_errors() -> dict[str, Make]:
     kinds = ["signal", "Sequence", "_Portable", "Interrupted", "BehaviourError", "RobotcoreError", "DeviceGroupError"]
     kinds += ["UsageError", "DeviationError"]
     kept = {"exit_status": "none", "failures": "text", "args": "text", "__class__": "text", "cause": 5}
     return {
         f"error-{where}-of-{kind}": _json(
-            "/ticks", _failing(where, {"kind": kind, "message": ESCAPES, "attributes": kept})
+            "/ticks", _add_error(where, {"kind": kind, "message": ESCAPES, "attributes": kept})
         )
         for where in ("read", "tick")
         for kind in kinds
@@ -180,11 +186,11 @@ def _forged_errors() -> dict[str, Make]:
 def _content(make: Callable[[], bytes]) -> Make:
     """Return a function that puts a part between the run and the ticks of a recording."""
 
-    def made(base: Path, file: Path) -> None:
+    def make_file(base: Path, file: Path) -> None:
         head = build_chunk(b"".join(build_record(*record) for record in read_raw(base)[0]))
         file.write_bytes(build_file(head, make()))
 
-    return made
+    return make_file
 
 
 def _append(base: Path, file: Path, part: bytes) -> None:
@@ -193,16 +199,16 @@ def _append(base: Path, file: Path, part: bytes) -> None:
 
 
 def _json(topic: str, change: Callable[[int, Any], Any], renamed: str = "") -> Make:
-    def made(base: Path, file: Path) -> None:
+    def make_file(base: Path, file: Path) -> None:
         file.write_bytes(change_json(base, topic, change))
         if renamed:
             chunks = read_raw(file)
-            file.write_bytes(join_raw([_renamed(records, topic, renamed) for records in chunks]))
+            file.write_bytes(join_raw([_rename_topic(records, topic, renamed) for records in chunks]))
 
-    return made
+    return make_file
 
 
-def _renamed(records: list[Raw], topic: str, renamed: str) -> Iterator[Raw]:
+def _rename_topic(records: list[Raw], topic: str, renamed: str) -> Iterator[Raw]:
     old, new = (struct.pack("<I", len(text)) + text.encode() for text in (topic, renamed))
     for opcode, body in records:
         yield opcode, body.replace(old, new) if opcode == 0x04 else body
@@ -214,10 +220,10 @@ def _name_app(base: Path, file: Path, app: str) -> None:
 
 
 def _picture(topic: str, change: Callable[[bytes], bytes]) -> Make:
-    def made(base: Path, file: Path) -> None:
+    def make_file(base: Path, file: Path) -> None:
         file.write_bytes(change_messages(base, topic, lambda _, content: change(content)))
 
-    return made
+    return make_file
 
 
 def _zeros(size: int, *, is_known: bool = False) -> bytes:
@@ -289,7 +295,7 @@ def _tick(**what: Any) -> Callable[[int, Any], Any]:
     return lambda number, payload: payload | what if number == 10 else payload
 
 
-def _failing(where: str, error: Any) -> Callable[[int, Any], Any]:
+def _add_error(where: str, error: Any) -> Callable[[int, Any], Any]:
     def change(number: int, payload: Any) -> Any:
         if number != 10:
             return payload
@@ -325,12 +331,12 @@ def _raw_picture(width: int, height: int, content: bytes) -> bytes:
     return size + _field(4, b"bgr8") + _field(6, content)
 
 
-def _swollen_jpeg(message: bytes) -> bytes:
+def _build_jpeg_bomb(message: bytes) -> bytes:
     at = message.index(b"\xff\xc0")
     return message[: at + 5] + struct.pack(">HH", 65500, 65500) + message[at + 9 :]
 
 
-def _filled_jpeg(message: bytes) -> bytes:
+def _build_jpeg_bomb_with_fill_byte(message: bytes) -> bytes:
     """Return a JPEG with two sizes. A reader that takes a fill byte for a segment finds the small one."""
     jpeg = message[message.index(b"\xff\xd8") :]
     at = jpeg.index(b"\xff\xc0")

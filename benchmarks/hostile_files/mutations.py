@@ -18,25 +18,25 @@ _VALUES = (
 _TOKEN = re.compile(rb'(?<=[:\[,])("[^"]*"|-?[0-9][^,\]}]*|true|false|null)')
 
 
-class Seed(NamedTuple):
+class SourceRecording(NamedTuple):
     """A whole recording: its bytes, and the records of its chunks."""
 
     content: bytes
     chunks: list[list[Raw]]
 
     @classmethod
-    def of(cls, file: Path) -> Seed:
+    def of(cls, file: Path) -> SourceRecording:
         return cls(file.read_bytes(), read_raw(file))
 
 
-def mutate(seed: Seed, random: Random) -> bytes:
+def mutate(source: SourceRecording, random: Random) -> bytes:
     """Return the recording with random changes, half of the time with valid checksums."""
     if random.random() < 0.5:
-        content = bytearray(seed.content)
+        content = bytearray(source.content)
         for _ in range(random.randint(1, 3)):
             random.choice(_ON_BYTES)(content, random)
         return bytes(content)
-    records = [record for chunk in seed.chunks for record in chunk]
+    records = [record for chunk in source.chunks for record in chunk]
     for _ in range(random.randint(1, 6)):
         random.choice(_ON_RECORDS)(records, random)
     return _pack(records, random)

@@ -46,7 +46,7 @@ TIMED = {
     "startup": "--pairs 1",
     "sweep_scaling": "--pairs 1 --seeds 1-2 --timeout 1 --runs 2",
     "tick": "--repeats 1 --ticks 50",
-    "ways_out": "--trials 1 --exhausted 1 --simulators 1",
+    "run_endings": "--trials 1 --exhausted 1 --simulators 1",
 }
 FEW_PICTURES = {"detector": "--frames 4", "eyes.tuning": "--frames 1 --seeds 11"}
 SIZES = HELD | TIMED | FEW_PICTURES

@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from benchmarks.hostile_files.files import ESCAPES, name_files
 from benchmarks.hostile_files.mcap_builder import build_chunk, build_file, build_record, change_json, join_raw, read_raw
-from benchmarks.hostile_files.mutations import Seed, mutate
+from benchmarks.hostile_files.mutations import SourceRecording, mutate
 from robotcore.errors import RecordingError, RobotcoreError, WatchdogError
 from robotcore.recording import RecordedError, Recording, SampleKey, read
 from robotcore.recording.chunks import ChunkedFile
@@ -63,7 +63,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
 class Content(NamedTuple):
     """A recording that hypothesis changes. Its repr is short, because hypothesis prints it."""
 
-    seed: Seed
+    seed: SourceRecording
 
     def __repr__(self) -> str:
         return "a recording"
@@ -71,7 +71,7 @@ class Content(NamedTuple):
 
 @pytest.fixture(scope="module")
 def content(base: Path) -> Content:
-    return Content(Seed.of(base))
+    return Content(SourceRecording.of(base))
 
 
 def fault_of(action: Callable[[], object]) -> str:

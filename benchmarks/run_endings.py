@@ -1,6 +1,6 @@
-"""Check that every way out of a run stops the motors, and measure how soon.
+"""Check that every ending of a run stops the motors, and measure how soon.
 
-    python -m benchmarks.ways_out --trials 200 --exhausted 100 --simulators 50
+    python -m benchmarks.run_endings --trials 200 --exhausted 100 --simulators 50
 
 Each trial is a process: the command line runs an app on a robot in real time, whose motors log each command with its
 time. At a random moment while the robot drives, the process gets a signal, the app raises or hangs, or the camera
@@ -27,7 +27,14 @@ from tempfile import TemporaryDirectory
 from typing import TypeVar
 
 from benchmarks.report import at_least_one, machine, print_table
-from benchmarks.ways.trials import TrialResult, register, run_exhausted, run_failing, run_orphaned, run_signalled
+from benchmarks.run_endings_parts.trials import (
+    TrialResult,
+    register,
+    run_exhausted,
+    run_failing,
+    run_orphaned,
+    run_signalled,
+)
 
 HANG_BOUND_S, NAMED_BOUND_S = 0.150, 2.0
 
@@ -38,18 +45,18 @@ KINDS: dict[str, tuple[Trial, int]] = {
     "interrupted (SIGINT)": (partial(run_signalled, number=signal.SIGINT), -signal.SIGINT),
     "terminated (SIGTERM)": (partial(run_signalled, number=signal.SIGTERM), -signal.SIGTERM),
     "hung up (SIGHUP)": (partial(run_signalled, number=signal.SIGHUP), -signal.SIGHUP),
-    "raises": (partial(run_failing, way="raises"), 5),
-    "hangs": (partial(run_failing, way="hangs"), 4),
-    "loses its camera": (partial(run_failing, way="loses its camera"), 3),
+    "raises": (partial(run_failing, ending="raise"), 5),
+    "hangs": (partial(run_failing, ending="hangs"), 4),
+    "loses its camera": (partial(run_failing, ending="loses its camera"), 3),
 }
-"""The ways, and the exit status of each, as `subprocess` returns it."""
+"""The endings, and the exit status of each, as `subprocess` returns it."""
 
 EXHAUSTION_KINDS: Mapping[str, tuple[Trial, int]] = {
-    f"uses up its {what}, {then}": (partial(run_exhausted, way=way, leaks=what), status)
+    f"uses up its {what}, {then}": (partial(run_exhausted, ending=ending, leaks=what), status)
     for what in ("threads", "memory")
-    for then, way, status in (("hangs", "hangs", 4), ("raises", "raises", 5))
-} | {"uses up its threads, goes on": (partial(run_exhausted, way="goes on", leaks="threads"), 0)}
-"""The ways of apps that use up threads or memory first. Each prints one line of JSON too."""
+    for then, ending, status in (("hangs", "hangs", 4), ("raises", "raise", 5))
+} | {"uses up its threads, goes on": (partial(run_exhausted, ending="continue", leaks="threads"), 0)}
+"""The endings of apps that use up threads or memory first. Each prints one line of JSON too."""
 
 
 def main() -> int:
@@ -62,20 +69,20 @@ def main() -> int:
     random = Random(options.seed)
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup, no trial could be hung up
     print(machine())
-    is_good = _print_ways(KINDS, options.trials, random)
+    is_good = _print_endings(KINDS, options.trials, random)
     print()
-    is_good = _print_ways(EXHAUSTION_KINDS, options.exhausted, random) and is_good
+    is_good = _print_endings(EXHAUSTION_KINDS, options.exhausted, random) and is_good
     print()
     return int(not (_print_simulators(options.simulators, random) and is_good))
 
 
-def _print_ways(kinds: Mapping[str, tuple[Trial, int]], trials: int, random: Random) -> bool:
+def _print_endings(kinds: Mapping[str, tuple[Trial, int]], trials: int, random: Random) -> bool:
     ended: dict[str, list[TrialResult]] = {kind: [] for kind in kinds}
     for index in range(trials):
         kind = list(kinds)[index % len(kinds)]
         ended[kind].append(_in_a_directory(partial(kinds[kind][0], random=random)))
     print_table(
-        ("way out", "every motor stopped", "exit status as said", "ms to the last stop: median", "worst"),
+        ("ending", "every motor stopped", "expected exit status", "ms to the last stop: median", "worst"),
         [(kind, *_summarize(results, kinds[kind][1])) for kind, results in ended.items() if results],
     )
     results = [result for each in ended.values() for result in each]
@@ -94,11 +101,11 @@ def _summarize(results: list[TrialResult], status: int) -> tuple[str, ...]:
 
 def _print_simulators(count: int, random: Random) -> bool:
     rows, is_good = [], True
-    ways = (("killed", signal.SIGKILL, count - count // 2), ("suspended", signal.SIGSTOP, count // 2))
-    for what, number, trials in ways[:count]:
+    failures = (("killed", signal.SIGKILL, count - count // 2), ("suspended", signal.SIGSTOP, count // 2))
+    for what, number, trials in failures[:count]:
         ended = [_in_a_directory(partial(run_orphaned, random=random, number=number)) for _ in range(trials)]
         delays = [delay for _, delay, _ in ended]
-        named = sum(status == 3 and delay <= NAMED_BOUND_S and _is_named(said) for status, delay, said in ended)
+        named = sum(status == 3 and delay <= NAMED_BOUND_S and _is_named(output) for status, delay, output in ended)
         hung = sum(status is None for status, _, _ in ended)
         middle, worst = f"{statistics.median(delays):.2f}", f"{max(delays):.2f}"
         rows.append((what, f"{named}/{len(ended)}", str(hung), middle, worst))
@@ -108,9 +115,9 @@ def _print_simulators(count: int, random: Random) -> bool:
     return is_good
 
 
-def _is_named(said: str) -> bool:
+def _is_named(output: str) -> bool:
     """Return whether the answer names the device or backend that failed."""
-    reports = json.loads(said) if said else {}
+    reports = json.loads(output) if output else {}
     return any(name in reports.get("reason", "") for name in ("_motor", "_encoder", "nose", "eye", "backend"))
 
 

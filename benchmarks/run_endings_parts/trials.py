@@ -21,7 +21,7 @@ APP = str(Path(__file__).with_name("app.py"))
 POLL_S = 0.002
 
 
-Note = tuple[str, float, float]
+LogEntry = tuple[str, float, float]
 """Event, value, time."""
 
 
@@ -48,15 +48,15 @@ def run_signalled(directory: Path, random: Random, number: int) -> TrialResult:
         return _await_end(process, log, lambda _: event)
 
 
-def run_failing(directory: Path, random: Random, way: str) -> TrialResult:
+def run_failing(directory: Path, random: Random, ending: str) -> TrialResult:
     """Run the app, which fails by itself."""
     log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
     options = ["--option", f"log={log}", "--set", f"log={log}"]
-    if way == "loses its camera":
+    if ending == "loses its camera":
         options += ["--option", f"lost_after_s={after}"]
     else:
-        way = random.choice(["waits", "burns", "is deaf"]) if way == "hangs" else way
-        options += ["--set", f"way={way}", "--set", f"after_s={after}"]
+        ending = random.choice(["wait", "compute", "catch"]) if ending == "hangs" else ending
+        options += ["--set", f"ending={ending}", "--set", f"after_s={after}"]
     with run_robotcore(directory, [APP, "--backend", "witness", *options]) as process:
         return _await_end(process, log)
 
@@ -74,23 +74,23 @@ def run_orphaned(directory: Path, random: Random, number: int) -> tuple[int | No
             server.send_signal(number)
             status = _await_status(process)
             delay = monotonic() - event
-            said = process.stdout.read() if process.stdout else ""
+            output = process.stdout.read() if process.stdout else ""
         server.kill()
-    return status, delay, said
+    return status, delay, output
 
 
-def run_exhausted(directory: Path, random: Random, way: str, leaks: str) -> TrialResult:
-    """Drive, use up the process's threads or memory, and go wrong; with a guardian or without, at random."""
+def run_exhausted(directory: Path, random: Random, ending: str, leaks: str) -> TrialResult:
+    """Drive, use up the process's threads or memory, and fail; with a guardian or without, at random."""
     log, after = directory / "log", f"{random.uniform(0.3, 1.2):.3f}"
-    way = random.choice(["waits", "burns", "leaks on", "is deaf"]) if way == "hangs" else way
+    ending = random.choice(["wait", "compute", "leak", "catch"]) if ending == "hangs" else ending
     options = ["--option", f"log={log}", "--option", f"is_guarded={random.choice(['true', 'false'])}"]
-    settings = [f"log={log}", f"way={way}", f"leaks={leaks}", f"after_s={after}"]
+    settings = [f"log={log}", f"ending={ending}", f"leaks={leaks}", f"after_s={after}"]
     arguments = [APP, "--backend", "witness", "--json", *options]
     arguments += [part for setting in settings for part in ("--set", setting)]
     with run_robotcore(directory, arguments) as process:
-        ended = _await_end(process, log, _last_command if way == "goes on" else _find_event)
-        said = process.stdout.read() if process.stdout else ""
-    is_answered = said.count("\n") == 1 and json.loads(said)["exit_status"] == ended.status
+        ended = _await_end(process, log, _last_command if ending == "continue" else _find_event)
+        output = process.stdout.read() if process.stdout else ""
+    is_answered = output.count("\n") == 1 and json.loads(output)["exit_status"] == ended.status
     return ended if is_answered else ended._replace(status=None)
 
 
@@ -110,17 +110,17 @@ def run_robotcore(directory: Path, arguments: Sequence[str]) -> Iterator[Popen[s
 
 def register(directory: Path) -> None:
     """Register the two backends for processes that have the directory on their path."""
-    package = directory / "ways-0.dist-info"
+    package = directory / "run_endings-0.dist-info"
     package.mkdir()
-    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: ways\nVersion: 0\n")
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: run-endings\nVersion: 0\n")
     (package / "entry_points.txt").write_text(
         "[robotcore.backends]\n"
-        "witness = benchmarks.ways.witness:WitnessBackend\n"
+        "witness = benchmarks.run_endings_parts.witness:WitnessBackend\n"
         "external = tests.external_simulator.backend:ExternalSimulatorBackend\n"
     )
 
 
-def read_log(log: Path) -> list[Note]:
+def read_log(log: Path) -> list[LogEntry]:
     """Return the entries of a log: event, value, time."""
     lines = (line.split() for line in log.read_text().splitlines())
     return [(event, float(value), float(time)) for event, value, time in lines]
@@ -134,24 +134,24 @@ def _await_status(process: Popen[str]) -> int | None:
         return None
 
 
-def _find_event(noted: Sequence[Note]) -> float:
+def _find_event(entries: Sequence[LogEntry]) -> float:
     """Return the time at which the app failed."""
-    return next(time for what, _, time in noted if what == "event")
+    return next(time for what, _, time in entries if what == "event")
 
 
-def _last_command(noted: Sequence[Note]) -> float:
+def _last_command(entries: Sequence[LogEntry]) -> float:
     """Return the time of the last command that turns a wheel."""
-    return max(time for what, value, time in noted if what in MOTORS and value)
+    return max(time for what, value, time in entries if what in MOTORS and value)
 
 
 def _await_end(
-    process: Popen[str], log: Path, since_of: Callable[[Sequence[Note]], float] = _find_event
+    process: Popen[str], log: Path, since_of: Callable[[Sequence[LogEntry]], float] = _find_event
 ) -> TrialResult:
     """Wait for the end, and read the commands of the motors since then."""
     status = _await_status(process)
-    noted = read_log(log)
-    since = since_of(noted)
-    stops = [_find_stop([(value, time) for what, value, time in noted if what == name]) for name in MOTORS]
+    entries = read_log(log)
+    since = since_of(entries)
+    stops = [_find_stop([(value, time) for what, value, time in entries if what == name]) for name in MOTORS]
     times = [stop for stop in stops if stop is not None]
     return TrialResult(status, len(times) == len(MOTORS), max((max(0.0, stop - since) for stop in times), default=0.0))
 

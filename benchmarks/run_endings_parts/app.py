@@ -1,4 +1,4 @@
-"""An app that drives, and fails after a while in a given way."""
+"""An app that drives, and fails after a given time."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from threading import Event, Thread
 from time import sleep
 from typing import Literal
 
-from benchmarks.ways.witness import Log
+from benchmarks.run_endings_parts.witness import Log
 from robotcore import Behaviour, Robot, Role, Status
 
 FOREVER_S = 3600.0
 LEFT_BYTES = 64 << 20
-HOARD: list[bytearray] = []
+BLOCKS: list[bytearray] = []
 
 
 def use_up(what: Literal["nothing", "threads", "memory"]) -> None:
@@ -36,25 +36,25 @@ def leak(what: Literal["threads", "memory"]) -> None:
     for size in (1 << 20, 1 << 14, 1 << 8, 1):
         try:  # no `suppress`: making one takes memory
             while True:
-                HOARD.append(bytearray(size))
+                BLOCKS.append(bytearray(size))
         except MemoryError:  # noqa: PERF203
             continue
 
 
 @dataclass
-class GoWrong(Behaviour):
-    """Drives a curve; ``after_s`` seconds after its first tick it fails as ``way`` names, and logs the time to ``log``.
+class FailingApp(Behaviour):
+    """Drives a curve, and fails as ``ending`` names ``after_s`` seconds after its first tick.
 
-    Before it does, it uses up what it ``leaks``, under a limit of the process's address space.
+    It logs the time of the failure to ``log``. It uses up what it ``leaks`` first, under a limit of the address space.
     """
 
     log: str = ""
-    way: Literal["goes on", "raises", "waits", "burns", "leaks on", "is deaf"] = "goes on"
+    ending: Literal["continue", "raise", "wait", "compute", "leak", "catch"] = "continue"
     leaks: Literal["nothing", "threads", "memory"] = "nothing"
     after_s: float = 1.0
     needs = frozenset({Role.DRIVE, Role.CAMERA, Role.RANGE})
     _first_s = float("inf")
-    _is_wrong = False
+    _has_failed = False
     _ticks_left = 5
 
     def step(self, robot: Robot) -> Status:
@@ -63,26 +63,26 @@ class GoWrong(Behaviour):
         now = robot.clock.now()
         self._first_s = min(self._first_s, now)
         if now - self._first_s >= self.after_s:
-            if not self._is_wrong:
-                self._is_wrong = True
+            if not self._has_failed:
+                self._has_failed = True
                 Log(self.log).note("event")
                 use_up(self.leaks)
-            if self.way != "goes on":
-                self._go_wrong()
+            if self.ending != "continue":
+                self._fail()
             self._ticks_left -= self.leaks != "nothing"
             if not self._ticks_left:
                 return Status.SUCCESS
         return Status.RUNNING
 
-    def _go_wrong(self) -> None:
-        if self.way == "raises":
-            raise RuntimeError("gone wrong")
-        while self.way == "burns":
+    def _fail(self) -> None:
+        if self.ending == "raise":
+            raise RuntimeError("failed")
+        while self.ending == "compute":
             pass
-        while self.way == "waits":
+        while self.ending == "wait":
             sleep(FOREVER_S)
-        while self.way == "leaks on" and self.leaks != "nothing":
+        while self.ending == "leak" and self.leaks != "nothing":
             leak(self.leaks)
-        while True:  # deaf
+        while True:  # "catch"
             with suppress(BaseException):
                 sleep(FOREVER_S)

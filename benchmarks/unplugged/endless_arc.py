@@ -1,12 +1,12 @@
-"""An app that drives in wide arcs without an end."""
+"""An app that drives in a wide arc without an end."""
 
 from __future__ import annotations
 
 from robotcore import Behaviour, Robot, Role, Status
 
 
-class On(Behaviour):
-    """Drives in wide arcs."""
+class EndlessArc(Behaviour):
+    """Drives in a wide arc."""
 
     needs = frozenset({Role.DRIVE})
 

@@ -29,7 +29,7 @@ Block = Callable[[int], object]
 """Executes a number of ticks."""
 
 
-def on_pybullet(robot: RobotDescription, world: WorldDescription) -> Block:
+def build_pybullet_loop(robot: RobotDescription, world: WorldDescription) -> Block:
     """Return the loop with TinyRenderer and Bullet's own functions."""
     assert robot.drive
     bullet = Bullet.connect(gui=False)
@@ -72,7 +72,7 @@ def on_pybullet(robot: RobotDescription, world: WorldDescription) -> Block:
     return block
 
 
-def on_mujoco(robot: RobotDescription, world: WorldDescription) -> Block:
+def build_mujoco_loop(robot: RobotDescription, world: WorldDescription) -> Block:
     """Return the loop with MuJoCo's own renderer, and all steps of a tick in one call."""
     import mujoco
 
@@ -98,6 +98,6 @@ def on_mujoco(robot: RobotDescription, world: WorldDescription) -> Block:
     return block
 
 
-BY_HAND: Mapping[str, Callable[[RobotDescription, WorldDescription], Block]] = MappingProxyType(
-    {"pybullet": on_pybullet, "mujoco": on_mujoco}
+BASELINES: Mapping[str, Callable[[RobotDescription, WorldDescription], Block]] = MappingProxyType(
+    {"pybullet": build_pybullet_loop, "mujoco": build_mujoco_loop}
 )
