@@ -60,7 +60,7 @@ def test_before_the_first_sample_the_device_fails(raises: Raises) -> None:
         nose.read()
 
 
-def test_where_nobody_had_read_it_the_newest_sample_from_before_is_given() -> None:
+def test_read_without_an_earlier_read_returns_the_newest_earlier_sample() -> None:
     _, nose = nose_at(2)
     assert nose.read() is FIRST
 

@@ -188,7 +188,7 @@ class TestMonotonicClock:
         assert not clock.sleep_until(0.5)
         assert fake_time.naps == []
 
-    def test_calls_are_made_in_its_own_thread_whoever_sleeps(self, monotonic: MonotonicClock) -> None:
+    def test_scheduled_calls_run_in_the_clocks_own_thread(self, monotonic: MonotonicClock) -> None:
         called = threading.Event()
         caller: list[threading.Thread] = []
 

@@ -71,7 +71,7 @@ class TestSensors:
         rig.robot.range.read()
         assert rig.nose.reads == 1
 
-    def test_a_device_that_nobody_reads_is_not_read(self) -> None:
+    def test_device_that_the_app_does_not_read_is_not_read(self) -> None:
         rig = Rig()
         rig.robot.drive.set_velocity(-0.1, 0.0)
         rig.commit()
