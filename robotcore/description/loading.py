@@ -45,23 +45,23 @@ ModelT = TypeVar("ModelT", bound=StrictModel)
 Table = dict[str, Any]
 
 MAX_FILE_BYTES = 2**20
-"""The largest file in bytes. A robot of 1000 devices needs a third of it, and TOML of this size is parsed in 2 s."""
+"""The size limit of a file, in bytes. A robot with 1000 devices needs a third of it. Parsing such a file takes 2 s."""
 
 MOST_ENTRIES = 1000
-"""The most entries of a list or a table in a file, such as devices, obstacles or faults."""
+"""The greatest number of entries in a list or a table of a file, such as devices, obstacles or faults."""
 
 MOST_DOTS = 32
-"""The most dots of a key in a file. The parser's time and memory grow with the square of their number."""
+"""The greatest number of dots in a key. The parser's time and memory grow with the square of the number of dots."""
 
 MOST_BITS = 64
-"""The most bits of a whole number in a file, as TOML defines it."""
+"""The greatest number of bits of a whole number in a file. TOML defines this limit."""
 
 _STRING = re.compile(
     r"""\"{3}(?:[^"\\]|\\.|"(?!""))*(?:\"{3})?|'{3}(?:[^']|'(?!''))*(?:'{3})?
     |"(?:[^"\\\n]|\\.)*"?|'[^'\n]*'?|\#[^\n]*""",
     re.VERBOSE | re.DOTALL,
 )
-"""A string or a comment of TOML. A string without its end matches too, so that a search takes linear time."""
+"""Matches a string or a comment of TOML. It also matches a string that does not end, so a search takes linear time."""
 
 _LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MOST_DOTS + 1}}}")
 
@@ -131,7 +131,10 @@ def read_table(file: str) -> Table:
 
 
 def load_any(name_or_file: str) -> RobotDescription | WorldDescription:
-    """Return a robot or a world by its name or from a file. Raises the errors of `load_robot`."""
+    """Return a robot or a world, either a shipped one by its name or a user's from a file.
+
+    Raises the same errors as `load_robot`.
+    """
     file, table = _read(name_or_file, *KINDS)
     kind = _find_kind(table)
     if kind is None:
@@ -176,7 +179,7 @@ def _require_kind(kind: str, file: str, table: Table) -> None:
 
 
 def _find_kind(table: Table) -> str | None:
-    """Return the kind of a table by the keys that only one kind has; None if it has as many keys of either kind."""
+    """Return the kind of a table: the one of whose own keys it has more. Return None if both numbers are equal."""
     robot, world = (set(model.model_fields) for model in KINDS.values())
     robots, worlds = len(table.keys() & (robot - world)), len(table.keys() & (world - robot))
     if robots == worlds:
@@ -194,7 +197,10 @@ def _list_shipped(kind: str) -> list[str]:
 
 
 def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
-    """Return the file's name for messages, and its content."""
+    """Return the name of a file for messages, and the content of the file.
+
+    kinds: the kinds of the shipped files among which to look for a name.
+    """
     if is_own(name_or_file):
         return name_or_file, _parse(name_or_file, _read_bytes(Path(name_or_file)))
     shipped = {name: kind for kind in kinds for name in _list_shipped(kind)}
@@ -208,7 +214,7 @@ def _read(name_or_file: str, *kinds: str) -> tuple[str, Table]:
 
 
 def _file_of(name_or_file: str) -> str | None:
-    """Return the text if it names a user's file; None for the name of a shipped robot or world."""
+    """Return the text if it names a user's file, or None if it is the name of a shipped robot or world."""
     return name_or_file if is_own(name_or_file) else None
 
 
@@ -267,7 +273,7 @@ def _parse(file: str, content: bytes) -> Table:
 
 
 def _find_long_key(text: str) -> Mistake | None:
-    """Return the mistake of a key that has more than `MOST_DOTS` dots outside of quotes; None without such a key."""
+    """Return a mistake if a key has more than `MOST_DOTS` dots outside quotes, else None."""
     if found := _LONG_KEY.search(_STRING.sub("_", text)):
         problem = f"it is nested too deep: the key {found[0][:MAX_SHOWN_CHARACTERS]}… has more than {MOST_DOTS} dots"
         return Mistake("", problem, "Take the nesting out", "too-many-dots")

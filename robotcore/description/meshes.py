@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 class Wrap(NamedTuple):
-    """The mapping of a texture to a plane. A point p has the texture coordinates ``axes @ p + shift``, in tiles."""
+    """The mapping of a texture to a plane. The texture coordinates of a point p are ``axes @ p + shift``, in tiles."""
 
     texture: Texture
     axes: Array
@@ -52,8 +52,8 @@ def floor_wrap(floor: Floor) -> Wrap | None:
 def face_wrap(prism: Prism, normal: Array) -> Wrap | None:
     """Return the texture mapping of a face of a prism; None for a prism without texture.
 
-    The texture of a side begins at the floor: in the middle of each side of a box, and once around a cylinder. The
-    texture of the top follows the prism's own axes.
+    On the sides the texture begins at the floor. On a box it begins in the middle of each side. On a cylinder it runs
+    around all sides without a break. On the top its columns and rows are parallel to the prism's own axes.
 
     prism: the prism.
     normal: the outward unit normal of the face, (3,).
@@ -74,7 +74,7 @@ def face_wrap(prism: Prism, normal: Array) -> Wrap | None:
 
 
 BALL_SEGMENTS, BALL_RINGS = 32, 16
-"""Simulators show this mesh as a ball. Their own spheres may be coarse: Bullet's covers 7.5 % too little."""
+"""Simulators show balls as this mesh, because their own spheres may be coarse. Bullet's covers 7.5 % too little."""
 
 
 class Mesh(NamedTuple):
@@ -103,7 +103,7 @@ def prism_mesh(prism: Prism) -> Mesh:
 
 
 def ground_mesh(half: float, floor: Floor) -> Mesh:
-    """Return the mesh of the ground, a square with the floor's texture; ``half`` is half its edge in metres."""
+    """Return the mesh of the ground, a square with the floor's texture. ``half`` is half the length of its sides."""
     square = np.array(((half, half, 0.0), (-half, half, 0.0), (-half, -half, 0.0), (half, -half, 0.0)))
     return _make_mesh([square], lambda _: floor_wrap(floor))
 
@@ -127,7 +127,10 @@ def ball_mesh(radius: float) -> Mesh:
 
 
 def _make_mesh(faces: list[Array], wrap_of: Callable[[Array], Wrap | None]) -> Mesh:
-    """Return the mesh of convex faces, each given by its corners, (n, 3)."""
+    """Return the mesh of convex faces, each given by its corners, (n, 3).
+
+    wrap_of: returns the texture mapping of the face with a unit normal, (3,).
+    """
     normals: list[list[float]] = []
     indices: list[int] = []
     uvs: list[list[float]] = []

@@ -40,7 +40,7 @@ from robotcore.description.types import (
 from robotcore.geometry import DifferentialGeometry
 
 UNIT_ERROR_FACTOR = 10
-"""A wheel this many times as wide as the body is probably given in another unit than metres."""
+"""If a wheel's size is this many times the body's, one of the two is probably not given in metres."""
 
 
 Mass = Annotated[float, Field(ge=1e-4, le=1e4)]
@@ -51,22 +51,22 @@ class Body(StrictModel):
     """The robot's body, a box. Its length and width include the wheels."""
 
     length_m: Metres
-    """From the rear to the front."""
+    """The distance from the rear to the front, wheels included."""
     width_m: Metres
-    """From side to side, over the wheels."""
+    """The distance from side to side, wheels included."""
     height_m: Metres
-    """From the bottom to the top."""
+    """The distance from the bottom to the top."""
     centre_x_m: Coordinate = 0.0
-    """The middle of the body, forward of the axle."""
+    """The distance from the axle forward to the middle of the body."""
     clearance_m: Annotated[float, Field(ge=0, le=100)]
-    """From the floor to the bottom."""
+    """The distance from the floor up to the bottom of the body."""
     mass_kg: Mass
     """The mass without the wheels."""
     colour: Colour = (60, 65, 75)
 
     @property
     def front_x_m(self) -> float:
-        """The front of the body, forward of the axle."""
+        """The distance from the axle forward to the front of the body."""
         return self.centre_x_m + self.length_m / 2
 
     @property
@@ -77,7 +77,7 @@ class Body(StrictModel):
 
     @property
     def middle_m(self) -> tuple[float, float, float]:
-        """The centre of mass, in the robot's frame: the middle of the box."""
+        """The middle of the box in the robot's frame. It is also the centre of mass."""
         return (self.centre_x_m, 0.0, self.clearance_m + self.height_m / 2)
 
     @property
@@ -97,7 +97,7 @@ class Caster(StrictModel):
     """A ball on which the robot slides without friction."""
 
     x_m: Coordinate
-    """Its middle, forward of the axle."""
+    """The distance from the axle forward to the middle of the caster."""
     radius_m: Metres
 
 
@@ -120,7 +120,7 @@ class Drive(StrictModel):
     """The mass of one wheel."""
     caster: Caster | None = None
     max_acceleration_rad_s2: Annotated[float, Field(ge=0.01, le=1e6)] | None = None
-    """The greatest acceleration of a wheel that the safety layer sends. None: no limit."""
+    """The greatest acceleration that the safety layer commands to a wheel. With None there is no limit."""
 
     @model_validator(mode="after")
     def _require_two_sides(self) -> Drive:
@@ -136,7 +136,7 @@ class Drive(StrictModel):
 
     @property
     def wheel_motors(self) -> dict[str, str]:
-        """The name of the wheel's motor by the name of each device on a wheel, motor or encoder."""
+        """A mapping from each motor or encoder of the drive to the motor of the same wheel, by their names."""
         sides = ((self.left, self.left_encoder), (self.right, self.right_encoder))
         return {device: motor for motor, encoder in sides for device in (motor, encoder) if device}
 
@@ -166,22 +166,22 @@ class Safety(StrictModel):
     lease_ticks: Annotated[float, Field(ge=1, le=10)] = 2.5
     """A command that is not renewed expires after this many ticks."""
     max_age_s: Annotated[float, Field(ge=0.001, le=3600)] = 1.0
-    """The greatest age of a sample that the app reads."""
+    """The greatest age of a sample. If a sample is older, the app cannot read it."""
     watchdog_s: Annotated[float, Field(ge=0.2, le=3600)] = 3.0
     """The longest duration of one step of the app."""
     answer_s: Annotated[float, Field(ge=0.2, le=3600)] = 1.0
     """The longest duration of a call to a device or a simulator."""
     follow_s: Annotated[float, Field(ge=0.01, le=3600)] = 1.5
-    """The longest time for which a wheel may differ from its command."""
+    """The longest time for which a wheel's velocity may differ from its command."""
     stuck_m: Metres = 0.5
-    """The longest distance, turns included, that the robot drives while a range sensor returns one distance."""
+    """The longest travel, turns included, during which a range sensor may return the same distance."""
     outage_s: Annotated[float, Field(ge=0, le=3600)] = 0.0
-    """The longest time for which the robot stands and waits for a lost device. 0: the run ends at once."""
+    """The longest time for which the robot stands and waits for a lost device. With 0 the run ends at once."""
 
 
 @dataclass(frozen=True)
 class _Origin:
-    """The file of a description. Two of them are always equal, so that equal robots from two files are equal."""
+    """The file of a description. All instances compare as equal, so that robots from different files can be equal."""
 
     file: str | None = field(default=None, compare=False)
 
@@ -198,7 +198,7 @@ class RobotDescription(StrictModel):
     safety: Safety = Safety()
     devices: Annotated[tuple[DeviceDescription, ...], Field(description="a list of tables: [[devices]]")] = ()
     backends: Annotated[dict[str, dict[str, Any]], BeforeValidator(freeze)] = Field(default_factory=dict)
-    """The section of each backend, by the backend's name."""
+    """The content of each backend's section in the file, by the backend's name."""
     _origin: _Origin = PrivateAttr(default_factory=_Origin)
 
     @model_validator(mode="after")

@@ -58,7 +58,10 @@ def read_each(
 
 
 def validate_table(model: type[DescribedT], key: str, table: Mapping[str, Any]) -> DescribedT:
-    """Return a table as an instance of a model. Raises MistakesError with all mistakes; ``key`` is the table's key."""
+    """Return a table as an instance of a model. Raises MistakesError with all mistakes in the table.
+
+    key: the table's dotted key, for the mistakes.
+    """
     try:
         return model.model_validate(table, strict=True)
     except ValidationError as error:
@@ -67,7 +70,7 @@ def validate_table(model: type[DescribedT], key: str, table: Mapping[str, Any]) 
 
 
 def _match_unknown_names(robot: RobotDescription, table: Mapping[str, Any]) -> dict[str, str | None]:
-    """Return the names in a section that no device has, each with the device that is probably meant."""
+    """Return the names in a section that no device has. The value is the probably meant device, or None."""
     names = [device.name for device in robot.devices]
     without_table = [name for name in names if name not in table]
     unknown = [name for name in table if name not in names]

@@ -14,7 +14,7 @@ from pydantic import Field
 from robotcore.description.types import StrictModel
 
 TILE_PX = 64
-"""The width and height of a tile, a power of two: a renderer can wrap coordinates with a bit mask."""
+"""The width and height of a tile. It is a power of two, so that a renderer can wrap coordinates with a bit mask."""
 
 Pattern = Literal["plain", "checker", "planks", "speckle", "grass"]
 PATTERNS: tuple[Pattern, ...] = get_args(Pattern)
@@ -36,17 +36,20 @@ class Texture(StrictModel):
     scale_m: TileSize = 0.25
     """The width and height of a tile on the surface."""
     contrast: Contrast = 0.3
-    """The greatest part of the brightness that the pattern takes away."""
+    """The fraction of its brightness that the surface loses where the pattern is darkest."""
 
     @property
     def tile(self) -> Tile:
-        """The factor on the colour, times 255, (TILE_PX, TILE_PX). Rows go up the surface, columns along it."""
+        """The factor for the surface's colour at each pixel, times 255, (TILE_PX, TILE_PX).
+
+        The row grows upwards on the surface, and the column grows along it.
+        """
         return np.rint(255 * (1 - self.contrast * _make_depths(self.pattern))).astype(np.uint8)
 
 
 @cache
 def _make_depths(pattern: Pattern) -> Depths:
-    """Return the part of the contrast that a pattern takes away at each pixel, (TILE_PX, TILE_PX)."""
+    """Return how dark a pattern is at each pixel, from 0 to 1 for the full contrast, (TILE_PX, TILE_PX)."""
     return _PATTERNS[pattern]()
 
 

@@ -34,10 +34,10 @@ Number = TypeVar("Number", bound=float)
 
 
 class InvalidValueError(ValueError):
-    """A validator refuses a value.
+    """Raised by a validator that refuses a value.
 
     kind: a stable identifier of the mistake, in kebab-case.
-    text: the problem, a semicolon and the remedy.
+    text: the problem and the remedy, separated by a semicolon.
     """
 
     def __init__(self, kind: str, text: str) -> None:
@@ -46,10 +46,11 @@ class InvalidValueError(ValueError):
 
 
 class StrictModel(BaseModel):
-    """The base of each part of a description. It refuses unknown keys, changes, and numbers that are not finite.
+    """The base class of the models of descriptions.
 
-    The ``description`` of a field's type is the form of its value in a file. Messages about mistakes quote it.
-    A validator raises InvalidValueError, or another ValueError whose text is the problem, a semicolon and the remedy.
+    A model refuses unknown keys and numbers that are not finite. Its instances cannot be changed. The ``description``
+    of a field's type says how to write the field's value in a file, and error messages quote it. A validator raises
+    InvalidValueError, or another ValueError with the same form of text.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -84,7 +85,7 @@ Colour = Annotated[
     BeforeValidator(_to_colour),
     Field(description="[red, green, blue] from 0 to 255, or the name of a colour"),
 ]
-"""Red, green, blue in 0 to 255. A file may have a name from `COLOURS` in place of the numbers."""
+"""Red, green and blue, from 0 to 255 each. In a file, a name from `COLOURS` may replace the numbers."""
 
 
 def _require_order(limits: tuple[float, float]) -> tuple[float, float]:
@@ -122,7 +123,7 @@ Name = Annotated[str, AfterValidator(_require_name)]
 
 
 def require_unique(kind: str, names: Iterable[str]) -> None:
-    """Raise ValueError if a name occurs twice; ``kind`` is the plural noun for the message."""
+    """Raise ValueError if a name occurs twice. ``kind`` is the plural noun for the named things in the message."""
     doubles = [name for name, count in Counter(names).items() if count > 1]
     if doubles:
         raise InvalidValueError("same-name", f"two {kind} are named {doubles[0]!r}; give each a name of its own")

@@ -13,7 +13,7 @@ from robotcore.description.types import Colour
 from robotcore.description.world import Ball, Box, Cylinder, WorldDescription
 
 BASE = "base_link"
-"""The body's link. Its origin is on the floor under the middle of the axle."""
+"""The name of the body's link. The link's origin is on the floor under the middle of the axle."""
 
 CASTER = "caster_link"
 
@@ -27,7 +27,7 @@ def wheel(motor: str) -> str:
 
 
 def wheel_joint(motor: str) -> str:
-    """Return the name of the joint of a motor's wheel. Its angle grows as the robot drives forward."""
+    """Return the name of the joint of a motor's wheel. The joint's angle grows as the robot drives forward."""
     return f"{motor}_joint"
 
 
@@ -44,29 +44,29 @@ class Shape(NamedTuple):
     """The geometry of a link."""
 
     tag: str
-    """The tag of its element: ``box``, ``cylinder`` or ``sphere``."""
+    """The tag of the URDF element: ``box``, ``cylinder`` or ``sphere``."""
     size: dict[str, str]
-    """The attributes of its element."""
+    """The attributes of the URDF element."""
     xyz: Vector = ORIGIN
-    """Its position in the link, in metres."""
+    """The position of the shape's middle in the link's frame, in metres."""
     rpy: Vector = ORIGIN
-    """Its roll, pitch and yaw in the link, in radians."""
+    """The roll, pitch and yaw of the shape in the link's frame, in radians."""
 
 
 class Inertia(NamedTuple):
     """The mass of a link and its distribution."""
 
     mass: float
-    """In kg."""
+    """The mass in kg."""
     moments: Vector
     """The principal moments of inertia, in kg·m²."""
     centre: Vector = ORIGIN
-    """The centre of mass in the link, in metres."""
+    """The centre of mass in the link's frame, in metres."""
 
 
 TOKEN_MASS_KG = 1e-6
 TOKEN = Inertia(TOKEN_MASS_KG, (TOKEN_MASS_KG * 1e-4,) * 3)
-"""The inertia of a link without a mass of its own. Some engines assume 1 kg if the mass is 0 or missing."""
+"""The tiny inertia of a link that has no mass in the description. Some engines assume 1 kg for a mass of 0."""
 
 
 def link(name: str, inertia: Inertia, visual: Shape, collision: Shape, rgb: Colour) -> ET.Element:
@@ -91,7 +91,7 @@ def inertial(inertia: Inertia) -> ET.Element:
 
 
 def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vector = ORIGIN) -> ET.Element:
-    """Return a joint between two links; ``xyz`` and ``rpy`` are the child's pose in the parent."""
+    """Return a joint between two links. ``xyz`` and ``rpy`` are the pose of the child link in the parent's frame."""
     element = ET.Element("joint", name=name, type=kind)
     element.append(_pose(xyz, rpy))
     ET.SubElement(element, "parent", link=parent)
@@ -185,7 +185,7 @@ def _frame(sensor: str, mount: Mount) -> Iterator[ET.Element]:
 
 
 WORLD = "world"
-"""The root link. By this name, tools recognise that it never moves."""
+"""The name of the root link. Tools recognise by this name that the link never moves."""
 
 FLOOR = "floor"
 GROUND_M = 100.0
@@ -199,7 +199,7 @@ def world_parts(world: WorldDescription, robot: str, *, is_free: bool) -> Iterat
 
     world: the world.
     robot: the name of the robot's first link.
-    is_free: whether the robot can move. Then its joint is floating, else fixed.
+    is_free: whether the robot can move. The joint is floating if it can move, else fixed.
     """
     yield ET.Element("link", name=WORLD)
     ground = box(GROUND_M, GROUND_M, _GROUND_DEPTH_M, (0.0, 0.0, -_GROUND_DEPTH_M / 2))
@@ -224,7 +224,7 @@ def _place_joint(name: str, kind: str, xyz: Vector, yaw: float) -> ET.Element:
 
 
 def _make_shape(prism: Box | Cylinder) -> Shape:
-    """Return the shape of a prism. A cylinder is round here, through the corners of its 24-sided prism."""
+    """Return the shape of a prism. A cylinder is round in URDF. It goes through the corners of its 24-sided prism."""
     middle = (0.0, 0.0, prism.height_m / 2)
     if isinstance(prism, Box):
         return box(prism.length_m, prism.width_m, prism.height_m, middle)
@@ -236,7 +236,7 @@ def _middle(ball: Ball) -> Vector:
 
 
 def _link_of(thing: str) -> str:
-    """Return the name of the link of an obstacle or target. No link of a robot has this ending."""
+    """Return the name of the link of an obstacle or target. Its ending differs from those of a robot's links."""
     return f"{thing}_thing"
 
 
@@ -246,9 +246,9 @@ __all__ = ["robot_urdf"]
 def robot_urdf(description: RobotDescription, world: WorldDescription | None = None) -> str:
     """Return a robot, and a world around it if there is one, as a URDF document.
 
-    Wheels collide as spheres: a sphere touches the floor at one point on the exact track, a cylinder on either edge.
-    URDF has no friction and no textures. The caster should slide, and wheels should have the friction coefficient 1.
-    Each surface has one colour.
+    The collision shape of a wheel is a sphere, because a sphere touches the floor at one point in the middle of the
+    wheel. A cylinder touches it on either edge. URDF has no textures, so each surface has one colour. URDF has no
+    friction. Set the friction coefficient of the caster to 0 and that of the wheels to 1.
 
     >>> from robotcore.description import load_robot
     >>> robot_urdf(load_robot("lookout")).splitlines()[1]

@@ -1,4 +1,4 @@
-"""Mistakes in a file, with key, problem and remedy, from pydantic's errors and the models' schemas."""
+"""Converts pydantic's errors to the mistakes in a file, each with its key, its problem and a remedy."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def list_keys(model: type[BaseModel], path: Sequence[str | int]) -> list[str]:
 def get_form(model: type[BaseModel], path: Sequence[str | int]) -> str | None:
     """Return the form in which a file has the value at a path, such as ``[from, to]``.
 
-    The form is the description of the value's type, or the list of its few possible values. None if there is neither.
+    The form is the description of the value's type, or the list of the possible values. Return None without both.
     """
     *outer, key = path
     value = _find_child(_find_schema(model, outer), key)
@@ -46,7 +46,7 @@ def _find_schema(model: type[BaseModel], path: Sequence[str | int]) -> Schema:
 
 @cache
 def _get_schema(model: type[BaseModel]) -> Schema:
-    """Return a model's schema from a cache: pydantic takes 30 ms, and each line of a file may hold a mistake."""
+    """Return a model's schema from a cache. Pydantic needs 30 ms for it, and each line of a file may need it."""
     return model.model_json_schema()
 
 
@@ -60,7 +60,7 @@ def _find_child(schema: Schema, part: str | int) -> Schema:
 
 
 def _resolve(schema: Schema, definitions: Schema) -> Schema:
-    """Return the schema that a reference means. Of an optional value, the schema without None is returned.
+    """Return the schema to which a reference points. For an optional value, return the schema without None.
 
     Pydantic before 2.9 wraps a part with its own description in ``allOf``.
     """
@@ -69,16 +69,16 @@ def _resolve(schema: Schema, definitions: Schema) -> Schema:
 
 
 BACKENDS = "backends"
-"""The field of a robot that holds the backends' sections. In a file they are tables at the top."""
+"""The field of a robot that holds the backends' sections. In a file, the sections are top-level tables."""
 
 MAX_SHOWN_CHARACTERS = 40
-"""The most characters of a file's key or value that a message quotes."""
+"""A message quotes at most this number of characters of a key or value."""
 
 MAX_LIBRARY_MESSAGE = 200
-"""The most characters of a library's own message about a file that a message quotes."""
+"""A message quotes at most this number of characters of another library's message about a file."""
 
 MAX_FILE_ERRORS = 50
-"""The most errors of one file that are reported. More errors usually have one cause."""
+"""The greatest number of mistakes that are reported for one file. If there are more, they usually have one cause."""
 
 _UNITS = {
     "_kg": "kg",
@@ -92,7 +92,7 @@ _UNITS = {
     "_s": "s",
     "_v": "V",
 }
-"""The unit of a value by the end of its key."""
+"""A mapping from the end of a key, such as ``_m``, to the unit of the key's value."""
 
 _TAGS = ("kind", "shape")
 _MESSAGES = {
@@ -119,9 +119,9 @@ class Mistake(NamedTuple):
     """One mistake in a file."""
 
     key: str
-    """The dotted key, with items of lists by name: ``devices[nose].mount.x_m``."""
+    """The dotted key. An item of a list is given by its name: ``devices[nose].mount.x_m``."""
     problem: str
-    """The predicate of a sentence about the key, such as ``is missing``."""
+    """The problem, as a sentence without its subject, which is the key. An example is ``is missing``."""
     remedy: str
     """What the user can do, as a sentence without its full stop."""
     kind: str = "description"
@@ -146,15 +146,15 @@ def first_mistake(error: ValidationError) -> tuple[str, str]:
 def find_mistakes(
     error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], sections: Sequence[str] = ()
 ) -> list[Mistake]:
-    """Return the mistakes in ``data``, in its order.
+    """Return the mistakes in ``data``, in the order of its keys.
 
-    Consequences of other mistakes are left out: a key that is missing because it is misspelt, and a list that is too
-    short because one of its items is wrong.
+    Mistakes that follow from others are left out. Such a mistake is a key that is missing because it is misspelt, or a
+    list that is too short because one of its items is wrong.
 
     error: pydantic's error for the data.
     model: the model that refused the data.
     data: the content of the file.
-    sections: further keys that the file may have at its top.
+    sections: further top-level keys that the file may have.
     """
     all_found = error.errors(include_url=False)
     lists = {found["loc"][:-1] for found in all_found}
@@ -164,7 +164,7 @@ def find_mistakes(
 
 
 def limit_errors(mistakes: Iterable[MistakeParts]) -> list[Mistake]:
-    """Return the first `MAX_FILE_ERRORS` mistakes; if there are more, the last item says so."""
+    """Return the first `MAX_FILE_ERRORS` mistakes. If there are more, a last item says that some are not shown."""
     found = [Mistake(*parts) for parts in islice(mistakes, MAX_FILE_ERRORS + 1)]
     problem = f"more than {MAX_FILE_ERRORS} errors; only the first are shown"
     more = Mistake("", problem, "Correct these first", "too-many-mistakes")
@@ -172,7 +172,7 @@ def limit_errors(mistakes: Iterable[MistakeParts]) -> list[Mistake]:
 
 
 def _is_misspelt(missing: Mistake, mistakes: Iterable[Mistake]) -> bool:
-    """Return whether another mistake is a misspelling of a missing key."""
+    """Return whether one of the mistakes is an unknown key that is a misspelling of the missing key."""
     *table, key = missing.key.split(".")
     meant = f"Did you mean {key!r}?"
     return missing.problem == _MESSAGES["missing"] and any(
@@ -215,7 +215,7 @@ def _find_form(model: type[BaseModel], found: ErrorDetails) -> str | None:
 
 
 def _find_path(found: ErrorDetails) -> Sequence[str | int]:
-    """Return the path of the wrong value. If a list lacks an item, that is the list."""
+    """Return the path of the wrong value. If a list lacks an item, return the path of the list."""
     return found["loc"][:-1] if _lacks_item(found) else found["loc"]
 
 
@@ -224,7 +224,7 @@ def _lacks_item(found: ErrorDetails) -> bool:
 
 
 def _make_tag_mistake(key: str, found: ErrorDetails) -> Mistake:
-    """Return the mistake of an item whose tag, such as ``kind``, is missing or unknown."""
+    """Return the mistake for an item whose tag, such as ``kind``, is missing or unknown."""
     key += "." + str(found["ctx"]["discriminator"]).strip("'")
     if found["type"] == "union_tag_not_found":
         return Mistake(key, "is missing", "Add it: it says what sort of thing this is", "missing-tag")
@@ -233,7 +233,7 @@ def _make_tag_mistake(key: str, found: ErrorDetails) -> Mistake:
 
 
 def dotted_key(loc: Sequence[str | int], data: Any) -> str:
-    """Return the dotted key of a path in a file, with items of lists by name.
+    """Return the dotted key of a path in a file. Items of lists are given by their names.
 
     >>> dotted_key(("devices", 0, "mount"), {"devices": [{"name": "nose"}]})
     'devices[nose].mount'
@@ -260,7 +260,7 @@ def _item(data: Any, part: str | int) -> Any:
 
 
 def _label(item: Any, index: str | int) -> str:
-    """Return the name of a list's item; without a name, its number from #1."""
+    """Return the name of a list's item. An item without a name gets its number in the list, from #1 on."""
     name = item.get("name") if isinstance(item, dict) else None
     return _format_key(name) if name and isinstance(name, str) else f"#{int(index) + 1}"
 
@@ -283,7 +283,7 @@ def _format_message(found: ErrorDetails) -> str:
 
 
 def _format_unit(loc: Sequence[str | int]) -> str:
-    """Return a space and the unit of a key's value; ``""`` for a key without a unit."""
+    """Return a space and the unit of a key's value, or ``""`` for a key without a unit."""
     key = next((part for part in reversed(loc) if isinstance(part, str)), "")
     ends = [end for end in _UNITS if key.endswith(end)]
     return f" {_UNITS[max(ends, key=len)]}" if ends else ""

@@ -31,11 +31,11 @@ Outline = tuple[tuple[float, float], ...]
 """The corners of a convex polygon on the floor, counter-clockwise."""
 
 CYLINDER_SIDES = 24
-"""The sides of the prism by which every simulator draws and measures a cylinder."""
+"""Every simulator draws and measures a cylinder as a prism with this number of sides."""
 
 
 def round_outline(x: float, y: float, radius: float) -> Outline:
-    """Return the polygon of `CYLINDER_SIDES` corners on a circle, in metres."""
+    """Return the polygon with `CYLINDER_SIDES` corners on a circle, in metres."""
     step = math.tau / CYLINDER_SIDES
     return tuple((x + radius * math.cos(i * step), y + radius * math.sin(i * step)) for i in range(CYLINDER_SIDES))
 
@@ -61,7 +61,7 @@ class Walls(StrictModel):
 
 
 class Prism(StrictModel):
-    """The base of the upright bodies on the floor."""
+    """The base class of the bodies with upright sides that stand on the floor."""
 
     name: Name
     x_m: Coordinate = 0.0
@@ -69,7 +69,7 @@ class Prism(StrictModel):
     y_m: Coordinate = 0.0
     """Its middle, in the world."""
     yaw_rad: Angle = 0.0
-    """Its turn to the left."""
+    """The angle to the left between the world's x axis and the body's own."""
     height_m: Metres
     colour: Colour
     texture: Texture | None = None
@@ -145,22 +145,22 @@ class Start(StrictModel):
 
 
 class Variation(StrictModel):
-    """The intervals from which a seed draws the layout of a world. Without an interval, the file's value stays."""
+    """The intervals from which a seed draws the layout of a world. A value without an interval does not change."""
 
     place_x_m: Between[Coordinate] | None = None
-    """The x of the start, of each obstacle and of each target."""
+    """The x coordinates of the start, of each obstacle and of each target."""
     place_y_m: Between[Coordinate] | None = None
-    """The y of the start, of each obstacle and of each target."""
+    """The y coordinates of the start, of each obstacle and of each target."""
     yaw_rad: Between[Angle] | None = None
-    """The heading of the start and of each obstacle."""
+    """The headings of the robot at the start and of each obstacle."""
     obstacle_scale: Between[Scale] = (1.0, 1.0)
-    """A factor on the outline of each obstacle."""
+    """The factor by which the length and width of an obstacle are multiplied. Its height does not change."""
     gap_m: Annotated[float, Field(ge=0, le=100)] = 0.3
     """The least distance between two bodies, and between a body and a wall."""
     target_distance_m: Between[Distance] | None = None
     """The distance from the start to the middle of the first target."""
     target_hidden: bool = False
-    """Whether the first target must be out of the line of sight from the start, for each heading of the robot."""
+    """Whether obstacles must hide the first target from the robot at the start, whatever the robot's heading is."""
     light_azimuth_rad: Between[Angle] | None = None
     light_elevation_rad: Between[Elevation] | None = None
     light_brightness: Between[Brightness] | None = None
@@ -180,7 +180,7 @@ class WorldDescription(StrictModel):
     obstacles: Annotated[tuple[Obstacle, ...], Field(description="a list of tables: [[obstacles]]")] = ()
     conditions: Conditions = Conditions()
     variation: Variation | None = None
-    """The ranges for layouts. None: a seed draws positions from the whole floor."""
+    """The intervals for layouts. With None, a seed draws positions from the whole floor."""
     randomisation: Randomisation = Randomisation()
 
     @model_validator(mode="after")
@@ -190,7 +190,7 @@ class WorldDescription(StrictModel):
 
     @property
     def wall_prisms(self) -> tuple[Box, ...]:
-        """The four walls as boxes. North and south include the corners."""
+        """The four walls as boxes. The corners belong to the north wall and the south wall."""
         if self.walls is None:
             return ()
         length, width, thick = self.floor.length_m, self.floor.width_m, self.walls.thickness_m
@@ -228,5 +228,5 @@ class WorldDescription(StrictModel):
 
     @property
     def target(self) -> Ball | None:
-        """The first target; an app's success is judged by it. None without targets."""
+        """The first target, or None if there is none. An app that searches for a target must find this one."""
         return self.targets[0] if self.targets else None

@@ -129,7 +129,10 @@ def draw_world(world: WorldDescription, robot: RobotDescription, seed: int) -> W
 
 
 class _LayoutDrawing:
-    """Draws the layouts of one seed. ``last_failed`` is, of all attempts, the last constraint that one did not meet."""
+    """Draws the layouts of one seed.
+
+    ``last_failed`` is the highest member of `Constraint` that an attempt did not meet.
+    """
 
     def __init__(self, world: WorldDescription, robot: RobotDescription, random: Callable[[], float]) -> None:
         self._world, self._robot, self._random = world, robot, random
