@@ -20,13 +20,23 @@ SECTION = "vrep"
 """The section of a robot's file that binds devices to scene objects."""
 
 SERVICE_PORT = 19999
-"""The customary port of a server that a script of a running scene starts; this simulation runs by itself."""
+"""The usual port of a server that a script of a running scene has started.
+
+Such a simulation runs by itself, without lockstep.
+"""
 
 ANSWER_SHARE = 0.9
-"""A call's share of ``safety.answer_s``: the driver's error, which has a reason, comes before the watchdog's."""
+"""The default time limit of a call, as a share of the robot's ``safety.answer_s``.
+
+It is less than 1, so that the driver reports a late answer before the watchdog does. The driver's message has more
+details.
+"""
 
 GUARDIAN_PATIENCE_S = 60.0
-"""The guardian's time limit in lockstep. It is long, because the simulation waits for a running program."""
+"""The guardian's time limit for a program that is alive but does not answer, in seconds, in lockstep.
+
+It is long, because the simulation waits for the program, so that no wheel turns.
+"""
 
 
 class VrepOptions(StrictModel):
@@ -39,22 +49,22 @@ class VrepOptions(StrictModel):
     host: str = "127.0.0.1"
     port: int = Field(default=19997, ge=1, le=65535)
     stepped: bool | None = None
-    """Lockstep; None stands for all ports except 19999."""
+    """Whether to use lockstep. None means lockstep on all ports except 19999."""
     simulation: Owner = Owner.OURS
-    """The party that starts and stops the simulation."""
+    """Whether this program or the user starts and stops the simulation."""
     answer_s: float | None = Field(default=None, gt=0, le=3600)
-    """Time limit of a call, in seconds; None stands for a share of the robot's ``safety.answer_s``."""
+    """Time limit of a call, in seconds; None stands for `ANSWER_SHARE` of ``safety.answer_s``."""
     binding: str | None = None
     """The folder of the maker's official binding; None stands for this driver's client."""
 
     @property
     def is_stepped(self) -> bool:
-        """Whether the simulation is stepped."""
+        """Whether the simulation waits for this program before each time step (lockstep)."""
         return self.port != SERVICE_PORT if self.stepped is None else self.stepped
 
 
 class VrepBackend(Backend):
-    """Opens robots in the open scene of a V-REP or CoppeliaSim. It needs no files of an installation.
+    """Opens robots of the scene that is open in a V-REP or CoppeliaSim. It needs no files of the simulator.
 
     Options: `VrepOptions`.
 
@@ -110,7 +120,10 @@ def _connect(options: VrepOptions, answer_s: float) -> Scene:
 
 
 def _list_cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
-    """Yield how the guardian stops the wheels if this process cannot; one connection stops all."""
+    """Yield the cutoff by which the guardian stops the wheels if this process cannot.
+
+    There is one cutoff for all wheels, because a port serves one connection at a time.
+    """
     if joints:
         arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}
         patience_s = GUARDIAN_PATIENCE_S if options.is_stepped else 0.0

@@ -18,13 +18,13 @@ from robotcore.hal.wall_clock import MonotonicClock
 
 
 class PendingRequests:
-    """Requests, and the answers received so far.
+    """Requests for values, and the answers to them that have been received so far.
 
     reads: the requests.
     trigger: the number of the message that triggered a time step; None without a step.
 
-    An answer counts if the server had received the request before it answered. With a trigger, the simulation's time
-    must also have advanced since the trigger was done. A request whose answer came too early is sent again.
+    Without a trigger, an answer is valid if the server had received the request before. With a trigger, the server must
+    also have read the value at a later simulation time than that of the trigger. Otherwise the request is sent again.
     """
 
     def __init__(self, reads: Sequence[Request[Any]], trigger: int | None = None) -> None:
@@ -48,7 +48,7 @@ class PendingRequests:
         return list(unsent.values())
 
     def receive(self, server: Header, pieces: Iterable[Piece]) -> None:
-        """Add the received answers; raises SimulationHaltedError if the simulation will not do the step."""
+        """Add the received answers. Raises SimulationHaltedError if the simulation cannot do the triggered step."""
         for piece in pieces:
             if (piece.command, piece.key) == requests.TRIGGER.identity:
                 self._start_step(server, piece)
@@ -90,7 +90,7 @@ _NO_STEP = "the simulator does no step: its simulation does not run, or does not
 T = TypeVar("T")
 
 _SHORTEST_PAUSE_S, _LONGEST_PAUSE_S = 0.0005, 0.004
-"""Time between two requests to a simulator that has done nothing new."""
+"""Shortest and longest pause before the next message to a busy simulator, in seconds."""
 
 
 @dataclass(frozen=True)
@@ -104,19 +104,20 @@ class Step:
 
 
 class Connection:
-    """A connection that exchanges messages only during calls. Calls from several threads take turns.
+    """A connection that exchanges messages only while one of its methods runs. Calls from several threads take turns.
 
     link: the TCP connection.
     timeout_s: time limit of a request, in seconds.
 
-    The server answers a message at once, with the results since its last answer. The simulator's main thread does the
-    requests of a message later, between two time steps. So a value takes two round trips, and a step takes three:
+    The server answers a message at once, with the results that are new since its previous answer. The simulator's main
+    thread does the requests of a message later, between two time steps. So reading a value takes two round trips.
+    A time step takes three:
 
     1. Send all commands and the trigger.
-    2. Receive the begin of the step, and send the requests for values after it.
+    2. Receive the confirmation that the step has begun, and request the values after the step.
     3. Receive these values.
 
-    While the simulator is busy, the connection asks again, with growing pauses.
+    While the simulator is busy, the connection sends further messages, with growing pauses.
     """
 
     def __init__(self, link: Link, timeout_s: float) -> None:
@@ -138,8 +139,8 @@ class Connection:
         """Connect to a server.
 
         timeout_s: time limit of a request, in seconds.
-        connect_timeout_s: try again for this time if no server listens, or if it closes the connection at once. A
-            server does both after another program has disconnected.
+        connect_timeout_s: time for further attempts, in seconds, if no server listens or if it closes the connection
+            at once. Both can happen for a short time after another program has disconnected.
         """
         clock = MonotonicClock()
         while True:
@@ -174,7 +175,7 @@ class Connection:
         return self._link.exchanges
 
     def post(self, request: Request[None]) -> None:
-        """Queue a command for the next message; it replaces a queued command of the same identity.
+        """Queue a command for the next message. A queued command with the same number and key is replaced.
 
         This never waits, not even for a step in another thread, so that wheels can always be stopped. If the server
         refuses the command, the call that receives the answer raises RefusedError.
@@ -191,7 +192,7 @@ class Connection:
     def step(self, *reads: Request[Any]) -> Step:
         """Send the queued commands, trigger one time step, and return the values after it.
 
-        The server must wait for triggers (`wait_for_triggers`). Raises SimulationHaltedError if the simulation is
+        The simulation must wait for triggers (`wait_for_triggers`). Raises SimulationHaltedError if the simulation is
         stopped or paused. A time step must be at least a millisecond long.
         """
         with self._lock:
@@ -200,7 +201,7 @@ class Connection:
             return Step(self.time_s, tuple(read.read(pending[read]) for read in reads))
 
     def wait_for_triggers(self, *, wait: bool) -> None:
-        """Let the simulation wait for a trigger before each time step, or run by itself."""
+        """Set whether the simulation waits for a trigger before each time step. Otherwise it runs by itself."""
         self.call(requests.SYNCHRONOUS_ON if wait else requests.SYNCHRONOUS_OFF)
 
     def start(self) -> None:
@@ -214,7 +215,7 @@ class Connection:
         self._await_state("stopped", lambda server: not server.is_running)
 
     def close(self) -> None:
-        """Let the server do the queued commands, which it would drop otherwise, and disconnect."""
+        """Wait until the server has done the queued commands, and disconnect. Otherwise the server would drop them."""
         with self._lock:
             with suppress(RemoteApiError):
                 if self._queued or self._unconfirmed:
@@ -228,7 +229,7 @@ class Connection:
         self.close()
 
     def _send_queued(self, *more: Request[None]) -> int:
-        """Send the queued commands and ``more``; return the number of the message."""
+        """Send the queued commands and the commands ``more``; return the number of the message."""
         with self._queue_lock:
             queued, self._queued = self._queued, {}
         self._unconfirmed |= queued

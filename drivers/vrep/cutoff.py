@@ -17,25 +17,25 @@ SHORT_S = 0.2
 RETRY_FOR_S = 0.75
 """Time for further attempts, in seconds.
 
-For half a second after its client was killed, a server does not listen, or closes connections. The guardian must stop
-everything within one second. A server that hangs gets no further attempt: it still serves the app, which ends soon.
+For half a second after the app was killed, its server does not listen, or closes connections. The guardian must stop
+all motors within one second. There is no further attempt at a server that accepts the connection and then hangs.
 """
 
 
 class StopJoints(Cutoff):
-    """Sets the target velocity of joints to zero, over its own connection.
+    """Sets the target velocity of joints to zero, over a connection of its own.
 
     joints: the handles of the joints.
 
-    A port serves one program at a time; it becomes free when the app's process has ended. If the server is gone, hangs,
-    or still serves the app, `stop` returns a report instead of an error: simulated wheels do no harm.
+    A port serves one program at a time, and becomes free when the app's process has ended. If the server has ended,
+    hangs, or still serves the app, `stop` returns a report and raises no error, because simulated wheels do no harm.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
         self._host, self._port, self._joints = host, port, joints
 
     def open(self) -> None:
-        """Do nothing: the app uses the port."""
+        """Do nothing, because the app still uses the port."""
 
     def stop(self) -> str | None:
         clock = MonotonicClock()
@@ -56,7 +56,7 @@ class StopJoints(Cutoff):
         with Connection.open(self._host, self._port, SHORT_S, connect_timeout_s=0.0) as connection:
             for joint in self._joints:
                 connection.post(requests.joint_target_velocity(joint, 0.0))
-            connection.call(requests.CLOCK)  # the answer proves that the commands are done
+            connection.call(requests.CLOCK)  # an answer to a later request proves that the server has done the commands
 
     def _unconfirmed(self, failure: RemoteApiError) -> Unconfirmed:
         if isinstance(failure, NoServerError):

@@ -20,9 +20,10 @@ class MessagePump:
     """Exchanges messages with a server in a thread, until it is closed. Its methods may be called from any thread.
 
     connect: connects to the server.
-    period_s: the period of messages; it is shorter while a call waits for an answer.
-    connect_timeout_s: try again for this time if no server listens at first, or if it closes the connection at once.
-    reconnects: connect again after the connection was lost; otherwise `failure` is set.
+    period_s: the period of messages in seconds; it is shorter while a call waits for an answer.
+    connect_timeout_s: time for further attempts to connect, in seconds, if no server listens or if it closes the
+        connection at once.
+    reconnects: whether to connect again after the connection was lost. Otherwise the attribute `failure` is set.
 
     If the connection is lost, queued commands and replies are dropped.
     """
@@ -43,7 +44,7 @@ class MessagePump:
         self._clock = MonotonicClock()
         self._last_progress_s = 0.0
         self.connections = 0
-        """The number of connections that the server has answered."""
+        """The number of connections so far on which the server has answered."""
         self.server: Header | None = None
         self.failure: RemoteApiError | None = None
         self._thread = start_thread(self._run, "remote api")
@@ -60,11 +61,11 @@ class MessagePump:
 
     @property
     def silence_s(self) -> float:
-        """Time since the server has last done a command or sent a streamed value, in seconds."""
+        """Seconds since the server did its newest command or sent its newest streamed value."""
         return self._clock.now() - self._last_progress_s
 
     def post(self, request: Request[object], mode: int, delay: int = 0) -> int:
-        """Queue a command for the next message; it replaces a queued command of the same identity.
+        """Queue a command for the next message. A queued command with the same number and key is replaced.
 
         mode, delay: see `encode_command`.
 
@@ -76,7 +77,7 @@ class MessagePump:
             return self._number
 
     def wait(self, number: int, timeout_s: float) -> bool:
-        """Wait until the server has done the message with this number; return whether it has."""
+        """Wait until the server has done the commands of the message ``number``; return whether it has in time."""
         with self._changed:
             self._waiters += 1
             self._is_urgent = True
@@ -88,7 +89,7 @@ class MessagePump:
             return self._has_done(number)
 
     def wait_connected(self, timeout_s: float) -> bool:
-        """Wait until it is connected; return whether it is."""
+        """Wait until the server has answered on a connection; return whether it has in time."""
         with self._changed:
             self._changed.wait_for(lambda: self.is_connected or self._is_over, timeout_s)
             return self.is_connected
@@ -104,7 +105,7 @@ class MessagePump:
             return self._newest.pop(request.identity, None) is not None
 
     def set_paused(self, *, is_paused: bool) -> None:
-        """Pause or resume sending; commands that are posted during a pause are sent in one message."""
+        """Pause or resume sending. One message sends all commands that were posted during a pause."""
         with self._changed:
             self._is_paused = is_paused
             self._changed.notify_all()
@@ -113,7 +114,7 @@ class MessagePump:
         """Disconnect, and end the thread.
 
         timeout_s: time limit in seconds.
-        finish: first wait until the server has done all posted commands; it drops them otherwise.
+        finish: whether to wait first until the server has done all posted commands. Otherwise it drops them.
         """
         self.set_paused(is_paused=False)
         if finish and self._last_posted >= 0:
@@ -148,7 +149,7 @@ class MessagePump:
             self._link = None
 
     def _is_retryable(self, failure: RemoteApiError) -> bool:
-        """Return whether to connect again.
+        """Return whether to connect again after this failure.
 
         After another program has disconnected, a server refuses or closes connections for a short time.
         """
@@ -184,7 +185,7 @@ class MessagePump:
             return number, outgoing
 
     def _receive(self, server: Header, answers: list[Piece]) -> None:
-        """Store the answers. The answer to the end of a stream removes the value of the stream."""
+        """Store the answers. If an answer confirms the end of a stream, remove the stream's value."""
         with self._changed:
             if not self._is_answered:
                 self._is_answered = True

@@ -1,4 +1,4 @@
-"""The maker's binding: load the user's copy, call it, and convert its return codes to errors."""
+"""The simulator's official Python binding: load the user's copy, call it, and convert its return codes to errors."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from drivers.vrep.wire.errors import NoServerError, RefusedError, RemoteApiError
 from robotcore.errors import BackendMissingError
 
 MODULES = {"sim.py": "simConst.py", "vrep.py": "vrepConst.py"}
-"""The modules of CoppeliaSim and V-REP, and the files with their constants."""
+"""The file of each binding's module, for CoppeliaSim and V-REP, and the file with its constants."""
 
 LIBRARIES = {"linux": "remoteApi.so", "darwin": "remoteApi.dylib", "win32": "remoteApi.dll"}
 _HINT = "Name the folder with vrep.py or sim.py, its constants and its library, or omit the option"
 
 
 def load_binding(path: str | Path) -> ModuleType:
-    """Import the official binding; it has the names of `drivers.vrep.simx`.
+    """Import the official binding, whose functions have the same names as those of `drivers.vrep.simx`.
 
     path: the folder of the binding, or one of its files.
 
@@ -50,7 +50,7 @@ def _find_module(path: Path) -> tuple[Path, Path]:
 
 
 def _require_library(folder: Path) -> None:
-    """Load the binding's library; the binding itself would only print an error, and fail later."""
+    """Load the binding's native library. If it fails, the binding itself would print an error, and fail later."""
     library = folder / LIBRARIES.get(sys.platform, LIBRARIES["linux"])
     if not library.is_file():
         raise BackendMissingError(
@@ -97,13 +97,13 @@ _VERSION = 1
 
 
 class Calls:
-    """One client of a binding. Calls from several threads take turns.
+    """A connection by the official binding. Calls from several threads take turns.
 
     binding: the imported module.
     host, port: the address of the server.
     answer_s: time limit of a call, in seconds.
 
-    The binding returns only error codes. So the messages here have fewer details than those of this driver's client.
+    The binding returns only error codes. So its error messages have fewer details than those of this driver's client.
     """
 
     def __init__(self, binding: ModuleType, host: str, port: int, answer_s: float) -> None:
@@ -127,7 +127,7 @@ class Calls:
     def server_state(self) -> int:
         """The state in the newest header; bits: 1 is running, 2 is paused."""
         self.call("simxGetPingTime")
-        _, state = self.api.simxGetInMessageInfo(self._client, _SERVER_STATE)  # its code for success is 1
+        _, state = self.api.simxGetInMessageInfo(self._client, _SERVER_STATE)  # this function returns 1 for success
         return int(state)
 
     @property
@@ -140,7 +140,7 @@ class Calls:
             return float(self.api.simxGetLastCmdTime(self._client)) / 1000
 
     def find_name(self, *names: str) -> str:
-        """Return the first name that this binding has; names changed between versions."""
+        """Return the first of several function names that this binding has. Names differ between versions."""
         return next((name for name in names if hasattr(self.api, name)), names[0])
 
     def call(self, function: str, *args: Any) -> Any:
@@ -149,11 +149,11 @@ class Calls:
             return self._check(getattr(self.api, function)(self._client, *args))
 
     def call_blocking(self, function: str, *args: Any) -> Any:
-        """Call a function, and wait for its values."""
+        """Call a function in blocking mode, and return its values."""
         return self.call(function, *args, self.api.simx_opmode_blocking)
 
     def read_stream(self, function: str, *args: Any) -> Any:
-        """Return the newest values of a stream; the first call starts it."""
+        """Return the newest values of a function. The first call starts to stream them."""
         stream = (function, *args)
         with self._lock:  # a blocking call removes the value of another thread's stream
             if stream in self._streams:
@@ -166,21 +166,21 @@ class Calls:
             return value
 
     def send(self, function: str, *args: Any) -> None:
-        """Call a function without waiting; a missing answer is no error."""
+        """Call a function without waiting for the answer."""
         with self._lock:
             code = getattr(self.api, function)(self._client, *args, self.api.simx_opmode_oneshot)
             if code & ~_NO_VALUE or not self.is_connected:
                 self._check(code or _TIMEOUT)
 
     def close(self) -> None:
-        """Let the server do the sent commands, and disconnect."""
+        """Wait until the server has done the sent commands, and disconnect."""
         with self._lock:
             if self.is_connected:
                 self.api.simxGetPingTime(self._client)
             self.api.simxFinish(self._client)
 
     def _check(self, returned: Any) -> Any:
-        """Return the values of a result; raise the error of its code."""
+        """Return the values of a function's result. If its return code reports an error, raise the error."""
         code, *values = returned if isinstance(returned, tuple) else (returned,)
         if code == _OK:
             return values[0] if len(values) == 1 else values

@@ -1,4 +1,4 @@
-"""A scene over the maker's official binding."""
+"""A scene that is controlled through the simulator's official Python binding."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ _NAP_S = 0.005
 
 
 class OfficialScene(Scene):
-    """A scene over the official binding. Repeated reads use streams.
+    """A scene that is controlled through the official binding. Values that are read again are streamed.
 
     calls: the client of the binding.
     answer_s: time limit of state changes, in seconds.
-    is_stepped: the simulation waits for triggers.
+    is_stepped: whether the simulation waits for a trigger before each time step.
     """
 
     def __init__(self, calls: Calls, answer_s: float, *, is_stepped: bool) -> None:
@@ -143,7 +143,7 @@ class OfficialScene(Scene):
         return x, y, z
 
     def read_velocity(self, handle: int) -> Point:
-        """Return the velocity over the last time step, or over the next one if the simulation runs by itself."""
+        """Return the mean velocity over the last time step; over the next one if the simulation runs by itself."""
         if self._is_stepped:
             return compute_velocity(self._positions[handle], self.read_position(handle), self.read_time_step())
         before, start_s = self.read_position(handle), self.read_time()
@@ -173,7 +173,7 @@ class OfficialScene(Scene):
         return self._wait_until(lambda: self.read_time() != start_s)
 
     def _try_step(self) -> bool:
-        """Trigger a step; return whether the time has advanced."""
+        """Trigger a time step; return whether the simulation's time has advanced."""
         start_s = self.read_time()
         try:
             self._calls.call("simxSynchronousTrigger")

@@ -1,4 +1,4 @@
-"""A scene over the legacy remote API: the methods that lockstep and streaming share."""
+"""A scene over the legacy remote API: the methods that the lockstep and the streaming scene share."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ TIME_STEP = 1
 """The number of ``sim_floatparam_simulation_time_step``."""
 
 STARTS = 3
-"""Attempts to start a simulation; on some servers its time advances only after the second start."""
+"""Attempts to start a simulation. On some servers, its time advances only after the second attempt."""
 
 KINDS = {0: ObjectKind.SHAPE, 1: ObjectKind.JOINT, 5: ObjectKind.PROXIMITY_SENSOR, 9: ObjectKind.VISION_SENSOR}
 
@@ -121,16 +121,16 @@ def _to_point(values: list[float] | tuple[float, ...]) -> Point:
 
 
 ALL_OBJECTS = 109
-"""The group of all objects of a scene: ``sim_appobj_object_type``."""
+"""The number of the group of all objects of a scene: ``sim_appobj_object_type``."""
 
 NAME_DATA, TYPE_DATA = 0, 1
-"""The data of a group to read: names or types."""
+"""The numbers that select which data of a group to read: names or types."""
 
 RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
 
 
 class GroupData(NamedTuple):
-    """Data of many objects."""
+    """Data of a group of objects: a handle for each object, and a number or a text."""
 
     handles: tuple[int, ...]
     numbers: tuple[int, ...]

@@ -1,4 +1,7 @@
-"""A scene in lockstep over the legacy remote API: a time step takes three round trips, with all reads."""
+"""A scene in lockstep over the legacy remote API.
+
+A time step and the reads after it take three round trips together.
+"""
 
 from __future__ import annotations
 
@@ -26,18 +29,18 @@ from robotcore.simulation.remote_scene import Point, State
 T = TypeVar("T")
 
 _HALTING_S, _NAP_S = 0.3, 0.01
-"""Time after which a halted simulation has a final state, and the time between two reads of the state."""
+"""Longest time until a halted simulation has stopped, and the time between two reads of its state, in seconds."""
 
 
 class SteppedScene(LegacyScene):
     """A scene in lockstep.
 
-    After each time step it reads all values that were read since the step before. So these reads need no round trips
-    of their own. Commands are sent with the next step. A position that was read once is read after each step, because
-    velocities are computed from positions.
+    `advance` sends the posted commands with the time step. It then requests all values that the app has read since the
+    previous step. So the app's reads need no round trips of their own. If a position has been read once, each later
+    step requests it, because velocities are computed from positions.
 
-    A signal interrupts the wait for an answer, never an exchange of messages. So wheels and simulation can be stopped
-    after it.
+    A signal such as Ctrl-C interrupts the wait for an answer, but not an exchange of messages. So the program can still
+    stop the wheels and the simulation after a signal.
     """
 
     def __init__(self, connection: Connection) -> None:
@@ -54,7 +57,7 @@ class SteppedScene(LegacyScene):
         return self._connection.server
 
     def start(self) -> None:
-        """Start the simulation, and do one step, to check that its time advances."""
+        """Start the simulation, and do one time step to check that the simulation's time advances."""
         for left in range(STARTS - 1, -1, -1):
             if self._try_start(is_last=left == 0):
                 break
@@ -131,7 +134,7 @@ class SteppedScene(LegacyScene):
         return True
 
     def _explain_halt(self, failure: SimulationHaltedError) -> SimulationHaltedError:
-        """Return the failure with the final state of the simulation; a stop takes a few steps."""
+        """Return the failure with the state that the simulation has reached. A stop takes a few time steps."""
         wall = MonotonicClock()
         while (state := self.read_state()) is State.RUNNING:
             if wall.now() > _HALTING_S:
@@ -142,7 +145,7 @@ class SteppedScene(LegacyScene):
         )
 
     def _run(self, exchange: Callable[[], T]) -> T:
-        """Return the result of an exchange; after the connection is lost, raise its error again."""
+        """Run an exchange of messages, and return its result. After a lost connection, raise its error again."""
         return self._executor.run(partial(self._run_unless_failed, exchange))
 
     def _run_unless_failed(self, exchange: Callable[[], T]) -> T:

@@ -1,4 +1,4 @@
-"""A simulation that runs by itself: the server streams each requested value after each time step."""
+"""A scene whose simulation runs by itself. The server streams each requested value after each time step."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from robotcore.simulation.remote_scene import Point
 T = TypeVar("T")
 
 PERIOD_S = 0.005
-"""Period of messages, as in the maker's tutorials."""
+"""Period of messages in seconds, as in V-REP's own tutorials."""
 
 _MARGIN_S = 0.3
-"""Margin in which the link's own error arrives, which has a reason."""
+"""Additional time limit in seconds, in which the TCP connection reports its own error, which has more details."""
 
 
 class NewestReply(NamedTuple):
@@ -33,7 +33,7 @@ class NewestReply(NamedTuple):
 
     value: Any
     time_s: float
-    """The simulation's time of the value."""
+    """The simulation's time at which the value was read."""
 
 
 class StreamReader:
@@ -42,8 +42,8 @@ class StreamReader:
     pump: exchanges the messages.
     timeout_s: time limit of a request, in seconds.
 
-    After the connection is lost, each call raises its error. Each call also raises ServerTimeoutError if the simulator
-    has done nothing for ``timeout_s``.
+    After the connection is lost, each call raises the error that ended it. Each call also raises
+    ServerTimeoutError if the simulator has done nothing for ``timeout_s``.
     """
 
     def __init__(self, pump: MessagePump, timeout_s: float) -> None:
@@ -59,7 +59,7 @@ class StreamReader:
         """Connect to a server.
 
         timeout_s: time limit of a request, in seconds.
-        connect_timeout_s: try again for this time if no server listens.
+        connect_timeout_s: time for further attempts in seconds, if no server listens.
         """
         connect = partial(Link.open, host, port, timeout_s)
         pump = MessagePump(connect, PERIOD_S, connect_timeout_s, reconnects=False)
@@ -86,9 +86,9 @@ class StreamReader:
 
     @property
     def time_s(self) -> float:
-        """The simulation's newest time, in whole milliseconds.
+        """The simulation's newest time in seconds, to the millisecond.
 
-        Raises SimulationHaltedError after the user has paused or stopped the simulation, even if it runs again.
+        Raises SimulationHaltedError if the simulation is paused or stopped, or was restarted since the previous read.
         """
         server = self.server
         if not server.is_running:
@@ -114,7 +114,7 @@ class StreamReader:
         self._last_time_s = 0.0
 
     def stream(self, request: Request[T]) -> T:
-        """Stream the answers to a request; return the first one."""
+        """Let the server stream the answers to a request; return the first answer."""
         value = self._wait_for(request, STREAMING)
         self._streams.add(request.identity)
         return value
@@ -129,7 +129,7 @@ class StreamReader:
         return NewestReply(request.read(answer), answer.time_ms / 1000)
 
     def call(self, request: Request[T]) -> T:
-        """Return the answer to a request; if it is streamed, the newest answer."""
+        """Return the answer to a request. If the request is streamed, return the newest answer at once."""
         if request.identity in self._streams:
             return cast("T", self.newest(request).value)
         value = self._wait_for(request, BLOCKING)
@@ -137,14 +137,14 @@ class StreamReader:
         return value
 
     def post(self, request: Request[None]) -> None:
-        """Queue a command for the next message. Raises RefusedError if the server refused the previous one."""
+        """Queue a command for the next message. Raises RefusedError if the server refused the last such command."""
         self._check()
         if earlier := self._pump.newest(request):
             request.read(earlier)
         self._pump.post(request, ONESHOT)
 
     def close(self) -> None:
-        """Let the server do the queued commands, unless it has stalled, and disconnect."""
+        """Wait until the server has done the queued commands, unless it has stopped answering; then disconnect."""
         self._pump.close(self._timeout_s, finish=self._pump.silence_s <= self._timeout_s)
 
     def __enter__(self) -> StreamReader:
@@ -194,7 +194,7 @@ _NAP_S = 0.002
 
 
 class StreamedScene(LegacyScene):
-    """A scene whose simulation runs by itself. Streamed values are read without waiting; commands are sent at once.
+    """A scene whose simulation runs by itself. It reads streamed values without waiting, and sends commands at once.
 
     reader: the connection.
     answer_s: time limit of state changes, in seconds.
@@ -236,7 +236,7 @@ class StreamedScene(LegacyScene):
         raise BackendError("a simulation that runs by itself cannot be stepped", kind="not-stepped")
 
     def read_velocity(self, handle: int) -> Point:
-        """Return the mean velocity from the newest answer to the next one, in m/s."""
+        """Return the mean velocity between the newest position and the next one, in m/s."""
         request = requests.object_position(handle)
         before = self._stream(request)
         if not self._wait_until(self._has_new_time(before, request)):

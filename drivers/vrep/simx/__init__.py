@@ -1,7 +1,8 @@
-"""The official binding's functions and constants, in pure Python: scripts need one changed line.
+"""The functions and constants of V-REP's official Python binding, in pure Python.
 
-``import vrep`` or ``import sim`` becomes ``from drivers.vrep import simx as vrep`` or ``… as sim``. The functions have
-the parameters and results of the official ones. They return error codes where those do, even without a server.
+A script for the official binding needs one changed line: ``import vrep`` becomes
+``from drivers.vrep import simx as vrep``, and ``import sim`` becomes ``from drivers.vrep import simx as sim``. The
+functions have the parameters and results of the official ones. They return the same error codes, even without a server.
 
 Each client has a thread that exchanges messages until `simxFinish` ends it, as in the official binding. There is one
 difference: after the connection is lost for good, calls return code 3 at once instead of after their time-out.

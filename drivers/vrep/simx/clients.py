@@ -1,6 +1,6 @@
-"""Clients, connections, time and the simulation: the official binding's functions about the whole simulator.
+"""The official binding's functions about clients, connections, time and the state of the simulation.
 
-As in the official binding, a process has one table of clients with numbers.
+As in the official binding, each client of a process has a number.
 """
 # ruff: noqa: N802, N803, D103  the names and short functions of the official binding; its manual explains them
 
@@ -36,13 +36,13 @@ class ClientSettings:
     """The settings of a client."""
 
     period_s: float
-    """The period of messages."""
+    """The period of messages in seconds."""
     connect_timeout_s: float
-    """Time limit of connecting."""
+    """Time limit of connecting, in seconds."""
     reply_timeout_s: float
-    """Time limit of a blocking call."""
+    """Time limit of a blocking call, in seconds."""
     reconnects: bool
-    """Connect again after the connection was lost."""
+    """Whether to connect again after the connection was lost."""
 
 
 class Client:
@@ -55,7 +55,7 @@ class Client:
         self.pump = MessagePump(connect, settings.period_s, settings.connect_timeout_s, reconnects=settings.reconnects)
 
     def execute(self, request: Request[object], operation_mode: int) -> tuple[int, Piece | None]:
-        """Handle a request as its operation mode says; return the code and the newest answer, if there is one."""
+        """Handle a request in an operation mode; return the return code and the newest answer, None without one."""
         mode, delay = operation_mode & _OPMODE_MASK, operation_mode & ~_OPMODE_MASK
         if operation_mode & ~0x7FFFF:
             return c.simx_return_illegal_opmode_flag, None
@@ -72,7 +72,7 @@ class Client:
         return code | self._to_return_code(answer), answer
 
     def finish(self) -> None:
-        """Let the server do the posted commands, and disconnect."""
+        """Wait until the server has done the posted commands, and disconnect."""
         self.pump.close(_FINISH_TIMEOUT_S)
 
     def _to_return_code(self, answer: Piece | None) -> int:
@@ -103,7 +103,7 @@ class Clients:
             return number
 
     def finish(self, number: int) -> None:
-        """End the client with a number, if it exists; -1 ends all."""
+        """End the client with this number, if it exists. The number -1 ends all clients."""
         with self._lock:
             numbers = list(self._clients) if number == -1 else [number]
             ended = [self._clients.pop(one) for one in numbers if one in self._clients]
@@ -119,14 +119,14 @@ U = TypeVar("U")
 
 
 def send(client: int, request: Request[None], operation_mode: int) -> int:
-    """Send a command, and return the code."""
+    """Send a command, and return the return code."""
     if (known := CLIENTS.get(client)) is None:
         return c.simx_return_initialize_error_flag
     return known.execute(request, operation_mode)[0]
 
 
 def read(client: int, request: Request[T], operation_mode: int, nothing: U) -> tuple[int, T | U]:
-    """Return the code and the value; ``nothing`` stands for no value, as the official binding's initial value does."""
+    """Return the return code and the value of a request; without a value, return ``nothing`` in its place."""
     if (known := CLIENTS.get(client)) is None:
         return c.simx_return_initialize_error_flag, nothing
     code, answer = known.execute(request, operation_mode)
@@ -139,7 +139,7 @@ def read(client: int, request: Request[T], operation_mode: int, nothing: U) -> t
 
 
 def read_list(client: int, request: Request[tuple[float, ...]], mode: int, length: int) -> tuple[int, list[float]]:
-    """Return the code and a list of ``length`` numbers; zeros if there is no value."""
+    """Return the return code and a list of ``length`` numbers. Without a value, the numbers are 0."""
     code, values = read(client, request, mode, (0.0,) * length)
     return code, list(values)
 
@@ -158,7 +158,8 @@ def simxStart(
 ) -> int:
     """Start a client and return its number; -1 if it cannot connect, or if the address has a client already.
 
-    A negative time-out is that of blocking calls. Negative ports, which stand for shared memory, are not supported.
+    A positive ``timeOutInMs`` limits connecting; a negative one limits blocking calls. Negative ports, which stand for
+    shared memory, are not supported.
     """
     host = connectionAddress.decode() if isinstance(connectionAddress, bytes) else str(connectionAddress)
     settings = ClientSettings(
@@ -187,7 +188,7 @@ def simxGetConnectionId(clientID: int) -> int:
 
 
 def simxGetPingTime(clientID: int) -> tuple[int, int]:
-    """Return the code and the time of a round trip in ms, which includes a time step of the simulation."""
+    """Return the return code, and the time of a round trip in ms. This includes a time step of the simulation."""
     if CLIENTS.get(clientID) is None:
         return c.simx_return_ok, 0
     start = _CLOCK.now()
@@ -196,7 +197,7 @@ def simxGetPingTime(clientID: int) -> tuple[int, int]:
 
 
 def simxGetLastCmdTime(clientID: int) -> int:
-    """Return the simulation's time in ms in the answer that was last read."""
+    """Return the simulation's time in ms, from the newest answer that a call has returned."""
     client = CLIENTS.get(clientID)
     return client.last_command_ms if client else 0
 
@@ -221,7 +222,7 @@ def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
 
 
 def simxPauseCommunication(clientID: int, enable: bool) -> int:  # noqa: FBT001
-    """Pause or resume sending; commands of a pause are sent in one message."""
+    """Pause or resume sending. One message sends all commands that were posted during a pause."""
     if (client := CLIENTS.get(clientID)) is None:
         return c.simx_return_initialize_error_flag
     client.pump.set_paused(is_paused=bool(enable))
@@ -229,12 +230,12 @@ def simxPauseCommunication(clientID: int, enable: bool) -> int:  # noqa: FBT001
 
 
 def simxSynchronous(clientID: int, enable: bool) -> int:  # noqa: FBT001
-    """Let the simulation wait for a trigger before each time step, or run by itself."""
+    """Set whether the simulation waits for a trigger before each time step. Otherwise it runs by itself."""
     return send(clientID, requests.SYNCHRONOUS_ON if enable else requests.SYNCHRONOUS_OFF, c.simx_opmode_blocking)
 
 
 def simxSynchronousTrigger(clientID: int) -> int:
-    """Trigger one time step. It is done when a later command is answered."""
+    """Trigger one time step. When a later command is answered, the time step is done."""
     return send(clientID, requests.TRIGGER, c.simx_opmode_blocking)
 
 

@@ -1,4 +1,7 @@
-"""Objects, joints and parameters by the official names: m, rad, N and N·m; handle -1 is the world."""
+"""The official binding's functions about objects, joints and parameters.
+
+Units are m, rad, N and N·m. The handle -1 stands for the world.
+"""
 # ruff: noqa: N802, N803, N816, D103  the names and short functions of the official binding; its manual explains them
 
 from __future__ import annotations

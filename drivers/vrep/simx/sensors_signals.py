@@ -1,4 +1,4 @@
-"""Sensors, signals and script functions: functions of the official binding."""
+"""The official binding's functions about sensors, signals and functions of scripts."""
 # ruff: noqa: N802, N803, N816, D103  the names and short functions of the official binding; its manual explains them
 
 from __future__ import annotations
@@ -35,7 +35,10 @@ _NOTHING = Proximity(is_detected=False, point=(0.0, 0.0, 0.0), handle=0, normal=
 def simxReadProximitySensor(
     clientID: int, sensorHandle: int, operationMode: int
 ) -> tuple[int, bool, list[float], int, list[float]]:
-    """Return the code, whether an object is detected, and its point, handle and normal, which are invalid otherwise."""
+    """Return the return code, whether an object is detected, the detected point, the object's handle, and the normal.
+
+    If no object is detected, the last three values are invalid.
+    """
     code, reading = read(clientID, requests.proximity(sensorHandle), operationMode, _NOTHING)
     return code, reading.is_detected, list(reading.point), reading.handle, list(reading.normal)
 
@@ -151,7 +154,7 @@ def simxGetStringSignal(clientID: int, signalName: str | bytes, operationMode: i
 
 
 def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    """Return the code and the signal. The server ends the stream with it, so a streamed signal is returned once."""
+    """Return the return code and the signal. The server streams a signal only until its first value."""
     request = named_request("read and clear signal", 0x3017, signalName, bytearray)
     answer = read(clientID, request, operationMode, bytearray())
     if answer[0] == c.simx_return_ok and operationMode == c.simx_opmode_buffer:
@@ -160,7 +163,7 @@ def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operatio
 
 
 def simxReadStringStream(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    """Return the code and the bytes since the last call. It never waits: the blocking mode is refused."""
+    """Return the return code and the bytes since the last call. It never waits, and refuses the blocking mode."""
     if operationMode == c.simx_opmode_blocking and CLIENTS.get(clientID):
         return c.simx_return_illegal_opmode_flag, bytearray()
     request = named_request("read stream", 0x3018, signalName, bytearray)

@@ -4,11 +4,11 @@ Values have the layouts that the functions of the same names in the maker's extA
 or ValueError if the bytes do not fit.
 
 A message is a header, followed by commands with their data. Its layout is that of ``simx_headeroffset_…`` and
-``simx_cmdheaderoffset_…`` in the maker's simConst.h. Recorded sessions of version 11 confirm it, and version 9
-(V-REP 3.2) has the same.
+``simx_cmdheaderoffset_…`` in the maker's simConst.h. Recorded sessions of protocol version 11
+confirm this layout. Version 9 (V-REP 3.2) has the same one.
 
-The check sum is CRC-16/XMODEM over all bytes after it. Early servers require and send it; later ones ignore it and send
-zero. So this module always sends it, and checks each one that is not zero.
+The check sum is CRC-16/XMODEM over all bytes after the check sum. Early servers require and send it; later servers
+ignore it and send zero. So this module always sends the check sum, and checks a received one unless it is zero.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ _HEADER = struct.Struct("<HBiiiHB")
 _COMMAND = struct.Struct("<iiHiiHiBB")
 _CRC_BYTES = 2
 NUMBER_MASK = 0xFFFF
-"""The bits of a command that hold its number; the bits above hold its operation mode."""
+"""The bits of a command's field that contain its number. The bits above contain its operation mode."""
 
 NOTHING_DONE = -1
 """The message number in a reply if the server has done nothing since the previous reply."""
@@ -134,7 +134,7 @@ class Header:
 
     version: int
     message: int
-    """The number of the last message that the server has done."""
+    """The number of the newest message whose commands the server has done."""
     client_time_ms: int
     server_time_ms: int
     scene: int
@@ -157,7 +157,7 @@ class Piece:
 
     command: int
     key: bytes
-    """Handles or names; it distinguishes commands with equal numbers."""
+    """The handles or names of the command's objects. They distinguish commands with equal numbers."""
     mode: int
     time_ms: int
     """The simulation's time at which the server did the command."""
@@ -188,11 +188,11 @@ def encode_message(number: int, time_ms: int, commands: Iterable[bytes]) -> byte
 def encode_command(command: int, mode: int, delay: int, key: bytes, data: bytes) -> bytes:
     """Encode a command.
 
-    command: its number.
-    mode: its operation mode.
+    command: the command's number.
+    mode: the command's operation mode.
     delay: the minimum time between streamed replies in ms, or the size of one piece of a split reply in bytes.
-    key: the handles or names that the command is about.
-    data: its arguments.
+    key: the handles or names of the objects that the command is about.
+    data: the command's arguments.
     """
     size = _COMMAND.size + len(key) + len(data)
     return _COMMAND.pack(size, size, len(key), 0, command | mode, delay, 0, 0, 0) + key + data

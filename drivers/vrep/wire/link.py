@@ -1,4 +1,4 @@
-"""A TCP connection to a server that answers each message with one message, and the packets that carry a message."""
+"""A TCP connection to a server that answers each message with one message. It splits messages into packets."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _CLIENT_TIME_MASK = 0x03FFFFFF
 
 
 class Link:
-    """A connection that exchanges one message at a time; the first error closes it.
+    """A connection that exchanges one message at a time. The first error closes the connection.
 
     connection: the open socket.
     name: the name of the server in error messages.
@@ -64,7 +64,7 @@ class Link:
         number: the number of the message.
         commands: the encoded commands.
 
-        The answers to these commands come with a later reply, after the simulator's main thread has done them.
+        The answers to these commands come with a later reply, after the simulator's main thread has done the commands.
         """
         try:
             header, pieces = decode_message(
@@ -83,8 +83,8 @@ class Link:
     def close(self) -> None:
         """Disconnect; a thread that waits for a reply gets an error.
 
-        This sends no command that ends the connection. Otherwise the server would close it first, and its system would
-        block the port for a minute.
+        This sends no command that ends the connection. After such a command, the server would close the connection
+        first, and the operating system of the server would block its port for a minute.
         """
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
@@ -120,10 +120,10 @@ class Link:
         raise TimeoutError
 
     def _enable_quick_ack(self) -> None:
-        """Let the system acknowledge packets at once; it resets this option now and then.
+        """Let the operating system acknowledge packets at once. The system sometimes resets this option.
 
         A server delays each small packet until the previous one is acknowledged (Nagle's algorithm). An image has many
-        packets: without this option, each second one takes 40 ms.
+        packets. Without this option, every second packet takes 40 ms.
         """
         if _QUICKACK is not None:
             self._socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
@@ -171,13 +171,13 @@ def _open_socket(host: str, port: int, timeout_s: float) -> socket.socket:
 
 
 class ReplyAssembler:
-    """Collects the pieces of answers. A piece with another total size starts a new answer."""
+    """Joins the pieces of answers. A piece with another total size than the pieces before starts a new answer."""
 
     def __init__(self) -> None:
         self._incomplete: dict[Identity, bytearray] = {}
 
     def add(self, piece: Piece) -> Piece | None:
-        """Add a piece; return the answer if it is complete."""
+        """Add a piece. Return the answer if all its pieces are there, otherwise None."""
         if piece.is_whole:
             return piece
         identity = piece.command, piece.key
@@ -227,9 +227,9 @@ class Unpacker:
         self._left: int | None = None
 
     def feed(self, chunk: bytes | memoryview) -> bytes | None:
-        """Add received bytes; return the message if it is complete.
+        """Add received bytes. Return the message if it is complete, otherwise None.
 
-        Bytes after its end raise ProtocolError: a server only answers.
+        Raises ProtocolError for bytes after the message, because a server sends one message for each request.
         """
         self._received += chunk
         consumed = 0

@@ -1,4 +1,4 @@
-"""Requests of the legacy remote API: commands, and how their answers are read."""
+"""Requests of the legacy remote API: commands, and the readers of their answers."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ BUFFER = 0x060000
 REMOVE = 0x070000
 
 Identity = tuple[int, bytes]
-"""A command's number and its key. A later command replaces an earlier one of the same identity."""
+"""A command's number and its key. A command replaces an earlier queued command of the same identity."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Request(Generic[T_co]):
     """
 
     action: str
-    """What the server is asked to do, for error messages: a verb and its object."""
+    """The action that the server does, for error messages: a verb and its object."""
     command: int
     """The number of the command."""
     key: bytes
@@ -72,7 +72,7 @@ class Request(Generic[T_co]):
     def read(self, answer: Piece) -> T_co:
         """Return the value of an answer.
 
-        Raises RefusedError if the server failed, ProtocolError if the data is invalid.
+        Raises RefusedError if the server could not do the request, and ProtocolError if the data is invalid.
         """
         if answer.is_failed:
             raise RefusedError(f"the simulator refused to {self.action}", action=self.action)
@@ -110,7 +110,7 @@ def pair_request(
 def named_request(
     action: str, command: int, name: str | bytes, decode: Callable[[memoryview], T], data: bytes = b""
 ) -> Request[T]:
-    """Return a request about something with a name; the name ends at its first zero byte."""
+    """Return a request about an object or a signal with a name. The name ends at its first zero byte."""
     raw = name.encode() if isinstance(name, str) else name
     return Request(f"{action} {name!r}", command, raw.split(b"\0")[0] + b"\0", data, decode)
 
@@ -123,7 +123,7 @@ START = Request("start the simulation", 0x1007, pack_ints(0), b"", read_nothing)
 PAUSE = Request("pause the simulation", 0x1007, pack_ints(1), b"", read_nothing)
 STOP = Request("stop the simulation", 0x1007, pack_ints(2), b"", read_nothing)
 CLOCK = object_request("read parameter", 0x1021, PROGRAM_VERSION, read_int)
-"""A request whose answer, as each answer, has the simulation's time."""
+"""A request that is sent only for the simulation's time, which each answer contains."""
 
 
 def object_handle(name: str | bytes) -> Request[int]:
@@ -142,7 +142,7 @@ def joint_target_velocity(joint: int, velocity: float) -> Request[None]:
 
 
 def proximity(sensor: int) -> Request[Proximity]:
-    """Read a proximity sensor: its detection in the last step."""
+    """Read the detection of a proximity sensor in the last time step."""
     return object_request("read proximity sensor", 0x1009, sensor, read_proximity)
 
 
