@@ -1,1 +1,1 @@
-"""MuJoCo's rigid-body physics."""
+"""The MuJoCo backend: rigid-body physics through MuJoCo, in this process."""

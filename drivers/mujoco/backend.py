@@ -1,4 +1,4 @@
-"""MuJoCo's rigid-body physics, in this process."""
+"""The MuJoCo backend: opens robots in a MuJoCo simulation in this process, and exports them as MJCF."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class MujocoOptions(StrictModel):
 
 
 class MujocoBackend(Backend):
-    """Opens each robot in its own simulation. Two equal runs on one platform are equal to the bit."""
+    """Opens each robot in its own simulation. Equal runs on one platform give results that are equal to the bit."""
 
     name = "mujoco"
     summary = "MuJoCo rigid-body physics, in process: on Python 3.10 to 3.13, 64-bit ARM too"
@@ -52,8 +52,8 @@ class MujocoBackend(Backend):
     def require_installed(self) -> None:
         """Raise BackendMissingError if the library is missing or too old, or cannot be imported.
 
-        MuJoCo sets up OpenGL during its import, as the environment variable MUJOCO_GL says. Errors of any class that
-        this raises become a BackendMissingError.
+        During its import, MuJoCo sets up the OpenGL library that the environment variable MUJOCO_GL selects. This can
+        raise errors of any class. Each becomes a BackendMissingError.
         """
         super().require_installed()
         try:

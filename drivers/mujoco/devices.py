@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class MujocoMotor(Motor):
-    """The motor of a wheel. The model has its lag and its greatest torque."""
+    """The motor of a wheel. MuJoCo's model contains the motor's lag and its greatest torque."""
 
     def __init__(self, model: MjModel, data: MjData, description: MotorDescription, body: Body) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -83,7 +83,7 @@ class MujocoRangeSensor(RangeSensor):
         return Range(self._fan.reading(lengths), time, sequence, self._fan.point(lengths))
 
     def _cast(self) -> Array:
-        """Return the length of each ray in metres, (15,); ``inf`` without a hit."""
+        """Return the length of each of the 15 rays in metres; ``inf`` for a ray that hits nothing."""
         from mujoco import mj_multiRay
 
         rotation, origin = self._body.transform()
@@ -111,7 +111,10 @@ class MujocoCamera(Camera):
         self._cache = SampleCache(clock, self._capture)
 
     def picture(self, view: CameraView) -> Image:
-        """Return the picture of a camera at any position: BGR, read-only."""
+        """Return the picture that this camera would take from another view: BGR, read-only.
+
+        view: the pose and the optics of the camera.
+        """
         try:
             image = self._renderer.picture(view)
         except NoOpenGL as error:
@@ -120,7 +123,7 @@ class MujocoCamera(Camera):
         return image
 
     def numbers(self, view: CameraView) -> Numbers:
-        """Return the number of the body that each pixel shows, (height, width); -1 for the sky."""
+        """Return the number of the body at each pixel of a view, as an array (height, width); -1 for the sky."""
         return self._renderer.numbers(view)
 
     def _newest(self) -> Frame:
@@ -136,7 +139,7 @@ class MujocoCamera(Camera):
 
 
 class CameraSet:
-    """Opens cameras. The first camera opens OpenGL, so a robot without cameras does not need it."""
+    """Opens cameras. OpenGL is opened with the first camera, so that a robot without cameras does not need OpenGL."""
 
     def __init__(self, model: MjModel, data: MjData, world: WorldDescription) -> None:
         self._model, self._data, self._sky = model, data, world.light.sky_colour
@@ -144,7 +147,7 @@ class CameraSet:
         self._renderer: Renderer | None = None
 
     def open(self, description: CameraDescription, clock: Clock, body: Body) -> MujocoCamera:
-        """Open a camera. Raises DeviceError, with the packages to install, if OpenGL without a screen is missing."""
+        """Open a camera. Raises DeviceError if there is no OpenGL that works without a screen."""
         try:
             self._renderer = self._renderer or Renderer(self._model, self._data, self._sky)
         except NoOpenGL as missing:

@@ -26,13 +26,14 @@ SITE_M = 0.005
 
 
 def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | None) -> Exported:
-    """Return the simulated model as MJCF. MuJoCo writes its numbers with six digits.
+    """Return the simulated model as MJCF. MuJoCo writes the numbers of the model with six digits.
 
     Each sensor has an additional site ``<sensor>_frame``. The sensor points along the site's x axis.
 
-    robot: the robot, which has the world's start pose.
+    robot: the robot, which is placed at the world's start pose.
     world: the world; None exports the robot alone.
-    folder: the folder of the textures, relative to the file; None leaves them out, and a note reports it.
+    folder: the folder of the textures, relative to the MJCF file. With None, the model has no textures, and a
+        note reports this.
 
     Raises BackendError if MuJoCo cannot compile the model.
     """

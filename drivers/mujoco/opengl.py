@@ -1,4 +1,4 @@
-"""OpenGL without a screen, by EGL on a graphics card or in software, or by OSMesa."""
+"""OpenGL without a screen: by EGL, on a graphics card or in software, or by OSMesa."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class NoOpenGL(Exception):  # noqa: N818  each caller raises an error of robotco
 class Context(ABC):
     """An OpenGL context that draws into memory. A constructor raises NoOpenGL if it cannot be created.
 
-    It is current for a thread only during its use, so any thread may use it next.
+    The context is current for a thread only while the thread draws. So any thread may draw next.
     """
 
     name: ClassVar[str]
@@ -48,7 +48,10 @@ class Context(ABC):
 
     @abstractmethod
     def current(self) -> AbstractContextManager[None]:
-        """Make the context current for this thread within a block; then restore the last context. Raises NoOpenGL."""
+        """Make the context current for this thread within a block; then restore the context that was current before.
+
+        Raises NoOpenGL if OpenGL does not accept the context.
+        """
 
     @abstractmethod
     def address_of(self, function: str) -> int | None:
@@ -188,7 +191,7 @@ class OsmesaContext(Context):
 
     @contextmanager
     def current(self) -> Iterator[None]:
-        """Make the context current within a block. OSMesa cannot restore the last context; then none is current."""
+        """Make the context current within a block. After the block, no context is current."""
         if not self._osmesa.OSMesaMakeCurrent(self._context, self._pixel, _UNSIGNED_BYTE, 1, 1):
             raise self.build_error("OSMesa does not let this thread draw")
         try:
@@ -247,5 +250,5 @@ def open_context() -> Context:
 
 
 def announce_to_mujoco(context: Context) -> AbstractContextManager[None]:
-    """Make MuJoCo's C library load its OpenGL functions from this context, which it does once in a process."""
+    """Make MuJoCo's C library load its OpenGL functions from this context. It loads them once in a process."""
     return set_variable(VARIABLE, context.name)

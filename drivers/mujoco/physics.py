@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 class Physics:
     """A stepped clock whose steps are physics steps of MuJoCo.
 
-    A whole step of MuJoCo leaves positions and contacts as they were before it. Each step here is the second half of
-    one and the first half of the next, so `data` is always of the current time.
+    A step of MuJoCo has two halves. The first computes contacts from positions, the second computes new positions.
+    So after a whole step, the contacts are those before it. A step of this class is the second half of one step of
+    MuJoCo and the first half of the next one. So all of `data` is of the current time.
     """
 
     def __init__(self, rate_hz: float, build_model: Callable[[float], MjModel]) -> None:
@@ -56,7 +57,7 @@ class Physics:
             listener()
 
     def require_sound(self) -> None:
-        """Raise BackendError, with MuJoCo's message, if MuJoCo has reset its state.
+        """Raise BackendError, with MuJoCo's message, if MuJoCo has reset the simulation.
 
         If a velocity becomes too great to compute, MuJoCo puts all bodies back to the start and continues.
         """
@@ -109,7 +110,7 @@ class Body:
         self._joints = _joints(model, description)
 
     def joint_of(self, device: str) -> int:
-        """Return the index of a device's wheel in the model's positions. Raises DeviceError without a wheel."""
+        """Return the index of a device's wheel in MuJoCo's array of positions. Raises DeviceError without a wheel."""
         if device not in self._joints:
             raise DeviceError(device, "is on no wheel. Name it in the robot's drive", kind="no-wheel")
         return self._joints[device]
@@ -143,7 +144,7 @@ def _joints(model: MjModel, description: RobotDescription) -> dict[str, int]:
 
 
 class MujocoTruth:
-    """The true state of the robot. Its methods raise BackendError if MuJoCo has reset its state."""
+    """The true state of the robot. The methods raise BackendError if MuJoCo has reset the simulation."""
 
     def __init__(self, body: Body, physics: Physics) -> None:
         self._body, self._physics = body, physics

@@ -1,4 +1,4 @@
-"""Renders pictures of a model as a pinhole camera, off screen, with OpenGL."""
+"""Renders the pictures of a pinhole camera in a MuJoCo model, with OpenGL and without a screen."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Renderer:
         is_sky = (cv2.flip(depths, 0) == 0.0).view(np.uint8)
         cv2.copyTo(
             _plain_image(self._sky[::-1], *depths.shape), is_sky, image
-        )  # MuJoCo takes as long for its sky as for the rest
+        )  # faster: MuJoCo's own sky takes as long as the rest of the picture
         return image
 
     def numbers(self, view: CameraView) -> Numbers:
@@ -191,7 +191,7 @@ def _grow_buffer(drawing: MjrContext, width: int, height: int) -> None:
 
 
 def _use_nearest(drawing: MjrContext, context: Context) -> None:
-    """Show one texel in each pixel, as the other simulators do. By default MuJoCo shows a mean of several."""
+    """Show one point of the texture in each pixel, as the other simulators do. MuJoCo's default is a mean."""
     from mujoco import mjtTexture
 
     bind = _load_function(context, "glBindTexture", ctypes.c_uint, ctypes.c_uint)
@@ -204,7 +204,7 @@ def _use_nearest(drawing: MjrContext, context: Context) -> None:
 
 
 def _disable_clamping(context: Context) -> None:
-    """Limit the brightness to white after the textures are applied, as the other simulators do."""
+    """Clip the brightness at white only after the textures are applied, as the other simulators do."""
     clamp = _load_function(context, "glClampColor", ctypes.c_uint, ctypes.c_uint)
     clamp(_CLAMP_VERTEX_COLOR, _FALSE)
 

@@ -20,10 +20,10 @@ AZIMUTH_DEG, ELEVATION_DEG, DISTANCE_RATIO = 90.0, -60.0, 1.45
 """The first view: from the south of the world, down on its middle. The distance is in widths of the world."""
 
 CLOSING_S = 5.0
-"""The longest wait for the end of the window's thread."""
+"""Time limit of the wait for the end of the window's thread, in seconds."""
 
 WINDOW_LOCK = threading.Lock()
-"""The open window holds this lock. Each window has its own thread, and GLFW crashes with two."""
+"""A lock that the open window holds. Each window has its own thread, and GLFW crashes if two threads use it."""
 
 
 class Window:
@@ -32,7 +32,7 @@ class Window:
     def __init__(self, model: MjModel, data: MjData, width_m: float) -> None:
         """Open the window.
 
-        width_m: the width of the world.
+        width_m: the width of the world in metres.
 
         Raises BackendError if no window can open, or if another one is open.
         """
@@ -82,7 +82,7 @@ def _launch_viewer(model: MjModel, data: MjData) -> tuple[Handle, set[threading.
 
 
 def _require_screen() -> None:
-    """Raise BackendError if no window can open. MuJoCo's thread would end, and its caller would wait forever."""
+    """Raise BackendError if no window can open. Otherwise MuJoCo's thread would end, and `Window` wait forever."""
     import glfw
 
     with warnings.catch_warnings():

@@ -24,7 +24,7 @@ class PyBulletOptions(StrictModel):
 
 
 class PyBulletBackend(Backend):
-    """Opens each robot in its own simulation, which repeats to the bit on one platform.
+    """Opens each robot in its own simulation. Equal runs on one platform give results that are equal to the bit.
 
     Options: see `PyBulletOptions`.
     """

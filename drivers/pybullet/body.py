@@ -23,7 +23,7 @@ _BASE = -1
 
 
 class Body:
-    """The robot's links. Its frame has its origin on the floor under the middle of the axle."""
+    """The robot's links. The origin of the robot's frame is on the floor under the middle of the axle."""
 
     def __init__(self, bullet: Bullet, description: RobotDescription, start: Pose) -> None:
         self._bullet = bullet
@@ -40,11 +40,11 @@ class Body:
         for link in self._links.values():
             bullet.setCollisionFilterGroupMask(body, link, Group.WHEEL, Group.FLOOR)
             bullet.changeDynamics(body, link, lateralFriction=0.0 if link == self._links.get(CASTER) else 1.0)
-        # On its own: named in one call with a link's friction, damping makes Bullet pass the friction over.
+        # A separate call: in one call with damping, Bullet ignores the friction of a link.
         bullet.changeDynamics(body, _BASE, linearDamping=0.0, angularDamping=0.0)
 
     def with_connection(self, bullet: Bullet) -> Body:
-        """Return the same body with another `Bullet` for its calls."""
+        """Return the same body with another connection to Bullet for its calls."""
         other = copy(self)
         other._bullet = bullet  # noqa: SLF001  its own kind
         return other
@@ -72,7 +72,10 @@ class Body:
         return Pose(float(origin[0]), float(origin[1]), math.atan2(rotation[1, 0], rotation[0, 0]))
 
     def twist(self) -> Twist:
-        """Return the velocity of the axle's middle. The centre of mass, ahead of it, has the same forward velocity."""
+        """Return the velocity of the axle's middle.
+
+        Bullet measures it at the centre of mass, whose forward velocity is the same.
+        """
         linear, angular = self._bullet.getBaseVelocity(self.number)
         forward = self.transform()[0][:, 0]
         return Twist(float(forward @ linear), float(angular[2]))

@@ -39,7 +39,7 @@ class Physics:
 class BulletMotor(Motor):
     """The motor of a wheel. The velocity of its joint follows the command with a first-order lag.
 
-    In a step of h seconds, a lag τ reduces the difference from the command by the part 1 - exp(-h/τ).
+    In a step of h seconds, a lag τ reduces the difference from the command by the fraction 1 - exp(-h/τ).
     """
 
     def __init__(self, bullet: Bullet, description: MotorDescription, body: Body, step: float) -> None:
@@ -79,9 +79,13 @@ class ContactCounter:
         self._touched: set[int] = set()
 
     def update(self) -> None:
-        """Update the contacts after a step. Bullet also lists near bodies, with distances above 0."""
+        """Update the contacts after a step.
+
+        Bullet also lists near bodies, with a gap above 0. A contact begins when the gap is 0 or less, and ends when the
+        gap is above `RELEASE_M`.
+        """
         points = self._contact_points(bodyA=self._body, linkIndexA=-1)
-        if not (points or self._touched):  # nearly always; the rest takes longer than the call of Bullet
+        if not (points or self._touched):  # usual case; the code below takes longer than the call of Bullet
             return
         gaps: dict[int, float] = {}
         for _, _, thing, _, _, _, _, _, gap, *_ in points:

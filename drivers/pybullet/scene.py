@@ -45,7 +45,7 @@ class Scene:
         self._add_floor(world.floor)
 
     def _add_floor(self, floor: Floor) -> None:
-        """Add the floor. It must be last, because Bullet then skips its pixels behind other bodies."""
+        """Add the floor. It must be the last body, because Bullet then does not draw its pixels behind other bodies."""
         bullet = self._bullet
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE)
         body = self._add(plane, ground_mesh(GROUND_HALF_M, floor), floor.colour, (0.0, 0.0, 0.0))
@@ -113,7 +113,7 @@ class Textures:
         return self._numbers[texture]
 
     def _load_texture(self, texture: Texture) -> int:
-        """Load a tile's picture. Its top row is the highest on the surface."""
+        """Load the picture of a texture's tile. The top row of the picture is the highest on the surface."""
         with TemporaryDirectory() as folder:
             file = Path(folder, "tile.png")
             cv2.imwrite(str(file), cv2.cvtColor(texture.tile[::-1], cv2.COLOR_GRAY2BGR))

@@ -85,7 +85,10 @@ class BulletCamera(Camera):
         self._cache = SampleCache(clock, self._capture)
 
     def picture(self, view: CameraView) -> Image:
-        """Return the picture of a camera at any position: BGR, read-only."""
+        """Return the picture that this camera would take from another view: BGR, read-only.
+
+        view: the pose and the optics of the camera.
+        """
         rgba, numbers = self._render(view)
         image: Image = np.asarray(cv2.cvtColor(rgba, cv2.COLOR_RGBA2BGR), dtype=np.uint8)
         sky = _plain_image(self._light.sky_colour[::-1], *numbers.shape)
@@ -94,7 +97,7 @@ class BulletCamera(Camera):
         return image
 
     def numbers(self, view: CameraView) -> Numbers:
-        """Return the number of the body that each pixel shows, (height, width); -1 for the sky."""
+        """Return the number of the body at each pixel of a view, as an array (height, width); -1 for the sky."""
         return self._render(view)[1]
 
     def _newest(self) -> Frame:
@@ -104,7 +107,7 @@ class BulletCamera(Camera):
         return Frame(self.picture(self._view()), time, sequence)
 
     def _render(self, view: CameraView) -> tuple[Image, Numbers]:
-        """Return the picture of a camera in RGBA, and the number of the body at each pixel."""
+        """Return the picture of a view in RGBA, and the number of the body at each pixel."""
         size, light = view.intrinsics, self._light
         _, _, rgba, _, numbers = self._bullet.getCameraImage(
             size.width,
@@ -141,12 +144,12 @@ class BulletCamera(Camera):
 
 @lru_cache(maxsize=8)
 def _plain_image(colour: tuple[int, ...], height: int, width: int) -> Image:
-    """Return a picture of one BGR colour. It is cached, because building it takes longer than filling in the sky."""
+    """Return a picture of one BGR colour. It is cached, because creating it takes long."""
     return np.full((height, width, 3), colour, dtype=np.uint8)
 
 
 def _view_matrix(view: CameraView) -> list[float]:
-    """Return OpenGL's view matrix, column by column. Its rows are the right, up and back axes of the camera."""
+    """Return OpenGL's view matrix, column by column. The matrix's rows are the camera's right, up and back axes."""
     matrix = np.eye(4)
     matrix[:3, :3] = view.rotation * ((1.0,), (-1.0,), (-1.0,))
     matrix[:3, 3] = -matrix[:3, :3] @ view.eye

@@ -1,4 +1,4 @@
-"""The descriptions as a MuJoCo model."""
+"""Builds a MuJoCo model from the descriptions of a robot and a world."""
 
 from drivers.mujoco.model.builder import build, compile_model
 

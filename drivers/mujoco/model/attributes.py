@@ -12,7 +12,10 @@ from robotcore.description.devices import Mount
 
 
 class CollisionGroup(IntFlag):
-    """Bits of contype and conaffinity. Two geoms collide if one's contype has a bit of the other's conaffinity."""
+    """Bits of MuJoCo's attributes contype and conaffinity.
+
+    Two geoms collide if the contype of one of them shares a bit with the conaffinity of the other.
+    """
 
     NOTHING = 0
     FLOOR = 1
@@ -22,7 +25,7 @@ class CollisionGroup(IntFlag):
 class RenderGroup(IntEnum):
     """Groups of geoms. A camera renders `CAMERA_GROUPS`, and a range sensor detects `RANGE_GROUPS`.
 
-    A visual geom is drawn, a collision geom takes part in contacts. A thing of the world has one of each.
+    A visual geom is drawn. A collision geom takes part in contacts. A thing of the world has one geom of each kind.
     """
 
     FLOOR = 0
@@ -40,7 +43,7 @@ RANGE_GROUPS = frozenset({RenderGroup.THING_COLLISION})
 
 
 def group_flags(groups: Collection[RenderGroup]) -> list[bool]:
-    """Return a flag for each of MuJoCo's geom groups, true for these groups."""
+    """Return a flag for each of MuJoCo's geom groups. It is true if ``groups`` contains the group."""
     from mujoco import mjNGROUP
 
     return [group in groups for group in range(mjNGROUP)]

@@ -53,9 +53,9 @@ def compile_model(spec: MjSpec) -> MjModel:
 def _set_options(spec: MjSpec, step: float) -> None:
     """Set the options of the physics and of the rendering.
 
-    Euler's integration makes a motor's lag exact. An implicit one changes velocities after the solver has computed the
-    grip of the wheels. A friction cone grips equally in all directions. With a pyramid a robot swerves if it brakes
-    hard.
+    Euler's integration makes a motor's lag exact. An implicit integration changes velocities after the solver has
+    computed the grip of the wheels. A friction cone grips equally in all directions. With a pyramid a robot swerves if
+    it brakes hard.
     """
     import mujoco
 

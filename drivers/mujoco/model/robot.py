@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 BODY_FRICTION = [0.25, 0.0, 0.0]
-"""The friction of the body: sliding, torsional, rolling. The sliding friction is Bullet's.
+"""The friction of the body: sliding, torsional, rolling. The sliding friction equals that of the pybullet backend.
 
-MuJoCo pushes a sliding body away by the friction times the distance of a step. With the friction of a wheel, a robot
-that slides along a wall would lose and make contact again and again.
+In a contact, MuJoCo pushes a sliding body away by the friction times the distance that it slides in a step. With the
+friction of a wheel, a robot that slides along a wall would lose and make contact again and again.
 """
 
 START_HEIGHT_M = -1e-7
@@ -30,9 +30,9 @@ At 0 the robot would fall for a step, in which its wheels have no grip.
 
 
 def add_robot(spec: MjSpec, description: RobotDescription, start: Pose | None) -> None:
-    """Add a robot at a start pose. A robot without a drive is fixed in its place.
+    """Add a robot at a start pose. A robot without a drive cannot move.
 
-    Its frame has its origin on the floor under the middle of the axle.
+    The origin of the robot's frame is on the floor under the middle of the axle.
     """
     pose = start or Pose(0.0, 0.0, 0.0)
     base = spec.worldbody.add_body(name=BASE, pos=[pose.x, pose.y, START_HEIGHT_M], quat=rotation_about_z(pose.heading))
@@ -83,7 +83,7 @@ def _add_camera(base: Any, camera: CameraDescription) -> None:
 ROTOR_KG_M2 = 1000.0
 """The inertia of a rotor. It is so great that the clutch's torque does not slow the rotor down.
 
-A torque of 0.08 N·m changes the rotor's velocity by less than 2e-6 of it.
+A torque of 0.08 N·m changes the rotor's velocity by less than 2e-6 of this velocity.
 """
 
 STIFF_SOLREF = [0.001, 1.0]
@@ -104,8 +104,8 @@ _NEGLIGIBLE_KG = 1e-6
 def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) -> None:
     """Add a wheel with its motor.
 
-    Its collision geom is a sphere, which touches the floor at one point, on the exact track. A cylinder would roll on
-    one of its edges.
+    The collision geom of the wheel is a sphere, which touches the floor at one point, at the exact track width. A
+    cylinder would roll on one of its edges.
     """
     import mujoco
 
@@ -127,7 +127,7 @@ def add_wheel(spec: MjSpec, base: Any, motor: MotorDescription, drive: Drive) ->
 
 
 def add_caster(base: Any, caster: Caster) -> None:
-    """Add a ball that slides without friction. Its priority makes MuJoCo ignore the friction of the floor."""
+    """Add a ball that slides without friction. Its geom has priority, so that MuJoCo ignores the floor's friction."""
     place = [caster.x_m, 0.0, caster.radius_m]
     _add_ball(base, caster.radius_m, pos=place, condim=1, priority=2, group=RenderGroup.ROBOT, rgba=rgba(CASTER_COLOUR))
 
@@ -135,10 +135,11 @@ def add_caster(base: Any, caster: Caster) -> None:
 def _add_motor(spec: MjSpec, base: Any, motor: MotorDescription) -> None:
     """Add a rotor with the motor's lag, and a clutch to the wheel that slips at the motor's greatest torque.
 
-    A step of h seconds reduces the difference of the rotor's velocity v from the command u by the part 1 - exp(-h/τ).
-    A torque of gain · (u - v) does exactly this under Euler's integration. The clutch is friction between rotor and
-    wheel. The solver computes it together with the friction of the floor. A torque by the wheel's own velocity would
-    not work: it is too soft to hold the wheel in a curve, or so hard that the wheel shakes.
+    In a step of h seconds, a lag τ reduces the difference between the command u and the rotor's velocity v by the
+    fraction 1 - exp(-h/τ). With Euler's integration, a torque of gain · (u - v) has exactly this effect. The clutch is
+    friction between rotor and wheel. The solver computes it together with the friction of the floor. A torque that is
+    computed from the wheel's own velocity would be too weak to hold the velocity in a curve, or so strong that the
+    wheel shakes.
     """
     import mujoco
 

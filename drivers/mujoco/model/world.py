@@ -158,7 +158,7 @@ class Materials:
         self._textures: dict[Texture, str] = {}
 
     def find_or_add(self, colour: Colour, texture: Texture | None) -> str:
-        """Return the name of the material of a colour, which a texture, if there is one, darkens."""
+        """Return the name of a colour's material, which a texture can darken. Add a new material to the model."""
         key = (colour, texture)
         if key not in self._names:
             self._names[key] = name = f"look_{len(self._names)}"
