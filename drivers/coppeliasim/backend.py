@@ -231,7 +231,8 @@ def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
     else:
         yield Finding.warning(
             "proximity sensors",
-            "detect nothing: robots that are built measure by depth pictures, others cannot be opened",
+            "detect nothing. A robot that robotcore builds measures by depth pictures instead. A robot of an open "
+            "scene cannot be opened with these sensors",
             "Install a CoppeliaSim with the plug-in for them; the maker's downloads have it",
             kind="no-sensors",
         )

@@ -39,7 +39,7 @@ class StopJoints(Cutoff):
                     client.ask("sim.setJointTargetVelocity", [joint, 0.0], SHORT_S)
             client.ask("_*end*_", [], SHORT_S)
         except (CallTimeout, Disconnected, CallRefused, ProtocolViolation):
-            return Unconfirmed(f"{self._host}:{self._port} does not answer; if the simulator has ended, no wheel turns")
+            return Unconfirmed(f"{self._host}:{self._port} does not answer. If the simulator has ended, no wheel turns")
         finally:
             client.close()
         return None

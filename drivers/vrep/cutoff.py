@@ -61,6 +61,6 @@ class StopJoints(Cutoff):
     def _unconfirmed(self, failure: RemoteApiError) -> Unconfirmed:
         if isinstance(failure, NoServerError):
             return Unconfirmed(
-                f"no server listens at {self._host}:{self._port}; if the simulator has ended, no wheel turns"
+                f"no server listens at {self._host}:{self._port}. If the simulator has ended, no wheel turns"
             )
         return Unconfirmed(f"simulated wheels may still turn: {failure}")
