@@ -10,19 +10,19 @@ from robotcore.autonomy.vision import Blob
 
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1
-"""The greatest bearing of a ball that is straight ahead."""
+"""A ball counts as straight ahead if its bearing is at most this angle to the left or right."""
 
 NEAR_M, TOO_NEAR_M = 0.02, 0.06
-"""The greatest distances before and behind the stop at which the robot has arrived."""
+"""The robot has arrived if it is at most these distances before the stop or beyond it."""
 
 ECHO_M = 0.1
-"""The greatest error of the ball's echo while the robot stands in front of the ball."""
+"""The greatest difference between the echo and the ball's distance while the robot stands in front of the ball."""
 
 CONFIRM_S = 0.15
-"""The time for which a blob must be seen: three pictures at 20 Hz. A glint is shorter."""
+"""A blob is taken for the ball if it is visible for this time: three pictures at 20 Hz. A glint is shorter."""
 
 PATIENCE_S = 0.5
-"""The time without a sight of the ball after which it is lost, and the time of standing after which the run ends."""
+"""The ball is lost if no picture shows it for this time. The run ends after the robot has stood for this time."""
 
 
 @dataclass
@@ -79,7 +79,7 @@ class GreenSearch(Behaviour):
         return Status.SUCCESS if is_done else Status.RUNNING
 
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn over all unseen area that is visible from here; then drive to the next best view."""
+        """Turn until the camera has seen all area that is visible from here. Then drive to the next best view."""
         if self._ball.is_in_sight:
             return self._enter("seen")
         if twist := self._navigator.look(self._pose):
@@ -90,13 +90,13 @@ class GreenSearch(Behaviour):
         return self._begin_search()
 
     def _explore(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Drive to the view, and stop if the camera sees the ball."""
+        """Drive to the next best view. Stop if the camera sees the ball on the way."""
         if self._ball.is_in_sight:
             return self._enter("seen")
         return self._navigator.follow(self._pose) or self._begin_search()
 
     def _confirm(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn to the ball's place until the ball is confirmed. If an obstacle hides the ball, drive around it."""
+        """Turn to the ball's position until the ball is confirmed. If an obstacle hides the ball, drive around it."""
         target = self._target(robot)
         bearing = blob.bearing if blob else target.bearing(self._pose)
         if abs(bearing) > CENTRED_RAD or self._time_in_state < CONFIRM_S:
@@ -108,7 +108,7 @@ class GreenSearch(Behaviour):
         return self._give_up() if self._navigator.is_known_straight(self._pose, target) else self._drive_round(target)
 
     def _approach(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Drive straight at the ball, or around an obstacle that comes between."""
+        """Drive straight to the ball, or around an obstacle between the robot and the ball."""
         target = self._target(robot)
         if self._ball.lost_for > PATIENCE_S:
             return self._enter("seen")
@@ -120,7 +120,7 @@ class GreenSearch(Behaviour):
         return self._navigator.drive_at(self._pose, target) or self._drive_round(target)
 
     def _avoid(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Follow the planned path as far as the map is known; survey where it continues."""
+        """Follow the planned path over free cells. At its end, survey the direction of its unknown part."""
         if twist := self._navigator.follow(self._pose):
             return twist
         if not self._navigator.is_at_frontier:
@@ -129,7 +129,7 @@ class GreenSearch(Behaviour):
         return self._enter("survey")
 
     def _survey(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn to both sides to map the surroundings; then plan again."""
+        """Turn to both sides, so that the range sensor measures the surroundings. Then plan the path again."""
         return self._navigator.survey(self._pose) or self._drive_round(self._target(robot))
 
     def _stand(self, robot: Robot, blob: Blob | None) -> Twist:
@@ -138,7 +138,7 @@ class GreenSearch(Behaviour):
         return STANDING if blob and is_there else self._begin_search()
 
     def _drive_round(self, target: Target) -> Twist:
-        """Plan a path around an obstacle; without a path, survey from here, then drive to a view, then start again."""
+        """Plan a path around an obstacle. Without a path, survey from here, else drive to a view, else search again."""
         if self._navigator.plan_to(self._pose, target):
             return self._enter("avoid")
         if self._navigator.survey_more(self._pose):
@@ -149,7 +149,7 @@ class GreenSearch(Behaviour):
         return self._give_up()
 
     def _give_up(self) -> Twist:
-        """Search again, because the ball is not at its place or no path leads there."""
+        """Search again, because the ball is not at its last position or no path leads there."""
         self._ball.forget()
         return self._begin_search()
 
@@ -169,7 +169,7 @@ class GreenSearch(Behaviour):
         return self._now - self._entered_at
 
     def _target(self, robot: Robot) -> Target:
-        """Return the ball's place, with the distance of the axle from it at the stop."""
+        """Return the ball's position as a target, with the distance at which the axle must stop in front of it."""
         assert self._ball.place, "only the states search and explore are possible before the ball is seen"
         return Target(*self._ball.place, robot.range.mount.x + self.stop_distance_m + self.ball_radius_m)
 

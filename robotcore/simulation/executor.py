@@ -16,11 +16,11 @@ CLOSING_S = 2.0
 
 
 class SerialExecutor:
-    """Runs work in its own thread, one task after the other.
+    """Runs functions in its own thread, one after the other.
 
-    A signal such as Ctrl-C raises an exception in the main thread. In the middle of an exchange with a server, that
-    would break the connection, and no stop command could be sent. Here the exception interrupts the caller's wait only.
-    The exchange continues, and the next task starts after it.
+    A signal such as Ctrl-C raises an exception in the main thread. If the main thread were exchanging data with a
+    server, the exception would break the connection, and no stop command could be sent. With an executor, the main
+    thread only waits for the exchange. The exception ends this wait, and the exchange continues in the other thread.
 
     >>> work = SerialExecutor("doctest")
     >>> work.run(lambda: 6 * 7)
@@ -34,9 +34,9 @@ class SerialExecutor:
         self._thread = start_thread(self._work, name)
 
     def run(self, work: Callable[[], T]) -> T:
-        """Run work and return its result, or raise its exception. Any thread may call it.
+        """Run a function and return its result, or raise its exception. Any thread may call this method.
 
-        Work that calls it, and callers after `close`, run their work themselves.
+        In the executor's own thread, and after `close`, the function runs in the caller's thread.
         """
         done = SimpleQueue[tuple[Any, BaseException | None]]()
         if current_thread() is self._thread or not self._submit(lambda: done.put(_outcome_of(work))):
@@ -46,17 +46,17 @@ class SerialExecutor:
             try:
                 raise failure
             finally:
-                del failure  # its traceback holds this frame
+                del failure  # The traceback refers to this frame. This ends the cycle of references.
         result: T = value
         return result
 
     def close(self) -> None:
-        """Finish all tasks and end the thread. It may be called again."""
+        """Wait for all tasks, at most `CLOSING_S`, and end the thread. This method may be called again."""
         self._submit(None)
         self._thread.join(CLOSING_S)
 
     def _submit(self, task: Callable[[], None] | None) -> bool:
-        """Add a task, or None as the last; return whether the thread will run it."""
+        """Add a task to the queue, and return whether the thread will run it. None ends the thread."""
         with self._asking:
             if self._is_closed:
                 return False

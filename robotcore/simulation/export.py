@@ -11,7 +11,7 @@ URDF = "urdf"
 
 
 def prepare_world(robot: RobotDescription, world: str, seed: int | None) -> tuple[RobotDescription, WorldDescription]:
-    """Return a robot and a world as a run would simulate them.
+    """Return a robot and a world with the layout and the conditions of a simulated run.
 
     robot: the robot.
     world: the name or the file of the world.
@@ -34,8 +34,8 @@ def export_model(
 
     file_format: ``urdf``, or a format of a simulator.
     robot: the robot.
-    world: the world; the robot is at its start. None exports the robot alone.
-    folder: the name of a folder beside the document for pictures; None leaves pictures out.
+    world: the world, with the robot at its start. With None, the robot is exported alone.
+    folder: the name of the folder, beside the document, for the pictures of textures. With None there are no pictures.
 
     Raises UnknownNameError for an unknown format, and BackendMissingError if the format's simulator is not installed.
     """
@@ -48,7 +48,7 @@ def export_model(
 
 
 def _plain(world: WorldDescription | None) -> tuple[str, ...]:
-    """Return a note if the world has patterns, which URDF cannot express."""
+    """Return a note for the user if the world has patterns, because URDF cannot express them."""
     surfaces = (world.floor, *world.prisms) if world else ()
     is_patterned = any(surface.texture for surface in surfaces)
     return ("URDF has no patterns: each surface has one colour",) if is_patterned else ()

@@ -1,4 +1,4 @@
-"""Takes a simulator's samples when they are read, at most one at each instant."""
+"""Takes a sample from a simulator when it is read, at most one sample at each simulated time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from robotcore.hal.devices import SampleT
 
 
 class SampleCache(Generic[SampleT]):
-    """Returns the sample of the present instant. The first read of each instant takes it.
+    """Returns the sample of the present simulated time. It is taken at the first read after the time has advanced.
 
     clock: the simulated clock.
     take: the function that takes a sample; its arguments are the time in seconds and the sequence number, from 0.

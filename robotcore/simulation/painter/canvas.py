@@ -13,11 +13,14 @@ from robotcore.description import Light
 from robotcore.simulation.painter.planes import Array
 
 Canvas = NDArray[np.uint32]
-"""(height, width). A pixel is an ink, which holds blue, green, red and a spare byte, or the number of a body."""
+"""A picture with 32 bits a pixel, (height, width).
+
+A pixel holds either an ink or the number of a body. The bytes of an ink are blue, green, red and an unused byte.
+"""
 
 
 class Palette(NamedTuple):
-    """The inks of a world: of each face, by its number, and of each ball, from edge-on to facing the lamp."""
+    """The inks of a world. A ball has several: from parts that the lamp only grazes to parts that face the lamp."""
 
     sky: int
     ground: int
@@ -26,10 +29,10 @@ class Palette(NamedTuple):
 
 
 class Stroke(Protocol):
-    """A face or a ball in a picture.
+    """A face or a part of a ball in a picture.
 
-    ``columns`` are the first and the last column that it may touch. ``part`` is the number of its block or ball. Balls
-    follow blocks.
+    ``columns`` are the first and the last column that the stroke may cover. ``part`` is the number of the stroke's
+    block or ball. The numbers of balls follow those of blocks.
     """
 
     @property
@@ -56,19 +59,22 @@ def shade_inks(colours: Array, cosines: Array, light: Light) -> Inks:
 
 
 def shade_colours(colours: Array, cosines: Array, light: Light) -> Inks:
-    """Return the inks of faces as `shade_inks`, in shades from black to the full colour, (n, SHADES)."""
+    """Return the inks of faces like `shade_inks`, but for each face in SHADES steps from black to its full colour.
+
+    The shape is (n, SHADES).
+    """
     parts = np.linspace(0.0, 1.0, SHADES)[:, None]
     darkened = (colours[:, None] * parts).reshape(-1, 3)
     return shade_inks(darkened, np.repeat(cosines, SHADES), light).reshape(-1, SHADES)
 
 
 def shade_ramp(colour: tuple[int, int, int], light: Light) -> Inks:
-    """Return the inks of one colour from edge-on to facing the lamp, (RAMP_STEPS,)."""
+    """Return the inks of one colour for a surface that turns from edge-on to the lamp to facing it, (RAMP_STEPS,)."""
     return shade_inks(np.full((RAMP_STEPS, 3), colour, dtype=np.float64), np.linspace(0.0, 1.0, RAMP_STEPS), light)
 
 
 def pack_inks(colours: Array) -> Inks:
-    """Return colours, (n, 3) red, green, blue, as inks, (n,). Values above 255 are cut to 255."""
+    """Return colours as inks, (n,). The colours are red, green and blue, (n, 3). Values above 255 count as 255."""
     pixels = np.zeros((len(colours), 4), dtype=np.uint8)
     pixels[:, :3] = np.rint(np.minimum(colours, 255.0))[:, ::-1]
     return pixels.view(np.uint32)[:, 0]
@@ -77,16 +83,16 @@ def pack_inks(colours: Array) -> Inks:
 Point = Sequence[float]
 
 SEAM = 1e-6
-"""Neighbouring polygons overlap by this part of a pixel, so that rounding leaves no gap between them.
+"""Neighbouring polygons overlap by this fraction of a pixel, so that rounding leaves no gap between them.
 
-Horizontal edges are moved inside by as much, so that each row crosses both flanks.
+Horizontal edges are moved inwards by the same distance, so that each row crosses the left and the right flank.
 """
 
 
 def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], ink: int) -> None:
     """Fill a convex polygon with an ink. The corners, (u, v), are clockwise in the picture.
 
-    `cv2.fillConvexPoly` always paints half a pixel beyond each edge, so it cannot be used.
+    `cv2.fillConvexPoly` is not exact enough, because it paints half a pixel beyond each edge.
     """
     columns, rows = (
         _span(axis, size) for axis, size in zip(zip(*polygon, strict=True), canvas.shape[::-1], strict=True)
@@ -115,7 +121,7 @@ def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: ran
 
 
 def _flanks(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
-    """Return the corners of the left and of the right flank, from top to bottom."""
+    """Return the corners of a polygon's left flank and those of its right flank, both from top to bottom."""
     top = heights.index(min(heights))
     ring = [*polygon[top:], *polygon[: top + 1]]
     bottom = (heights.index(max(heights)) - top) % len(polygon)

@@ -17,7 +17,7 @@ from robotcore.simulation.painter.canvas import Canvas, Inks, Palette, fill, sha
 from robotcore.simulation.painter.planes import Array, half_planes, run_starts
 
 TOUCHING_M = 1e-9
-"""Bodies with a smaller overlap count as side by side."""
+"""Bodies that overlap by a shorter length count as bodies that only touch."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Block:
 
 
 def split_into_blocks(world: WorldDescription) -> list[Block]:
-    """Return the blocks of the world's prisms. Where prisms overlap, the taller one keeps the space."""
+    """Return the blocks of the world's prisms. The space in which prisms overlap belongs to the tallest of them."""
     blocks: list[Block] = []
     tallest_first = sorted(enumerate(world.prisms), key=lambda entry: -entry[1].height_m)
     for thing, prism in tallest_first:
@@ -43,9 +43,11 @@ def split_into_blocks(world: WorldDescription) -> list[Block]:
 
 
 def clip(polygon: Sequence[Array], depths: Sequence[float]) -> list[Array]:
-    """Return the corners of the part of a convex polygon in which the depth, given at its corners, is 0 or more.
+    """Return the corners of the part of a convex polygon in which the depth is 0 or more.
 
-    Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
+    depths: the depth at each corner of the polygon.
+
+    See Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
     """
     kept: list[Array] = []
     for i, (here, depth) in enumerate(zip(polygon, depths, strict=True)):
@@ -73,14 +75,14 @@ def _outside(outline: Outline, hole: Outline) -> Iterator[Outline]:
 Polygon = list[list[float]]
 
 NEAR_M = 1e-9
-"""The near plane. It is nearer than a robot can come to a wall, so that a touched wall hides all behind it."""
+"""The distance of the near plane from the camera. A robot's camera is always farther from a wall that it touches."""
 
 BEHIND, LEFT, RIGHT, ABOVE, BELOW = (1 << bit for bit in range(5))
 
 
 @dataclass(frozen=True)
 class Facet:
-    """A face in the picture: its corners in pixels, clockwise, its number and the number of its block."""
+    """A face in the picture: its corners in pixels, clockwise, its own number and the number of its block."""
 
     polygon: Polygon
     face: int
@@ -93,7 +95,7 @@ class Facet:
 
     @property
     def box(self) -> tuple[float, float, float, float]:
-        """Left, top, right and bottom of the face, in pixels."""
+        """The left, top, right and bottom edge of the face's bounding box, in pixels."""
         (left, right), down = self.columns, [v for _, v in self.polygon]
         return left, min(down), right, max(down)
 
@@ -104,7 +106,8 @@ class Facet:
 class Faces:
     """All sides and tops of blocks. ``owners``, (n,), holds the number of each face's block.
 
-    A face lies in the plane of the points p with ``normals @ p == offsets``, (n, 3) and (n,).
+    ``normals``, (n, 3), and ``offsets``, (n,), are the planes of the faces: a point p with ``normal @ p == offset``
+    lies in the plane of a face.
     """
 
     def __init__(self, blocks: Sequence[Block]) -> None:
@@ -158,7 +161,7 @@ def _normal(loop: Array) -> Array:
 
 
 def _sides_outside(view: CameraView, corners: Array) -> NDArray[np.uint8]:
-    """Return bits for the picture's planes beyond which each corner, (n, 3) in the camera's frame, lies."""
+    """Return for each corner, (n, 3) in the camera's frame, bits for the sides of the picture beyond which it lies."""
     i = view.intrinsics
     right, down, forward = corners.T
     half_width = i.width / 2 / i.focal_length * forward
@@ -172,7 +175,10 @@ def _sides_outside(view: CameraView, corners: Array) -> NDArray[np.uint8]:
 
 
 def _cut(view: CameraView, corners: Array) -> Polygon:
-    """Return, in pixels, the part of a face ahead of the near plane; corners are in the camera's frame, (n, 3)."""
+    """Return the corners in pixels of the part of a face that is beyond the near plane.
+
+    corners: the face's corners in the camera's frame, (n, 3).
+    """
     ahead = np.array(clip(list(corners), (corners[:, 2] - NEAR_M).tolist()))
     polygon: Polygon = view.to_pixels(ahead).tolist()
     return polygon

@@ -1,7 +1,7 @@
-"""Finds the order in which to paint bodies, so that near ones hide far ones.
+"""Finds the order in which bodies must be painted, so that near bodies cover far ones.
 
-Sorting by distance is wrong for long bodies. Of two parts with an upright plane between them, the one on the
-camera's side is painted later. A topological sort combines all pairs that meet in the picture.
+An order by distance is wrong for long bodies. So each pair of bodies is compared: if an upright plane separates them,
+the body on the camera's side of the plane is painted later. A topological sort combines these comparisons.
 """
 
 from __future__ import annotations
@@ -19,10 +19,13 @@ Matrix = NDArray[np.bool_]
 
 
 class OcclusionPlanes:
-    """The upright planes that part what is painted: outlines, then discs, (n, 3), of x, y and radius.
+    """The upright planes that separate the painted parts: the blocks and the balls.
 
-    Each plane has one part behind it. ``_behind`` and ``_before``, (planes, parts), tell which one that is, and
-    which lie wholly in front.
+    Each plane touches one part, which lies behind the plane. ``_behind``, (planes, parts), is True for this part.
+    ``_before``, (planes, parts), is True for each part that lies completely in front of the plane.
+
+    outlines: the outlines of the blocks.
+    discs: the outlines of the balls, (n, 3): x, y and radius.
     """
 
     def __init__(self, outlines: Sequence[Outline], discs: Array) -> None:
@@ -31,7 +34,10 @@ class OcclusionPlanes:
         self._normals, self._offsets, self._behind, self._before = normals, offsets, behind, before
 
     def hidden_by(self, eye: Array) -> Matrix:
-        """Return at [a, b] whether b may hide a and a cannot hide b, from a camera at (x, y, …)."""
+        """Return a matrix that is True at [a, b] if part b may hide part a, but a cannot hide b.
+
+        eye: the camera's position. Only x and y count.
+        """
         is_before = self._normals @ eye[:2] > self._offsets
         nearer = self._behind.T @ (self._before & is_before[:, None])
         farther = self._behind.T @ (self._before & ~is_before[:, None])
@@ -40,10 +46,10 @@ class OcclusionPlanes:
 
 
 def back_to_front(hidden_by: Matrix) -> list[int]:
-    """Return an order in which each part comes after the parts that it hides.
+    """Return the numbers of the parts in an order in which each part comes after the parts that it hides.
 
-    Upright bodies in a level picture never hide one another in a cycle. A cycle in a steep picture is broken at the
-    part with the fewest predecessors.
+    If the camera is level, upright bodies never hide one another in a cycle. If the camera is tilted, there may be a
+    cycle. It is broken at the part that hides the fewest parts that are not yet in the order.
     """
     waits_for = hidden_by.sum(axis=0)
     order: list[int] = []
@@ -56,7 +62,10 @@ def back_to_front(hidden_by: Matrix) -> list[int]:
 
 
 def side_by_side(columns: Sequence[Sequence[tuple[float, float]]]) -> Matrix:
-    """Return at [a, b] whether two bodies share no column of the picture, from the columns of their parts."""
+    """Return a matrix that is True at [a, b] if the bodies a and b share no column of the picture.
+
+    columns: for each body, the first and the last column of each of its parts.
+    """
     begins = np.array([min(begin for begin, _ in parts) for parts in columns])
     ends = np.array([max(end for _, end in parts) for parts in columns])
     is_left: Matrix = ends[:, None] < begins
@@ -67,7 +76,7 @@ Planes = tuple[Array, Array, Matrix, Matrix]
 
 
 def _along_prisms(outlines: Sequence[Outline], discs: Array) -> Planes:
-    """Return the planes of all sides: normals, offsets, and the parts behind and before each plane."""
+    """Return the planes of the sides of all outlines: normals, offsets, and the parts behind and before each plane."""
     normals, offsets = half_planes(edges_of(outlines))
     corners = np.array([corner for outline in outlines for corner in outline]).reshape(-1, 2)
     past = corners @ normals.T - offsets
@@ -80,7 +89,7 @@ def _along_prisms(outlines: Sequence[Outline], discs: Array) -> Planes:
 
 
 def _around_discs(outlines: Sequence[Outline], discs: Array) -> Planes:
-    """Return for each disc and each other body the plane that touches the disc at the point nearest to the body."""
+    """Return for each disc and each other part the plane that touches the disc at the point nearest to the part."""
     shapes: list[Array] = [edges_of([outline]) for outline in outlines]
     shapes += [np.array(((x, y, 0.0, 0.0),)) for x, y, _ in discs]
     numbers = range(len(outlines), len(shapes))

@@ -21,9 +21,10 @@ Labels = NDArray[np.uint32]
 
 
 class Painter:
-    """Paints what a camera sees of a world: exact at pixel centres, without smoothing, without shadows.
+    """Paints the picture that a camera takes of a world, without smoothing and without shadows.
 
-    ``things`` are the names of what it paints: prisms, then targets.
+    The colour of a pixel is exact for the pixel's centre. ``things`` holds the names of the painted bodies: first the
+    prisms, then the targets.
 
     >>> from robotcore.description import Mount, load_world
     >>> from robotcore.optics import Intrinsics
@@ -60,11 +61,11 @@ class Painter:
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
     def labels(self, view: CameraView) -> Labels:
-        """Return for each pixel the index of its body in ``things`` plus 1, (height, width); 0 without a body."""
+        """Return for each pixel 1 plus the index of its body in ``things``, or 0 without a body, (height, width)."""
         return _painted(view, self._back_to_front(view), self._numbers)
 
     def _back_to_front(self, view: CameraView) -> Iterator[Stroke]:
-        """Yield the visible strokes. A stroke comes after those that it hides."""
+        """Yield the visible strokes. Each stroke comes after the strokes that it hides."""
         shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
             shown[stroke.part].append(stroke)

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 def half_planes(edges: Array) -> tuple[Array, Array]:
     """Return outward normals, (n, 2), and offsets, (n,), of the edges of counter-clockwise outlines.
 
-    A point p lies outside where normal·p > offset. ``edges`` are those of `robotcore.raycast.edges_of`.
+    A point p lies outside an edge if normal·p > offset. ``edges`` is the result of `robotcore.raycast.edges_of`.
     """
     normals = np.stack((edges[:, 3], -edges[:, 2]), axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -29,5 +29,8 @@ def nearest_on(edges: Array, points: Array) -> Array:
 
 
 def run_starts(lengths: Iterable[int]) -> NDArray[np.intp]:
-    """Return the start index of each run for runs of these lengths, for ``numpy.ufunc.reduceat``."""
+    """Return the start index of each run in an array of successive runs with these lengths.
+
+    ``numpy.ufunc.reduceat`` needs these indices.
+    """
     return np.cumsum([0, *lengths], dtype=np.intp)[:-1]

@@ -20,9 +20,10 @@ BAND_ROWS = 32
 
 @dataclass(frozen=True)
 class Band:
-    """Some rows of a ball in the picture: the window that holds them, and which pixels there show the ball.
+    """Some rows of a ball in the picture.
 
-    ``cosines`` are of the angle between the ball's surface and the lamp, of no meaning off the ball.
+    ``window`` is the part of the picture with these rows. ``is_hit`` says which pixels of the window show the ball.
+    ``cosines`` holds for each of these pixels the cosine of the angle between the surface's normal and the lamp.
     """
 
     window: tuple[slice, slice]
@@ -42,7 +43,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball in the camera's frame. ``centre`` and ``lamp``, the direction to the lamp, are (3,)."""
+    """A ball in the camera's frame. ``centre`` is its centre, (3,), and ``lamp`` the direction to the lamp, (3,)."""
 
     centre: Array
     radius: float
@@ -56,7 +57,7 @@ class Sphere:
         return cls(centre, ball.radius_m, view.rotation @ lamp, part)
 
     def bands(self, lens: Intrinsics) -> Iterator[Band]:
-        """Yield the bands of the ball from top to bottom; none outside the picture."""
+        """Yield the bands of the ball in the picture, from top to bottom."""
         right, down, forward = self.centre.tolist()
         if forward <= -self.radius:
             return
@@ -86,7 +87,7 @@ class Sphere:
 def _extent(across: float, forward: float, radius: float) -> tuple[float, float]:
     """Return the slopes of the two planes through the camera that touch a ball.
 
-    From |across - m·forward| = radius·√(1 + m²).
+    The slopes m are the solutions of |across - m·forward| = radius·√(1 + m²).
     """
     ahead = forward**2 - radius**2
     if forward <= radius:

@@ -19,13 +19,16 @@ from robotcore.simulation.painter.faces import Block, Faces, Facet
 UP = (0.0, 0.0, 1.0)
 
 VANISHED_PX, FADING_PX = 2.0, 6.0
-"""A tile narrower than VANISHED_PX shows its mean only. From FADING_PX more on, it shows its full contrast."""
+"""A tile that is narrower than VANISHED_PX in the picture shows only its mean brightness.
+
+Its contrast grows with its width. A tile of at least VANISHED_PX + FADING_PX has its full contrast.
+"""
 
 EDGE_ON = -1e-3
-"""A limit on the slope that bounds a division. Surfaces beyond it are so edge-on that no pixel shows them."""
+"""A limit on a surface's slope, so that no division is by almost 0. A surface at the limit is too edge-on to see."""
 
 WINDOW_PX = 8192
-"""The most pixels of a window, so that its arrays stay in the processor's cache."""
+"""The greatest number of pixels in a window. The arrays of such a window stay in the processor's cache."""
 
 Singles = NDArray[np.float32]
 Window = tuple[slice, slice]
@@ -34,7 +37,8 @@ Window = tuple[slice, slice]
 class Texturing:
     """Paints the patterns of the ground and of faces that have one.
 
-    ``numbers`` are those of the surfaces that have a pattern, from 1, for the ground and then each face; 0 is none.
+    ``numbers`` holds a number for the ground, and then one for each face. Surfaces that have a pattern are numbered
+    from 1 on. A surface without a pattern has the number 0.
     """
 
     def __init__(self, world: WorldDescription, blocks: Sequence[Block], faces: Faces) -> None:
@@ -61,7 +65,7 @@ class Texturing:
     def paint(self, canvas: Canvas, numbers: Canvas, view: CameraView, facets: Iterable[Facet]) -> None:
         """Paint the patterns of the ground and of these facets.
 
-        ``numbers`` has for each pixel of the canvas the number of the surface that it shows, or 0.
+        ``numbers`` holds for each pixel of the canvas the number of the surface that the pixel shows, or 0.
         """
         maps, sharpness = self._seen_from(view)
         for number, window in self._windows(facets, canvas.shape):
@@ -72,7 +76,7 @@ class Texturing:
                 np.copyto(canvas[window], self._shades[at].take(levels), where=is_shown)
 
     def _windows(self, facets: Iterable[Facet], size: tuple[int, ...]) -> Iterator[tuple[int, Window]]:
-        """Yield the numbers of surfaces that may be visible, and their windows."""
+        """Yield the number and the windows of each surface that may be visible. A window is a part of the picture."""
         height, width = size
         ground, *faces = self.numbers
         boxes = [(ground, (0.0, 0.0, width, height)), *((faces[facet.face], facet.box) for facet in facets)]
@@ -85,11 +89,12 @@ class Texturing:
                     yield number, (slice(first, min(first + step, rows.stop)), columns)
 
     def _seen_from(self, view: CameraView) -> tuple[Singles, Singles]:
-        """Return for each surface the maps from pixels (u, v) to texels, (n, 3, 3), and the sharpness, (n,).
+        """Return for each surface the map from pixels (u, v) to texels, (n, 3, 3), and the sharpness, (n,).
 
-        A ray e + t·d meets the plane n·p = o at t = k / n·d where k = o - n·e. Its place there, a·p + s, is
-        ((a·e + s) n·d + k a·d) / n·d, of which all parts are linear in the pixel. From one pixel to the next it moves
-        by up to k f / (n·d)², f being the focal length.
+        The sharpness times (n·d)² is the width of a tile in the picture, in units of `FADING_PX`. A ray e + t·d meets
+        the plane n·p = o at t = k / n·d with k = o - n·e. The texel there is a·p + s = ((a·e + s) n·d + k a·d) / n·d.
+        Numerator and denominator are linear in the pixel. From one pixel to the next, the point moves on the surface
+        by up to k f / (n·d)², with the focal length f.
         """
         i = view.intrinsics
         from_pixel = np.array(((1, 0, -i.cx), (0, 1, -i.cy), (0, 0, i.focal_length)))
@@ -102,7 +107,7 @@ class Texturing:
 
 
 def _levels(maps: Singles, sharpness: np.float32, tile: Singles, window: Window) -> NDArray[np.intp]:
-    """Return the factor of a pattern on its colour, times 255, at the pixels of a window."""
+    """Return for each pixel of a window the factor by which a pattern darkens the surface's colour, times 255."""
     rows, columns = window
     u = np.arange(columns.start, columns.stop, dtype=np.float32)
     v = np.arange(rows.start, rows.stop, dtype=np.float32)[:, None]

@@ -1,4 +1,4 @@
-"""Drive a robot in a scene of a simulator that is a server: bind its devices to objects by path."""
+"""Drives a robot in a scene of a simulator that is a server. The robot's devices are bound to the scene's objects."""
 
 from robotcore.simulation.remote_scene.bindings import SceneBinding, inspect_scene, read_bindings
 from robotcore.simulation.remote_scene.interface import (

@@ -31,7 +31,7 @@ Paths = Annotated[
     BeforeValidator(lambda paths: (paths,) if isinstance(paths, str) else paths),
     Field(min_length=1, description='a path in quotes, or a list of them: ["/robot/joint", "old_name"]'),
 ]
-"""The possible paths of an object, or its names in old scenes. The first that exists counts."""
+"""The possible paths of an object, or its names in old scenes. The first path that exists in the scene is used."""
 
 
 class ObjectBinding(StrictModel):
@@ -48,21 +48,24 @@ class JointBinding(ObjectBinding):
     """The joint of a motor or an encoder."""
 
     reversed: bool = False
-    """The joint turns backwards when the robot drives forward."""
+    """Whether the joint turns backwards as the robot drives forward."""
 
 
 class CameraBinding(ObjectBinding):
     """The vision sensor of a camera."""
 
     as_found: bool = False
-    """The resolution and field of view of the vision sensor count; otherwise they must match the description."""
+    """Whether to use the resolution and the field of view of the scene's vision sensor.
+
+    If False, they must equal those of the robot's description.
+    """
 
 
 class DisplayBinding(ObjectBinding):
     """The vision sensor that shows the pictures of a display."""
 
     optional: bool = False
-    """If the scene has no such object, the display keeps its pictures in memory."""
+    """Whether the scene may lack the object. The display then keeps its pictures in memory."""
 
 
 _BINDINGS: dict[type[StrictModel], tuple[type[ObjectBinding], ObjectKind]] = {
@@ -87,7 +90,7 @@ class SceneBinding:
     kind: ObjectKind
     """The required kind of object."""
     others: frozenset[str] = frozenset()
-    """The paths of other devices' objects; error messages do not suggest them."""
+    """The paths of other devices' objects. Error messages do not suggest these paths."""
 
 
 def read_bindings(
@@ -125,7 +128,7 @@ def read_bindings(
 
 
 def _find_other_paths(one: SceneBinding, bound: Iterable[SceneBinding]) -> frozenset[str]:
-    """Return the paths of all devices with another object; an encoder shares the object of its motor."""
+    """Return the paths of all devices that have another object. An encoder has the same object as its motor."""
     paths = set(one.place.path)
     return frozenset().union(*(each.place.path for each in bound if paths.isdisjoint(each.place.path)))
 

@@ -20,7 +20,7 @@ from robotcore.simulation.sampling import SampleCache
 class SceneMotor(Motor):
     """A motor that sets the target velocity of a joint.
 
-    is_reversed: the joint turns backwards when the robot drives forward.
+    is_reversed: whether the joint turns backwards as the robot drives forward.
     """
 
     def __init__(self, description: MotorDescription, scene: Scene, joint: int, *, is_reversed: bool) -> None:
@@ -35,8 +35,8 @@ class SceneMotor(Motor):
 class SceneEncoder(Encoder):
     """An encoder that counts the rotation of a joint since the robot was opened.
 
-    The server reports no whole turns: a joint that passes π is at -π. So this encoder reads the angle every ``period``
-    seconds. In this time the joint must turn by less than half a turn.
+    The server does not count whole turns: the reported angle of a joint jumps from π to -π. So this encoder reads the
+    angle every ``period`` seconds and counts the turns. The joint must turn by less than half a turn in a period.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class SceneEncoder(Encoder):
 class SceneRangeSensor(RangeSensor):
     """A range sensor that returns the distance to the point that a proximity sensor detects.
 
-    Its samples hold no point: the rotation of the scene's sensor about its axis is unknown.
+    The samples do not contain the point itself, because the rotation of the scene's sensor about its axis is unknown.
     """
 
     def __init__(self, description: RangeSensorDescription, scene: Scene, sensor: int, clock: Clock) -> None:
@@ -94,11 +94,11 @@ class SceneRangeSensor(RangeSensor):
 
 
 SAME_FOV_RAD = math.radians(0.5)
-"""Tolerance of a field of view: up to two pixels at the edge of a picture."""
+"""The tolerance for differences between two fields of view. At the edge of a picture it is up to two pixels."""
 
 
 class SceneCamera(Camera):
-    """A camera that reads a vision sensor. Each new read fetches the pixels."""
+    """A camera whose pictures come from a vision sensor. Each new sample fetches the pixels from the server."""
 
     def __init__(self, name: str, intrinsics: Intrinsics, scene: Scene, sensor: int, clock: Clock) -> None:
         super().__init__(name, intrinsics)
@@ -124,7 +124,7 @@ class SceneCamera(Camera):
 
 
 class SceneDisplay(Display):
-    """A display that shows pictures on a vision sensor: scaled to its resolution, and upright."""
+    """A display that shows pictures on a vision sensor. It scales them to the sensor's resolution."""
 
     def __init__(self, name: str, scene: Scene, sensor: int) -> None:
         super().__init__(name)
@@ -163,11 +163,11 @@ def from_opencv(image: Image) -> RawPicture:
 def choose_intrinsics(description: CameraDescription, optics: CameraOptics, *, as_found: bool) -> Intrinsics:
     """Return a camera's intrinsics: those of its description, or those of the scene's vision sensor.
 
-    optics: those of the vision sensor. If the server reports no field of view, that of the description counts.
-    as_found: if the two differ, the vision sensor's count.
+    optics: the optics of the vision sensor. If the server reports no field of view, the description's is used.
+    as_found: whether to use the vision sensor's optics if they differ from the description's.
 
-    Raises DeviceError if the two differ and ``as_found`` is False. Servers send the field of view in single precision,
-    so `SAME_FOV_RAD` is allowed between them.
+    Raises DeviceError if the two differ and ``as_found`` is False. Fields of view may differ by `SAME_FOV_RAD`, because
+    servers send them in single precision.
     """
     described = description.intrinsics
     actual = Intrinsics(optics.width, optics.height, optics.horizontal_fov or described.horizontal_fov)

@@ -49,9 +49,9 @@ FASTEST_RAD_S = 30.0
 
 
 class Owner(str, Enum):
-    """The party that starts a stopped simulation, and stops it again: this program or the user.
+    """Who starts a stopped simulation, and stops it at the end: this program or the user.
 
-    A simulation that already runs keeps running in both cases.
+    If the simulation already runs when the robot is opened, this program does not stop it.
     """
 
     OURS = "ours"
@@ -59,7 +59,7 @@ class Owner(str, Enum):
 
 
 def _no_cutoffs(_joints: Mapping[str, int]) -> tuple[CutoffSpec, ...]:
-    """Return no cutoffs: a simulation in lockstep stops with its program."""
+    """Return no cutoffs. A simulation in lockstep needs none, because it stops if the program stops."""
     return ()
 
 
@@ -76,10 +76,10 @@ def open_in_scene(
 
     setup: the robot, its devices to open and the rate.
     section: the name of the section of the robot's file that binds devices to objects.
-    connect: connects to the simulator; it is called after the section was checked.
+    connect: the function that connects to the simulator. It is called after the section has been checked.
     owner: if the simulation is stopped, `Owner.OURS` starts it and stops it at the end.
-    is_stepped: the clock steps the scene; otherwise the clock follows the scene's time.
-    cutoffs: returns how the guardian stops the motors, given their joints by motor name.
+    is_stepped: whether the clock advances the scene's time. If False, the clock follows the scene's time.
+    cutoffs: the function that returns the guardian's ways to stop the motors. It takes the joints by motor name.
 
     The motors stand still from the first step on. Raises DescriptionError before it connects. Raises UsageError if the
     rate does not fit the time step, and the errors of `find_all` and `keep_running`. If it fails, it closes everything
@@ -160,7 +160,7 @@ class _DeviceOpener:
 
 
 def _create_truth(robot: RobotDescription, scene: Scene, found: Found) -> SceneTruth | None:
-    """Return the ground truth from the drive's joints; None if they are not open."""
+    """Return the ground truth, computed from the joints of the drive. Return None if these joints are not open."""
     if robot.drive is None:
         return None
     left, right = found.get(robot.drive.left), found.get(robot.drive.right)
