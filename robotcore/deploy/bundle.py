@@ -1,4 +1,4 @@
-"""Build the bundle, which is the folder that is sent: the project's files, robotcore, and the user's packages."""
+"""Build the bundle: the folder that a push sends, with the project's files, robotcore, and the user's packages."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ _IGNORED = ("is ignored by git", "Take it out of .gitignore")
 
 
 MOST_SECRETS = 50
-"""The number of left-out files that are named."""
+"""A note names at most this many files that are not sent because they may hold a secret."""
 
 
 @dataclass(frozen=True)
 class Bundle:
-    """The folder that is sent of a project."""
+    """The folder that a push sends to the robot for a project."""
 
     project: Project
     folder: Path
-    """Its folder ``project`` has the user's files. Its folder ``site`` has robotcore and the user's packages."""
+    """Its path. The folder ``project`` in it has the user's files, ``site`` has robotcore and the user's packages."""
     requirements: tuple[str, ...]
     """The requirements that pip installs on the robot."""
     notes: tuple[str, ...] = ()
@@ -48,7 +48,9 @@ class Bundle:
 
 
 def build_bundle(project: Project, folder: Path) -> Bundle:
-    """Fill an empty folder with all that is sent, except for the manifest, which `Release.write` adds.
+    """Copy everything that a push sends into an empty folder, and return it as a bundle.
+
+    The manifest of the release is missing in it; `Release.write` adds the manifest later.
 
     project: the project.
     folder: the empty folder.
@@ -88,16 +90,16 @@ def _format_notes(secrets: Sequence[str]) -> tuple[str, ...]:
 
 
 METADATA = ("METADATA", "entry_points.txt", "top_level.txt")
-"""The files of a distribution's metadata that are sent. The others name folders of this machine."""
+"""The files of robotcore's metadata that are sent. The other files name folders of this machine."""
 
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", "*.py[co]", ".*")
 
 
 def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Fill ``site`` with robotcore, the project's own package, and packages that were installed from this machine.
+    """Fill ``site`` with robotcore, the project's own package, and packages installed from folders of this machine.
 
     source: the copy of the project that is sent.
-    Returns the requirements for packages that a package index has, and the names of the files that may hold a secret.
+    Returns the requirements that pip installs from a package index, and the names of files that may hold a secret.
     Raises DeployError and UsageError as `build_package` does.
     """
     site.mkdir()
@@ -116,9 +118,10 @@ def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, .
 
 
 def _copy_robotcore(site: Path) -> None:
-    """Copy robotcore, the packages of its entry points, and the metadata that has these entry points.
+    """Copy robotcore, the packages of its entry points, and the metadata that lists these entry points.
 
-    The packages are those beside the running robotcore, because the working folder may have packages of the same names.
+    The packages are copied from the folder of the running robotcore, because the working folder may have other packages
+    of the same names.
     """
     packages = Path(robotcore.__file__).parents[1]
     dist = distribution(ROBOTCORE)
@@ -132,7 +135,7 @@ def _copy_robotcore(site: Path) -> None:
 
 
 def _find_distributions(project: Project) -> Iterator[Distribution]:
-    """Yield the distributions, except robotcore, of the backend, the device drivers and the app."""
+    """Yield the installed distributions, except robotcore, that have the backend, the device drivers and the app."""
     found = {point.dist.name: point.dist for point in find_entry_points(project) if point.dist}
     return (dist for name, dist in sorted(found.items()) if name != ROBOTCORE)
 
@@ -172,10 +175,10 @@ _LOCAL_METADATA = ("RECORD", "direct_url.json", "REQUESTED", "INSTALLER")
 def build_package(source: Path, site: Path) -> tuple[str, ...]:
     """Install a package into ``site`` without its dependencies.
 
-    A folder is built from a copy without secrets, so that the build leaves no files in it.
+    If the source is a folder, it is first copied without its secrets. So the build leaves no files in the original.
 
     source: the package's folder, or an archive.
-    Returns the names of the folder's files that may hold a secret, with the folder's name before them.
+    Returns the files of the folder that may hold a secret, as paths that begin with the folder's name.
     Raises DeployError if the package cannot be built. Raises UsageError if it has compiled code, which the robot may
     not be able to run.
     """
@@ -201,7 +204,10 @@ def build_package(source: Path, site: Path) -> tuple[str, ...]:
 
 
 def _has_build_requirements(tree: Path) -> bool:
-    """Return whether the requirements of the build are installed here, so that pip needs no package index."""
+    """Return whether everything that the build of a package requires is installed here.
+
+    If it is, pip needs no package index to build the package.
+    """
     if not (tree / FILE).is_file():
         return False
     table = read_table(str(tree / FILE)).get("build-system", {})
@@ -230,7 +236,7 @@ def _require_pure(source: Path, built: Path) -> None:
 
 
 def _move_into_site(built: Path, site: Path) -> None:
-    """Copy a built package into ``site``, without its commands and without metadata that names this machine."""
+    """Copy a built package into ``site``, without its command-line programs and without metadata on this machine."""
     shutil.rmtree(built / "bin", ignore_errors=True)
     for name in _LOCAL_METADATA:
         for file in built.glob(f"*.dist-info/{name}"):

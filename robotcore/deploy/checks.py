@@ -1,4 +1,4 @@
-"""The checks that a project must pass before it is sent: its tests and its descriptions."""
+"""The checks that a project must pass before a push sends it: its tests, and the check of its descriptions."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
 
 POLL_S = 0.5
-"""Time between two calls of ``on_poll`` while a process runs, in s."""
+"""The time between two calls of ``on_poll`` while a process runs, in s."""
 
 
 @dataclass(frozen=True)
 class CheckResult:
-    """The result of a check that was passed."""
+    """The result of a check that the project passed."""
 
     summary: str
     """The result in one line."""
@@ -46,13 +46,15 @@ def run_python(
     limit_s: float,
     on_poll: Callable[[], object] = lambda: None,
 ) -> subprocess.CompletedProcess[str]:
-    """Run this Python with an empty stdin, and return its output. If an exception is raised, the process is killed.
+    """Run this Python with an empty stdin until it ends, and return its output.
+
+    If an exception is raised meanwhile, the process is killed.
 
     folder: the working folder; None for the current one.
-    words: the arguments of Python.
+    words: the command-line arguments of Python.
     environment: variables that override those of this process.
     limit_s: the time after which TimeoutError is raised, in s.
-    on_poll: is called every `POLL_S`.
+    on_poll: this function is called every `POLL_S` while the process runs.
     """
     clock = MonotonicClock()
     with subprocess.Popen(  # noqa: S603  no shell
@@ -79,13 +81,13 @@ def run_python(
 
 
 def format_command(project: Project, line: str) -> str:
-    """Return a shell command that runs a line in the project's folder."""
+    """Return a shell command that enters the project's folder and runs a command line there."""
     is_here = project.folder is None or project.folder == Path.cwd().resolve()
     return line if is_here else f"cd {shlex.quote(str(project.folder))} && {line}"
 
 
 def read_process_error(process: subprocess.CompletedProcess[str]) -> str:
-    """Return the error output of a process, without the prefix ``error:``."""
+    """Return what a process printed on stderr, without the prefix ``error:``; its exit status if it printed nothing."""
     return (process.stderr.strip() or process.stdout.strip() or f"exit status {process.returncode}").removeprefix(
         "error: "
     )
@@ -98,7 +100,7 @@ LIMIT_S = 600.0
 """The time limit of the tests, in s."""
 
 MAX_FAILURES = 5
-"""The number of failing tests that are named."""
+"""A message names at most this many failing tests."""
 
 _TEST_FILE = re.compile(r"(?:.*/)?(?:test_[^/]*|[^/]*_test)\.py", re.DOTALL)
 _COUNTS = re.compile(r"^=* ?(\d+ [a-z]+(?:, \d+ [a-z]+)*) in [\d.]+s", re.MULTILINE)
@@ -148,7 +150,7 @@ def _find_counts(process: CompletedProcess[str]) -> str:
 
 
 def _format_failures(process: CompletedProcess[str]) -> str:
-    """Return the names of the first failing tests, or the last line of pytest."""
+    """Return the names of the first failing tests. If pytest named none, return its exit status and its last line."""
     lines = _FAILURES.findall(process.stdout)[:MAX_FAILURES]
     last = (process.stderr.strip() or process.stdout.strip() or "no answer").splitlines()[-1]
     counts = _find_counts(process) or f"pytest ended with exit status {process.returncode}: {last}"
@@ -156,9 +158,9 @@ def _format_failures(process: CompletedProcess[str]) -> str:
 
 
 def check_descriptions(project: Project, say: Say) -> CheckResult:
-    """Check the descriptions of the robot and the world; raises UnprovenError with every mistake.
+    """Check the description files of the robot and the world, and return the warnings as notes.
 
-    The notes of the result are the warnings.
+    Raises UnprovenError, whose message lists every mistake.
     """
     notes: list[str] = []
     for name in filter(None, (project.robot, project.world)):
@@ -182,7 +184,10 @@ def _check_description(project: Project, name: str) -> list[str]:
 
 
 def _list_warnings(robot: RobotDescription, backend: str) -> Iterator[str]:
-    """Yield a backend's warnings on its section; raises DescriptionError if the section is wrong or missing."""
+    """Yield a backend's warnings on its section of the robot's file.
+
+    Raises DescriptionError if the section is wrong or missing.
+    """
     try:
         loaded = load_backend(backend)
         loaded.check(robot)
@@ -200,24 +205,24 @@ class Check(Generic[SubjectT]):
 
     name: str
     run: Callable[[SubjectT, Say], CheckResult]
-    """Runs the check and reports its progress. It raises UnprovenError if the check fails.
+    """The function that runs the check and reports its progress.
 
-    It raises another RobotcoreError if the check cannot run.
+    It raises UnprovenError if the check fails, and another RobotcoreError if the check cannot run.
     """
 
 
 CHECKS_OF_PROJECT = (Check[Project]("tests", run_tests), Check[Project]("check", check_descriptions))
-"""The checks that run in the user's folder."""
+"""The checks that run in the user's own folder, before the bundle is built."""
 
 SIMULATION = "simulation"
 """The name of the check in `robotcore.deploy.simulation`."""
 
 NAMES = (*(check.name for check in CHECKS_OF_PROJECT), SIMULATION)
-"""The names of all checks, in their order."""
+"""The names of all checks, in the order in which they run."""
 
 
 def run_checks(checks: Sequence[Check[SubjectT]], subject: SubjectT, on_step: OnStep) -> tuple[str, ...]:
-    """Run checks; return a line for each, such as ``tests: 12 passed``, for the manifest of the release."""
+    """Run the checks. Return a line on each result, such as ``tests: 12 passed``, for the manifest of the release."""
     lines = []
     for check in checks:
         step = begin_step(check.name, on_step)
@@ -228,6 +233,6 @@ def run_checks(checks: Sequence[Check[SubjectT]], subject: SubjectT, on_step: On
 
 
 def skip_checks(on_step: OnStep) -> tuple[str, ...]:
-    """Report that all checks are skipped; return a line for each, for the manifest of the release."""
+    """Report that all checks are skipped. Return a line on each skipped check, for the manifest of the release."""
     begin_step("skipped", on_step).finish(", ".join(NAMES))
     return tuple(f"{name}: skipped" for name in NAMES)

@@ -1,4 +1,7 @@
-"""Explain failures of ssh, rsync and a robot's answers: patterns of known messages, each with a remedy."""
+"""Turn failures of ssh, of rsync and of a robot's answers into errors with a remedy.
+
+The module has patterns of known messages.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from robotcore.deploy.host import Host
 from robotcore.errors import DeployError
 
 SSH_FAILED = 255
-"""The exit status of ssh if ssh itself failed. Otherwise it is the exit status of the remote command."""
+"""The exit status of ssh if ssh itself failed. Any other exit status of ssh is that of the remote command."""
 
 COMMAND_NOT_FOUND = 127
 """The exit status of a shell that did not find a command."""
@@ -26,18 +29,19 @@ DAMAGED = "damaged"
 
 
 CALL_FAILED, RSYNC_FAILED = "call-failed", "rsync-failed"
-"""The kinds of a DeployError for an unknown failure. Its cause may be a broken connection."""
+"""The kinds of a DeployError for a failure whose cause is unknown. The cause may be a broken connection."""
 
 _FILES = {"file", "key"}
-"""The names of those groups of a pattern that are files on this machine."""
+"""The named groups of a pattern whose text is the name of a file on this machine."""
 
 
 @dataclass(frozen=True)
 class KnownFailure:
     """A known failure of ssh or rsync.
 
-    ``fault`` and ``remedy`` are formats. ``{host}`` is the host as the user wrote it, ``{login}`` the
-    arguments of ssh for it. Each named group of the pattern can be used too; ``remedy`` has it quoted for a shell.
+    ``fault`` and ``remedy`` are formats. In them, ``{host}`` is the host as the user wrote it, and ``{login}`` the
+    arguments with which ssh reaches this host. The name of each named group of the pattern stands for the group's text.
+    In ``remedy``, this text is quoted for a shell.
     """
 
     pattern: str
@@ -53,10 +57,11 @@ class KnownFailure:
     """What to do."""
 
     def match(self, host: Host, output: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
-        """Return the error if the output has the message, else None.
+        """Return the error if the output contains the known message, else None.
 
-        folders: each file in the message must lie in one of these, because a robot may have written the message.
-        more: further values of the formats, by name.
+        folders: the folders in which a file must lie that the message names. Otherwise a robot could write a message
+            that names any file of the user.
+        more: further values for the formats, by name.
         """
         found = re.search(self.pattern, output, re.DOTALL | re.MULTILINE)
         if not found or not all(_is_within(found[name], folders) for name in _FILES & found.re.groupindex.keys()):
@@ -136,7 +141,7 @@ SSH_FAILURES = (
         "Check the user. To install your key on the robot: ssh-copy-id {login}",
     ),
 )
-"""Failures before the connection is open. The first one that matches is reported."""
+"""The known failures of ssh before the connection is open. The first one that matches is reported."""
 
 RSYNC_FAILURES = (
     KnownFailure(
@@ -164,7 +169,7 @@ RSYNC_FAILURES = (
         "Install rsync 3.1 or newer. On macOS: brew install rsync",
     ),
 )
-"""Failures of a transfer while the connection is open. ``{where}`` is the machine that receives the files."""
+"""The known failures of rsync over an open connection. ``{where}`` is the machine that receives the files."""
 
 
 def explain_missing_program(name: str, package: str) -> DeployError:
@@ -175,11 +180,11 @@ def explain_missing_program(name: str, package: str) -> DeployError:
 def explain_failed_connection(host: Host, status: int, output: str, config: Path | None = None) -> DeployError:
     """Return the error for a connection that could not be opened.
 
-    A remedy names files of ``~/.ssh`` and of the configuration's folder only.
+    The remedy names a file only if it is in ``~/.ssh`` or in the folder of the ssh configuration.
 
     status: ssh's exit status.
-    output: what ssh or the login shell printed. The robot chooses the text of a disconnect, so only its first line is
-        searched.
+    output: what ssh or the login shell printed. The robot chooses the text of Received disconnect, so only
+        the first line of that message is searched.
     config: the ssh configuration in place of the user's.
     """
     by_hand = f"Try it by hand: ssh {_format_login(host)}"
@@ -216,7 +221,11 @@ def explain_lost_connection(host: Host, output: str) -> DeployError:
 
 
 def explain_failed_call(host: Host, status: int, output: str) -> DeployError:
-    """Return the error for a call that ended without an answer: its exit status and its output on stderr."""
+    """Return the error for a call that ended without an answer.
+
+    status: the exit status of the call.
+    output: what the call printed on stderr.
+    """
     if status == COMMAND_NOT_FOUND:
         return DeployError(
             f"{host}: python3 is missing on the robot. On the robot: sudo apt install python3", kind="python"
@@ -230,7 +239,10 @@ def explain_failed_call(host: Host, status: int, output: str) -> DeployError:
 
 
 def explain_damaged_answer(host: Host, action: str, problem: str) -> DeployError:
-    """Return the error for an answer that the client does not accept; ``problem`` is the end of a sentence."""
+    """Return the error for an answer that the client does not accept.
+
+    problem: the end of a sentence about the answer that begins with ``it``, such as ``is not JSON``.
+    """
     return DeployError(
         f"{host}: the robot's answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that "
         f"its system is intact: ssh {_format_login(host)}",
@@ -254,7 +266,10 @@ def explain_failed_transfer(host: Host, status: int, output: str, where: str) ->
 
 
 def find_first_line(output: str) -> str:
-    """Return the first line with text, without its full stop: the last line of rsync repeats only its status."""
+    """Return the first line with text, without its full stop.
+
+    For rsync this line says more than the last one, which only repeats the exit status.
+    """
     return next((line.strip() for line in output.splitlines() if line.strip()), "no message").rstrip(".")
 
 

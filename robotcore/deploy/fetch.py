@@ -21,7 +21,7 @@ from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape, list_names, pluralize
 
 STEP = "brought"
-"""The name of the step."""
+"""The name of the step in progress reports."""
 
 
 @dataclass(frozen=True)
@@ -32,26 +32,26 @@ class FetchResult:
     """The folder on this machine."""
 
     fetched: tuple[str, ...] = ()
-    """This fetch copied them."""
+    """The recordings that this fetch copied."""
 
     present: tuple[str, ...] = ()
-    """They were in the folder before."""
+    """The recordings that were in the folder before this fetch."""
 
     different: tuple[str, ...] = ()
-    """Files of these names in the folder have other content. Neither file was changed."""
+    """The recordings whose file of the same name in the folder has other content. Neither file was changed."""
 
     being_written: tuple[str, ...] = ()
-    """The robot is still writing them."""
+    """The recordings that the robot is still writing."""
 
     skipped: tuple[str, ...] = ()
-    """They stay on the robot because their name or kind is not that of a recording. Each name is escaped."""
+    """The files that stay on the robot because they are no recordings by name or type. Their names are escaped."""
 
     erased: tuple[str, ...] = ()
-    """The robot deleted them."""
+    """The recordings that the robot deleted after they had been copied."""
 
     @property
     def newest(self) -> Path | None:
-        """The newest recording in the folder, by its name, which is the time of its start."""
+        """The path of the newest recording in the folder, or None. A recording's name is its start time."""
         names = sorted((*self.fetched, *self.present))
         return self.folder / names[-1] if names else None
 
@@ -62,12 +62,12 @@ class FetchResult:
 def fetch(link: Link, folder: Path, on_step: OnStep = print, *, moves: bool = False) -> FetchResult:
     """Copy the recordings of a robot that are not in the folder yet.
 
-    It copies plain files with names of recordings only, and overwrites no file.
+    The function copies only plain files that have the name of a recording, and overwrites no file.
 
     link: the robot, connected.
     folder: the folder for the recordings. It is made if it does not exist.
-    on_step: is called with the progress.
-    moves: delete each recording from the robot if its SHA-256 equals that of the copy.
+    on_step: this function is called with the progress.
+    moves: delete each recording from the robot after its copy was verified by SHA-256.
     Raises DeployError if the robot fails; recordings that are complete by then stay in the folder. Raises UsageError if
     the folder cannot be written.
     """
@@ -86,7 +86,7 @@ def fetch(link: Link, folder: Path, on_step: OnStep = print, *, moves: bool = Fa
 
 
 def _compare(files: Sequence[RemoteFile], folder: Path) -> FetchResult:
-    """Sort the robot's files by name and size into those to fetch and the others."""
+    """Sort the robot's files by their names and sizes into those to fetch and those not to fetch."""
     taken = {each.name: each for each in files if each.is_file and RECORDING.fullmatch(each.name)}
     left = {each.name for each in files} - taken.keys()
     written = {name for name, each in taken.items() if each.is_being_written}
@@ -123,7 +123,7 @@ def _receive(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> Non
 
 
 def _erase(link: Link, found: FetchResult, step: Step) -> FetchResult:
-    """Delete on the robot every recording whose SHA-256 equals that of the file here."""
+    """Delete every recording on the robot whose SHA-256 equals that of the file on this machine."""
     names = (*found.fetched, *found.present)
     if not names:
         return found
@@ -152,22 +152,23 @@ def _format_notes(found: FetchResult) -> list[str]:
 
 
 RESERVED_DISK_BYTES = 500_000_000
-"""The bytes that stay free on the client's disk."""
+"""The bytes that a fetch leaves free on the disk of this machine."""
 
 SLACK_BYTES = 1 << 20
-"""The most bytes that folders and blocks of a disk take besides the recordings."""
+"""An allowance in bytes for what the disk uses for folders and for partly filled blocks."""
 
 PARTIAL = ".partial"
-"""The folder beside the recordings that keeps an incomplete file if a connection breaks."""
+"""The folder in the folder of recordings that keeps an incomplete file if the connection breaks."""
 
 
 class IncomingFiles:
     """A temporary folder for incoming files, as a context manager.
 
-    On exit, also by an error, files of the stated size move into ``folder``. All others are deleted.
+    At the end of the ``with`` block, files of the stated size are moved into ``folder``, also after an error. All other
+    files are deleted.
 
     folder: the folder for the recordings.
-    sizes: the bytes of each requested recording by its name, as the robot states them.
+    sizes: the size in bytes that the robot states for each requested recording, by the recording's name.
     """
 
     def __init__(self, folder: Path, sizes: Mapping[str, int]) -> None:
@@ -199,12 +200,12 @@ class IncomingFiles:
 
     @property
     def partial(self) -> Path:
-        """The folder for incomplete files."""
+        """The path of the folder for incomplete files."""
         return self._folder / PARTIAL
 
     @property
     def missing(self) -> list[str]:
-        """The recordings that did not arrive as plain files of the stated size. Read it after the exit."""
+        """The recordings that did not arrive as plain files of the stated size. Read it after the ``with`` block."""
         return sorted(self._sizes.keys() - {*self.received})
 
     def check_limits(self) -> None:
@@ -232,7 +233,10 @@ class IncomingFiles:
             )
 
     def _remove_leftovers(self) -> None:
-        """Delete links and unrequested files from the folder of incomplete files: rsync would write through a link."""
+        """Delete links and files that were not requested from the folder of incomplete files.
+
+        Otherwise rsync would follow a link, and write to the file that it leads to.
+        """
         if self.partial.is_symlink():
             self.partial.unlink()
         for path in self.partial.iterdir() if self.partial.is_dir() else ():
@@ -244,11 +248,11 @@ class IncomingFiles:
                 path.unlink()
 
     def _accept(self, name: str) -> bool:
-        """Move a plain file of the stated size into the folder; return whether it moved."""
+        """Move a file into the folder if it is a plain file of the stated size; return whether it was moved."""
         file, target = self.path / name, self._folder / name
         if not _is_plain(file) or file.lstat().st_size != self._sizes[name] or os.path.lexists(target):
             return False
-        with suppress(OSError):  # a file system of Windows has no such modes
+        with suppress(OSError):  # file systems of Windows have no file modes
             file.chmod(file.lstat().st_mode & 0o644)
         file.rename(target)
         return True

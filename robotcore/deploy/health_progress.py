@@ -1,4 +1,7 @@
-"""Follow the health check of a release. It runs on the robot and continues if the connection breaks."""
+"""Follow the health check of a release from the client.
+
+The check runs on the robot, and goes on if the connection breaks.
+"""
 
 from __future__ import annotations
 
@@ -16,21 +19,24 @@ from robotcore.errors import DeployError, UnhealthyError, UsageError
 from robotcore.hal.wall_clock import MonotonicClock
 
 STEP = "release"
-"""The name of the step."""
+"""The name of the step in progress reports."""
 
 HEALTHY_WITHIN_S = 60.0
-"""The time limit of the first tick, in s: a Pi imports NumPy and OpenCV, and its camera settles."""
+"""The time within which the app must complete its first tick, in s.
+
+It is long because a Pi needs time to import NumPy and OpenCV, and to let its camera settle.
+"""
 
 ATTEMPTS, PAUSE_S = 10, 3.0
-"""How often the client connects again after the connection broke, and the pause before each attempt, in s."""
+"""The number of attempts to connect again after the connection broke, and the pause before each attempt in s."""
 
 ERROR_PREFIX, NO_MODULE = "error: ", "ModuleNotFoundError: "
-"""The beginning of an error message of robotcore, and a text in it if a package is missing."""
+"""The beginning of each error message of robotcore, and the text that the message contains if a package is missing."""
 
 RECONNECTING = "the connection broke; connecting again, while the health check continues on the robot"
 
 HEALTHY, UNHEALTHY = "healthy", "unhealthy"
-"""Outcomes of a health check, see `robotcore.deploy.agent.releases.HEALTHY`."""
+"""The outcomes of a health check that the client distinguishes, see `robotcore.deploy.agent.releases.HEALTHY`."""
 
 UNKNOWN_RELEASE = "name"
 """The kind of a DeployError if the robot has no release of that name."""
@@ -41,8 +47,8 @@ def rollback(host: Host, ssh_config: Path | None, release: str | None, on_step: 
 
     host: the robot.
     ssh_config: an ssh configuration in place of the user's.
-    release: the release's name; None for the last healthy one before the current one.
-    on_step: is called with the progress.
+    release: the release's name; None for the newest healthy one that is older than the current one.
+    on_step: this function is called with the progress.
     Raises UsageError if the robot has no release of that name, and the errors of `HealthCheck.follow`.
     """
     with Link(host, ssh_config) as link:
@@ -57,14 +63,14 @@ def rollback(host: Host, ssh_config: Path | None, release: str | None, on_step: 
 
 @dataclass
 class HealthCheck:
-    """A health check on a robot, followed from the client."""
+    """Follows a health check that runs on a robot."""
 
     host: Host
     ssh_config: Path | None
     step: Step
     """The step that reports the progress."""
     release: str | None = None
-    """The release that is checked; None until the robot has chosen one."""
+    """The name of the release that is checked; None until the robot has chosen one."""
 
     def follow(self, link: Link, action: str, release: str | None, **arguments: Any) -> str:
         """Let the robot check a release, and report the progress; return the name of the healthy release.
@@ -72,7 +78,7 @@ class HealthCheck:
         action: ``activate`` or ``rollback``.
         release: the release to check; None if the robot chooses.
         arguments: the other parameters of the action.
-        Raises UnhealthyError if the release is not healthy, and DeployError if the result cannot be found out.
+        Raises UnhealthyError if the release is not healthy, and DeployError if the client does not get the result.
         """
         self.release = release
         try:
@@ -88,7 +94,10 @@ class HealthCheck:
         self.step.update(notice.say)
 
     def _reconnect(self, broken: DeployError, arguments: Mapping[str, Any]) -> HealthResult:
-        """Connect again until the robot returns the result. Without the release's name there is no attempt."""
+        """Connect again until the robot returns the result.
+
+        If the robot has not yet sent the name of the release, the error is raised without an attempt.
+        """
         clock = MonotonicClock()
         for _ in range(ATTEMPTS if self.release else 0):
             self.step.update(RECONNECTING)
@@ -122,7 +131,10 @@ def status_hint(host: Host, ssh_config: Path | None) -> str:
 
 
 def _format_failure(host: Host, result: HealthResult, logs: str) -> str:
-    """Return the message for a release that is not healthy: the reason, the current release, the app's last lines."""
+    """Return the error message for a release that is not healthy.
+
+    It has the reason, the release that is current now, and the last lines of the app's output.
+    """
     what = "is not healthy" if result.outcome == UNHEALTHY else "was not checked to the end"
     how = "is stopped, as before" if result.is_standing else "does not run either"
     now = f"{result.current} {'runs again' if result.is_running else f'is the current release again, and {how}'}"
@@ -133,7 +145,10 @@ def _format_failure(host: Host, result: HealthResult, logs: str) -> str:
 
 
 def _find_error(lines: Sequence[str]) -> list[str]:
-    """Return the first error of robotcore in the lines, with a remedy for a missing package; empty if there is none."""
+    """Return the first error message of robotcore in the lines; empty if there is none.
+
+    If a package is missing, a remedy is added.
+    """
     errors = [line.removeprefix(ERROR_PREFIX) for line in lines if line.startswith(ERROR_PREFIX)]
     remedy = ". Add it to dependencies in pyproject.toml" if any(NO_MODULE in error for error in errors[:1]) else ""
     return [error.rstrip(".") + remedy for error in errors[:1]]

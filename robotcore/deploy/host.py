@@ -16,9 +16,9 @@ PATTERN = re.compile(
     r"|\[(?P<address>[0-9A-Fa-f:.]{2,45}(?:%[A-Za-z0-9_.-]{1,15})?)\])"
     r"(?::(?P<port>[0-9]{1,5}))?"
 )
-"""Letters, digits, and characters without a meaning for a shell, for ssh and for its configuration files.
+"""The pattern of an address. It allows only characters without a special meaning for shells and for ssh.
 
-A ``ProxyCommand`` in a configuration passes the name to a shell.
+This matters because a ``ProxyCommand`` in an ssh configuration passes the name to a shell.
 """
 
 
@@ -35,13 +35,16 @@ class Host:
     name: str
     """A host name, an IP address, or an alias of the user's ssh configuration."""
     user: str = ""
-    """The user; if empty, the user of the ssh configuration."""
+    """The name of the user on the robot. If it is empty, the ssh configuration decides."""
     port: int | None = None
-    """The port of ssh; if None, the port of the ssh configuration."""
+    """The port of ssh on the robot. If it is None, the ssh configuration decides."""
 
     @classmethod
     def parse(cls, text: str) -> Host:
-        """Return the host of ``[user@]host[:port]``, with an IPv6 address in brackets; raises UsageError."""
+        """Return the host for a text ``[user@]host[:port]``; raises UsageError if the text is not of this form.
+
+        An IPv6 address must be in brackets.
+        """
         if not (found := PATTERN.fullmatch(text)) or not _is_address(found["address"]) or not _is_port(found["port"]):
             raise UsageError(
                 f"{text!r} is no host. Write a name or an address, with a user and a port if you need them: "

@@ -1,4 +1,7 @@
-"""Read the output of a running process within limits, because a robot may send any amount at any time."""
+"""Read the output of a running process within limits of size and time.
+
+The output comes from a robot, which may send any amount of text.
+"""
 
 from __future__ import annotations
 
@@ -10,28 +13,35 @@ from collections.abc import Iterable, Iterator
 from robotcore.text import escape
 
 POLL_S = 0.5
-"""`ProcessOutput.read_pieces` yields an empty piece if no output comes for this time, in s."""
+"""If no output comes for this time, `ProcessOutput.read_pieces` yields an empty piece, in s."""
 
 EXCERPT_BYTES = 1 << 13
-"""The size of an excerpt's beginning, and of its end."""
+"""An excerpt has this many bytes of the beginning of a text, and as many of its end."""
 
 LONGEST_LINE = 1 << 23
-"""The most bytes of one line. It limits a list of recordings to about 80 000, below answers.MOST_ITEMS."""
+"""The longest line that is accepted, in bytes.
+
+A list of about 80 000 recordings fits into a line of this length.
+"""
 
 LINE_COST = 1 << 7
-"""The bytes that each line counts in addition, because a million empty lines take long to read."""
+"""The bytes that each line counts in addition to its length.
+
+So a limit of bytes also limits the number of empty lines, which take long to read.
+"""
 
 _PIECE = 1 << 16
 
 
 class MalformedError(ValueError):
-    """The output of a robot is damaged. The message is the end of a sentence that begins with ``it``."""
+    """Raised if the output of a robot is damaged. The message is the end of a sentence that begins with ``it``."""
 
 
 class ProcessOutput:
     """The output of a process: pieces of stdout, and an excerpt of stderr.
 
-    Both pipes are read at once. So neither fills memory or disk of the client, and neither blocks the process.
+    Both pipes are read at the same time, so that the process never blocks on a full pipe. Of stderr only the excerpt is
+    kept, so that the output does not fill the client's memory.
 
     process: a process whose stdout and stderr are pipes.
     """
@@ -42,13 +52,13 @@ class ProcessOutput:
 
     @property
     def stderr_excerpt(self) -> str:
-        """The beginning and the end of stderr, escaped except for line breaks."""
+        """The beginning and the end of stderr. Control characters except for line breaks are escaped."""
         return decode_output(self._errors)
 
     def read_pieces(self) -> Iterator[bytes]:
         """Yield the pieces of stdout until both pipes have ended.
 
-        It yields an empty piece if no output came for `POLL_S`, and after each piece of stderr.
+        The iterator also yields an empty piece if no output came for `POLL_S`, and after each piece of stderr.
         """
         stdout, stderr = self._process.stdout, self._process.stderr
         assert stdout
@@ -71,7 +81,7 @@ class ProcessOutput:
 
 
 def excerpt(text: bytes) -> bytes:
-    """Return a text, or its beginning and its end if it is long."""
+    """Return a short text as it is, and only the beginning and the end of a long text."""
     return text if len(text) <= 2 * EXCERPT_BYTES else text[:EXCERPT_BYTES] + b"\n" + text[1 - EXCERPT_BYTES :]
 
 
@@ -83,7 +93,7 @@ def decode_output(text: bytes) -> str:
 def split_lines(pieces: Iterable[bytes], max_bytes: int | None) -> Iterator[bytes]:
     """Yield the lines of the pieces, without their ends.
 
-    max_bytes: the limit of all lines together; None for no limit.
+    max_bytes: the most bytes that all lines together may have; None for no limit.
     Raises MalformedError if a line is longer than `LONGEST_LINE`, or if the limit is exceeded.
     """
     rest, total = b"", 0

@@ -30,21 +30,21 @@ class Progress:
 
 
 Say = Callable[[str], object]
-"""A function that is called with a text on what a step is doing."""
+"""The type of a function that is called with a text on what a step is doing."""
 
 OnStep = Callable[[Progress], object]
-"""A function that is called when a step begins, at each update, and when it is finished."""
+"""The type of a function that is called when a step begins, at each update, and when the step is finished."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """A step that has begun."""
+    """A step that has begun, with methods to report its progress."""
 
     name: str
     on_step: OnStep
 
     def update(self, text: str = "") -> None:
-        """Report what the step is doing."""
+        """Report what the step is doing now."""
         self.on_step(Progress(self.name, text))
 
     def finish(self, text: str, *notes: str) -> None:

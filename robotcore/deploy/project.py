@@ -1,4 +1,4 @@
-"""The project to deploy, from its `pyproject.toml` and the options of the command line."""
+"""The project to deploy, built from its `pyproject.toml` and from the options of the command line."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Texts = Annotated[tuple[Text, ...], Field(description="a list of strings")]
 
 
 def _format_value(value: Any) -> str:
-    """Return a value in the form of a command-line option."""
+    """Return the text that a user would write for a value in a command-line option."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (str, int, float)):
@@ -41,7 +41,7 @@ def _format_value(value: Any) -> str:
 
 
 OptionText = Annotated[str, BeforeValidator(_format_value)]
-"""A setting or an option, in the form of a command-line option."""
+"""The value of a setting or an option, as text in the form of a command-line option."""
 
 
 class DeployTable(StrictModel):
@@ -58,7 +58,10 @@ class DeployTable(StrictModel):
 
 
 class RobotcoreTable(StrictModel):
-    """The table ``[tool.robotcore]``. Each name is a file, relative to the project's folder, or an installed name."""
+    """The table ``[tool.robotcore]``.
+
+    The app, the robot and the world are each a file, relative to the project's folder, or the name of an installed one.
+    """
 
     app: Text | None = None
     robot: Text | None = None
@@ -88,9 +91,9 @@ class Tables(StrictModel):
 
 
 def read_tables(folder: Path) -> Tables:
-    """Return the tables of a folder's ``pyproject.toml``, which are empty if there is no such file.
+    """Return the tables of the ``pyproject.toml`` in a folder. They are empty if there is no such file.
 
-    Raises DescriptionError with every mistake.
+    Raises DescriptionError, whose message lists every mistake in the file.
     """
     file = folder / FILE
     if not file.is_file():
@@ -115,14 +118,14 @@ def _validate_table(model: type[ModelT], file: Path, where: str, table: Any) -> 
 
 
 def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:
-    """Return the path of a file relative to its project's folder.
+    """Return the path of a file relative to the project's folder.
 
-    The path begins with ``./`` if it could be mistaken for an option or for an installed name.
+    The path begins with ``./`` if robotcore could otherwise take it for an option or for an installed name.
 
     folder: the project's folder.
     base: the folder that the name is relative to.
-    name: the file, for an app also ``FILE:CLASS``.
-    kind: ``app``, ``robot`` or ``world``, for a message.
+    name: the name of the file. For an app, ``FILE:CLASS`` is possible too.
+    kind: ``app``, ``robot`` or ``world``; the error message has this word.
     Raises UsageError if the file does not exist, or if it is outside of the folder and would not be sent.
     """
     path, colon, rest = name.partition(":") if is_app_file(name) else (name, "", "")
@@ -147,7 +150,7 @@ def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:
 
 
 def require_sendable(folder: Path) -> None:
-    """Raise UsageError if a folder is the home folder or contains it, because a push sends the whole folder."""
+    """Raise UsageError if a project's folder is the user's home or contains it: a push would send all files in it."""
     if Path.home().resolve().is_relative_to(folder.resolve()):
         raise UsageError(
             f"{escape(str(folder))} contains your home folder, and a push sends the whole folder. Make a folder for "
@@ -158,7 +161,7 @@ def require_sendable(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class DeployOptions:
-    """The options of a push that override the project's file. None leaves the value to that file.
+    """The options of a push that override the project's ``pyproject.toml``. If one is None, the file's value applies.
 
     Names of files are relative to the current folder.
     """
@@ -168,14 +171,14 @@ class DeployOptions:
     world: str | None = None
     backend: str | None = None
     settings: Mapping[str, str] = field(default_factory=dict)
-    """Settings of the app. They are added to the project's, and override those of the same name."""
+    """Settings of the app. They are added to those of the project, and override those of the same name."""
     options: Mapping[str, str] = field(default_factory=dict)
-    """Options of the backend. They are added to the project's, and override those of the same name."""
+    """Options of the backend. They are added to those of the project, and override those of the same name."""
     rate_hz: float | None = None
     seeds: str | None = None
     """The seeds of the simulation check, such as ``1-3`` or ``1,5,9-12``."""
     require: tuple[str, ...] | None = None
-    """The bounds of the simulation check, such as ``verified>=1``."""
+    """The bounds that the results of the simulation check must reach, such as ``verified>=1``."""
     record: bool | None = None
     """Whether each run on the robot is recorded."""
     folder: Path | None = None
@@ -187,7 +190,7 @@ class Project:
     """A project to deploy: an app, a robot, and how the app runs there."""
 
     folder: Path | None
-    """The user's folder, absolute. None if all names are installed, so that no files of the user are sent."""
+    """The absolute path of the user's folder. None if everything is installed: then no files of the user are sent."""
     name: str
     app: str
     """The app's name, or its file relative to the folder."""
@@ -204,7 +207,7 @@ class Project:
     seeds: str = "1-3"
     """The seeds of the simulation check."""
     require: tuple[str, ...] = ()
-    """The bounds of the simulation check. If there are none, every run must pass."""
+    """The bounds that the results of the simulation check must reach. Without bounds, every run must pass."""
     extras: tuple[str, ...] = ()
     """Extras of robotcore or of the project that pip installs too."""
     is_recorded: bool = True
@@ -219,7 +222,7 @@ class Project:
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files that the project names, relative to its folder."""
+        """The files that the project names as app, robot and world, relative to its folder."""
         app = (self.app.partition(":")[0],) if is_app_file(self.app) else ()
         return (*app, *(name for name in (self.robot, self.world) if name and is_own(name)))
 
@@ -228,21 +231,22 @@ class Project:
         return load_robot(self.resolve(self.robot))
 
     def resolve(self, name: str) -> str:
-        """Return a name unchanged, and a file of the project as an absolute path."""
+        """Return the absolute path of a file of the project. Return the name of something installed as it is."""
         return str(self.folder / name) if self.folder and (is_own(name) or is_app_file(name)) else name
 
 
 def build_project(options: DeployOptions, here: Path | None = None) -> Project:
-    """Return the project of a folder, with the options applied.
+    """Return the project of a folder, with the options of the user applied.
 
-    Without ``options.folder`` the folder is ``here`` if its ``pyproject.toml`` has a table ``[tool.robotcore]``, or if
-    the options name a file. Else the project has no folder, and only installed names.
+    The folder is ``options.folder`` if that is given. Otherwise it is ``here`` if the ``pyproject.toml`` there has a
+    table ``[tool.robotcore]``, or if the options name a file. Otherwise the project has no folder, and its app, robot
+    and world must be installed.
 
     >>> build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
     <Project green-search: green-search on rover, raspberrypi>
 
     options: the options of the user.
-    here: the folder that names are relative to; None for the current folder.
+    here: the folder that file names in the options are relative to; None for the current folder.
     Raises UsageError if a name is unknown or a file is outside of the folder, and DescriptionError if
     ``pyproject.toml`` has mistakes.
     """
@@ -262,7 +266,7 @@ def build_project(options: DeployOptions, here: Path | None = None) -> Project:
 
 
 def _merge(options: DeployOptions, tables: Tables, folder: Path | None, here: Path) -> Project:
-    """Return the project of the tables, overridden by the options."""
+    """Return the project that the tables describe, with the values that the options override."""
     table = tables.robotcore or RobotcoreTable()
     deploy = table.deploy
     app = _resolve_name(options, table, "app", folder, here)
@@ -298,7 +302,7 @@ def _is_file(name: str) -> bool:
 
 
 def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, folder: Path | None, here: Path) -> str:
-    """Return the name of the app, robot or world, or its file relative to the project's folder."""
+    """Return the installed name of the app, robot or world, or its file relative to the project's folder."""
     given = getattr(options, kind)
     name = given or getattr(table, kind)
     if not name:

@@ -34,7 +34,7 @@ from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import pluralize
 
 FILES = "files"
-"""The name of the step that builds the bundle. It reports no result."""
+"""The name of the step that builds the bundle. This step reports no result."""
 
 
 @dataclass(frozen=True)
@@ -50,20 +50,20 @@ class Push:
     """Whether the tests, the checks of the descriptions and the simulation run first."""
 
     is_offline: bool = False
-    """Whether the wheels are sent too, for a robot without a network."""
+    """Whether the push also sends the wheels of the requirements, for a robot without a network."""
 
     healthy_within_s: float = health.HEALTHY_WITHIN_S
-    """The time limit of the release's first tick, in s."""
+    """The time within which the app must complete its first tick on the robot, in s."""
 
 
 def push(request: Push, on_step: OnStep = print) -> str:
     """Check a project, send it to a robot, and start it there; return the release's name.
 
-    Whatever is raised, the old or the new release runs.
+    After every error, the robot still runs the old or the new release.
 
     request: the project, the robot and the options.
-    on_step: is called with the progress.
-    Raises UnprovenError if a check fails, so that nothing is sent. Raises DeployError if the robot cannot be reached or
+    on_step: this function is called with the progress.
+    Raises UnprovenError if a check fails; then nothing was sent. Raises DeployError if the robot cannot be reached or
     cannot run the project. Raises UnhealthyError if the release is not healthy and was rolled back.
     """
     with TemporaryDirectory(prefix="robotcore-") as folder:
@@ -87,18 +87,18 @@ def push(request: Push, on_step: OnStep = print) -> str:
 
 
 def describe_state_after(step: str, request: Push) -> str:
-    """Return a sentence about the robot's state after an interruption of this step."""
+    """Return a sentence about the state that the robot is in if the user interrupts a push in this step."""
     if step == health.STEP:
         return health.status_hint(request.host, request.ssh_config)
     return f"Nothing {'was sent to' if step in {*checks.NAMES, FILES} else 'has changed on'} {request.host}"
 
 
 SHOWN_LEVELS = ("error", "warning")
-"""The levels of findings that are printed in full, the worst first."""
+"""The levels of the doctor's findings that are printed in full, the worst first."""
 
 
 class ReleaseUpload:
-    """The upload of a release to a connected robot: call `probe`, then `upload`.
+    """Uploads a release to a connected robot. Call `probe` first, then `upload`.
 
     link: the robot, connected.
     release: the manifest.
@@ -138,7 +138,10 @@ class ReleaseUpload:
 
     @contextmanager
     def _discard_on_error(self, release: str) -> Iterator[None]:
-        """Let the robot delete the upload if the block raises. If that call fails, the next push deletes it."""
+        """Tell the robot to delete the upload if the ``with`` block raises.
+
+        If the robot cannot be reached then, the next push deletes the upload.
+        """
         try:
             yield
         except BaseException:
@@ -147,7 +150,7 @@ class ReleaseUpload:
             raise
 
     def _add_wheels(self) -> None:
-        """Add the wheels for the robot to the bundle."""
+        """Download the wheels that fit the robot, and add them to the bundle."""
         step = begin_step("wheels", self._on_step)
         wheels = fetch_wheels(self._release.requirements, self._target, step.update)
         shutil.copytree(wheels, self._bundle.folder / WHEELS)
@@ -175,7 +178,7 @@ def _report_transfer(step: Step) -> Callable[[int, float], None]:
 
 
 def _report_findings(findings: Sequence[Finding], step: Step) -> None:
-    """Report the findings of the doctor. An error among them raises nothing, because the health check decides."""
+    """Report the findings of the doctor. A finding of the level ``error`` raises nothing: the health check decides."""
     counts = Counter(finding.level for finding in findings)
     bad = [finding for level in SHOWN_LEVELS for finding in findings if finding.level == level]
     said = [f"{counts['ok']} ok", *(pluralize(counts[level], level) for level in SHOWN_LEVELS if counts[level])]
@@ -188,11 +191,11 @@ def _format_finding(finding: Finding) -> str:
 
 
 UNTIL_STOPPED_S = 1e9
-"""The time-out of a deployed run, in s: 30 years, so that the app runs until a user stops it."""
+"""The time-out of a run on the robot, in s. It is 30 years, so that the app runs until a user stops it."""
 
 
 def create_release(project: Project, requirements: tuple[str, ...], checks_passed: tuple[str, ...]) -> Release:
-    """Return a release of a project, named by the current time. The robot may give it a later name."""
+    """Return the release for a bundle. Its name is the current time; the robot may give it a later name."""
     return build_release(
         project,
         f"{datetime.now(timezone.utc):{NAME_FORMAT}}",
@@ -218,9 +221,9 @@ def build_release(
 
     name: the release's name.
     requirements: the requirements that pip installs on the robot.
-    gates: a line for each check before the push.
-    robotcore: robotcore's version.
-    revision: the project's revision in git.
+    gates: a line on the result of each check before the push.
+    robotcore: the version of robotcore.
+    revision: the project's commit in git.
     sender: the user and the machine that push it.
     """
     return Release(
@@ -245,7 +248,7 @@ def _build_stop_options(project: Project) -> list[str]:
 
 
 def _build_run(project: Project) -> RunRequest:
-    """Return the run on the robot. If the backend is a simulator, it has a world and the first seed."""
+    """Return the request for the run on the robot. For a simulator, the request has a world and the first seed."""
     is_simulated = load_backend(project.backend).builds_world(project.load_description())
     return RunRequest(
         app=project.app,
@@ -262,7 +265,7 @@ def _build_run(project: Project) -> RunRequest:
 
 
 def _find_revision(folder: Path | None) -> str:
-    """Return the commit of a folder, with ``-dirty`` if files were changed since; empty without git."""
+    """Return the git commit of a folder, with ``-dirty`` if files have changed since; empty without git."""
     if folder is None:
         return ""
     command = ("git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*")

@@ -31,7 +31,7 @@ __all__ = ["ROBOTCORE", "Requirement", "SpecifierSet", "canonicalize_name", "col
 ROBOTCORE = "robotcore"
 
 _EXTRA = re.compile(r'(?:(?P<rest>.*) and )?extra == "(?P<extra>[^"]+)"', re.DOTALL)
-"""The marker of a requirement that belongs to an extra: build tools write the extra last."""
+"""The marker of a requirement that belongs to an extra. Build tools write the extra at the end of the marker."""
 
 _SECRET = re.compile(":.*@", re.DOTALL)
 """The part of an address that may hold a password."""
@@ -40,11 +40,11 @@ _SECRET = re.compile(":.*@", re.DOTALL)
 def collect_requirements(project: Project, site: Path, pinned: Iterable[str] = ()) -> tuple[str, ...]:
     """Return the requirements of robotcore, of the other packages in ``site``, and of the project, sorted.
 
-    Markers are kept, because the robot's pip evaluates them for its own Python and machine.
+    Environment markers stay in the requirements, because pip evaluates them on the robot for the robot's Python.
 
     project: the project.
-    site: the folder of the packages that are sent. They are not requirements.
-    pinned: further requirements.
+    site: the folder of the packages that are sent. pip does not install them on the robot.
+    pinned: further requirements, such as ``name==version``.
     Raises UsageError for a requirement that a robot cannot install: a file of this machine, an address with a
     password, or another version of a package that is sent.
     """
@@ -59,7 +59,7 @@ def collect_requirements(project: Project, site: Path, pinned: Iterable[str] = (
 
 
 class _RequirementCollector:
-    """Collects requirements. It replaces a package that is sent by the requirements of that package."""
+    """Collects requirements. If the push sends a required package, its own requirements are collected instead."""
 
     def __init__(self, sent: Mapping[NormalizedName, Distribution]) -> None:
         self._sent = sent
@@ -81,7 +81,7 @@ class _RequirementCollector:
 
 
 def _list_requirements(dist: Distribution, extra: str) -> Iterator[Requirement]:
-    """Yield the requirements of a distribution for an extra, or those for no extra if it is empty."""
+    """Yield the requirements of a distribution for an extra. For an empty extra, yield those that every user needs."""
     for requirement in map(_parse, dist.requires or ()):
         of_extra = _EXTRA.fullmatch(str(requirement.marker or ""))
         if (of_extra["extra"] if of_extra else "") == extra:
@@ -155,7 +155,7 @@ _EXTRAS = re.compile(r"robotcore\[([\w,-]+)\]")
 
 
 def find_entry_points(project: Project) -> list[EntryPoint]:
-    """Return the entry points of the backend, of the device drivers, and of an installed app."""
+    """Return the entry points of the project's backend, of its device drivers, and of its app if that is installed."""
     keys = [(BACKENDS, project.backend), *((DEVICES, name) for name in _find_driver_names(project))]
     if not is_app_file(project.app):
         keys.append((APPS, app_name(project.app)))
@@ -163,7 +163,10 @@ def find_entry_points(project: Project) -> list[EntryPoint]:
 
 
 def find_extras(project: Project) -> set[str]:
-    """Return the extras of robotcore that the project needs. Backends and device drivers name them in their remedy."""
+    """Return the extras of robotcore that the project needs.
+
+    Backends and device drivers name these extras in the remedy for a missing package.
+    """
     remedies = [load_backend(project.backend).remedy]
     for name in _find_driver_names(project):
         with suppress(BackendMissingError):  # a broken package, which `robotcore check` reports
@@ -184,7 +187,7 @@ def _find_driver_names(project: Project) -> set[str]:
 
 
 def _walk_drivers(value: Any) -> Iterator[str]:
-    """Yield each value of a key ``driver``, also in nested tables."""
+    """Yield the value of each key ``driver`` in a table and in its nested tables."""
     if not isinstance(value, dict):
         return
     for key, item in value.items():

@@ -1,7 +1,7 @@
-"""The answers of a robot: a model for each action, and the functions that parse and validate a line.
+"""The answers of a robot: a model for each action, and functions that parse and validate an answer.
 
-The client does not trust a robot: it may be broken into, or another machine may use its name. Each answer is validated
-here, and every string in it is escaped, before any other code of the client uses it.
+The client does not trust a robot: an attacker may control it, or another machine may use its name. Each answer is
+validated here, and every string in it is escaped, before any other code of the client uses it.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from robotcore.deploy.process_output import MalformedError
 from robotcore.text import escape
 
 REMOTE_FOLDER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
-"""A folder below ``~/robotcore``. No character of it has a meaning for a shell, and no ``..`` leads out of it."""
+"""The pattern of a folder below ``~/robotcore``, without characters that a shell interprets and without ``..``."""
 
 MOST_ITEMS = 100_000
-"""The most items that a list of a robot may have."""
+"""The most items that a list in a robot's answer may have."""
 
 AnswerT = TypeVar("AnswerT", bound="Answer")
 
@@ -48,7 +48,7 @@ Machine = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_.-]{0,40}$")]
 
 
 class Answer(BaseModel):
-    """A message of a robot. A key that is unknown here is ignored."""
+    """The base class of the messages of a robot. Keys that the model does not have are ignored."""
 
     model_config = ConfigDict(strict=True, frozen=True, extra="ignore", allow_inf_nan=False)
 
@@ -57,7 +57,7 @@ class Notice(Answer):
     """The progress of an action."""
 
     say: str
-    """What the action does now."""
+    """A text on what the action is doing now."""
     release: ReleaseName | None = None
     """The release that the robot chose, if it chose one."""
 
@@ -103,7 +103,7 @@ class BeginAnswer(Answer):
     to: RemoteFolder
     """The folder that receives the upload."""
     copy_from: RemoteFolder | None
-    """The folder of an earlier release. Files that are equal there are copied instead of sent."""
+    """The folder of an earlier release. Files that are equal to those in it are copied on the robot instead of sent."""
 
 
 class Finding(Answer):
@@ -112,9 +112,9 @@ class Finding(Answer):
     level: str
     """``ok``, ``warning`` or ``error``."""
     what: str
-    """The part that the doctor examined."""
+    """The part of the robot that the doctor examined."""
     said: str
-    """The result."""
+    """What the doctor found."""
     remedy: str
     """What to do about it; empty if there is nothing to do."""
 
@@ -147,7 +147,7 @@ class HealthResult(Answer):
 
 
 class LastRelease(Answer):
-    """The newest release with a result, if no release is current."""
+    """The newest release that was checked. The answer has it only if no release is current."""
 
     name: ReleaseName
     outcome: str
@@ -167,20 +167,20 @@ class State(Answer):
     release: ReleaseName | None
     """The current release."""
     verdict: str | None
-    """The result of its last health check."""
+    """The outcome of the last health check of the current release."""
     on_trial: ReleaseName | None
     """The release whose health check is not complete."""
     last: LastRelease | None
     state: str
     """``running``, ``starting``, ``stopping``, ``restarting``, ``ended``, ``failed`` or ``stopped``."""
     for_s: Annotated[float, Field(ge=0, le=1e10)] | None
-    """How long the app has been running."""
+    """How long the app has been running, in s; None if it does not run."""
     restarts: Count
-    """How often systemd has restarted the app after a failure."""
+    """The number of times that systemd has restarted the app after a failure."""
     words: str
     """The last status text of the app."""
     reason: str
-    """Why the app failed, or why it was restarted."""
+    """The failure after which the app ended or was restarted; empty if there was none."""
     lines: Texts
     """The last lines of the app's output before that failure."""
     starts_with_robot: bool
@@ -195,7 +195,7 @@ class UnreadableRelease(Answer):
 
     name: ReleaseName
     unreadable: str
-    """Why it cannot be read."""
+    """Why the manifest cannot be read."""
     verdict: str | None
     reason: str
 
@@ -212,7 +212,7 @@ class ListedRelease(Answer):
     stop: Texts
     requirements: Texts
     gates: Texts
-    """A line for each check before the push."""
+    """A line on the result of each check before the push."""
     robotcore: str
     revision: str
     sender: str
@@ -257,13 +257,13 @@ class EraseAnswer(Answer):
     erased: Texts
     """The recordings that the robot deleted."""
     different: Texts
-    """The recordings that have other content on the robot."""
+    """The recordings whose content on the robot differs from that of the client's copy."""
 
 
 def parse(line: bytes) -> dict[str, Any]:
-    """Return the JSON object in a line of a robot, with every string in it escaped.
+    """Return the JSON object in a line that a robot sent. Control characters in its strings are escaped.
 
-    Raises MalformedError if the line is no JSON object.
+    Raises MalformedError if the line is not a JSON object.
     """
     try:
         message = _escape_strings(json.loads(line.decode()))
@@ -277,10 +277,10 @@ def parse(line: bytes) -> dict[str, Any]:
 
 
 def validate(model: type[AnswerT], data: Any, where: str) -> AnswerT:
-    """Return the model of a robot's data.
+    """Return data of a robot as an object of a model, after validation.
 
-    where: the name of the data, which begins the key in an error.
-    Raises MalformedError with the first problem and its key.
+    where: the name of the data. In an error message, the key of the wrong value begins with it.
+    Raises MalformedError, whose message has the first wrong key and what is wrong with it.
     """
     try:
         return model.model_validate(data)

@@ -1,4 +1,4 @@
-"""Calls to the agent on a robot, and transfers, over one ssh connection."""
+"""Calls to the agent on a robot, and transfers of files, over one ssh connection."""
 
 from __future__ import annotations
 
@@ -30,27 +30,30 @@ if TYPE_CHECKING:
 
 
 OnNotice = Callable[[Notice], object]
-"""A function that is called with the progress of an action."""
+"""The type of a function that is called with the progress of an action."""
 
 OnLine = Callable[[str], object]
-"""A function that is called with each line that an action prints, escaped and without its end."""
+"""The type of a function that is called with each line that an action prints, escaped and without the line break."""
 
 MAX_ANSWER_BYTES = 1 << 24
 """The most bytes that a robot may write in answer to one call."""
 
 SILENCE_S = 900.0
-"""A call has failed if nothing comes for this time, in s. A build by pip and a hash of a large recording take less."""
+"""A call has failed if the robot sends nothing for this time, in s.
+
+A build by pip and the hash of a large recording take less time.
+"""
 
 
 def ignore(*arguments: object, **more: object) -> None:
-    """Do nothing."""
+    """Ignore the argument. This is the default for a function that is called with progress."""
 
 
 class Link:
-    """A connected robot, as a context manager.
+    """A context manager that connects to a robot and calls its agent.
 
-    Every method raises DeployError with a remedy. If a call or a transfer ends here by an exception, it ends on the
-    robot too.
+    Every method raises DeployError with a remedy. If an exception ends a call or a transfer on this machine, it also
+    ends on the robot.
 
     host: the robot.
     config: an ssh configuration in place of the user's.
@@ -73,33 +76,33 @@ class Link:
         self._connection.__exit__(kind, error, traceback)
 
     def call(self, action: str, answer: type[AnswerT], /, on_notice: OnNotice = ignore, **arguments: Any) -> AnswerT:
-        """Let the robot do an action, and return its validated answer.
+        """Run an action on the robot, and return its validated answer.
 
         action: the action's name, see `robotcore.deploy.agent.rpc.ACTIONS`.
         answer: the model of the answer.
-        on_notice: is called with the progress.
+        on_notice: this function is called with the progress.
         arguments: the parameters of the action.
-        Raises DeployError with the robot's ``kind`` if the robot refuses. The kind is `DAMAGED` if its answer does not
-        fit the model, is too long, or does not come.
+        Raises DeployError. If the robot refuses the action, the error has the ``kind`` that the robot sent. If the
+        answer does not fit the model, is too long, or does not come, the kind is `DAMAGED`.
         """
         return self._ask(Call(action, answer, on_notice), arguments)
 
     def stream(self, action: str, /, on_line: OnLine, max_bytes: int | None, **arguments: Any) -> None:
-        """Let the robot do an action that prints lines, and pass on each line.
+        """Run an action on the robot that prints lines, and pass each line to a function.
 
         action: the action's name.
-        on_line: is called with each line, escaped and without its end.
-        max_bytes: the most bytes that may come; None for a stream without an end.
+        on_line: this function is called with each line, escaped and without the line break.
+        max_bytes: the most bytes that the robot may send; None for a stream without an end.
         arguments: the parameters of the action.
         """
         self._ask(Call(action, EmptyAnswer, on_line=on_line, max_bytes=max_bytes), arguments)
 
     def send(self, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress = ignore) -> Transfer:
-        """Send the contents of a folder.
+        """Copy the contents of a folder to the robot.
 
         folder: the folder on this machine.
         to: an existing folder on the robot, relative to `Layout.root`.
-        copy_from: another folder on the robot. Files that are equal there are copied instead of sent.
+        copy_from: another folder on the robot. Files that are equal to those in it are copied there instead of sent.
         on_progress: is called with the bytes that are done, and with their part of all, 0 to 1.
         """
         return rsync.send(self._connection, self.host, folder, to, copy_from, on_progress)
@@ -113,12 +116,12 @@ class Link:
         on_poll: OnPoll = ignore,
         on_progress: OnProgress = ignore,
     ) -> Transfer:
-        """Copy recordings from the robot; nothing is deleted there.
+        """Copy recordings from the robot. The robot keeps its files.
 
         what: the names of the recordings.
         folder: the folder on this machine.
-        partial: the folder for an incomplete file if the connection breaks. The next call resumes it.
-        on_poll: is called at least every half second. An exception that it raises ends the transfer.
+        partial: the folder that keeps an incomplete file if the connection breaks. The next call completes that file.
+        on_poll: this function is called at least every half second. If it raises an exception, the transfer ends.
         on_progress: is called with the bytes that are done, and with their part of all, 0 to 1.
         """
         return rsync.receive(self._connection, self.host, what, folder, partial, on_poll, on_progress)
@@ -143,7 +146,7 @@ class Link:
 
     @contextmanager
     def _run(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-        """Run a script on the robot. If the block raises, the script ends."""
+        """Run a script on the robot during a ``with`` block. If the block raises, the script is ended."""
         command = [*self._connection.ssh_command, REMOTE_COMMAND]
         with subprocess.Popen(  # noqa: S603  constants
             command, stdin=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
@@ -158,23 +161,23 @@ class Link:
 
 @dataclass
 class Call(Generic[AnswerT]):
-    """One call of an action."""
+    """One call of an action, and how to read its answer."""
 
     action: str
     """The action's name."""
     answer: type[AnswerT]
     """The model of the answer."""
     on_notice: OnNotice = ignore
-    """Is called with the progress."""
+    """The function that is called with the progress."""
     on_line: OnLine = ignore
-    """Is called with each line that the action prints."""
+    """The function that is called with each line that the action prints."""
     max_bytes: int | None = MAX_ANSWER_BYTES
     """The most bytes that the robot may write; None for a stream without an end."""
 
     def parse_answer(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
-        """Return the answer in the output of a robot, or None if there is none.
+        """Return the answer in the output of a robot, or None if the output has none.
 
-        Lines before the first mark are dropped: a login shell prints them.
+        Lines before the first `MARK` are dropped, because a login shell prints them.
 
         Raises MalformedError if the output is damaged.
         """
@@ -201,7 +204,7 @@ class Call(Generic[AnswerT]):
         return None
 
     def _limit_silence(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
-        """Yield pieces; raises MalformedError if none comes for `SILENCE_S`, unless the stream has no end."""
+        """Yield the pieces. Raises MalformedError if none comes for `SILENCE_S`, except in an endless stream."""
         clock, received_s = MonotonicClock(), 0.0
         for piece in pieces:
             if piece:
@@ -218,13 +221,14 @@ AGENT_PACKAGE = "robotcore.deploy.agent"
 """The package that runs on the robot."""
 
 EMPTY_PACKAGES = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
-"""The packages around the agent, which are empty on the robot."""
+"""The packages that contain the agent's package. On the robot their files are empty."""
 
 
 def build_script(action: str, arguments: Mapping[str, Any]) -> str:
     """Return a Python script in ASCII that runs an action of the agent.
 
-    It holds the agent's source. Arguments are JSON in ASCII literals, so that they never run as code.
+    The script contains the source of the agent. The arguments are string literals that contain JSON, so that
+    Python never runs them as code.
 
     action: the action's name.
     arguments: its parameters, which JSON can represent.

@@ -23,17 +23,17 @@ from robotcore.deploy.robot_answers import REMOTE_FOLDER
 from robotcore.deploy.ssh import Connection
 
 OnProgress = Callable[[int, float], object]
-"""A function that is called with the bytes that are done, and with their part of all, 0 to 1."""
+"""The type of a function that is called with the transferred bytes, and with their share of all bytes, 0 to 1."""
 
 OnPoll = Callable[[], object]
-"""A function that is called during a transfer. An exception that it raises ends the transfer."""
+"""The type of a function that is called during a transfer. If it raises an exception, the transfer ends."""
 
 TIMEOUT_S = 60
-"""A transfer has failed if no data move for this time, in s."""
+"""A transfer has failed if no data are transferred for this time, in s."""
 
 COMMON_OPTIONS = (
     "--times",
-    "--no-protect-args",  # so that the robot's shell expands ~; no other character of a path has a meaning for it
+    "--no-protect-args",  # so that the robot's shell expands ~, the only special character in a path
     "--no-human-readable",
     "--info=progress2",
     "--stats",
@@ -51,13 +51,13 @@ RECEIVE_OPTIONS = (
     "--from0",
     "--files-from=-",
 )
-"""Only plain files are received, by name, and none is executable."""
+"""The options for receiving: only plain files, only those that are named, and none executable."""
 
 RECORDING = re.compile(r"\w[\w.-]{0,94}\.mcap", re.ASCII)
 """The name of a recording: at most 100 ASCII letters, digits, underscores, dots and dashes, ending in .mcap."""
 
 MAX_OUTPUT_CHARACTERS = 1 << 16
-"""The number of characters at the end of rsync's output that are kept. The statistics are among them."""
+"""Of rsync's output, this many characters at the end are kept. They contain the statistics."""
 
 PROGRESS = re.compile(r"\s*(\d{1,18})\s+(\d{1,3})%\s")
 STATS = {
@@ -87,9 +87,9 @@ def send(
 ) -> Transfer:
     """Send the contents of a folder, see `Link.send`.
 
-    Files are compared by content instead of time, because a fresh checkout has new times. A file that differs is sent
+    rsync compares files by content instead of time, because a fresh checkout has new times. A file that differs is sent
     as a whole: rsync 3.2.7 of Debian 12 cannot verify a file that it patches from a folder of ``--copy-dest``. Other
-    files in the target folder are deleted, because it may hold an earlier, broken upload.
+    files in the target folder are deleted, because an interrupted upload may have left them.
     """
     options = [*SEND_OPTIONS, "--no-inc-recursive"]
     if copy_from is not None:
@@ -107,7 +107,7 @@ def receive(
     on_poll: OnPoll,
     on_progress: OnProgress,
 ) -> Transfer:
-    """Copy recordings from the robot, see `Link.receive`. rsync reads their names from stdin; no shell sees them."""
+    """Copy recordings from the robot, see `Link.receive`. rsync reads their names from stdin, not through a shell."""
     options = RECEIVE_OPTIONS if partial is None else (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
     names = b"".join(_require_recording_name(name).encode() + b"\0" for name in what)
@@ -136,7 +136,10 @@ def _transfer(
     *,
     where: str,
 ) -> Transfer:
-    """Run rsync; ``where`` is the machine that receives the files."""
+    """Run rsync, and return the statistics of the transfer.
+
+    where: the machine that receives the files, for an error message.
+    """
     if not shutil.which("rsync"):
         raise explain_missing_program("rsync", "rsync")
     command = ["rsync", *COMMON_OPTIONS, "-e", shlex.join(connection.ssh_command[:-1]), *arguments]
@@ -153,7 +156,7 @@ def _transfer(
 
 @contextmanager
 def _run(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-    """Run rsync without the terminal's signals. If the block raises, rsync and its ssh end."""
+    """Run rsync during a ``with`` block. Ctrl-C does not reach rsync. If the block raises, rsync and its ssh end."""
     with subprocess.Popen(  # noqa: S603  constants, and a folder of this machine
         command,
         stdin=stdin,
@@ -172,12 +175,12 @@ def _run(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Popen[
 
 
 def _build_environment() -> dict[str, str]:
-    """Return the environment without rsync's variables, and with messages in English."""
+    """Return the environment without variables that change rsync's options, and with messages in English."""
     return {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")} | {"LC_ALL": "C"}
 
 
 def _read(pieces: Iterable[bytes], on_progress: OnProgress, on_poll: OnPoll) -> str:
-    """Report the progress while rsync runs, and return the end of its other output."""
+    """Report the progress while rsync runs, and return the end of its output without the progress lines."""
     printed = rest = ""
     for piece in pieces:
         on_poll()

@@ -27,22 +27,22 @@ from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import escape
 
 PINS_SIMULATOR, PLAIN_SIMULATOR = "virtualpi", "kinematic"
-"""The simulator with the robot's own drivers, and the one without further requirements."""
+"""The backend that simulates the Pi below the robot's own drivers, and the one that needs no further packages."""
 
 SECTION = "raspberrypi"
-"""The section of a robot's file that describes its pins."""
+"""The name of the section of a robot's file that describes the pins of a Raspberry Pi."""
 
 ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
-"""The command that a user repeats, and the sweep's file of results."""
+"""The command in the hint for repeating a run, and the name of the file with the results of the sweep."""
 
 HANG_MARGIN_S = 60.0
-"""A run hangs if it takes this much longer than its time-out by the wall clock, in s."""
+"""A run counts as hanging if it takes longer than its time-out plus this margin, in s of the wall clock."""
 
 
 def simulate(bundle: Bundle, say: Say) -> CheckResult:
-    """Run the app in simulation, with the files of the bundle only.
+    """Run the app in simulation, with only those files that are in the bundle.
 
-    If the project requires bounds, they decide. Otherwise every run must pass, see `is_pass`.
+    If the project requires bounds, the results must reach them. Otherwise every run must pass, see `is_pass`.
 
     Raises UnprovenError with a command that repeats the failing run.
     """
@@ -74,10 +74,10 @@ def simulate(bundle: Bundle, say: Say) -> CheckResult:
 
 
 def choose_simulator(project: Project) -> tuple[str, tuple[str, ...]]:
-    """Return the backend of the simulation, and notes on it.
+    """Return the name of the backend for the simulation, and notes on the choice.
 
-    If the project's backend is a simulator, it is used. Else it is the simulated Pi if the robot has a section for the
-    Pi and gpiozero is installed.
+    It is the project's backend if that is a simulator. Otherwise it is the simulated Pi if the robot has a section for
+    the Pi and gpiozero is installed. Otherwise it is the kinematic simulator.
     """
     robot = project.load_description()
     if load_backend(project.backend).builds_world(robot):
@@ -92,7 +92,8 @@ def choose_simulator(project: Project) -> tuple[str, tuple[str, ...]]:
 def is_pass(record: Record) -> bool:
     """Return whether a run passes if no bounds are required.
 
-    It passes by a success, or by a time-out without a contact if the app never ends and has no ground truth to verify.
+    A run passes if it ends with success. An app that never ends and whose result nothing verifies passes if the run
+    reaches its time-out without a contact.
     """
     result = record.result
     is_endless = result.outcome is Outcome.TIMEOUT and result.verified is None and not result.contacts
@@ -102,7 +103,7 @@ def is_pass(record: Record) -> bool:
 def build_sweep_arguments(project: Project, backend: str, world: str) -> list[str]:
     """Return the arguments of ``robotcore`` that run the sweep.
 
-    The project's backend options are left out if another backend simulates it.
+    The options of the project's backend are left out if the simulation uses another backend.
     """
     options = project.options if backend == project.backend else {}
     request = RunRequest(
@@ -116,14 +117,14 @@ def build_sweep_arguments(project: Project, backend: str, world: str) -> list[st
 def _run_sweep(
     bundle: Bundle, words: Sequence[str], scratch: Path, results: Path, report: Callable[[int, int], object]
 ) -> dict[str, Any]:
-    """Return the answer of ``robotcore sweep``; raises UnprovenError if it did not end.
+    """Run ``robotcore sweep`` and return its answer; raises UnprovenError if the sweep did not end.
 
-    It runs in a copy, because files that the app writes and that Python compiles are not to be sent.
+    The sweep runs in a copy of the bundle. So files that the app writes or that Python compiles are not sent.
 
     words: the arguments of the sweep.
     scratch: a folder for the copy.
     results: the folder for the results.
-    report: is called with the number of runs that are done, and of all.
+    report: this function is called with the number of runs that are done, and the number of all runs.
     """
     copy = shutil.copytree(bundle.folder, scratch / "sent", symlinks=True)
     runs, limit_s = len(parse_seeds(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
@@ -152,13 +153,16 @@ def _count_results(file: Path) -> int:
 
 
 def _format_repeat(project: Project, line: str) -> str:
-    """Return the lines with the command that repeats a run in the user's folder, which has more files than are sent."""
+    """Return lines with the command that repeats a run in the user's folder.
+
+    That folder has more files than the bundle, so the lines say what it means if the repeated run passes.
+    """
     more = "\nIf that run passes, the app needs a file that is not sent: git ignores it, or it may hold a secret"
     return f"\nTo repeat it: {format_command(project, line)}{more if project.folder else ''}"
 
 
 def _build_environment(site: Path) -> dict[str, str]:
-    """Return the variables by which Python finds modules in ``site`` first, as on the robot."""
+    """Return the environment variables that make Python search modules in ``site`` first, as on the robot."""
     paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {"PYTHONPATH": os.pathsep.join(paths)}
 

@@ -32,16 +32,25 @@ LOGIN_S = 150
 """The time limit of the login, in s: sshd closes a connection after 120 s, and a login shell takes some time."""
 
 EXIT_GRACE_S = 5
-"""How long ssh may take to end, in s."""
+"""How long ssh may take to end after its stdin was closed, in s."""
 
 TERMINATE_RETRY_S = 0.2
-"""Time between two signals, in s: ssh misses a signal that comes just before it waits for a password."""
+"""The time between two signals to ssh, in s.
+
+The signal is repeated because ssh misses one that comes just before it waits for a password.
+"""
 
 BREAK_GRACE_S = 1
-"""How long to wait for the end of a broken connection, in s: a call over it may fail before the connection ends."""
+"""How long to wait for the end of ssh after a call has failed, in s.
+
+If the connection breaks, a call may fail shortly before ssh ends.
+"""
 
 SOCKET_FOLDER = "/tmp"  # noqa: S108  the socket is in a private folder in it
-"""The folder of the socket: the path must be short, and macOS's own folder for temporary files is deep."""
+"""The folder for the socket's private folder.
+
+The path of a socket must be short. The default folder for temporary files on macOS has a long path.
+"""
 
 GREETING = b"\x1erobotcore\n"
 """Text that the robot sends back after its login shell has printed everything."""
@@ -58,7 +67,7 @@ MASTER_OPTIONS = {
     "RemoteCommand": "none",
     "LogLevel": "ERROR",
 }
-"""Options that override the user's own configuration; everything else of it applies.
+"""The options that override the user's ssh configuration. The rest of that configuration applies.
 
 At a lower log level ssh does not print why it fails. At the level INFO it prints the robot's banner too.
 """
@@ -70,14 +79,14 @@ LOG_BLOCKS = 1 << 16
 """The limit of ssh's log, in blocks of POSIX's ulimit: 32 MB, then ssh ends. A robot's stderr goes into this log."""
 
 LOG_TAIL_BYTES = 1 << 13
-"""The bytes at the end of the log that are read."""
+"""Of the log, only this many bytes at the end are read."""
 
 LAUNCHER = ("sh", "-c", f'trap "" INT; ulimit -S -f {LOG_BLOCKS} || :; exec "$@"', "sh")
-"""Starts ssh with SIGINT ignored: after Ctrl-C, `Connection` must still close it in an orderly way."""
+"""The command that starts ssh so that it ignores SIGINT. After Ctrl-C, `Connection` itself closes ssh."""
 
 
 class Connection:
-    """A connection to a host, as a context manager. Entering it raises DeployError if the robot does not answer.
+    """A context manager that holds a connection to a host. Raises DeployError if the robot does not answer.
 
     ``cat`` runs on the robot while the connection is open, with this process at the other end of its stdin. If this
     process is killed, ``cat`` ends, and ssh with it.
@@ -93,9 +102,9 @@ class Connection:
 
     @property
     def ssh_command(self) -> list[str]:
-        """The command line, without the remote command, that uses the connection. No part of it needs quotes.
+        """The ssh command line that uses the connection, without the remote command. No part of it needs quotes.
 
-        This ssh reads no configuration.
+        This ssh reads no configuration file.
         """
         return ["ssh", "-F", "none", "-S", f"{self._folder}/master", "-o", "ProxyCommand=false", "-T", "robot"]
 
@@ -118,7 +127,10 @@ class Connection:
         self._unwind.close()
 
     def find_cause(self, error: DeployError) -> DeployError:
-        """Return the error to raise for a failure: the end of the connection if it has ended, else ``error``."""
+        """Return the error to raise after a call has failed with ``error``.
+
+        If the connection has ended, that is the cause, and the returned error says so. Otherwise it is ``error``.
+        """
         if error.kind in {CALL_FAILED, RSYNC_FAILED}:
             with suppress(subprocess.TimeoutExpired):
                 self._master.wait(BREAK_GRACE_S)
@@ -133,7 +145,7 @@ class Connection:
             )
 
     def _build_options(self) -> list[str]:
-        """Return the options of ssh: it writes messages into a file, and asks questions on the terminal."""
+        """Return the options with which ssh writes messages into a file, and asks questions on the terminal."""
         host, file = self._host, self._config
         options = MASTER_OPTIONS | ({} if _can_ask() else {"BatchMode": "yes"})
         return [
@@ -145,7 +157,7 @@ class Connection:
         ]
 
     def _send_greeting(self) -> None:
-        """Send the greeting, and wait until it comes back. If that fails, end an open question of ssh."""
+        """Send the greeting, and wait until the robot sends it back. If that fails, end ssh, also during a question."""
         assert self._master.stdin
         assert self._master.stdout
         with suppress(BrokenPipeError):
@@ -158,7 +170,7 @@ class Connection:
             raise
 
     def _cancel_login(self) -> None:
-        """Terminate ssh, which may be asking for a password: after SIGKILL the terminal would not echo any more."""
+        """Terminate ssh by SIGTERM. After SIGKILL during a password question, the terminal would not echo any more."""
         for _ in range(int(EXIT_GRACE_S / TERMINATE_RETRY_S)):
             self._master.terminate()
             with suppress(subprocess.TimeoutExpired):
@@ -186,7 +198,7 @@ class Connection:
         return ""
 
     def _close(self) -> None:
-        """Close ssh's stdin, and wait for its end; terminate or kill it if it does not end."""
+        """Close the stdin of ssh, and wait until ssh ends. If it does not end, terminate or kill it."""
         with self._master as master:
             assert master.stdin
             with suppress(BrokenPipeError):

@@ -1,4 +1,7 @@
-"""Select and copy the files of a folder that are sent: git's list, no secrets, no broken links."""
+"""Select and copy the files of a folder that a push sends.
+
+These are the files that git lists, without secrets and without broken links.
+"""
 
 from __future__ import annotations
 
@@ -21,10 +24,10 @@ GENERATED = re.compile(
 """The names of files and folders that programs generate. They are not sent unless git tracks them."""
 
 RESULT_FOLDERS = ("sweeps", "recordings", "dist", "build")
-"""Folders at the top of a project that robotcore and build tools make."""
+"""The folders directly in a project's folder that robotcore and build tools make."""
 
 VENV_FILE = "pyvenv.cfg"
-"""The file that each virtual environment has."""
+"""A folder with a file of this name is a virtual environment."""
 
 _GIT_VARIABLES = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_PREFIX")
 """Variables that git sets for its hooks. They may name another repository."""
@@ -32,7 +35,7 @@ _GIT_VARIABLES = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_PREFIX")
 
 @dataclass(frozen=True)
 class Listing:
-    """The files of a folder, with names relative to it."""
+    """The files of a folder, as paths relative to that folder."""
 
     names: tuple[str, ...]
     """The files and links that are sent."""
@@ -58,7 +61,7 @@ def list_files(folder: Path) -> Listing:
 
 
 def _list_by_git(folder: Path) -> list[str] | None:
-    """Return git's list of files; None if the folder is in no work tree or is ignored."""
+    """Return the files that git lists in a folder; None if the folder is in no work tree of git, or git ignores it."""
     tracked = _ls_files(folder, "--cached")
     others = _ls_files(folder, "--others", "--exclude-standard")
     if tracked is None or others is None:
@@ -88,7 +91,10 @@ def build_git_environment() -> dict[str, str]:
 
 
 def _expand_repositories(folder: Path, names: Iterable[str]) -> Iterator[str]:
-    """Yield the files that exist. A folder is a nested repository, and is replaced by its own files."""
+    """Yield those names in git's list whose files exist.
+
+    A folder in this list is a nested repository. It is replaced by its own files.
+    """
     for name in names:
         path = folder / name
         if path.is_dir() and not path.is_symlink():
@@ -99,7 +105,7 @@ def _expand_repositories(folder: Path, names: Iterable[str]) -> Iterator[str]:
 
 
 def _walk(folder: Path, below: Path) -> Iterator[str]:
-    """Yield the files and links below a folder, relative to ``folder``, without generated files."""
+    """Yield the files and links below a folder, as paths relative to ``folder``, without generated files."""
     for path in below.iterdir():
         name = str(path.relative_to(folder))
         if _is_generated(name):
@@ -111,7 +117,7 @@ def _walk(folder: Path, below: Path) -> Iterator[str]:
 
 
 def _is_generated(name: str) -> bool:
-    """Return whether a program generated the file or a folder that it is in."""
+    """Return whether a program generated the file, or one of the folders that contain the file."""
     parts = Path(name).parts
     return parts[0] in RESULT_FOLDERS or any(map(GENERATED.fullmatch, parts))
 
@@ -122,7 +128,7 @@ _SECRET_FILES = re.compile(
     |\.vault_pass|rclone\.conf|wpa_supplicant.*\.conf|.*\.nmconnection""",
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
 )
-"""A file is secret if its whole name matches this."""
+"""A file is secret if its whole name matches this pattern."""
 
 _SECRET_WORDS = re.compile(
     r"""secret|credential|passw|token(?!i[sz])|api[_-]?key|kubeconfig|service[_-]?account|deploy[_-]?key|private[_-]?key
@@ -132,18 +138,18 @@ _SECRET_WORDS = re.compile(
 """A file is secret if its name contains one of these words, unless it is a Python file, which the app may import."""
 
 _SECRET_MODULES = re.compile(r"_*(?:secrets?|credentials?|passwords?|passwd|api_?keys?)\.pyi?", re.IGNORECASE)
-"""A Python module is secret if its whole name matches this."""
+"""A Python file is secret if its whole name matches this pattern."""
 
 _BACKUP = re.compile(r"(?:\.(?:bak|backup|old|orig|save|copy|tmp|\d+)|~)+", re.IGNORECASE)
 _EXAMPLE = re.compile(r"\.(?:example|sample|template)(?:\.\w+)?|\.pub", re.IGNORECASE)
-"""The ends of names. A backup is as secret as its original; an example and a public key are not secret."""
+"""Endings of file names. A backup is as secret as the original file. An example or a public key is not secret."""
 
 _SECRET_WORD_FOLDERS = {"secret", "secrets", "credentials"}
 """All files in these folders are secret, except for Python files, examples and public keys."""
 
 _SECRET_FOLDERS = {".ssh", ".gnupg", ".aws", ".kube", ".secrets"}
 _SECRET_PLACES = {(".docker", "config.json")}
-"""All files in these folders are secret, and these files in these folders."""
+"""Folders whose files are all secret, and single files in a folder that are secret."""
 
 _PRIVATE_KEY = re.compile(
     rb"""^[\ \t\#>]*-{4}[-\ ]BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY  # at the beginning of a line, a comment or a quotation
@@ -153,7 +159,7 @@ _PRIVATE_KEY = re.compile(
     re.VERBOSE | re.MULTILINE,
 )
 _BEGINNING = 1 << 16
-"""The bytes of a file that are searched for a private key."""
+"""The function that detects a private key searches this many bytes of a file."""
 
 
 def is_secret(folder: Path, name: str) -> bool:
@@ -182,21 +188,21 @@ def _remove_end(end: re.Pattern[str], name: str) -> str:
 
 
 def _has_private_key(file: Path) -> bool:
-    """Return whether the first 64 kB of a file have a private key, in ASCII, UTF-8 or UTF-16."""
+    """Return whether the first 64 kB of a file contain a private key, as text in ASCII, UTF-8 or UTF-16."""
     if not file.is_file():
         return False
     try:
         with file.open("rb") as opened:
             beginning = opened.read(_BEGINNING)
-    except OSError:  # the copy raises it
+    except OSError:  # the copy of this file raises the same error
         return False
     return bool(_PRIVATE_KEY.search(beginning.replace(b"\0", b"").removeprefix(b"\xef\xbb\xbf").lstrip(b"\xff\xfe")))
 
 
 def copy_files(folder: Path, target: Path) -> Listing:
-    """Copy the files that are sent; return their names, and those of secrets.
+    """Copy the files that a push sends; return the names of these files and of those that may hold a secret.
 
-    Sockets and pipes are left out. A link to another file that is sent is made relative.
+    Sockets and pipes are left out. A link to another file that is sent becomes a relative link.
 
     folder: the project's folder, absolute.
     target: the folder for the copy.

@@ -27,34 +27,36 @@ SOCKET, WATCHDOG_US, WATCHDOG_PID = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_
 READY, ALIVE = "READY=1", "WATCHDOG=1"
 
 STOPPING = "STOPPING=1\nEXTEND_TIMEOUT_USEC=60000000"
-"""The message at the end of a run. It gives the process a minute to end, in µs, before systemd kills it.
+"""The message at the end of a run. It makes systemd wait a minute (stated in µs) before it kills the process.
 
-A recording on a slow disk may need that minute, after which the recorder gives up.
+The recorder may need that minute to finish a recording on a slow disk.
 """
 
 FAILED = 6
 """The exit status of a service that ended by itself without success. Python itself uses 1 for an uncaught exception."""
 
 FEED_S = 0.5
-"""The longest time between two resets of the watchdog, in s. A health check looks for a recent reset."""
+"""The longest time between two resets of the watchdog, in s. A health check requires a recent reset."""
 
 STATUS_S = 1.0
-"""The shortest time between two statuses, in s."""
+"""The shortest time between two status texts, in s."""
 
 LONGEST = 200
-"""The longest status, in characters."""
+"""The longest status text, in characters."""
 
 
 class Notifier:
-    """An observer that reports to systemd: ready after the first tick without an error, then alive, and the end.
+    """An observer of a run that reports to systemd: first that the app is ready, then that it is alive, then its end.
+
+    The app is ready after the first tick without an error.
 
     It never raises and never blocks. A message that systemd does not accept at once is lost; the next tick repeats it.
-    The loop's own thread resets the watchdog, so that a hanging loop does not.
+    The thread of the control loop resets the watchdog. So the watchdog detects a loop that hangs.
 
     address: the path of systemd's socket, or ``@`` and the name of an abstract socket.
     watchdog_s: the time limit of systemd's watchdog, in s; None if there is no watchdog. It is reset at least four
         times within this limit, and at least every `FEED_S`, if the ticks are frequent enough.
-    clock: the clock; by default the machine's monotonic clock.
+    clock: the clock that times the resets; by default the machine's monotonic clock.
     """
 
     def __init__(self, address: str, watchdog_s: float | None = None, clock: Clock | None = None) -> None:
@@ -69,7 +71,7 @@ class Notifier:
     def of(cls, environment: MutableMapping[str, str]) -> Notifier | None:
         """Return a notifier if systemd expects messages of this process, else None.
 
-        It deletes systemd's variables from the environment, so that child processes do not send messages.
+        The function deletes systemd's variables from the environment, so that child processes do not send messages.
 
         environment: the variables of this process.
         """
@@ -106,11 +108,11 @@ class Notifier:
 
     @property
     def _is_well(self) -> bool:
-        """Whether no exception ends the run in this tick. The loop reports a tick also while an exception passes."""
+        """Whether no exception ends the run in this tick. The loop also reports the tick of an exception."""
         return sys.exc_info()[1] is self._outer
 
     def _send(self, *lines: str) -> bool:
-        """Send lines; return whether systemd accepted them."""
+        """Send lines to systemd; return whether systemd accepted them."""
         with suppress(OSError), socket(AF_UNIX, SOCK_DGRAM) as link:
             link.sendto("\n".join(lines).encode(errors="replace"), MSG_DONTWAIT, self._address)
             return True

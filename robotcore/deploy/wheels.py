@@ -24,7 +24,7 @@ from robotcore.deploy.robot_answers import ProbeAnswer
 from robotcore.errors import DeployError, DescriptionError
 
 OLDEST_GLIBC = {"x86_64": 5, "aarch64": 17}
-"""The minor version of glibc 2 that a processor's oldest wheels are built for. Source: PEP 600, PEP 599."""
+"""The minor version of glibc 2 that the oldest wheels for each processor need. Source: PEP 600, PEP 599."""
 
 LEGACY = {  # the old names of platform tags
     "x86_64": ("manylinux2014_x86_64", "manylinux2010_x86_64", "manylinux1_x86_64"),
@@ -67,9 +67,9 @@ class Target:
 
     @property
     def platforms(self) -> tuple[str, ...]:
-        """The platform tags of wheels that run there, the newest first.
+        """The platform tags of the wheels that run on the target, the newest first.
 
-        Without glibc 2, only wheels for exactly this machine run.
+        If the C library is not glibc 2, only wheels with the tag ``linux_`` and the processor run.
         """
         major, _, minor = self.libc_version.partition(".")
         if self.libc != "glibc" or major != "2" or self.machine not in OLDEST_GLIBC:
@@ -81,7 +81,7 @@ class Target:
 
     @property
     def markers(self) -> dict[str, str]:
-        """The values for the markers of requirements. Source: PEP 508."""
+        """The values of the variables in environment markers of requirements, for the target. Source: PEP 508."""
         return {
             "implementation_name": "cpython",
             "implementation_version": self.python,
@@ -97,7 +97,10 @@ class Target:
         }
 
     def require_python(self, project: Project) -> None:
-        """Raise DeployError if the project needs another Python, and DescriptionError if its requirement is invalid."""
+        """Raise DeployError if the project needs another Python than the target has.
+
+        Raises DescriptionError if the project's ``requires-python`` is invalid.
+        """
         needed = project.metadata.requires_python
         try:
             is_met = SpecifierSet(needed).contains(self.python, prereleases=True)
@@ -119,13 +122,13 @@ _UNREACHABLE_INDEX = re.compile(r"NewConnectionError|NameResolutionError|Connect
 
 
 def fetch_wheels(requirements: Iterable[str], target: Target, say: Say, cache: Path | None = None) -> Path:
-    """Return a folder with the wheels of the requirements, and of their own requirements.
+    """Return a folder with the wheels of the requirements, and of everything that these require in turn.
 
-    The wheels are downloaded once, and cached. Delete the folder to download newer ones.
+    The wheels are downloaded once, and then kept in the cache. To download newer ones, delete the folder.
 
     requirements: the requirements, in pip's format.
     target: the Python and the machine of the robot.
-    say: is called with the progress.
+    say: this function is called with the progress.
     cache: the folder of the cache; by default ``~/.cache/robotcore/wheels``.
     Raises DeployError if a requirement has no wheel for the robot, or if no package index can be reached.
     """
@@ -143,7 +146,7 @@ def fetch_wheels(requirements: Iterable[str], target: Target, say: Say, cache: P
 
 
 def _move_to_cache(whole: Path, folder: Path) -> None:
-    """Move wheels into the cache atomically. If another process has moved the same wheels, keep those."""
+    """Move wheels into the cache atomically. If another process has already cached the same wheels, keep its wheels."""
     try:
         whole.rename(folder)
     except OSError:
@@ -157,9 +160,10 @@ def _find_cache_folder() -> Path:
 
 
 def _download_all(requirements: list[Requirement], target: Target, folder: Path, say: Say) -> None:
-    """Download wheels until no requirement is missing.
+    """Download wheels until every requirement has a wheel.
 
-    One download is not enough, because pip evaluates markers for its own Python instead of the robot's.
+    One download is not enough: pip evaluates environment markers for the Python of this machine, not for the robot's.
+    So pip may leave out a package that the robot needs.
     """
     requested: list[Requirement] = []
     missing = list(_select_applicable(requirements, target, {""}))
@@ -172,7 +176,7 @@ def _download_all(requirements: list[Requirement], target: Target, folder: Path,
 
 
 def _require_names(requirements: Iterable[Requirement]) -> None:
-    """Raise DeployError for a requirement with an address: pip on the robot would use the address, not the wheel."""
+    """Raise DeployError if a requirement has an address: pip on the robot would use the address, not the wheel."""
     for each in requirements:
         if each.url:
             raise DeployError(
@@ -185,7 +189,7 @@ def _require_names(requirements: Iterable[Requirement]) -> None:
 
 
 def _download(requested: Sequence[Requirement], target: Target, folder: Path) -> None:
-    """Let pip download wheels for the robot. A package without a wheel is built here if it is pure Python."""
+    """Make pip download wheels for the robot. A pure Python package without a wheel is built on this machine."""
     platforms = [word for platform in target.platforms for word in ("--platform", platform)]
     python = ("--implementation", "cp", "--python-version", target.python_version)
     where = ("--only-binary=:all:", "--dest", str(folder), "--find-links", str(folder), *python, *platforms)
@@ -232,7 +236,7 @@ def _explain_missing_wheel(requirement: str, target: Target) -> DeployError:
 
 
 def _find_missing(requested: Iterable[Requirement], target: Target, folder: Path) -> Iterator[Requirement]:
-    """Yield the requirements of the wheels that have no wheel in the folder yet."""
+    """Yield those requirements of the downloaded wheels for which the folder has no wheel yet."""
     needs = {canonicalize_name(name): each for name, each in map(_read_metadata, folder.glob("*.whl"))}
     seen: set[str] = set()
     queue = list(requested)
@@ -249,7 +253,7 @@ def _find_missing(requested: Iterable[Requirement], target: Target, folder: Path
 def _select_applicable(
     requirements: Iterable[Requirement], target: Target, extras: Iterable[str]
 ) -> Iterator[Requirement]:
-    """Yield the requirements that apply to the robot with one of the extras, without their markers."""
+    """Yield the requirements that apply to the robot and to one of the extras. Their markers are removed."""
     environments = [{**target.markers, "extra": extra} for extra in extras]
     for each in requirements:
         if each.marker is None or any(map(each.marker.evaluate, environments)):

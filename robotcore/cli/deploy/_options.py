@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class DeployCommand(click.Command):
-    """A command that SIGINT and SIGTERM end by Interrupted, so that it stops the processes that it started."""
+    """A command that raises Interrupted at SIGINT and SIGTERM, so that it stops the processes that it started."""
 
     def invoke(self, ctx: click.Context) -> Any:
         from robotcore.runtime.signals import SignalGuard
@@ -27,7 +27,7 @@ class DeployCommand(click.Command):
 
 
 class AnsweringDeployCommand(AnsweringCommand):
-    """A command that, with ``--json``, prints ``host``, ``error`` and ``exit_status`` after an error."""
+    """A command whose answer to ``--json`` after an error has ``host``, ``error`` and ``exit_status``."""
 
     def build_failure_answer(
         self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
@@ -47,7 +47,7 @@ def robot_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def make_link(host: Host, ssh_config: Path | None) -> Link:
-    """Return a link to a robot. It connects when it is entered."""
+    """Return a link to a robot. The link connects when its ``with`` block begins."""
     from robotcore.deploy.rpc import Link
 
     return Link(host, ssh_config)

@@ -65,13 +65,14 @@ def _make_spinner(progress: Progress) -> Spinner:
     from rich.spinner import Spinner
     from rich.text import Text
 
-    return Spinner("dots", Text(f"{progress.step:<13}{progress.text}"))  # rich would interpret markup in a plain string
+    # in a plain string, rich would interpret square brackets as markup
+    return Spinner("dots", Text(f"{progress.step:<13}{progress.text}"))
 
 
 NO_RELEASE = "no release is on the robot"
 
 GOOD_STATES = ("running", "ended")
-"""The states of an app that works."""
+"""The states of an app that is healthy: it runs, or it has ended with success."""
 
 
 def choose_exit_status(state: State) -> int:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 RECORDINGS = Path("recordings")
-"""The folder in the current folder that has a folder for each robot."""
+"""The folder for recordings in the current folder. It has one folder for each robot."""
 
 
 @click.command("fetch", cls=AnsweringDeployCommand)
@@ -54,7 +54,7 @@ def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: boo
 
 
 def _default_folder(host: Host) -> Path:
-    """Return ``recordings/HOST``; raises UsageError if either of its folders is a symbolic link."""
+    """Return the path ``recordings/HOST``; raises UsageError if ``recordings`` or ``HOST`` is a symbolic link."""
     folder = RECORDINGS / host.name
     for path in (RECORDINGS, folder):
         if path.is_symlink():
@@ -68,7 +68,7 @@ def _default_folder(host: Host) -> Path:
 
 
 def _ignore_progress(_progress: object) -> None:
-    """Print nothing, because the answer is one line of JSON."""
+    """Print no progress, because the output must be one line of JSON."""
 
 
 def _build_payload(result: FetchResult) -> dict[str, Any]:

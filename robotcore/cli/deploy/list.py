@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 SKIPPED = ": skipped"
-"""The end of the line of a skipped check."""
+"""The line of a skipped check in the manifest ends with this text."""
 
 COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 LINE_BYTES = 1 << 16
-"""The most bytes of a line. journald splits longer lines after 48 kB. Source: journald.conf(5), LineMax."""
+"""The longest line of a log, in bytes. journald splits lines at 48 kB. Source: journald.conf(5), LineMax."""
 
 OVERHEAD_BYTES = 1 << 20
-"""The most bytes that systemd and journalctl add between the lines of the app."""
+"""The most bytes of messages that systemd and journalctl may add to the lines of the app."""
 
 
 @click.command("logs", cls=DeployCommand)

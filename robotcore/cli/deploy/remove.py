@@ -37,7 +37,7 @@ def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool)
 
 
 def _confirm(question: str) -> bool:
-    """Ask the user; raises UsageError if stdin is no terminal."""
+    """Ask the user for confirmation; raises UsageError if stdin is not a terminal."""
     if not sys.stdin.isatty():
         raise UsageError(
             "remove asks for confirmation, but stdin is not a terminal. To remove without a question: --yes",
