@@ -43,7 +43,7 @@ class Chip:
         """
         if held := [gpio for gpio in gpios if not self._is_claimed(gpio)]:
             words = "; ".join(f"GPIO {gpio} is held by {find_holder(gpio)}" for gpio in held)
-            raise HeldError(f"{words}. End that program first", gpios=tuple(held))
+            raise HeldError(f"{words}. End that program, then try again", gpios=tuple(held))
 
     def write(self, gpio: int, *, is_high: bool) -> None:
         """Set the level of a claimed line."""

@@ -264,7 +264,7 @@ class Connection:
         )
 
     def _exchange(self, outgoing: Iterable[Request[Any]], pending: PendingRequests | None = None) -> int:
-        """Exchange one message, and return its number."""
+        """Send the requests in one message, receive the reply, and return the number of the message."""
         number, self._number = self._number, self._number + 1
         self.server, pieces = self._link.exchange(number, [request.encode() for request in outgoing])
         if pieces:

@@ -133,7 +133,7 @@ class Watchdog:
     on_timeout: a function that stops the motors and interrupts the thread. It is called with the error if a time limit
     is exceeded.
     end: a function that is called with the error if the thread does not continue within the grace period.
-    reserve: the reserved memory that the watchdog may need.
+    reserve: memory that was set aside. The watchdog releases it to act when the process has no memory left.
     scale: a factor that multiplies every limit.
     report_tracer: a function that is called once with the error if a limit is exceeded while a debugger or another
     tracer follows the thread. The run then goes on.

@@ -155,7 +155,7 @@ class Tally:
             self._contacts = (self._contacts or 0) + result.contacts
 
     def build_group(self, key: GroupKey) -> Group:
-        """Return the group of the runs, of which there is at least one."""
+        """Return the group of this key from the runs that were added. At least one run must have been added."""
         times = sorted(self._times)
         return Group(
             *key,

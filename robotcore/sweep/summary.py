@@ -63,7 +63,7 @@ def _render_table(groups: Sequence[Group]) -> Table:
 
 
 def _render_judge(request: RunRequest, groups: Sequence[Group]) -> Iterator[Text]:
-    """Yield the name of the judge, if the sweep has one or if its app is a user's file."""
+    """Yield the line about the judge. Without a judge, only the sweep of a user's app has this line."""
     if request.judge or is_app_file(request.app):
         yield Text(f"\nJudge: {escape(format_judge(request.judge, groups))}")
 

@@ -118,10 +118,11 @@ def check_persistence(root: Path) -> Iterator[Finding]:
     module = (find_header_driver(root) or ANY_CONTROLLER).replace("-", "_")
     settings = {file.parts[-3]: read_text(file) for file in sorted(root.glob(PARAMETERS.format(module=module)))}
     if keeping := [module for module, value in settings.items() if value.upper() in ("Y", "1")]:
-        said = f"outputs keep their level after their program was killed ({', '.join(keeping)}.persist_gpio_outputs=Y)"
+        setting = f"{', '.join(keeping)}.persist_gpio_outputs=Y"
         yield Finding.warning(
             KILLED_RUNS,
-            f"{said}: unless the guardian stops it, a motor that is on stays on",
+            f"GPIO outputs keep their level after their program was killed ({setting}). Only the guardian process then "
+            "stops a turning motor",
             PERSISTENCE_REMEDY,
             kind="outputs-persist",
         )

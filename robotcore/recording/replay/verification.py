@@ -111,11 +111,13 @@ def replay(
 ) -> ReplayResult:
     """Run the recorded app on its recorded samples, and compare each tick with the recorded tick.
 
-    Raises RecordingError if the recording lacks an input of its run. Raises the error of an app that cannot run.
+    Raises RecordingError if the recording does not hold all inputs of its run. If the app cannot be loaded, its error
+    is raised.
 
     file: the name of the recording in error messages.
     observers: observers of the replay. They receive the run, each tick and the result.
-    app: the app's file, which may have changed since. If None, a user's file runs only if its text is the recorded one.
+    app: the file of the app to run. It may differ from the recorded app. If None, the recorded app runs. If that is a
+    user's file, the file must not have changed since the recording.
     """
     require_ticks(recording, file)
     if not recording.is_replayable:

@@ -59,7 +59,7 @@ class Stall(Outage):
 
 
 class Lost(Outage):
-    """Disconnects devices for the given time. Their calls fail, except that a motor still stops."""
+    """Disconnects devices for the given time. Each call to them fails, except the call that stops a motor."""
 
     on = frozenset(Kind) - {Kind.LOOP}
     example = "connection lost=2 after=10"

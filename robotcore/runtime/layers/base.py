@@ -88,7 +88,7 @@ class Tap(Layer):
         return motor
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        """Return the function that reads the wheel angles for the odometry, in radians."""
+        """Return ``read``, or a function that replaces it for the odometry. Both return wheel angles in radians."""
         return read
 
     def latch(self, latch: Latch) -> None:
