@@ -49,7 +49,7 @@ def test_project_with_a_failing_test_is_not_sent(deployed: Rover) -> None:
     with with_text(app, app.read_text().replace("saw nothing", "found no")):
         done = deployed.deploy("push", *VIRTUAL)
     assert (done.returncode, deployed.release) == (1, release)
-    assert "test_gives_up_where_there_is_no_ball" in done.stderr
+    assert "test_gives_up_without_a_ball" in done.stderr
 
 
 def test_second_push_keeps_the_environment_and_a_rollback_restores_the_files(deployed: Rover) -> None:
