@@ -135,10 +135,7 @@ class SafetyFilter:
 
         If the tick has no command, apply the rules again to the velocities that were sent last.
         """
-        stops = [
-            Intervention(self._clock.now(), "guardian", self._committed, STOPPED)
-            for _ in range(self._take_guardian_stops())
-        ]
+        guardian_stops = self._take_guardian_stops()
         self._latch.check()
         with self._lock:
             self._stops_before = self._stops
@@ -155,7 +152,10 @@ class SafetyFilter:
                 sent = self._command_motors(wheels)
                 if wheels == STOPPED:
                     self._deadman.rest()
-            changes = (*stops, *self._cuts, *self._changes)
+            changes = (*self._cuts, *self._changes)
+            if guardian_stops:
+                stop = Intervention(self._clock.now(), "guardian", self._committed, STOPPED)
+                changes = (*(stop,) * guardian_stops, *changes)
             self._cuts.clear()
             self._changes.clear()
             self._committed = sent or self._committed
