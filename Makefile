@@ -15,15 +15,19 @@ help:  ## show what there is
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
 $(READY): pyproject.toml
+	@if [ -d $(VENV) ] && ! ls $(VENV)/.ready-* $(VENV)/.by-make >/dev/null 2>&1; then \
+		echo "$(VENV) is not from make, so make does not replace it. Use another folder: make VENV=.venv-make ..."; exit 1; fi
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 		{ echo "robotcore needs Python 3.10 or newer; $(PYTHON) is $$($(PYTHON) --version). Try: PYTHON=python3.11 make ..."; exit 1; }
 ifdef UV
 	@echo "Setting up $(VENV) with uv ..."
 	@$(UV) venv --quiet --clear --python $(PYTHON) $(VENV)
+	@touch $(VENV)/.by-make
 	@$(UV) pip install --quiet --python $(BIN)/python -e '.[sim,dev]'
 else
 	@echo "Setting up $(VENV) with pip; this takes a minute or two ..."
 	@$(PYTHON) -m venv --clear $(VENV)
+	@touch $(VENV)/.by-make
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,dev]'
 endif
 	@touch $@
