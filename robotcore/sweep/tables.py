@@ -122,7 +122,7 @@ COLUMNS: dict[str, Callable[[Group], str]] = {
 
 
 def format_judge(judge: str | None, groups: Iterable[Group]) -> str:
-    """Return the judge of the runs: its name, ``the app itself``, or ``nobody`` if no run could be verified."""
+    """Return the judge of the runs: its name, ``the app itself``, or ``none`` if no run could be verified."""
     if judge:
         return judge
-    return "nobody" if all(group.verified is None for group in groups) else "the app itself"
+    return "none" if all(group.verified is None for group in groups) else "the app itself"

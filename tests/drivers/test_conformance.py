@@ -65,7 +65,7 @@ class TestReplay(ConformanceSuite):
     backend = ReplayBackend
     lacks: ClassVar = {
         TestSupport.WORLD: "it shows the world that was recorded",
-        TestSupport.MOTION: "nothing moves; what its motors are told is the replay's business",
+        TestSupport.MOTION: "nothing moves: a replay compares the motors' commands with the recorded ones",
         TestSupport.LOST_ECHO: "the recording says which echoes were lost",
         TestSupport.SLOW_HARDWARE: NO_HARDWARE,
     }

@@ -52,7 +52,7 @@ def test_simulator_that_does_not_answer_is_exit_3(
     cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     def fail(*_: object) -> Iterator[Finding]:
-        raise BackendError("nobody answers at 127.0.0.1:19997")
+        raise BackendError("no server answers at 127.0.0.1:19997")
 
     monkeypatch.setattr(SceneBackend, "inspect_scene", fail)
     answer = cli("check", "rover", "--backend", "memory")

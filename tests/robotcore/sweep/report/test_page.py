@@ -129,7 +129,7 @@ def test_a_success_that_the_simulator_disputes_is_a_failing_run(tmp_path: Path, 
 
 @pytest.mark.parametrize(
     "judge, verified, shown",
-    [(None, True, "the app itself"), (None, None, "nobody"), ("strict.py", False, "strict.py")],
+    [(None, True, "the app itself"), (None, None, "none"), ("strict.py", False, "strict.py")],
 )
 def test_the_head_names_the_judge(judge: str | None, verified: bool | None, shown: str, tmp_path: Path) -> None:
     file = write_report([make_pass(verified=verified, judge=judge)], tmp_path / "report", tmp_path)
