@@ -27,7 +27,7 @@ class TimeLimit(NamedTuple):
 
     limit_s: float
     error: Callable[[float, FrameType | None], RobotcoreError]
-    """A function that builds the error from the seconds that have passed and the thread's innermost frame."""
+    """A function that builds the error from the exceeded limit, in seconds, and the thread's innermost frame."""
     grace_s: float
     """How long the thread may take to continue after its interruption, in seconds."""
 
@@ -202,17 +202,17 @@ class Watchdog:
         if self._timeout and self._timeout.activities == monitor.activities:
             self._wait_for_return(self._timeout, passed_s)
         elif call and call_s > self._limit_of(call):
-            self._time_out(call, call_s)
+            self._time_out(call)
         elif activity and activity_s > self._limit_of(activity):
-            self._time_out(activity, activity_s)
+            self._time_out(activity)
 
     def _limit_of(self, limit: TimeLimit) -> float:
         limit_s = max(limit.limit_s, FIRST_TICK_S) if self._monitor.ticks <= 1 else limit.limit_s
         return limit_s * self._scale
 
-    def _time_out(self, limit: TimeLimit, seconds: float) -> None:
+    def _time_out(self, limit: TimeLimit) -> None:
         frame = sys._current_frames().get(self._monitor.thread)  # noqa: SLF001  Python offers no public function
-        error = limit.error(seconds, frame)
+        error = limit.error(self._limit_of(limit), frame)
         if is_debugged(frame):
             if not self._has_reported_tracer:
                 self._has_reported_tracer = True
