@@ -5,8 +5,10 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
 VERSION := $(shell $(PYTHON) -c 'import platform; print(platform.python_version())' 2>/dev/null)
+DEMO := $(VENV)/.demo-$(VERSION)
 READY := $(VENV)/.ready-$(VERSION)
 UV := $(shell command -v uv 2>/dev/null)
+INSTALL := $(if $(UV),$(UV) pip install --quiet --python $(BIN)/python,$(BIN)/python -m pip install --quiet --disable-pip-version-check)
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-all system system-gpio system-arm64 system-deploy system-firmware system-coppeliasim system-vrep lint types rules package coverage check clean
@@ -14,25 +16,23 @@ UV := $(shell command -v uv 2>/dev/null)
 help:  ## show what there is
 	@grep -hE '^[a-z0-9-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-$(READY): pyproject.toml
+$(DEMO): pyproject.toml
 	@if [ -d $(VENV) ] && ! ls $(VENV)/.ready-* $(VENV)/.by-make >/dev/null 2>&1; then \
 		echo "$(VENV) is not from make, so make does not replace it. Use another folder: make VENV=.venv-make ..."; exit 1; fi
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 		{ echo "robotcore needs Python 3.10 or newer; $(PYTHON) is $$($(PYTHON) --version). Try: PYTHON=python3.11 make ..."; exit 1; }
-ifdef UV
-	@echo "Setting up $(VENV) with uv ..."
-	@$(UV) venv --quiet --clear --python $(PYTHON) $(VENV)
+	@echo "Setting up $(VENV) with $(if $(UV),uv,pip) for the demo ..."
+	@$(if $(UV),$(UV) venv --quiet --clear --python $(PYTHON) $(VENV),$(PYTHON) -m venv --clear $(VENV))
 	@touch $(VENV)/.by-make
-	@$(UV) pip install --quiet --python $(BIN)/python -e '.[sim,dev]'
-else
-	@echo "Setting up $(VENV) with pip; this takes a minute or two ..."
-	@$(PYTHON) -m venv --clear $(VENV)
-	@touch $(VENV)/.by-make
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[sim,dev]'
-endif
+	@$(INSTALL) -e '.[demo]'
 	@touch $@
 
-demo: $(READY)  ## watch the robot find the green ball; leaves demo.png
+$(READY): $(DEMO)
+	@echo "Installing the rest into $(VENV), for the tests ..."
+	@$(INSTALL) -e '.[dev]'
+	@touch $@
+
+demo: $(DEMO)  ## watch the robot find the green ball; leaves demo.png
 	@$(BIN)/robotcore demo
 
 test: $(READY)  ## run the tests, on all cores
