@@ -235,4 +235,4 @@ def _find_failure(backend: Backend) -> str:
     from robotcore.hal.check_finding import Level
 
     errors = (finding for finding in diagnose(backend) if finding.level is Level.ERROR)
-    return next((f"{backend.name}: {finding.said}." for finding in errors), "")
+    return next((f"{backend.name}: {finding.message}." for finding in errors), "")

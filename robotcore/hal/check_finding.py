@@ -32,37 +32,37 @@ class Finding:
     level: Level
     """The severity of the finding."""
 
-    what: str
-    """The subject of the check, in one or two words."""
+    subject: str
+    """What was checked, in one or two words, such as ``disk``."""
 
-    said: str
-    """The result as a text."""
+    message: str
+    """The result of the check."""
 
     remedy: str = ""
-    """The remedy as a text. Empty if there is no problem."""
+    """What the user must do; empty if there is no problem."""
 
     kind: str = field(kw_only=True)
     """A stable identifier of the finding, in kebab-case."""
 
     @classmethod
-    def ok(cls, what: str, said: str, *, kind: str) -> Finding:
+    def ok(cls, subject: str, message: str, *, kind: str) -> Finding:
         """Return the finding that a check has found no problem."""
-        return cls(Level.OK, what, said, kind=kind)
+        return cls(Level.OK, subject, message, kind=kind)
 
     @classmethod
-    def warning(cls, what: str, said: str, remedy: str, *, kind: str) -> Finding:
+    def warning(cls, subject: str, message: str, remedy: str, *, kind: str) -> Finding:
         """Return the finding of a problem that does not prevent a run."""
-        return cls(Level.WARNING, what, said, remedy, kind=kind)
+        return cls(Level.WARNING, subject, message, remedy, kind=kind)
 
     @classmethod
-    def error(cls, what: str, said: str, remedy: str, *, kind: str) -> Finding:
+    def error(cls, subject: str, message: str, remedy: str, *, kind: str) -> Finding:
         """Return the finding of a problem that prevents a run or makes it unsafe."""
-        return cls(Level.ERROR, what, said, remedy, kind=kind)
+        return cls(Level.ERROR, subject, message, remedy, kind=kind)
 
     @classmethod
-    def unchecked(cls, what: str, why: str, remedy: str = "", *, kind: str = "unchecked") -> Finding:
+    def unchecked(cls, subject: str, why: str, remedy: str = "", *, kind: str = "unchecked") -> Finding:
         """Return a warning that a check could not be made."""
-        return cls(Level.WARNING, what, f"could not be checked: {why}", remedy, kind=kind)
+        return cls(Level.WARNING, subject, f"could not be checked: {why}", remedy, kind=kind)
 
 
 Check = Callable[[], Iterable[Finding]]
@@ -76,14 +76,14 @@ def findings_of(checks: Iterable[tuple[str, Check]]) -> Iterator[Finding]:
 
     >>> def disk() -> list[Finding]:
     ...     raise OSError("the disk does not answer")
-    >>> [finding.said for finding in findings_of([("disk", disk)])]
+    >>> [finding.message for finding in findings_of([("disk", disk)])]
     ['could not be checked: the disk does not answer']
     """
-    for what, check in checks:
+    for subject, check in checks:
         try:
             yield from check()
         except Exception as error:  # noqa: BLE001, PERF203  any exception becomes a finding
-            yield Finding.unchecked(what, _in_a_line(error))
+            yield Finding.unchecked(subject, _in_a_line(error))
 
 
 def _in_a_line(error: Exception) -> str:

@@ -127,7 +127,7 @@ DIFFERS = 1
 
 
 @dataclass(frozen=True)
-class FirstDifference:
+class StateDifference:
     """The first tick in which two runs have different states. A state is None if its run had already ended."""
 
     tick: int
@@ -154,13 +154,13 @@ class Comparison:
         return next((pair for pair in zip_longest(*self.milestones) if pair[0] != pair[1]), None)
 
     @property
-    def first_difference(self) -> FirstDifference | None:
+    def first_difference(self) -> StateDifference | None:
         """The first tick with different states; None if all states are the same."""
         for one, other in zip_longest(self.first.recording.ticks, self.second.recording.ticks):
             first, second = _get_state(one), _get_state(other)
             if first != second:
                 tick = one or other
-                return FirstDifference(tick.number, tick.time, first, second)
+                return StateDifference(tick.number, tick.time, first, second)
         return None
 
     @property

@@ -40,10 +40,10 @@ class TestSupport(str, Enum):
     """Two equal runs read equal samples."""
 
     LOST_ECHO = "lose an echo"
-    """A test can suppress the echo of a range sensor by `Bench.lose_echoes`."""
+    """A test can suppress the echo of a range sensor by `TestBench.lose_echoes`."""
 
     SLOW_HARDWARE = "wait for hardware"
-    """A test can hold back the answers of the hardware by `Bench.open_gated`."""
+    """A test can hold back the answers of the hardware by `TestBench.open_gated`."""
 
 
 class Motion(NamedTuple):
@@ -59,7 +59,7 @@ class Motion(NamedTuple):
     """The change of the heading, in radians, positive to the left."""
 
 
-class Bench:
+class TestBench:
     """The base class of every rule. The author of a driver sets ``backend``, and the other attributes if necessary."""
 
     backend: ClassVar[type[Backend]]
@@ -87,7 +87,7 @@ class Bench:
         self._skip_without_hook(TestSupport.SLOW_HARDWARE, "open_gated")
 
     @pytest.fixture(autouse=True)
-    def _installed(self) -> None:
+    def _require_installed_backend(self) -> None:
         backend = self.backend()
         if not backend.is_installed:
             pytest.skip(f"{backend.name} is not installed: {backend.remedy}")
@@ -107,7 +107,7 @@ class Bench:
         """The description of the drive. The rule is skipped if the robot has none."""
         return self.description.drive or pytest.skip(f"{self.description.name} has no drive")
 
-    def setup_for(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
+    def build_setup(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
         """Return the setup for `open`.
 
         world: the world of the test, by default open ground.
@@ -116,7 +116,7 @@ class Bench:
         names = self.openable if devices is None else devices
         return Setup(self.description, world or worlds.empty(), frozenset(names), RATE_HZ, options=self.options)
 
-    def opened(self, world: WorldDescription | None = None, *roles: Role) -> Robot:
+    def open_robot(self, world: WorldDescription | None = None, *roles: Role) -> Robot:
         """Open the robot.
 
         world: the world of the test, by default open ground.
@@ -126,7 +126,7 @@ class Bench:
             devices = needed_devices(self.description, roles) if roles else None
         except UnmetNeedError as error:
             pytest.skip(str(error))
-        return self.open(self.setup_for(world, devices))
+        return self.open(self.build_setup(world, devices))
 
     def require(self, *needed: TestSupport | Capability) -> None:
         """Skip the rule if the test setup or the backend lacks one of these. The reason of the skip is given."""
@@ -136,14 +136,14 @@ class Bench:
             if isinstance(each, Capability) and each not in self.backend.capabilities:
                 pytest.skip(f"the backend does not have the capability {each.value}")
 
-    def motors(self, robot: Robot) -> tuple[Motor, Motor]:
+    def get_motors(self, robot: Robot) -> tuple[Motor, Motor]:
         """Return the left and the right motor of the drive."""
         left, right = robot[self.drive.left], robot[self.drive.right]
         assert isinstance(left, Motor), f"{left.name} is a {type(left).__name__}, not a Motor"
         assert isinstance(right, Motor), f"{right.name} is a {type(right).__name__}, not a Motor"
         return left, right
 
-    def encoders(self, robot: Robot) -> tuple[Encoder, Encoder]:
+    def get_encoders(self, robot: Robot) -> tuple[Encoder, Encoder]:
         """Return the left and the right encoder of the drive. Skip the rule if there are none."""
         names = self.drive.left_encoder or "", self.drive.right_encoder or ""
         left, right = map(robot.devices.get, names)
@@ -151,13 +151,13 @@ class Bench:
             pytest.skip(f"{self.description.name} has no encoders on its drive")
         return left, right
 
-    def command(self, robot: Robot, left: float, right: float, seconds: float = SETTLING_S) -> None:
+    def command_wheels(self, robot: Robot, left: float, right: float, seconds: float = SETTLING_S) -> None:
         """Command the wheels in rad/s, and wait for ``seconds``."""
-        for motor, velocity in zip(self.motors(robot), (left, right), strict=True):
+        for motor, velocity in zip(self.get_motors(robot), (left, right), strict=True):
             motor.set_velocity(velocity)
-        let_pass(robot, seconds)
+        sleep(robot, seconds)
 
-    def motion(self, robot: Robot, seconds: float) -> Motion:
+    def measure_motion(self, robot: Robot, seconds: float) -> Motion:
         """Wait for ``seconds``, and return the robot's motion in this time.
 
         The motion is that of the simulator's truth, if there is one, and otherwise that of the encoders.
@@ -165,11 +165,11 @@ class Bench:
         if robot.truth:
             read_pose = robot.truth.pose
         else:
-            left, right = self.encoders(robot)
+            left, right = self.get_encoders(robot)
             read_pose = Odometry(self.drive.geometry, lambda: Wheels(left.read().angle, right.read().angle)).pose
         before = read_pose()
-        let_pass(robot, seconds)
-        return motion_between(before, read_pose())
+        sleep(robot, seconds)
+        return compute_motion(before, read_pose())
 
     def _skip_without_hook(self, support: TestSupport, hook: str) -> NoReturn:
         self.require(support)
@@ -181,16 +181,16 @@ def _load_robot(robot: str) -> RobotDescription:
     return load_robot(robot)
 
 
-def let_pass(robot: Robot, seconds: float) -> None:
+def sleep(robot: Robot, seconds: float) -> None:
     """Wait for ``seconds`` on the robot's clock."""
     robot.clock.sleep_until(robot.clock.now() + seconds)
 
 
-def sensors_of(robot: Robot) -> list[Sensor[Any]]:
+def list_sensors(robot: Robot) -> list[Sensor[Any]]:
     """Return the open sensors."""
     return [device for device in robot.devices.values() if isinstance(device, Sensor)]
 
 
-def motion_between(before: Pose, after: Pose) -> Motion:
+def compute_motion(before: Pose, after: Pose) -> Motion:
     """Return the motion from one pose to another, in the frame of the first."""
     return Motion(*before.to_local(after.x, after.y), wrap_angle(after.heading - before.heading))

@@ -11,7 +11,7 @@ from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Role
 from robotcore.optics import CameraView
 from robotcore.testing import worlds
-from robotcore.testing.bench import Bench, TestSupport, let_pass
+from robotcore.testing.bench import TestBench, TestSupport, sleep
 
 MIN_PIXELS = 20
 """The smallest number of green pixels that count as the ball."""
@@ -20,7 +20,7 @@ COLOUR_LEAD = 25
 """The least difference in grey levels by which green exceeds blue and red in a pixel of the ball."""
 
 
-class CameraRules(Bench):
+class CameraRules(TestBench):
     """The rules for cameras."""
 
     @property
@@ -50,20 +50,20 @@ class CameraRules(Bench):
         )
 
     def test_pictures_do_not_share_their_memory(self) -> None:
-        with self.opened(None, Role.CAMERA) as robot:
+        with self.open_robot(None, Role.CAMERA) as robot:
             first = robot.camera.read()
-            let_pass(robot, 0.5)
+            sleep(robot, 0.5)
             second = robot.camera.read()
         assert first.sequence == second.sequence or not np.shares_memory(first.image, second.image), (
             "two pictures share one buffer, so the second overwrites the first; return copies"
         )
 
-    def test_intrinsics_are_the_ones_described(self) -> None:
-        with self.opened(None, Role.CAMERA) as robot:
+    def test_intrinsics_equal_the_description(self) -> None:
+        with self.open_robot(None, Role.CAMERA) as robot:
             got = robot.camera.intrinsics
         assert got == self.eye.intrinsics, f"the intrinsics are {got}; the description says {self.eye.intrinsics}"
 
-    def test_blue_is_blue(self) -> None:
+    def test_channels_are_blue_green_red(self) -> None:
         world = worlds.box(self.eye.mount, 0.6, "blue")
         box = world.obstacles[0]
         column, row = self._project(box.x_m, box.y_m, box.height_m / 2)
@@ -91,7 +91,7 @@ class CameraRules(Bench):
             "picture is upside down; its origin is top-left"
         )
 
-    def test_field_of_view_is_the_one_described(self) -> None:
+    def test_field_of_view_equals_the_description(self) -> None:
         balls = [worlds.ball(self.eye.mount, 0.9, bearing) for bearing in (-self._side_bearing, self._side_bearing)]
         right, left = (self._find_green(world)[0] for world in balls)
         at_right, at_left = (
@@ -110,8 +110,8 @@ class CameraRules(Bench):
     def _read_frame(self, world: WorldDescription | None) -> Frame:
         if world:
             self.require(TestSupport.WORLD)
-        with self.opened(world, Role.CAMERA) as robot:
-            let_pass(robot, 0.2)
+        with self.open_robot(world, Role.CAMERA) as robot:
+            sleep(robot, 0.2)
             return robot.camera.read()
 
     def _find_green(self, world: WorldDescription) -> tuple[float, float]:

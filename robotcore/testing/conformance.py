@@ -29,12 +29,12 @@ class ConformanceSuite(
 ):
     """The tests of every rule for a driver. The name of a test states its rule.
 
-    Derive a class from it in a test module, give it a name that begins with ``Test``, and set ``backend``. `Bench`
+    Derive a class from it in a test module, give it a name that begins with ``Test``, and set ``backend``. `TestBench`
     documents the other attributes. A rule that cannot be tested is skipped. The end of pytest's output lists skipped
     rules with the reason.
 
     >>> from robotcore.testing.mock.backend import MockBackend
     >>> class TestMock(ConformanceSuite):
     ...     backend = MockBackend
-    >>> TestMock().test_two_runs_alike_are_equal_to_the_bit()
+    >>> TestMock().test_equal_runs_read_equal_samples()
     """

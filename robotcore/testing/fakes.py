@@ -22,9 +22,9 @@ class Gate:
     >>> gate = Gate()
     >>> gate
     Gate(open)
-    >>> gate.holds_up(gate.pass_through)
+    >>> gate.blocks(gate.pass_through)
     True
-    >>> gate.holds_up(lambda: None)
+    >>> gate.blocks(lambda: None)
     False
     """
 
@@ -43,7 +43,7 @@ class Gate:
             self._settled.set()
         self._is_open.wait()
 
-    def holds_up(self, call: Callable[[], object]) -> bool:
+    def blocks(self, call: Callable[[], object]) -> bool:
         """Call a function while the gate is shut, and return whether the call waited for the gate.
 
         Raises the exception of the call.

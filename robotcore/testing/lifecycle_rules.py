@@ -11,23 +11,23 @@ from robotcore.description import RobotDescription
 from robotcore.errors import DeviceClosedError, DeviceError, UsageError
 from robotcore.hal.devices import Device, Display, Motor, Sensor
 from robotcore.hal.robot import Robot, Role
-from robotcore.testing.bench import Bench
+from robotcore.testing.bench import TestBench
 from robotcore.testing.fakes import MotorSpy, cut_wire
 
 SPEED_RAD_S = 2.0
 
 
-class LifecycleRules(Bench):
+class LifecycleRules(TestBench):
     """The rules for opening and closing a robot."""
 
-    def test_only_the_devices_asked_for_are_opened(self) -> None:
+    def test_only_the_chosen_devices_are_opened(self) -> None:
         for wanted in ({name} for name in sorted(self.openable)):
-            with self.open(self.setup_for(devices=wanted)) as robot:
+            with self.open(self.build_setup(devices=wanted)) as robot:
                 opened = set(robot.devices)
             assert opened == wanted, f"the set-up has {sorted(wanted)}, and the backend opened {sorted(opened)}"
 
     def test_robot_without_a_drive_opens(self) -> None:
-        setup = self.setup_for()
+        setup = self.build_setup()
         pole = _without_drive(setup.robot)
         names = self.openable.intersection(device.name for device in pole.devices)
         with self.open(replace(setup, robot=pole, devices=names)) as robot:
@@ -35,7 +35,7 @@ class LifecycleRules(Bench):
         assert opened == names, f"without a drive, it opened {sorted(opened)} instead of {sorted(names)}"
 
     def test_unknown_option_is_refused(self) -> None:
-        setup = replace(self.setup_for(), options={**self.options, "no_such_option": "1"})
+        setup = replace(self.build_setup(), options={**self.options, "no_such_option": "1"})
         try:
             self.open(setup).close()
         except UsageError:
@@ -43,23 +43,23 @@ class LifecycleRules(Bench):
         pytest.fail("the backend accepted the option 'no_such_option'; read options with setup.options_as(Model)")
 
     def test_robot_opens_again_after_closing(self) -> None:
-        with self.opened() as robot:
+        with self.open_robot() as robot:
             first = set(robot.devices)
-        with self.opened() as robot:
+        with self.open_robot() as robot:
             second = set(robot.devices)
         assert second == first, f"opened again, it has {sorted(second)}; the first time it had {sorted(first)}"
 
     def test_closing_stops_every_motor(self) -> None:
-        robot = self.opened(None, Role.DRIVE)
+        robot = self.open_robot(None, Role.DRIVE)
         spies = self._start_motors(robot)
         robot.close()
         for name, spy in spies.items():
             assert spy.last == 0, f"{name}: it turns at {spy.last} rad/s after close(), which must stop every motor"
 
     @pytest.mark.parametrize("broken", ["left", "right"])
-    def test_motor_that_cannot_be_stopped_keeps_no_other_from_stopping(self, broken: str) -> None:
-        robot = self.opened(None, Role.DRIVE)
-        left, right = self.motors(robot)
+    def test_other_motor_stops_if_one_fails_to_stop(self, broken: str) -> None:
+        robot = self.open_robot(None, Role.DRIVE)
+        left, right = self.get_motors(robot)
         spies = self._start_motors(robot)
         failing, other = (left, right) if broken == "left" else (right, left)
         cut_wire(failing)
@@ -70,8 +70,8 @@ class LifecycleRules(Bench):
             "stop each motor on its own, then raise the failures"
         )
 
-    def test_leaving_by_an_error_stops_every_motor(self) -> None:
-        robot = self.opened(None, Role.DRIVE)
+    def test_exception_in_the_with_block_stops_every_motor(self) -> None:
+        robot = self.open_robot(None, Role.DRIVE)
         spies = self._start_motors(robot)
         with pytest.raises(ZeroDivisionError), robot:
             raise ZeroDivisionError
@@ -79,15 +79,15 @@ class LifecycleRules(Bench):
             assert spy.last == 0, f"{name}: after an exception in the with block, it still turns at {spy.last} rad/s"
 
     def test_closing_twice_is_no_error(self) -> None:
-        robot = self.opened()
+        robot = self.open_robot()
         robot.close()
         try:
             robot.close()
         except Exception as error:  # noqa: BLE001  any exception is a fault of the driver
             pytest.fail(f"the second close() raised {error!r}; it must do nothing")
 
-    def test_closed_devices_say_so(self) -> None:
-        robot = self.opened()
+    def test_closed_device_refuses_use(self) -> None:
+        robot = self.open_robot()
         robot.close()
         for device in robot.devices.values():
             try:
@@ -100,8 +100,8 @@ class LifecycleRules(Bench):
 
     def _start_motors(self, robot: Robot) -> dict[str, MotorSpy]:
         """Turn both motors, and return for each motor a spy that records its commands."""
-        spies = {motor.name: MotorSpy(motor) for motor in self.motors(robot)}
-        for motor in self.motors(robot):
+        spies = {motor.name: MotorSpy(motor) for motor in self.get_motors(robot)}
+        for motor in self.get_motors(robot):
             motor.set_velocity(SPEED_RAD_S)
         return spies
 

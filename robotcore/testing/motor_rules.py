@@ -9,20 +9,20 @@ import pytest
 from robotcore.description import MotorDescription
 from robotcore.errors import InvalidCommandError
 from robotcore.hal.robot import Role
-from robotcore.testing.bench import SETTLING_S, Bench, TestSupport
+from robotcore.testing.bench import SETTLING_S, TestBench, TestSupport
 from robotcore.testing.fakes import MotorSpy
 
 SPEED_RAD_S = 4.0
 
 
-class MotorRules(Bench):
+class MotorRules(TestBench):
     """The rules for motors."""
 
     def test_positive_velocity_drives_forward(self) -> None:
         self.require(TestSupport.MOTION)
-        with self.opened(None, Role.DRIVE) as robot:
-            self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
-            motion = self.motion(robot, 1.0)
+        with self.open_robot(None, Role.DRIVE) as robot:
+            self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
+            motion = self.measure_motion(robot, 1.0)
         assert motion.forward > 0, (
             f"both motors were commanded +{SPEED_RAD_S} rad/s and the robot moved {motion.forward:+.3f} m; "
             "positive must drive it forward, on both sides; negate the motor that is mounted the other way round"
@@ -30,9 +30,9 @@ class MotorRules(Bench):
 
     def test_left_motor_faster_turns_right(self) -> None:
         self.require(TestSupport.MOTION)
-        with self.opened(None, Role.DRIVE) as robot:
-            self.command(robot, SPEED_RAD_S, SPEED_RAD_S / 2)
-            motion = self.motion(robot, 1.0)
+        with self.open_robot(None, Role.DRIVE) as robot:
+            self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S / 2)
+            motion = self.measure_motion(robot, 1.0)
         assert motion.turn < 0, (
             f"the left motor turned faster and the heading changed by {motion.turn:+.3f} rad; a turn to the right "
             "is negative. Are left and right swapped, or is the sign of the heading wrong?"
@@ -40,9 +40,9 @@ class MotorRules(Bench):
 
     def test_velocity_is_in_radians_per_second(self) -> None:
         self.require(TestSupport.MOTION)
-        with self.opened(None, Role.DRIVE) as robot:
-            self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
-            motion = self.motion(robot, 1.0)
+        with self.open_robot(None, Role.DRIVE) as robot:
+            self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
+            motion = self.measure_motion(robot, 1.0)
         expected = SPEED_RAD_S * self.drive.wheel_radius_m
         assert abs(motion.forward) == pytest.approx(expected, rel=0.03), (
             f"{SPEED_RAD_S} rad/s for 1 s on wheels of {self.drive.wheel_radius_m} m moved the robot "
@@ -51,19 +51,19 @@ class MotorRules(Bench):
 
     def test_stop_brings_the_wheels_to_rest(self) -> None:
         self.require(TestSupport.MOTION)
-        with self.opened(None, Role.DRIVE) as robot:
-            self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
-            for motor in self.motors(robot):
+        with self.open_robot(None, Role.DRIVE) as robot:
+            self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
+            for motor in self.get_motors(robot):
                 motor.stop()
-            self.motion(robot, SETTLING_S)
-            motion = self.motion(robot, SETTLING_S)
+            self.measure_motion(robot, SETTLING_S)
+            motion = self.measure_motion(robot, SETTLING_S)
         assert math.hypot(motion.forward, motion.left) < 0.002, (
             f"{SETTLING_S} s after stop() the robot still moved {motion.forward:+.4f} m in {SETTLING_S} s"
         )
 
-    def test_velocity_within_the_limits_is_returned_as_it_is(self) -> None:
-        with self.opened(None, Role.DRIVE) as robot:
-            for motor in self.motors(robot):
+    def test_velocity_within_the_limits_is_returned_unchanged(self) -> None:
+        with self.open_robot(None, Role.DRIVE) as robot:
+            for motor in self.get_motors(robot):
                 requested = motor.max_velocity / 2
                 assert (sent := motor.set_velocity(requested)) == pytest.approx(requested, rel=0.05), (
                     f"{motor.name}: set_velocity({requested}) returned {sent}; within the limits it must return "
@@ -72,8 +72,8 @@ class MotorRules(Bench):
 
     @pytest.mark.parametrize("sign", [1, -1], ids=["forward", "backward"])
     def test_velocity_beyond_the_limit_is_clamped_and_returned(self, sign: int) -> None:
-        with self.opened(None, Role.DRIVE) as robot:
-            for motor in self.motors(robot):
+        with self.open_robot(None, Role.DRIVE) as robot:
+            for motor in self.get_motors(robot):
                 spy, limit = MotorSpy(motor), motor.max_velocity
                 returned = motor.set_velocity(sign * 2 * limit)
                 assert returned == pytest.approx(sign * limit), (
@@ -84,19 +84,19 @@ class MotorRules(Bench):
                     f"{motor.name}: {spy.last} rad/s was sent, beyond max_velocity {limit}; clamp before sending"
                 )
 
-    def test_limit_is_the_one_described(self) -> None:
+    def test_limit_does_not_exceed_the_description(self) -> None:
         described = {motor.name: motor.max_velocity_rad_s for motor in self.description.all_of(MotorDescription)}
-        with self.opened(None, Role.DRIVE) as robot:
-            limits = {motor.name: motor.max_velocity for motor in self.motors(robot)}
+        with self.open_robot(None, Role.DRIVE) as robot:
+            limits = {motor.name: motor.max_velocity for motor in self.get_motors(robot)}
         for name, limit in limits.items():
             assert limit <= described[name], (
                 f"{name}: max_velocity is {limit}; the description allows {described[name]} rad/s and no more"
             )
 
     @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
-    def test_velocity_that_is_no_number_is_refused(self, velocity: float) -> None:
-        with self.opened(None, Role.DRIVE) as robot:
-            for motor in self.motors(robot):
+    def test_velocity_that_is_not_finite_is_refused(self, velocity: float) -> None:
+        with self.open_robot(None, Role.DRIVE) as robot:
+            for motor in self.get_motors(robot):
                 try:
                     sent = motor.set_velocity(velocity)
                 except InvalidCommandError:
@@ -104,8 +104,8 @@ class MotorRules(Bench):
                 pytest.fail(f"{motor.name}: set_velocity({velocity}) returned {sent}; raise InvalidCommandError")
 
     def test_refused_velocity_stops_the_motor(self) -> None:
-        with self.opened(None, Role.DRIVE) as robot:
-            for motor in self.motors(robot):
+        with self.open_robot(None, Role.DRIVE) as robot:
+            for motor in self.get_motors(robot):
                 spy = MotorSpy(motor)
                 motor.set_velocity(SPEED_RAD_S)
                 try:

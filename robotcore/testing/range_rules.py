@@ -10,14 +10,14 @@ from robotcore.description import RangeSensorDescription, WorldDescription
 from robotcore.hal.devices import Range
 from robotcore.hal.robot import Role
 from robotcore.testing import worlds
-from robotcore.testing.bench import Bench, TestSupport, let_pass
+from robotcore.testing.bench import TestBench, TestSupport, sleep
 
 TOLERANCE_M = 0.01
 TOUCH_M = 0.0005
 NARROW_RAD = 0.05
 
 
-class RangeRules(Bench):
+class RangeRules(TestBench):
     """The rules for range sensors."""
 
     @property
@@ -79,19 +79,19 @@ class RangeRules(Bench):
             f"a post ahead on the left was detected at {point} in the sensor's frame; x is forward, y to the left"
         )
 
-    def test_limits_are_the_ones_described(self) -> None:
+    def test_limits_equal_the_description(self) -> None:
         described = self.sensor
-        with self.opened(None, Role.RANGE) as robot:
+        with self.open_robot(None, Role.RANGE) as robot:
             got = (robot.range.min_range, robot.range.max_range, robot.range.cone)
         expected = (described.min_range_m, described.max_range_m, described.cone_rad)
         assert got == pytest.approx(expected), f"min_range, max_range, cone are {got}; the description says {expected}"
 
-    def test_lost_echo_is_no_new_sample(self) -> None:
+    def test_lost_echo_makes_no_new_sample(self) -> None:
         self.require(TestSupport.LOST_ECHO)
-        with self.opened(worlds.wall(self.sensor.mount, self._reach), Role.RANGE) as robot:
+        with self.open_robot(worlds.wall(self.sensor.mount, self._reach), Role.RANGE) as robot:
             before = robot.range.read()
             self.lose_echoes(robot)
-            let_pass(robot, 0.5)
+            sleep(robot, 0.5)
             after = robot.range.read()
         assert (after.distance, after.time, after.sequence) == (before.distance, before.time, before.sequence), (
             f"after 0.5 s without an echo, read() gave {after}; the last sample was {before}. A lost echo is no new "
@@ -114,8 +114,8 @@ class RangeRules(Bench):
 
     def _read_range(self, world: WorldDescription) -> Range:
         self.require(TestSupport.WORLD)
-        with self.opened(world, Role.RANGE) as robot:
-            let_pass(robot, 0.2)
+        with self.open_robot(world, Role.RANGE) as robot:
+            sleep(robot, 0.2)
             return robot.range.read()
 
     def _require_reachable(self, distance: float) -> None:

@@ -13,19 +13,19 @@ from robotcore.hal.devices import Frame
 from robotcore.hal.robot import Robot, Role
 from robotcore.hal.truth import TruthSource
 from robotcore.testing import worlds
-from robotcore.testing.bench import RATE_HZ, Bench, TestSupport, let_pass, motion_between, sensors_of
+from robotcore.testing.bench import RATE_HZ, TestBench, TestSupport, compute_motion, list_sensors, sleep
 
 ARC = (3.0, 5.0)
 """The wheel velocities for a left turn, in rad/s."""
 
 
-class TruthRules(Bench):
+class TruthRules(TestBench):
     """The rules for a simulator with the capability `POSE` or `CONTACTS`."""
 
     def test_pose_begins_at_the_start(self) -> None:
         self.require(Capability.POSE, TestSupport.WORLD)
         start = Start(x_m=0.5, y_m=-0.3, yaw_rad=0.7)
-        with self.opened(worlds.empty(start), Role.DRIVE) as robot:
+        with self.open_robot(worlds.empty(start), Role.DRIVE) as robot:
             x, y, heading = _require_truth(robot).pose()
         assert (x, y, wrap_angle(heading)) == pytest.approx(start.pose, abs=0.005), (
             f"started at {start.pose}, the true pose is {(x, y, heading)}; a pose is that of the centre of the axle"
@@ -33,15 +33,15 @@ class TruthRules(Bench):
 
     def test_pose_moves_as_the_wheels_roll(self) -> None:
         self.require(Capability.POSE, TestSupport.MOTION)
-        with self.opened(None, Role.DRIVE) as robot:
-            self.command(robot, *ARC)
+        with self.open_robot(None, Role.DRIVE) as robot:
+            self.command_wheels(robot, *ARC)
             angles, pose = self._angles(robot), _require_truth(robot).pose()
-            let_pass(robot, 1.0)
+            sleep(robot, 1.0)
             left, right = (now - then for now, then in zip(self._angles(robot), angles, strict=True))
-            motion = motion_between(pose, _require_truth(robot).pose())
+            motion = compute_motion(pose, _require_truth(robot).pose())
         rolled = self.drive.geometry.to_twist(Wheels(left, right))
         origin = Pose(0.0, 0.0, 0.0)
-        expected = motion_between(origin, origin.advanced(*rolled))
+        expected = compute_motion(origin, origin.advanced(*rolled))
         assert motion == pytest.approx(expected, abs=0.02), (
             f"by the encoders the robot moved by {expected}, by the truth by {motion}; compare the wheels' radius "
             "and the track with the description, and check whether wheels slip"
@@ -49,31 +49,31 @@ class TruthRules(Bench):
 
     def test_twist_is_the_change_of_the_pose(self) -> None:
         self.require(Capability.POSE, TestSupport.MOTION)
-        with self.opened(None, Role.DRIVE) as robot:
-            self.command(robot, *ARC)
+        with self.open_robot(None, Role.DRIVE) as robot:
+            self.command_wheels(robot, *ARC)
             twist = _require_truth(robot).twist()
-            motion = self.motion(robot, 0.1)
+            motion = self.measure_motion(robot, 0.1)
         change = (motion.forward / 0.1, motion.turn / 0.1)
         assert tuple(twist) == pytest.approx(change, rel=0.05, abs=0.01), (
             f"the true twist is {twist}; the pose changes by {change[0]:.3f} m/s and {change[1]:.3f} rad/s"
         )
 
-    def test_open_ground_is_no_contact(self) -> None:
+    def test_open_ground_causes_no_contact(self) -> None:
         self.require(Capability.CONTACTS, TestSupport.MOTION)
-        with self.opened(None, Role.DRIVE) as robot:
-            self.command(robot, 4.0, 4.0, seconds=1.0)
+        with self.open_robot(None, Role.DRIVE) as robot:
+            self.command_wheels(robot, 4.0, 4.0, seconds=1.0)
             contacts = _require_truth(robot).contacts()
         assert contacts == 0, f"{contacts} contacts on open ground; the floor does not count"
 
     def test_bump_into_a_wall_is_one_contact(self) -> None:
         self.require(Capability.CONTACTS, TestSupport.MOTION, TestSupport.WORLD)
-        with self.opened(self._wall_close_ahead(), Role.DRIVE) as robot:
-            self.command(robot, 4.0, 4.0, seconds=2.0)
+        with self.open_robot(self._wall_close_ahead(), Role.DRIVE) as robot:
+            self.command_wheels(robot, 4.0, 4.0, seconds=2.0)
             contacts = _require_truth(robot).contacts()
         assert contacts == 1, f"bumping into a wall and pushing on gave {contacts} contacts; it is one contact"
 
     def _angles(self, robot: Robot) -> Wheels:
-        left, right = self.encoders(robot)
+        left, right = self.get_encoders(robot)
         return Wheels(left.read().angle, right.read().angle)
 
     def _wall_close_ahead(self) -> WorldDescription:
@@ -89,10 +89,10 @@ def _require_truth(robot: Robot) -> TruthSource:
 TICKS = 10
 
 
-class RepeatRules(Bench):
+class RepeatRules(TestBench):
     """The rules for a simulator with the capability `LOCKSTEP`."""
 
-    def test_two_runs_alike_are_equal_to_the_bit(self) -> None:
+    def test_equal_runs_read_equal_samples(self) -> None:
         self.require(Capability.LOCKSTEP, TestSupport.REPRODUCIBLE)
         first, second = self._read_samples(), self._read_samples()
         differing = [name for name in first if first[name] != second[name]]
@@ -104,11 +104,11 @@ class RepeatRules(Bench):
     def _read_samples(self) -> dict[str, list[Any]]:
         """Make a short run, and return the samples of each device by name, and the robot's true poses."""
         samples: dict[str, list[Any]] = {}
-        with self.opened(self._world()) as robot:
+        with self.open_robot(self._world()) as robot:
             for tick in range(1, TICKS + 1):
                 self._steer(robot, tick)
                 robot.clock.sleep_until(tick / RATE_HZ)
-                for sensor in sensors_of(robot):
+                for sensor in list_sensors(robot):
                     samples.setdefault(sensor.name, []).append(_to_comparable(sensor.read()))
                 if robot.truth:
                     samples.setdefault("the true pose", []).append(robot.truth.pose())
@@ -120,7 +120,7 @@ class RepeatRules(Bench):
 
     def _steer(self, robot: Robot, tick: int) -> None:
         if self.description.drive:
-            self.command(robot, 1.0 + 0.3 * tick, 4.0 - 0.2 * tick, seconds=0.0)
+            self.command_wheels(robot, 1.0 + 0.3 * tick, 4.0 - 0.2 * tick, seconds=0.0)
 
 
 def _to_comparable(sample: Any) -> Any:

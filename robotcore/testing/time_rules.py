@@ -9,30 +9,30 @@ import pytest
 from robotcore.errors import UsageError
 from robotcore.hal.backend import Capability
 from robotcore.hal.devices import Battery
-from robotcore.testing.bench import RATE_HZ, Bench, let_pass, sensors_of
+from robotcore.testing.bench import RATE_HZ, TestBench, list_sensors, sleep
 from robotcore.testing.fakes import Gate
 
 RATES_HZ = (10.0, 20.0, 30.0, 50.0)
 
 
-class ClockRules(Bench):
+class ClockRules(TestBench):
     """The rules for clocks."""
 
     def test_time_begins_at_zero(self) -> None:
         self.require(Capability.LOCKSTEP)
-        with self.opened() as robot:
+        with self.open_robot() as robot:
             assert (now := robot.clock.now()) == 0, f"just opened, the clock reads {now} s; count from the opening"
 
     def test_time_never_goes_back(self) -> None:
-        with self.opened() as robot:
+        with self.open_robot() as robot:
             times = [robot.clock.now()]
             for _ in range(5):
                 robot.clock.sleep_until(times[-1] + 0.02)
                 times.append(robot.clock.now())
         assert times == sorted(times), f"the clock went back: {times}"
 
-    def test_sleeping_ends_no_earlier_than_asked(self) -> None:
-        with self.opened() as robot:
+    def test_sleep_does_not_end_before_its_deadline(self) -> None:
+        with self.open_robot() as robot:
             deadline = robot.clock.now() + 0.1
             robot.clock.sleep_until(deadline)
             now = robot.clock.now()
@@ -42,7 +42,7 @@ class ClockRules(Bench):
     def test_steps_divide_the_tick(self, rate_hz: float) -> None:
         self.require(Capability.LOCKSTEP)
         try:
-            robot = self.open(replace(self.setup_for(), rate_hz=rate_hz))
+            robot = self.open(replace(self.build_setup(), rate_hz=rate_hz))
         except UsageError as refusal:
             pytest.skip(f"it refuses {rate_hz} Hz: {refusal}")
         with robot:
@@ -55,7 +55,7 @@ class ClockRules(Bench):
 
     def test_calls_are_made_when_they_are_due(self) -> None:
         called_at: list[float] = []
-        with self.opened() as robot:
+        with self.open_robot() as robot:
             due = robot.clock.now() + 0.1
             robot.clock.call_at(due, lambda: called_at.append(robot.clock.now()))
             robot.clock.sleep_until(due + 0.2)
@@ -67,13 +67,13 @@ FRESH_S = 1.0
 """The time in seconds within which a sensor must have a new sample. A battery has more time."""
 
 
-class SampleRules(Bench):
+class SampleRules(TestBench):
     """The rules for all sensors."""
 
     def test_capture_times_are_on_the_robots_clock(self) -> None:
-        with self.opened() as robot:
-            let_pass(robot, FRESH_S)
-            for sensor in sensors_of(robot):
+        with self.open_robot() as robot:
+            sleep(robot, FRESH_S)
+            for sensor in list_sensors(robot):
                 time, now = sensor.read().time, robot.clock.now()
                 assert 0 <= time <= now, (
                     f"{sensor.name}: the capture time of a sample is {time} s, and robot.clock reads {now} s; "
@@ -81,40 +81,40 @@ class SampleRules(Bench):
                 )
 
     def test_capture_time_advances(self) -> None:
-        with self.opened() as robot:
-            sensors = [sensor for sensor in sensors_of(robot) if not isinstance(sensor, Battery)]
+        with self.open_robot() as robot:
+            sensors = [sensor for sensor in list_sensors(robot) if not isinstance(sensor, Battery)]
             before = {sensor.name: sensor.read().time for sensor in sensors}
-            let_pass(robot, FRESH_S)
+            sleep(robot, FRESH_S)
             for sensor in sensors:
                 assert (time := sensor.read().time) > before[sensor.name], (
                     f"{sensor.name}: {FRESH_S} s later the newest sample is still of {time} s"
                 )
 
     def test_new_sample_has_a_higher_sequence(self) -> None:
-        with self.opened() as robot:
-            before = {sensor.name: sensor.read() for sensor in sensors_of(robot)}
-            let_pass(robot, FRESH_S)
-            for sensor in sensors_of(robot):
+        with self.open_robot() as robot:
+            before = {sensor.name: sensor.read() for sensor in list_sensors(robot)}
+            sleep(robot, FRESH_S)
+            for sensor in list_sensors(robot):
                 old, new = before[sensor.name], sensor.read()
                 assert new.time == old.time or new.sequence > old.sequence, (
                     f"{sensor.name}: the sample of {new.time} s has sequence {new.sequence}, the one of {old.time} s "
                     f"had {old.sequence}; count up with each new sample"
                 )
 
-    def test_sample_read_twice_is_the_same(self) -> None:
-        with self.opened() as robot:
-            for sensor in sensors_of(robot):
+    def test_sequence_changes_only_with_the_capture_time(self) -> None:
+        with self.open_robot() as robot:
+            for sensor in list_sensors(robot):
                 first, second = sensor.read(), sensor.read()
                 assert (first.sequence == second.sequence) == (first.time == second.time), (
                     f"{sensor.name}: read twice, it gave sequence {first.sequence} of {first.time} s, then "
                     f"{second.sequence} of {second.time} s; a sample has one time and one sequence"
                 )
 
-    def test_reading_lets_no_time_pass(self) -> None:
+    def test_reading_does_not_advance_the_clock(self) -> None:
         self.require(Capability.LOCKSTEP)
-        with self.opened() as robot:
-            let_pass(robot, 1 / RATE_HZ)
-            for sensor in sensors_of(robot):
+        with self.open_robot() as robot:
+            sleep(robot, 1 / RATE_HZ)
+            for sensor in list_sensors(robot):
                 before = robot.clock.now()
                 sensor.read()
                 assert (after := robot.clock.now()) == before, (
@@ -124,10 +124,10 @@ class SampleRules(Bench):
 
     def test_reading_does_not_wait_for_hardware(self) -> None:
         gate = Gate()
-        with self.open_gated(self.setup_for(), gate) as robot:
-            for sensor in sensors_of(robot):
+        with self.open_gated(self.build_setup(), gate) as robot:
+            for sensor in list_sensors(robot):
                 sensor.read()
-                assert not gate.holds_up(sensor.read), (
+                assert not gate.blocks(sensor.read), (
                     f"{sensor.name}: read() waited for the hardware's answer; poll the hardware in a thread of the "
                     "driver, and return the newest sample"
                 )

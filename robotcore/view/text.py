@@ -225,7 +225,7 @@ def _list_differences(evaluation: Evaluation) -> Iterator[str]:
     if evaluation.warning:
         yield f"the recording lacks samples of the run: {evaluation.warning}"
     if first := evaluation.first_difference:
-        yield f"first difference in tick {first.tick}, at {first.time:g} s: {first.what}"
+        yield f"first difference in tick {first.tick}, at {first.time:g} s: {first.subject}"
         yield f"  recorded: {first.recorded}"
         yield f"  {_get_name(evaluation)}: {first.evaluated}"
         verb = "differs" if evaluation.differing == 1 else "differ"

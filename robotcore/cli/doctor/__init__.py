@@ -65,7 +65,7 @@ def _diagnose(robot: str | None, backend: str | None, options: Mapping[str, str]
 
     found = list(findings_of(machine_checks()))
     yield from ((MACHINE, finding) for finding in found)
-    if any(finding.level.value == "error" and finding.what == "NumPy" for finding in found):
+    if any(finding.level.value == "error" and finding.subject == "NumPy" for finding in found):
         return  # all other checks import NumPy
     description = None if robot is None else _load_robot(robot, backend, options)
     for name in (backend,) if backend else _choose_backends():
@@ -110,7 +110,7 @@ def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: b
         return
     is_missing = is_chosen and not backend.is_installed
     for finding in findings_of([(name, lambda: diagnose(backend, robot))]):
-        yield replace(finding, level=Level.ERROR) if is_missing and finding.what == name else finding
+        yield replace(finding, level=Level.ERROR) if is_missing and finding.subject == name else finding
 
 
 def _split_remedy(message: str) -> tuple[str, str]:
@@ -131,7 +131,7 @@ def _row(about: str, finding: Finding) -> dict[str, Any]:
         "about": about,
         "level": finding.level.value,
         "kind": finding.kind,
-        "what": finding.what,
-        "said": finding.said,
+        "what": finding.subject,
+        "said": finding.message,
         "remedy": finding.remedy,
     }

@@ -40,7 +40,7 @@ class Deviation:
     tick: int
     time: float
     """The robot's time, in seconds."""
-    what: str
+    subject: str
     """What differs, such as ``the command``."""
     recorded: str
     replayed: str
@@ -49,11 +49,11 @@ class Deviation:
 
     @classmethod
     def of(
-        cls, tick: Tick, what: str, recorded: str, replayed: str, samples: Mapping[SampleKey, RecordedSample]
+        cls, tick: Tick, subject: str, recorded: str, replayed: str, samples: Mapping[SampleKey, RecordedSample]
     ) -> Deviation:
         """Return a difference in a tick, with texts about the samples that the recorded run read in this tick."""
         reads = dict.fromkeys(_format_read(read, samples) for read in tick.reads)
-        return cls(tick.number, tick.time, what, recorded, replayed, tuple(reads))
+        return cls(tick.number, tick.time, subject, recorded, replayed, tuple(reads))
 
     def __str__(self) -> str:
         return "\n".join(map(escape, self.lines()))
@@ -66,7 +66,7 @@ class Deviation:
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of a message about the difference, one fact in each line."""
-        yield f"tick {self.tick}, at {self.time:g} s, {self.what} differs"
+        yield f"tick {self.tick}, at {self.time:g} s, {self.subject} differs"
         yield f"  recorded: {self.recorded}"
         yield f"  replayed: {self.replayed}"
         yield f"  read in this tick: {'; '.join(self.reads) or 'nothing'}"
@@ -214,17 +214,17 @@ class ReplayCursor:
         if self._ended_by:
             raise self._ended_by
 
-    def report_difference(self, what: str, recorded: str, replayed: str) -> NoReturn:
+    def report_difference(self, subject: str, recorded: str, replayed: str) -> NoReturn:
         """Store the first difference, and raise DeviationError."""
         self.raise_if_ended()
-        self.deviation = Deviation.of(self.current.tick, what, recorded, replayed, self.recording.samples)
+        self.deviation = Deviation.of(self.current.tick, subject, recorded, replayed, self.recording.samples)
         self._end_with(DeviationError(str(self.deviation)))
 
-    def report_missing(self, what: str, recorded: str, replayed: str) -> NoReturn:
+    def report_missing(self, subject: str, recorded: str, replayed: str) -> NoReturn:
         """Report an event that the recording lacks. If the recording ended within this tick, end the replay."""
         if self.current.is_cut_short:
             self.end()
-        self.report_difference(what, recorded, replayed)
+        self.report_difference(subject, recorded, replayed)
 
     def end(self) -> NoReturn:
         """Raise RecordingEndedError, because the recording ended within this tick."""

@@ -26,13 +26,13 @@ from robotcore.safety import Latch
 
 
 @dataclass(frozen=True)
-class FirstDifference:
+class DecisionDifference:
     """The first tick in which the evaluated app decides differently from the recorded app."""
 
     tick: int
     time: float
     """The robot's time, in seconds."""
-    what: str
+    subject: str
     """What differs, such as ``the command``."""
     recorded: str
     evaluated: str
@@ -42,7 +42,7 @@ class FirstDifference:
         return {
             "tick": self.tick,
             "time": self.time,
-            "what": self.what,
+            "what": self.subject,
             "recorded": self.recorded,
             "rehearsed": self.evaluated,
         }
@@ -54,7 +54,7 @@ class Evaluation:
 
     recording: Recording
     result: RunResult
-    first_difference: FirstDifference | None
+    first_difference: DecisionDifference | None
     """The first decision that differs; None if all decisions are the same."""
     differing: int
     """The number of ticks with a different state or command."""
@@ -151,7 +151,7 @@ class DecisionComparator(Tap):
         self._current = TickReader(recording.ticks[0])
         self._recorder = RecordingTap(lambda: False)
         self._differing = 0
-        self._first_difference: FirstDifference | None = None
+        self._first_difference: DecisionDifference | None = None
         self._late: Counter[str] = Counter()
         self._states: list[str] = []
 
@@ -203,10 +203,10 @@ class DecisionComparator(Tap):
         late = {device: count for device, count in self._late.items() if count}
         return Evaluation(self._recording, result, self._first_difference, self._differing, late, self._states)
 
-    def _report_difference(self, tick: Tick, what: str, recorded: str, evaluated: str) -> None:
+    def _report_difference(self, tick: Tick, subject: str, recorded: str, evaluated: str) -> None:
         self._differing += 1
-        self._first_difference = self._first_difference or FirstDifference(
-            tick.number, tick.time, what, recorded, evaluated
+        self._first_difference = self._first_difference or DecisionDifference(
+            tick.number, tick.time, subject, recorded, evaluated
         )
 
 

@@ -52,7 +52,9 @@ class ReplayResult:
     """Whether the app's file differs from the recorded text; None if no text was recorded."""
 
     def __repr__(self) -> str:
-        verdict = f"{self.deviation.what} differs in tick {self.deviation.tick}" if self.deviation else "no difference"
+        verdict = (
+            f"{self.deviation.subject} differs in tick {self.deviation.tick}" if self.deviation else "no difference"
+        )
         return f"<ReplayResult of {self.result.app}: {self.ticks} equal ticks, {verdict}>"
 
     @property

@@ -43,26 +43,26 @@ class Painter:
         self._lamp = np.array(world.light.direction)
         discs = np.array([(ball.x_m, ball.y_m, ball.radius_m) for ball in world.targets]).reshape(-1, 3)
         self._partitions = OcclusionPlanes([block.outline for block in blocks], discs)
-        self._colours = self._lit(world)
-        self._numbers = self._numbered(blocks)
+        self._colours = self._build_colours(world)
+        self._labels = self._build_labels(blocks)
         self._texturing = Texturing(world, blocks, self._faces)
-        self._surfaces = self._surfaced(self._texturing.numbers)
+        self._surfaces = self._build_surface_numbers(self._texturing.numbers)
 
     def picture(self, view: CameraView) -> Image:
         """Return the picture, (height, width, 3), BGR."""
         import cv2
 
         order = list(self._back_to_front(view))
-        canvas = _painted(view, order, self._colours)
+        canvas = _paint_strokes(view, order, self._colours)
         if self._texturing.is_needed:
             facets = [stroke for stroke in order if isinstance(stroke, Facet)]
-            self._texturing.paint(canvas, _painted(view, order, self._surfaces), view, facets)
+            self._texturing.paint(canvas, _paint_strokes(view, order, self._surfaces), view, facets)
         pixels = canvas.view(np.uint8).reshape(*canvas.shape, 4)
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
     def labels(self, view: CameraView) -> Labels:
         """Return for each pixel 1 plus the index of its body in ``things``, or 0 without a body, (height, width)."""
-        return _painted(view, self._back_to_front(view), self._numbers)
+        return _paint_strokes(view, self._back_to_front(view), self._labels)
 
     def _back_to_front(self, view: CameraView) -> Iterator[Stroke]:
         """Yield the visible strokes. Each stroke comes after the strokes that it hides."""
@@ -80,7 +80,7 @@ class Painter:
         for part, ball in self._balls.items():
             yield from Sphere.of(ball, view, self._lamp, part).bands(view.intrinsics)
 
-    def _lit(self, world: WorldDescription) -> Palette:
+    def _build_colours(self, world: WorldDescription) -> Palette:
         light = world.light
         return Palette(
             sky=int(pack_inks(np.array([light.sky_colour]))[0]),
@@ -89,7 +89,7 @@ class Painter:
             balls={part: shade_ramp(ball.colour, light) for part, ball in self._balls.items()},
         )
 
-    def _numbered(self, blocks: Sequence[Block]) -> Palette:
+    def _build_labels(self, blocks: Sequence[Block]) -> Palette:
         first_ball = len(self.things) - len(self._balls) + 1
         return Palette(
             sky=0,
@@ -98,19 +98,19 @@ class Painter:
             balls={part: np.array([n], np.uint32) for n, part in enumerate(self._balls, start=first_ball)},
         )
 
-    def _surfaced(self, numbers: Sequence[int]) -> Palette:
+    def _build_surface_numbers(self, numbers: Sequence[int]) -> Palette:
         ground, *faces = numbers
         return Palette(sky=0, ground=ground, faces=faces, balls=dict.fromkeys(self._balls, np.zeros(1, np.uint32)))
 
 
-def _painted(view: CameraView, strokes: Iterable[Stroke], palette: Palette) -> Canvas:
-    canvas = _primed(view, palette)
+def _paint_strokes(view: CameraView, strokes: Iterable[Stroke], palette: Palette) -> Canvas:
+    canvas = _create_canvas(view, palette)
     for stroke in strokes:
         stroke.paint(canvas, palette)
     return canvas
 
 
-def _primed(view: CameraView, palette: Palette) -> Canvas:
+def _create_canvas(view: CameraView, palette: Palette) -> Canvas:
     """Return a canvas with ground below the horizon and sky above it. Cameras have no roll."""
     i = view.intrinsics
     rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]

@@ -20,13 +20,13 @@ from robotcore.hal.devices import Encoder, Motor
 from robotcore.hal.robot import Robot
 from robotcore.hardware import open_robot
 from robotcore.testing import TestSupport, worlds
-from robotcore.testing.bench import RATE_HZ, Bench
+from robotcore.testing.bench import RATE_HZ, TestBench
 from robotcore.testing.fakes import MotorSpy
 from tests.doubles.serial.board import PERIOD_S, BoardDouble, Powered
 from tests.doubles.serial.pty import Pty
 
 
-class SerialBench(Bench):
+class SerialBench(TestBench):
     """The base class of the benches. A subclass sets ``devices`` and returns the double by `board`.
 
     >>> class TestMyBoard(SerialBench, ConformanceSuite):

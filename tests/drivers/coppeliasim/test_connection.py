@@ -74,7 +74,7 @@ def test_doctor_explains_that_the_options_are_of_other_commands(check_text: Chec
         address = Address(port=taken.getsockname()[1])
     (finding,) = diagnose(address)
     assert finding.kind == "connection-refused"
-    check_text(f"{finding.said}. {finding.remedy}", hide=[address.port])
+    check_text(f"{finding.message}. {finding.remedy}", hide=[address.port])
 
 
 def test_server_without_a_greeting_is_an_error(monkeypatch: pytest.MonkeyPatch, raises: Raises) -> None:

@@ -25,7 +25,7 @@ def test_every_shipped_world_opens(world: str) -> None:
         assert robot.range.read().distance > 0
 
 
-def test_only_the_devices_asked_for_are_opened() -> None:
+def test_only_the_chosen_devices_are_opened() -> None:
     with opened(devices={"eye", "right_motor"}) as robot:
         assert list(robot.devices) == ["right_motor", "eye"]
 

@@ -125,8 +125,8 @@ class TestDoctor:
 
     def test_boards_that_never_answer_are_unchecked(self, robot: RobotDescription, check_text: CheckText) -> None:
         *_, port, boards = self.examine(robot)
-        assert (port.what, port.level, port.kind) == ("port", Level.OK, "port-ok")
-        assert (boards.what, boards.level, boards.kind) == ("boards", Level.WARNING, "board-mute")
+        assert (port.subject, port.level, port.kind) == ("port", Level.OK, "port-ok")
+        assert (boards.subject, boards.level, boards.kind) == ("boards", Level.WARNING, "board-mute")
         check_text(port)
         check_text(boards)
 
@@ -136,12 +136,12 @@ class TestDoctor:
         *_, boards = self.examine(connect_devices(load_robot("rover"), WHEELS, pty.path))
         powered.off()
         clock.close()
-        assert (boards.what, boards.level, boards.kind) == ("boards", Level.OK, "boards-ok")
+        assert (boards.subject, boards.level, boards.kind) == ("boards", Level.OK, "boards-ok")
         check_text(boards)
 
     def test_a_missing_port_is_an_error_and_nothing_is_opened(self, check_text: CheckText) -> None:
         *_, last = self.examine(robot_on("/dev/nowhere", motor("left"), motor("right")))
-        assert (last.what, last.level, last.kind) == ("port", Level.ERROR, "port-not-opened")
+        assert (last.subject, last.level, last.kind) == ("port", Level.ERROR, "port-not-opened")
         check_text(last, hide=[describe_ports()])
 
     @pytest.mark.parametrize("said", [b"", b"Hello!"], ids=["silence", "another-protocol"])
@@ -154,8 +154,8 @@ class TestDoctor:
         *_, port, board = self.examine(connect_devices(load_robot("rover"), WHEELS, pty.path))
         talking.stop()
         clock.close()
-        assert (port.what, port.level) == ("port", Level.OK)
-        assert (board.what, board.level, board.kind) == ("boards", Level.ERROR, "board-silent")
+        assert (port.subject, port.level) == ("port", Level.OK)
+        assert (board.subject, board.level, board.kind) == ("boards", Level.ERROR, "board-silent")
         check_text(board)
 
     def test_a_camera_is_examined_too(self) -> None:
@@ -164,8 +164,8 @@ class TestDoctor:
         )
         del robot.backends[SECTION]["eye"]["port"]
         *_, camera = self.examine(robot)
-        assert (camera.what, camera.level) == ("camera", Level.ERROR)
-        assert "/dev/video99" in camera.said
+        assert (camera.subject, camera.level) == ("camera", Level.ERROR)
+        assert "/dev/video99" in camera.message
 
     def test_a_port_that_another_program_reads_is_reported_and_its_board_is_read(
         self, pty: Pty, check_text: CheckText
@@ -179,18 +179,18 @@ class TestDoctor:
             reader.kill()
         powered.off()
         clock.close()
-        assert (port.what, port.level, port.kind) == ("port", Level.WARNING, "port-shared")
-        assert (boards.what, boards.level) == ("boards", Level.OK)
+        assert (port.subject, port.level, port.kind) == ("port", Level.WARNING, "port-shared")
+        assert (boards.subject, boards.level) == ("boards", Level.OK)
         check_text(port, hide=[reader.pid])
         check_text(note, hide=[reader.pid])
 
     def test_a_mistake_in_the_section_is_an_error(self) -> None:
         *_, last = self.examine(robot_on("/dev/a", motor("left"), motor("left")))
-        assert (last.what, last.level, last.kind) == ("robot", Level.ERROR, "description")
+        assert (last.subject, last.level, last.kind) == ("robot", Level.ERROR, "description")
 
     def test_a_robot_without_a_section_is_a_warning(self, check_text: CheckText) -> None:
         *_, last = self.examine(load_robot("lookout"))
-        assert (last.what, last.level, last.kind) == ("robot", Level.WARNING, "no-section")
+        assert (last.subject, last.level, last.kind) == ("robot", Level.WARNING, "no-section")
         check_text(last)
 
     def test_the_ports_are_listed_without_a_robot(self) -> None:

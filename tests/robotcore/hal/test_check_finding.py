@@ -19,13 +19,13 @@ def failing() -> Iterator[Finding]:
 
 def test_a_failing_check_keeps_its_findings_and_the_next_check_is_made(check_text: CheckText) -> None:
     found = list(findings_of([("camera", failing), ("disk", fine)]))
-    assert [(each.what, each.level) for each in found] == [
+    assert [(each.subject, each.level) for each in found] == [
         ("camera", Level.OK),
         ("camera", Level.WARNING),
         ("disk", Level.OK),
     ]
     assert found[1].kind == "unchecked"
-    check_text(found[1].said)
+    check_text(found[1].message)
 
 
 @pytest.mark.parametrize("error", [KeyError("gpio"), AssertionError()], ids=["KeyError", "AssertionError"])
@@ -35,4 +35,4 @@ def test_an_exception_with_a_short_text_is_named_by_its_class(error: Exception, 
         yield
 
     (finding,) = findings_of([("disk", broken)])
-    check_text(finding.said)
+    check_text(finding.message)

@@ -39,7 +39,7 @@ def test_only_the_battery_is_opened_and_its_voltage_is_reported(
 ) -> None:
     backend = BatteryBackend({"cells": volts})
     (finding,) = diagnose_batteries(backend, load_battery_rover(tmp_path))
-    assert (finding.what, finding.level, finding.kind) == ("cells", level, kind)
+    assert (finding.subject, finding.level, finding.kind) == ("cells", level, kind)
     assert backend.opened == {"cells"}
     check_text(finding)
 

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from robotcore.geometry import Pose
 from robotcore.recording import GroundTruthSample, Recording
-from robotcore.recording.run_comparison import Comparison, FirstDifference, RunSummary
+from robotcore.recording.run_comparison import Comparison, RunSummary, StateDifference
 from robotcore.recording.summary import measure_path
 from robotcore.runtime.result import Outcome
 from robotcore.view.canvas import Canvas
@@ -123,7 +123,7 @@ def test_different_outcomes_are_not_alike(run: Recording) -> None:
 
 def test_first_different_state_is_reported(run: Recording) -> None:
     first_difference = compared(run, changed(changed(run, 9, state="lost"), 30, state="lost")).first_difference
-    assert first_difference == FirstDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
+    assert first_difference == StateDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
 
 
 def test_earlier_end_is_the_first_difference(run: Recording) -> None:

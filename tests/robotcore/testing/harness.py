@@ -38,19 +38,19 @@ def broken(
     fault: str,
     rules: str,
     damage: Callable[[Robot], Any] = lambda _: None,
-    setup_for: Callable[[Setup], Setup] = lambda setup: setup,
+    change_setup: Callable[[Setup], Setup] = lambda setup: setup,
 ) -> Broken:
     """Return a sound driver with one fault.
 
     fault: the fault in words.
     rules: the names of the rules that must fail, separated by spaces.
     damage: changes the opened robot.
-    setup_for: changes the set-up before the opening.
+    change_setup: changes the set-up before the opening.
     """
 
     class Suite(Sound):
         def open(self, setup: Setup) -> Robot:
-            robot = super().open(setup_for(setup))
+            robot = super().open(change_setup(setup))
             damage(robot)
             return robot
 

@@ -38,18 +38,18 @@ def test_read_from_memory_is_not_held_up() -> None:
     gate = Gate()
     sensor = Polled(gate)
     try:
-        assert not gate.holds_up(sensor.read)
+        assert not gate.blocks(sensor.read)
     finally:
         sensor.close()
 
 
 def test_slow_read_from_memory_is_not_held_up() -> None:
-    assert not Gate().holds_up(lambda: sum(range(10**6)))
+    assert not Gate().blocks(lambda: sum(range(10**6)))
 
 
 def test_read_that_asks_the_hardware_is_held_up() -> None:
     gate = Gate()
-    assert gate.holds_up(gate.pass_through)
+    assert gate.blocks(gate.pass_through)
 
 
 def test_read_that_waits_for_the_pollers_lock_is_held_up(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,19 +68,19 @@ def test_read_that_waits_for_the_pollers_lock_is_held_up(monkeypatch: pytest.Mon
             pass
 
     poller = threading.Thread(target=poll)
-    assert gate.holds_up(read)
+    assert gate.blocks(read)
     poller.join()
 
 
 def test_gate_is_open_again_afterwards() -> None:
     gate = Gate()
-    gate.holds_up(lambda: None)
+    gate.blocks(lambda: None)
     gate.pass_through()
 
 
 def test_exception_of_the_read_is_raised() -> None:
     with pytest.raises(ConnectionResetError):
-        Gate().holds_up(_fail)
+        Gate().blocks(_fail)
 
 
 def _fail() -> None:

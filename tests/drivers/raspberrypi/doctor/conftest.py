@@ -40,6 +40,6 @@ def check_findings(check_text: CheckText) -> CheckFindings:
         found = list(findings)
         assert [each.kind for each in found] == list(kinds)
         for each in found:
-            check_text(f"{each.level.value}: {each.what}: {each.said}\n{each.remedy}".strip())
+            check_text(f"{each.level.value}: {each.subject}: {each.message}\n{each.remedy}".strip())
 
     return check

@@ -24,7 +24,7 @@ def _as_on_a_board(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def levels(found: list[Finding]) -> dict[str, Level]:
-    return {each.what: each.level for each in found}
+    return {each.subject: each.level for each in found}
 
 
 def bind_devices(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -43,7 +43,7 @@ def test_a_robot_s_file_is_checked_on_a_laptop_too(tmp_path: Path) -> None:
     assert (found.level, found.kind) == (Level.OK, "description-ok")
     file.write_text(shipped.replace("trigger = 16", "trigger = 40").replace('"picamera2"', '"csi"'), encoding="utf-8")
     _, *wrong = examine(load_robot(str(file)), "raspberrypi", tmp_path)
-    assert [each.said.partition(":")[0] for each in wrong] == ["raspberrypi.nose.trigger", "raspberrypi.eye.driver"]
+    assert [each.message.partition(":")[0] for each in wrong] == ["raspberrypi.nose.trigger", "raspberrypi.eye.driver"]
     assert {each.level for each in wrong} == {Level.ERROR}
     file.write_text(shipped.partition("# On a Raspberry Pi")[0], encoding="utf-8")
     assert len(list(examine(load_robot(str(file)), "raspberrypi", tmp_path))) == 1
@@ -62,7 +62,7 @@ def test_a_good_pi_has_only_ok_findings(pi_4: Path, pi_5: Path, monkeypatch: pyt
 def test_every_fault_of_a_broken_pi_is_reported(broken: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bind_devices(monkeypatch)
     found = list(examine(load_robot("rover"), "raspberrypi", broken))
-    wrong = {each.what: each.level for each in found if each.level is not Level.OK}
+    wrong = {each.subject: each.level for each in found if each.level is not Level.OK}
     assert (
         wrong.items()
         >= {
@@ -84,7 +84,7 @@ def test_a_check_that_fails_is_not_ok_and_the_others_run(pi_4: Path) -> None:
 
 def test_without_a_robot_a_finding_says_that_devices_are_not_checked(pi_4: Path) -> None:
     found = list(examine(None, "raspberrypi", pi_4))
-    assert [each.kind for each in found if each.what == "robot"] == ["no-robot"]
+    assert [each.kind for each in found if each.subject == "robot"] == ["no-robot"]
     assert "pins" not in levels(found)
 
 
@@ -98,7 +98,7 @@ def test_each_mistake_in_a_robot_s_section_is_an_error_and_devices_are_not_check
 
     monkeypatch.setattr("drivers.raspberrypi.doctor.examination.bind_devices", unfit)
     found = list(examine(load_robot("rover"), "raspberrypi", pi_4))
-    findings = [(each.level, each.said.partition(":")[0]) for each in found if each.what == "robot"]
+    findings = [(each.level, each.message.partition(":")[0]) for each in found if each.subject == "robot"]
     assert findings == [(Level.ERROR, "raspberrypi.nose"), (Level.ERROR, "b")]
     assert "camera" not in levels(found)
 
@@ -112,6 +112,6 @@ def test_a_dangerous_connection_is_a_warning(pi_4: Path, check_text: CheckText) 
         update={"backends": {"raspberrypi": {**section, "left_motor": left, "right_motor": right}}}
     )
     found = list(examine(wired, "raspberrypi", pi_4))
-    findings = [each for each in found if each.what == "robot" and each.level is Level.WARNING]
-    assert [each.said.partition(":")[0] for each in findings] == ["left_motor", "right_motor"]
-    check_text(f"{findings[0].said}\n{findings[0].remedy}")
+    findings = [each for each in found if each.subject == "robot" and each.level is Level.WARNING]
+    assert [each.message.partition(":")[0] for each in findings] == ["left_motor", "right_motor"]
+    check_text(f"{findings[0].message}\n{findings[0].remedy}")

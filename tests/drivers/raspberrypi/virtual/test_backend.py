@@ -293,7 +293,7 @@ def test_a_run_has_the_note_in_its_result_and_on_standard_error(
 @pytest.mark.usefixtures("_installed")
 def test_the_doctor_lists_the_devices_that_the_simulator_replaces() -> None:
     (found,) = VirtualPiBackend().examine(foreign.rover(nose=IR))
-    assert (found.kind, found.said) == (
+    assert (found.kind, found.message) == (
         "stand-ins",
         "the simulator's own device stands in for nose (ir-switch), eye (picamera2)",
     )

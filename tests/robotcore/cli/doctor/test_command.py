@@ -75,7 +75,7 @@ def test_each_finding_is_a_line_with_its_remedy_below(cli: Cli, ward: type[Ward]
     lines = cli("doctor", "--backend", "ward").out.splitlines()
     assert [line.split() for line in lines[-5:-2]] == [
         ["ok", "board", "number", "1"],
-        ["error", "pins", *BAD.said.split()],
+        ["error", "pins", *BAD.message.split()],
         ["→", *BAD.remedy.split()],
     ]
 
@@ -91,7 +91,7 @@ def test_json_is_one_line_with_all_findings(cli: Cli, ward: type[Ward]) -> None:
         "level": "error",
         "kind": BAD.kind,
         "what": "pins",
-        "said": BAD.said,
+        "said": BAD.message,
         "remedy": BAD.remedy,
     }
 

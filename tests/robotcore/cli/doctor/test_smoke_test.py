@@ -32,13 +32,13 @@ def diagnose_all(backend: Backend, robot: str | None = None) -> list[Finding]:
 def test_a_simulator_is_opened_and_driven_and_renders(check_text: CheckText) -> None:
     (found,) = diagnose_all(load_backend("kinematic"))
     assert (found.level, found.kind) == (Level.OK, "works")
-    check_text(found.said)
+    check_text(found.message)
 
 
 def test_only_the_devices_of_the_robot_are_tested(check_text: CheckText) -> None:
     (found,) = diagnose_all(load_backend("kinematic"), "lookout")
     assert (found.level, found.kind) == (Level.OK, "works")
-    check_text(found.said)
+    check_text(found.message)
 
 
 def test_a_simulator_in_which_nothing_moves_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,8 +61,8 @@ def test_a_simulator_that_does_not_open_is_an_error_with_its_cause_and_its_remed
     error: Exception, kind: str, check_text: CheckText
 ) -> None:
     (found,) = diagnose_all(Dead(error))
-    assert (found.what, found.level, found.kind) == ("rig", Level.ERROR, kind)
-    check_text(f"{found.said}\n{found.remedy}")
+    assert (found.subject, found.level, found.kind) == ("rig", Level.ERROR, kind)
+    check_text(f"{found.message}\n{found.remedy}")
 
 
 def test_a_backend_that_is_missing_is_a_warning_with_the_command_that_installs_it(
@@ -84,7 +84,7 @@ def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch, display: str,
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setenv("DISPLAY", display)
     monkeypatch.setattr("drivers.kinematic.backend.KinematicBackend.has_gui", True)
-    assert [each.level for each in diagnose_all(load_backend("kinematic")) if each.what == "display"] == [level]
+    assert [each.level for each in diagnose_all(load_backend("kinematic")) if each.subject == "display"] == [level]
 
 
 def test_a_wrong_robot_file_is_an_error_with_the_command_that_checks_it(check_text: CheckText) -> None:
@@ -93,4 +93,4 @@ def test_a_wrong_robot_file_is_an_error_with_the_command_that_checks_it(check_te
     )
     (found,) = diagnose_all(Dead(error), "lookout")
     assert (found.level, found.kind, found.remedy) == (Level.ERROR, "description", "robotcore check lookout")
-    check_text(found.said)
+    check_text(found.message)

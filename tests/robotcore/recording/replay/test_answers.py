@@ -77,7 +77,7 @@ class TestMotorOutsideTheDrive:
         slower = type(first)(first.device, 0.25, 0.25)
         deviation = replay(changed(recording, 7, motor_asks=(slower, *others))).deviation
         assert deviation
-        assert (deviation.tick, deviation.what) == (7, "the command")
+        assert (deviation.tick, deviation.subject) == (7, "the command")
         assert (deviation.recorded, deviation.replayed) == ("gripper 0.25 rad/s", "gripper 12.0 rad/s")
 
     @pytest.mark.parametrize("tick", [6, 8])

@@ -121,7 +121,7 @@ def test_first_difference_is_reported_with_both_values(
     deviation = deviation_of(recording)
     what, recorded, replayed = DIFFERENT[action]
     assert (deviation.tick, deviation.time) == (AT, recording.ticks[AT].time)
-    assert deviation.what.startswith(what)
+    assert deviation.subject.startswith(what)
     assert recorded in deviation.recorded
     assert replayed in deviation.replayed
     assert any(read.startswith("nose ") and " m of " in read for read in deviation.reads)
@@ -137,7 +137,7 @@ def test_earlier_end_is_a_difference(app: Doing, recording: Recording) -> None:
 def test_new_error_of_the_app_is_a_difference(app: Doing, recording: Recording) -> None:
     app.action = an_error
     deviation = deviation_of(recording)
-    assert (deviation.tick, deviation.what) == (AT, "the end")
+    assert (deviation.tick, deviation.subject) == (AT, "the end")
     assert "Doing raised ValueError: odd" in deviation.replayed
 
 

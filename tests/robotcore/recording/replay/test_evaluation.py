@@ -36,7 +36,7 @@ def test_other_setting_differs_from_its_first_effect_on(search: Recording) -> No
     evaluation = evaluate(search, settings={"speed_m_s": "0.1"})
     first_difference = evaluation.first_difference
     assert first_difference
-    assert first_difference.what == "the command"
+    assert first_difference.subject == "the command"
     assert first_difference.tick > 0
     assert 0 < evaluation.differing <= evaluation.ticks
     assert evaluation.exit_status == 0

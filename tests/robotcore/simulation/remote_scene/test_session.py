@@ -234,7 +234,7 @@ def test_inspection_finds_objects_and_moves_nothing(check_text: CheckText) -> No
     robot = rover(nose={"path": "/rover/nos"}, screen={"path": "/v2", "optional": True})
     scene = MemoryScene(create_setup(robot))
     scene.present_objects.append(SceneObject(30, "/lamp", ObjectKind.OTHER))
-    found = {finding.what: finding for finding in inspect_scene(robot, "memory", scene)}
+    found = {finding.subject: finding for finding in inspect_scene(robot, "memory", scene)}
     assert {name: finding.kind for name, finding in found.items()} == {
         "left_motor": "object-found",
         "right_motor": "object-found",
@@ -245,5 +245,5 @@ def test_inspection_finds_objects_and_moves_nothing(check_text: CheckText) -> No
         "screen": "kept-in-memory",
     }
     assert found["nose"].level.value == "error"
-    check_text("\n".join(f"{name}: {finding.said}. {finding.remedy}" for name, finding in found.items()))
+    check_text("\n".join(f"{name}: {finding.message}. {finding.remedy}" for name, finding in found.items()))
     assert scene.diary == []

@@ -90,7 +90,11 @@ BROKEN = (
         "floor_is_at_the_bottom",
         change_pictures(lambda image: np.ascontiguousarray(image[::-1])),
     ),
-    broken("colours are RGB", "blue_is_blue", change_pictures(lambda image: np.ascontiguousarray(image[:, :, ::-1]))),
+    broken(
+        "colours are RGB",
+        "channels_are_blue_green_red",
+        change_pictures(lambda image: np.ascontiguousarray(image[:, :, ::-1])),
+    ),
     broken(
         "pictures have an alpha channel",
         "picture_is_uint8_of_height_width_and_three_channels",
@@ -106,12 +110,12 @@ BROKEN = (
     broken("all pictures lie in one buffer", "pictures_do_not_share_their_memory", share_one_buffer),
     Broken(
         "the field of view is narrower than described",
-        frozenset({"field_of_view_is_the_one_described"}),
+        frozenset({"field_of_view_equals_the_description"}),
         WideFieldSuite,
     ),
     Broken(
         "the intrinsics are those of another size",
-        frozenset({"intrinsics_are_the_ones_described"}),
+        frozenset({"intrinsics_equal_the_description"}),
         WrongIntrinsicsSuite,
     ),
 )

@@ -33,8 +33,8 @@ def draw_a_frame(robot: Robot) -> None:
 
 
 BROKEN_DISPLAYS = (
-    broken("the display refuses grey pictures", "display_takes_a_picture", refuse_grey),
-    broken("the display draws on the app's picture", "display_leaves_the_picture_as_it_is", draw_a_frame),
+    broken("the display refuses grey pictures", "display_accepts_a_read_only_picture", refuse_grey),
+    broken("the display draws on the app's picture", "display_does_not_change_the_picture", draw_a_frame),
 )
 
 
@@ -73,7 +73,7 @@ BROKEN_BATTERIES = (
         "voltage_is_a_number_above_zero",
         lambda sample: replace(sample, voltage=math.nan),
     ),
-    broken_battery("a battery is measured once", "voltage_is_measured_again", lambda _: Voltage(7.4, 0.0, 0)),
+    broken_battery("a battery is measured once", "voltage_is_measured_regularly", lambda _: Voltage(7.4, 0.0, 0)),
 )
 
 

@@ -95,31 +95,31 @@ class SecondOpenSuite(Sound):
 
 
 BROKEN = (
-    broken("it opens more than it was asked for", "only_the_devices_asked_for_are_opened", setup_for=choose_all),
-    broken("it needs a drive", "robot_without_a_drive_opens", setup_for=choose_no_device_without_a_drive),
-    broken("options are not looked at", "unknown_option_is_refused", setup_for=drop_options),
+    broken("it opens more than it was asked for", "only_the_chosen_devices_are_opened", change_setup=choose_all),
+    broken("it needs a drive", "robot_without_a_drive_opens", change_setup=choose_no_device_without_a_drive),
+    broken("options are not looked at", "unknown_option_is_refused", change_setup=drop_options),
     broken(
         "closing does nothing",
-        "closing_stops_every_motor leaving_by_an_error_stops_every_motor closed_devices_say_so "
-        "motor_that_cannot_be_stopped_keeps_no_other_from_stopping",
+        "closing_stops_every_motor exception_in_the_with_block_stops_every_motor closed_device_refuses_use "
+        "other_motor_stops_if_one_fails_to_stop",
         ignore_close,
     ),
     broken("closing twice fails", "closing_twice_is_no_error", refuse_second_close),
-    broken("a closed sensor goes on", "closed_devices_say_so", keep_sensor_open),
-    broken("a closed display goes on", "closed_devices_say_so", keep_display_open),
+    broken("a closed sensor goes on", "closed_device_refuses_use", keep_sensor_open),
+    broken("a closed display goes on", "closed_device_refuses_use", keep_display_open),
     Broken(
         "one motor that fails keeps the next from stopping",
-        frozenset({"motor_that_cannot_be_stopped_keeps_no_other_from_stopping"}),
+        frozenset({"other_motor_stops_if_one_fails_to_stop"}),
         FirstErrorSuite,
     ),
     Broken(
         "an error leaves the motors turning",
-        frozenset({"leaving_by_an_error_stops_every_motor"}),
+        frozenset({"exception_in_the_with_block_stops_every_motor"}),
         NoCloseOnErrorSuite,
     ),
     Broken(
         "a robot cannot be opened again",
-        frozenset({"robot_opens_again_after_closing", "only_the_devices_asked_for_are_opened"}),
+        frozenset({"robot_opens_again_after_closing", "only_the_chosen_devices_are_opened"}),
         SecondOpenSuite,
     ),
 )

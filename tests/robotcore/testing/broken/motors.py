@@ -118,7 +118,7 @@ BROKEN: tuple[Any, ...] = (
     broken("zero is not sent", "stop_brings_the_wheels_to_rest", change_apply(ignore_zero)),
     broken(
         "set_velocity returns the limit",
-        "velocity_within_the_limits_is_returned_as_it_is",
+        "velocity_within_the_limits_is_returned_unchanged",
         change_set_velocity(return_the_limit),
     ),
     broken(
@@ -131,8 +131,8 @@ BROKEN: tuple[Any, ...] = (
         "velocity_beyond_the_limit_is_clamped_and_returned",
         change_set_velocity(send_unclamped),
     ),
-    broken("the limit is not the described one", "limit_is_the_one_described", raise_the_limit),
-    broken("NaN is taken for zero", "velocity_that_is_no_number_is_refused", change_set_velocity(replace_nan_by_zero)),
+    broken("the limit is not the described one", "limit_does_not_exceed_the_description", raise_the_limit),
+    broken("NaN is taken for zero", "velocity_that_is_not_finite_is_refused", change_set_velocity(replace_nan_by_zero)),
     broken(
         "NaN is refused in full motion", "refused_velocity_stops_the_motor", change_set_velocity(keep_driving_at_nan)
     ),

@@ -92,9 +92,7 @@ BROKEN = (
         change_description("nose", cone_rad=0.0),
     ),
     broken("the detected point is mirrored", "detected_point_is_left_positive", change_samples(RangeSensor, mirror)),
-    broken(
-        "the cone is half the described one", "limits_are_the_ones_described", set_attributes("nose", cone=CONE / 2)
-    ),
-    Broken("a lost echo reads inf", frozenset({"lost_echo_is_no_new_sample"}), InfiniteEchoLossSuite),
-    Broken("a lost echo reads the old value as new", frozenset({"lost_echo_is_no_new_sample"}), NewEchoLossSuite),
+    broken("the cone is half the described one", "limits_equal_the_description", set_attributes("nose", cone=CONE / 2)),
+    Broken("a lost echo reads inf", frozenset({"lost_echo_makes_no_new_sample"}), InfiniteEchoLossSuite),
+    Broken("a lost echo reads the old value as new", frozenset({"lost_echo_makes_no_new_sample"}), NewEchoLossSuite),
 )

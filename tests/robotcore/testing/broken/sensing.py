@@ -31,12 +31,12 @@ def _chained(newest: Callable[[], Any], change: Callable[[Any], Any]) -> Callabl
 def change_description(name: str, **changes: float) -> Callable[[Setup], Setup]:
     """Open a device by a description that differs from the one of the suite."""
 
-    def setup_for(setup: Setup) -> Setup:
+    def change_setup(setup: Setup) -> Setup:
         devices = tuple(d.model_copy(update=changes) if d.name == name else d for d in setup.robot.devices)
         robot = setup.robot.model_copy(update={"devices": devices})
         return replace(setup, robot=robot)
 
-    return setup_for
+    return change_setup
 
 
 def set_attributes(name: str, **values: Any) -> Damage:

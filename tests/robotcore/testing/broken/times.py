@@ -56,8 +56,8 @@ BROKEN_SAMPLES = (
         "new_sample_has_a_higher_sequence",
         change_samples(RangeSensor, lambda sample: replace(sample, sequence=0)),
     ),
-    broken("the sequence counts reads", "sample_read_twice_is_the_same", count_reads),
-    broken("reading lets time pass", "reading_lets_no_time_pass", sleep_in_reads),
+    broken("the sequence counts reads", "sequence_changes_only_with_the_capture_time", count_reads),
+    broken("reading lets time pass", "reading_does_not_advance_the_clock", sleep_in_reads),
     Broken("reading asks the hardware", frozenset({"reading_does_not_wait_for_hardware"}), HardwareWaitSuite),
 )
 
@@ -93,13 +93,13 @@ BROKEN_CLOCKS = (
     broken("the clock is set back", "time_never_goes_back steps_divide_the_tick", set_back),
     broken(
         "sleep ends early",
-        "sleeping_ends_no_earlier_than_asked steps_divide_the_tick",
+        "sleep_does_not_end_before_its_deadline steps_divide_the_tick",
         end_sleeps_early,
     ),
     broken(
         "the physics step is 1/240 s at every rate",
         "steps_divide_the_tick",
-        setup_for=lambda setup: replace(setup, rate_hz=20.0),
+        change_setup=lambda setup: replace(setup, rate_hz=20.0),
     ),
     broken("calls are forgotten", "calls_are_made_when_they_are_due", drop_calls),
 )

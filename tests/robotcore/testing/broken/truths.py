@@ -43,20 +43,20 @@ def keep_state_between_runs(robot: Robot) -> None:
 
 
 BROKEN = (
-    broken("the world's start is not looked at", "pose_begins_at_the_start", setup_for=start_at_the_origin),
-    broken("the track is not the described one", "pose_moves_as_the_wheels_roll", setup_for=narrow_the_track),
+    broken("the world's start is not looked at", "pose_begins_at_the_start", change_setup=start_at_the_origin),
+    broken("the track is not the described one", "pose_moves_as_the_wheels_roll", change_setup=narrow_the_track),
     broken(
         "the twist is that of one wheel",
         "twist_is_the_change_of_the_pose",
         change_truth("twist", lambda twist: Twist(2 * twist.linear, twist.angular)),
     ),
     broken(
-        "the floor is a contact", "open_ground_is_no_contact", change_truth("contacts", lambda count: max(count, 1))
+        "the floor is a contact", "open_ground_causes_no_contact", change_truth("contacts", lambda count: max(count, 1))
     ),
     broken(
         "each instant of a touch is a contact",
         "bump_into_a_wall_is_one_contact",
         change_truth("contacts", lambda n: 9 * n),
     ),
-    broken("state outlives the run", "two_runs_alike_are_equal_to_the_bit", keep_state_between_runs),
+    broken("state outlives the run", "equal_runs_read_equal_samples", keep_state_between_runs),
 )

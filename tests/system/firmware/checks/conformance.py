@@ -9,7 +9,7 @@ import pytest
 from robotcore.description import RobotDescription
 from robotcore.hal.robot import Robot, Role
 from robotcore.testing import ConformanceSuite, TestSupport
-from robotcore.testing.bench import let_pass
+from robotcore.testing.bench import sleep
 from robotcore.testing.device_rules import SPEED_RAD_S
 from tests.system.firmware.backend import SimavrBackend
 from tests.system.firmware.config import with_battery
@@ -29,11 +29,11 @@ class TestOnTheFirmware(ConformanceSuite):
 
     def test_angles_are_in_radians(self) -> None:
         """Compare by the times of the samples, because on a busy machine the newest sample is older."""
-        with self.opened(None, Role.DRIVE) as robot:
-            encoders = self.encoders(robot)
-            self.command(robot, SPEED_RAD_S, SPEED_RAD_S)
+        with self.open_robot(None, Role.DRIVE) as robot:
+            encoders = self.get_encoders(robot)
+            self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
             before = [encoder.read() for encoder in encoders]
-            let_pass(robot, 1.0)
+            sleep(robot, 1.0)
             for encoder, then in zip(encoders, before, strict=True):
                 now = encoder.read()
                 assert (now.angle - then.angle) / (now.time - then.time) == pytest.approx(SPEED_RAD_S, rel=0.03)

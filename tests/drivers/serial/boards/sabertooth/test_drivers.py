@@ -16,7 +16,7 @@ from robotcore.hal.drive import Odometry
 from robotcore.hal.robot import Robot
 from robotcore.hardware import Host, bind_devices
 from robotcore.testing import ConformanceSuite
-from robotcore.testing.bench import Motion, let_pass, motion_between
+from robotcore.testing.bench import Motion, compute_motion, sleep
 from tests.doubles.serial.bench import Rig, TickingBench, connect_devices
 from tests.doubles.serial.board import BoardDouble
 from tests.doubles.serial.sabertooth import Sabertooths
@@ -36,11 +36,11 @@ class TestSabertooth(TickingBench, ConformanceSuite):
         self.line = Sabertooths(full_rad_s=FULL_RAD_S)
         return self.line
 
-    def motion(self, robot: Robot, seconds: float) -> Motion:
+    def measure_motion(self, robot: Robot, seconds: float) -> Motion:
         where = Odometry(self.drive.geometry, self._wheels).pose
         before = where()
-        let_pass(robot, seconds)
-        return motion_between(before, where())
+        sleep(robot, seconds)
+        return compute_motion(before, where())
 
     def _wheels(self) -> Wheels:
         wheels = self.line.boards[128].wheels
