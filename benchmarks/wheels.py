@@ -70,7 +70,7 @@ def _measure_errors(
     with load_backend(backend).open(Setup(description, world, wheels, rate)) as robot:
         reached = _drive(robot, description.drive, manoeuvre)
     length, turn = manoeuvre.linear * manoeuvre.duration, manoeuvre.angular * manoeuvre.duration
-    meant = start.pose.advanced(length, turn)
+    meant = start.pose.advance(length, turn)
     return (
         _format_error(meant.distance_to(reached.x, reached.y), length, "mm"),
         _format_error(wrap_angle(reached.heading - meant.heading), turn, "mrad"),

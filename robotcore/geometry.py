@@ -39,7 +39,7 @@ class Pose(NamedTuple):
     heading: float
     """The angle from the x axis, in radians, positive to the left."""
 
-    def advanced(self, distance: float, turn: float) -> Pose:
+    def advance(self, distance: float, turn: float) -> Pose:
         """Return the pose after an arc of constant curvature.
 
         distance: the length of the arc in metres, negative if driven backward.
@@ -47,7 +47,7 @@ class Pose(NamedTuple):
 
         An arc of length s that turns by a has a chord of length s·sinc(a/2). The chord's direction is heading + a/2.
 
-        >>> end = Pose(0.0, 0.0, 0.0).advanced(math.pi / 2, turn=math.pi / 2)  # a quarter of a circle of radius 1 m
+        >>> end = Pose(0.0, 0.0, 0.0).advance(math.pi / 2, turn=math.pi / 2)  # a quarter of a circle of radius 1 m
         >>> round(end.x, 3), round(end.y, 3)
         (1.0, 1.0)
         """
@@ -60,7 +60,7 @@ class Pose(NamedTuple):
             self.heading + turn,
         )
 
-    def moved(self, by: Pose) -> Pose:
+    def compose(self, by: Pose) -> Pose:
         """Convert a pose from this pose's frame to the world's frame. For example, ``by`` is a sensor's mount."""
         return Pose(*self.to_world(by.x, by.y), self.heading + by.heading)
 

@@ -47,7 +47,7 @@ def draw_scene(hue: float, likeness: float, draw: Random, *, has_ball: bool) -> 
     assert eye, "the robot has a camera"
     mount = Mount(x_m=eye.mount.x_m, z_m=eye.mount.z_m * draw.uniform(0.7, 1.6), pitch_rad=draw.uniform(-0.06, 0.12))
     view = CameraView.of(eye.intrinsics, mount, pose)
-    looking = pose.moved(Pose(mount.x_m, mount.y_m, 0.0))
+    looking = pose.compose(Pose(mount.x_m, mount.y_m, 0.0))
     if not has_ball:
         return Scene(world.model_copy(update={"targets": ()}), view, 0.0)
     ball, diameter = _draw_ball(view, looking, ball_colour(hue, draw), draw)

@@ -53,7 +53,7 @@ class WitnessBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         options = setup.options_as(WitnessOptions)
         clock, log = MonotonicClock(), Log(options.log)
-        devices = [_open_device(description, clock, log, options.lost_after_s) for description in setup.chosen]
+        devices = [_open_device(description, clock, log, options.lost_after_s) for description in setup.chosen_devices]
         cutoffs = [_build_cutoff(device.name, options.log) for device in devices if isinstance(device, Motor)]
         return Robot(setup.robot.name, clock, devices, cutoffs=cutoffs if options.is_guarded else ())
 

@@ -53,7 +53,7 @@ class Simulation:
 
     def __init__(self, scene: CoppeliaSimScene, setup: Setup, built: BuiltScene) -> None:
         self._scene, self._built = scene, built
-        self._chosen = setup.chosen
+        self._chosen = setup.chosen_devices
         self._motors: list[BuiltMotor] = []
         body = built.robot.body
         self._contacts = ContactCounter(scene.connection, body, built.world.things)
@@ -165,7 +165,9 @@ def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, wo
     """Build the world and the robot in an empty scene, and set the time step to the period of a tick."""
     built_world = build_world(builder, world)
     has_proximity = proximity_works(builder, scene.detect)
-    if not has_proximity and any(isinstance(description, RangeSensorDescription) for description in setup.chosen):
+    if not has_proximity and any(
+        isinstance(description, RangeSensorDescription) for description in setup.chosen_devices
+    ):
         require_depth(builder, scene.connection)
     undo: list[Undo] = [_build_engine_undo(builder), _build_time_step_undo(scene, builder)]
     undo += build_collections_undo(built_world.root, (built_world.visible, built_world.detectable))
@@ -177,7 +179,9 @@ def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, wo
         builder, robot.body, place_on_floor(world.start.pose), built_world, compute_sky_grey(world), has_proximity
     )
     handles = {
-        description.name: handle for description in setup.chosen if (handle := sensors.add(description)) is not None
+        description.name: handle
+        for description in setup.chosen_devices
+        if (handle := sensors.add(description)) is not None
     }
     finish_building(builder, built_world.root)
     return BuiltScene(built_world, robot, handles, has_proximity)

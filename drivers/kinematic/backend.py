@@ -47,14 +47,14 @@ class KinematicBackend(Backend):
         setup.options_as(KinematicOptions)
         simulation = Simulation(setup, setup.world)
         _require_wheels(setup, simulation)
-        devices = [_open_device(description, simulation) for description in setup.chosen]
+        devices = [_open_device(description, simulation) for description in setup.chosen_devices]
         return Robot(setup.robot.name, simulation.clock, devices, truth=simulation)
 
 
 def _require_wheels(setup: Setup, simulation: Simulation) -> None:
     """Raise DeviceGroupError if an encoder is on no wheel of the drive."""
     fault = "sits on no wheel; name it as left_encoder or right_encoder of the drive, or leave it out"
-    encoders = [device.name for device in setup.chosen if isinstance(device, EncoderDescription)]
+    encoders = [device.name for device in setup.chosen_devices if isinstance(device, EncoderDescription)]
     if stray := [DeviceError(name, fault, kind="no-wheel") for name in encoders if name not in simulation.encoded]:
         raise DeviceGroupError(f"opening {setup.robot.name}", stray)
 

@@ -120,7 +120,7 @@ class Sonar:
 
     def measure(self, robot: Pose) -> Echo:
         """Return what the sensor measures if its robot is at the pose ``robot``."""
-        sensor = robot.moved(self._mount)
+        sensor = robot.compose(self._mount)
         x, y = sensor.to_world(-FAN_SETBACK_M, 0.0)
         dx, dy = self._fan.directions(sensor)
         lengths = np.minimum(cast(x, y, dx, dy, self._edges), cast_at_circles(x, y, dx, dy, self._circles))

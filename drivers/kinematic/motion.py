@@ -73,7 +73,7 @@ class Chassis:
         """Advance the wheels and the body by one simulation step."""
         left, right = self._left.next_turn(), self._right.next_turn()
         distance, turn = self._geometry.to_twist(Wheels(left, right))
-        there = self.pose.advanced(distance, turn)
+        there = self.pose.advance(distance, turn)
         if self._bumper.permits(self.pose, there, abs(distance), abs(turn)):
             self.pose = there
             self._left.roll(left)

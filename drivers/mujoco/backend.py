@@ -21,7 +21,7 @@ from robotcore.description import (
     WorldDescription,
 )
 from robotcore.errors import BackendMissingError, UsageError
-from robotcore.hal.backend import Backend, Capability, Exported, Setup
+from robotcore.hal.backend import Backend, Capability, ModelExport, Setup
 from robotcore.hal.clock import SteppedClock
 from robotcore.hal.devices import Device, MemoryDisplay
 from robotcore.hal.robot import Robot
@@ -89,7 +89,7 @@ class MujocoBackend(Backend):
 
     def export(
         self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None
-    ) -> Exported:
+    ) -> ModelExport:
         from drivers.mujoco.mjcf_export import mjcf
 
         self.require_installed()

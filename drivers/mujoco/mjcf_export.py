@@ -13,8 +13,8 @@ import numpy as np
 from drivers.mujoco.model import build, compile_model
 from drivers.mujoco.model.attributes import mount_orientation
 from robotcore.description import RobotDescription, WorldDescription
-from robotcore.description.urdf import BASE, frame
-from robotcore.hal.backend import Exported
+from robotcore.description.urdf import BASE, sensor_link
+from robotcore.hal.backend import ModelExport
 from robotcore.text import pluralize
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ SITE_M = 0.005
 """The drawn size of a sensor's site, in metres."""
 
 
-def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | None) -> Exported:
+def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | None) -> ModelExport:
     """Return the simulated model as MJCF. MuJoCo writes the numbers of the model with six digits.
 
     Each sensor has an additional site ``<sensor>_frame``. The sensor points along the site's x axis.
@@ -45,14 +45,14 @@ def mjcf(robot: RobotDescription, world: WorldDescription | None, folder: str | 
     pictures = {f"{folder}/{texture.name}.png": texture for texture in textures} if folder is not None else {}
     for file, texture in pictures.items():
         texture.file = file
-    return Exported(spec.to_xml(), {file: _encode_png(texture) for file, texture in pictures.items()}, notes)
+    return ModelExport(spec.to_xml(), {file: _encode_png(texture) for file, texture in pictures.items()}, notes)
 
 
 def _add_frames(spec: MjSpec, robot: RobotDescription) -> None:
     base = spec.body(BASE)
     for sensor, mount in robot.mounts.items():
         place = [mount.x_m, mount.y_m, mount.z_m]
-        base.add_site(name=frame(sensor), pos=place, quat=mount_orientation(mount), size=[SITE_M] * 3)
+        base.add_site(name=sensor_link(sensor), pos=place, quat=mount_orientation(mount), size=[SITE_M] * 3)
 
 
 def _remove_textures(spec: MjSpec, textures: list[MjsTexture]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from drivers.pybullet.bullet import Bullet
 from drivers.pybullet.scene import Group
 from robotcore.description import Drive, RobotDescription
-from robotcore.description.urdf import CASTER, robot_urdf, wheel
+from robotcore.description.urdf import CASTER, robot_urdf, wheel_link
 from robotcore.errors import DeviceError
 from robotcore.geometry import Pose, Twist
 
@@ -98,7 +98,7 @@ def _load(bullet: Bullet, description: RobotDescription, start: Pose) -> int:
 def _wheel_joints(drive: Drive | None, links: dict[str, int]) -> dict[str, int]:
     if drive is None:
         return {}
-    return {name: links[wheel(motor)] for name, motor in drive.wheel_motors.items()}
+    return {name: links[wheel_link(motor)] for name, motor in drive.wheel_motors.items()}
 
 
 def _links(bullet: Bullet, body: int) -> dict[str, int]:

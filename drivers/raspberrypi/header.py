@@ -153,16 +153,16 @@ Gpio = Annotated[
 """The type of a GPIO in a robot's file."""
 
 
-def gpio(signal: str, number: int, *, is_shared: bool = False, instead: str = "") -> Connection:
+def gpio(signal: str, number: int, *, is_shared: bool = False, remedy: str = "") -> Connection:
     """Return the wire from a device's ``signal`` to a GPIO.
 
     is_shared: whether several devices may use the GPIO.
-    instead: the remedy in the error if two devices use the GPIO, in place of the usual one.
+    remedy: the remedy in the error if two devices use the GPIO, in place of the usual one.
 
     >>> str(gpio("trigger", 23))
     'GPIO 23'
     """
-    return Connection(signal, "GPIO", str(number), is_shared, instead)
+    return Connection(signal, "GPIO", str(number), is_shared, remedy)
 
 
 def resolve_pins(wire: Connection) -> tuple[Connection, ...]:

@@ -117,7 +117,7 @@ def _relax_rules(recording: Recording) -> RobotDescription:
 
 
 def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> Iterator[Device]:
-    for device in setup.chosen:
+    for device in setup.chosen_devices:
         name = device.name
         if isinstance(device, MotorDescription):
             yield ReplayMotor(name, device.max_velocity_rad_s)
@@ -137,7 +137,7 @@ def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> It
 
 def _build_lone_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
     """Yield the motors that the recorded run commanded and that the app has not chosen."""
-    chosen = {device.name for device in setup.chosen}
+    chosen = {device.name for device in setup.chosen_devices}
     limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}
     for name in sorted({ask.device for tick in recording.ticks for ask in tick.motor_asks} - chosen):
         yield ReplayMotor(name, limits.get(name, inf))
@@ -157,7 +157,7 @@ def _require_rate(setup: Setup, recording: Recording) -> None:
 
 def _require_recorded(setup: Setup, recording: Recording) -> None:
     """Raise UnmetNeedError if the recorded run had not opened a needed sensor."""
-    sensors = {device.name for device in setup.chosen if device.kind not in ("motor", "display")}
+    sensors = {device.name for device in setup.chosen_devices if device.kind not in ("motor", "display")}
     opened = recording.metadata.devices
     if missing := sorted(sensors.difference(opened)):
         names, app = ", ".join(missing), recording.metadata.request.app

@@ -59,8 +59,8 @@ class PortSettings(StrictModel):
         part: the name of a part of the board that only one device may use, such as ``sonar``.
         """
         protocol = f"{self.protocol_name} at {self.speed} baud"
-        instead = "write the same baud for all devices of one board"
-        port = Connection("port", "serial", self.port, is_shared=True, instead=instead, protocol=protocol)
+        remedy = "write the same baud for all devices of one board"
+        port = Connection("port", "serial", self.port, is_shared=True, remedy=remedy, protocol=protocol)
         return (port, Connection("side", self.protocol_name, f"{part} at {self.port}")) if part else (port,)
 
 

@@ -4,7 +4,7 @@
 
 namespace battery {
 
-// Returns the mean of eight measurements (1 ms) in mV; -1 if no divider is wired.
+// Returns the mean of eight measurements in mV, or -1 if no divider is wired. It takes 1 ms.
 int32_t millivolts();
 
 } // namespace battery

@@ -11,7 +11,7 @@
 
 namespace {
 
-// Writes to the line, and computes the checksum of the written bytes.
+// Writes to the serial line, and computes the checksum of the written bytes.
 class Reply : public Print {
 public:
   size_t write(uint8_t byte) override {
@@ -25,9 +25,9 @@ public:
     print(second);
   }
 
-  void end(bool summed) {
+  void end(bool hasChecksum) {
     const uint8_t total = sum;
-    if (summed) {
+    if (hasChecksum) {
       print(total < 16 ? F("*0") : F("*"));
       print(total, HEX);
     }
@@ -39,7 +39,7 @@ private:
 };
 
 LineReader line;
-bool sumsAsked = false;
+bool requiresChecksum = false;
 
 bool has(const Command &command, uint8_t count, int16_t low = 0, int16_t high = 0) {
   if (command.count != count) return false;
@@ -118,21 +118,21 @@ bool set(const Command &command) {
   }
 }
 
-// After the first command with a checksum, commands without one are refused, because noise may have removed it. A stop
-// is always obeyed. A `v` without a checksum comes from another program, which uses none.
-bool isTrusted(const Command &command) {
-  if (command.summed) sumsAsked = true;
-  else if (command.name == 'v') sumsAsked = false;
-  return command.summed || !sumsAsked || isStop(command);
+// After the first command with a checksum, commands without one are refused, because noise may have removed the
+// checksum. A stop is always executed. A `v` without a checksum comes from another program, which uses no checksums.
+bool isAccepted(const Command &command) {
+  if (command.hasChecksum) requiresChecksum = true;
+  else if (command.name == 'v') requiresChecksum = false;
+  return command.hasChecksum || !requiresChecksum || isStop(command);
 }
 
 void execute(bool whole) {
   Command command{};
   Reply reply;
-  const bool understood = whole && parse(line.text(), command);
-  if (understood && isTrusted(command) && set(command)) reply.print(F("OK"));
-  else if (!understood || !replyValue(command, reply)) reply.print(F("Invalid Command"));
-  reply.end(command.summed);
+  const bool isCommand = whole && parse(line.text(), command);
+  if (isCommand && isAccepted(command) && set(command)) reply.print(F("OK"));
+  else if (!isCommand || !replyValue(command, reply)) reply.print(F("Invalid Command"));
+  reply.end(command.hasChecksum);
 }
 
 } // namespace

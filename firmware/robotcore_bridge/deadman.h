@@ -1,4 +1,4 @@
-// A time-out for the motors: they stop if no command arrives in time.
+// The time-out after which the motors stop without a new command.
 #pragma once
 #include <stdint.h>
 
@@ -8,16 +8,16 @@ public:
 
   void setLimit(uint16_t ms) { limit = ms; }
 
-  // Restarts the time-out after a command that turns a wheel; times are millis(), which wrap.
+  // Restarts the time-out after a command that turns a wheel. All times are values of millis(), which wrap.
   void feed(uint32_t now) {
     fed = now;
     armed = true;
   }
 
-  // Switches the time-out off until the next feed, because the motors stand.
+  // Switches the time-out off until the next call of feed. The motors are stopped.
   void disarm() { armed = false; }
 
-  // Returns whether the motors must stop, because the last feed is older than the limit.
+  // Returns whether the last call of feed is older than the limit, so that the motors must stop.
   bool hasExpired(uint32_t now) const { return armed && now - fed >= limit; }
 
 private:

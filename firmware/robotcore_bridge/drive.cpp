@@ -9,25 +9,26 @@
 
 namespace {
 
-const uint32_t FRAME_US = 33333;
+const uint32_t CONTROL_PERIOD_US = 33333;
 
 Deadman deadman(DEADMAN_MS);
 Gains gains = {KP, KD, KI, KO};
 SpeedControl controls[] = {{{START_DUTY, FULL_SPEED}, gains}, {{START_DUTY, FULL_SPEED}, gains}};
 bool byEncoder = false;
 
-// Returns whether a frame is due. Frames keep their rate; after a pause of two frames the period restarts.
-bool isFrameDue() {
+// Returns whether a control period has passed. A late call does not shift the next periods, unless it is late by a
+// whole period.
+bool isControlDue() {
   static uint32_t last = 0;
   const uint32_t passed = micros() - last;
-  if (passed < FRAME_US) return false;
-  last += passed < 2 * FRAME_US ? FRAME_US : passed;
+  if (passed < CONTROL_PERIOD_US) return false;
+  last += passed < 2 * CONTROL_PERIOD_US ? CONTROL_PERIOD_US : passed;
   return true;
 }
 
 void controlSpeeds() {
   for (Side side : SIDES) {
-    const int16_t duty = controls[side].step(encoders::moved(side));
+    const int16_t duty = controls[side].step(encoders::takeCounts(side));
     if (byEncoder) motors::turn(side, duty);
   }
 }
@@ -53,7 +54,7 @@ void drive::begin() {
 
 void drive::poll() {
   if (deadman.hasExpired(millis())) stop();
-  if (isFrameDue()) controlSpeeds();
+  if (isControlDue()) controlSpeeds();
 }
 
 void drive::atSpeed(int16_t left, int16_t right) {

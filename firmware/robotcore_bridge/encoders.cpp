@@ -10,7 +10,7 @@
 namespace {
 
 Quadrature wheels[2];
-uint32_t zeros[2], seen[2];
+uint32_t zeros[2], taken[2];
 
 bool leftA() { return isHigh(LEFT_ENCODER_REVERSED ? LEFT_ENCODER_B_PIN : LEFT_ENCODER_A_PIN); }
 bool leftB() { return isHigh(LEFT_ENCODER_REVERSED ? LEFT_ENCODER_A_PIN : LEFT_ENCODER_B_PIN); }
@@ -43,10 +43,10 @@ void encoders::edge() {
 
 int32_t encoders::count(Side side) { return static_cast<int32_t>(total(side) - zeros[side]); }
 
-int32_t encoders::moved(Side side) {
-  const uint32_t before = seen[side];
-  seen[side] = total(side);
-  return static_cast<int32_t>(seen[side] - before);
+int32_t encoders::takeCounts(Side side) {
+  const uint32_t before = taken[side];
+  taken[side] = total(side);
+  return static_cast<int32_t>(taken[side] - before);
 }
 
 void encoders::reset() {

@@ -1,4 +1,4 @@
-// The quadrature encoders of the wheels; interrupts count every edge.
+// The quadrature encoders of the wheels. Interrupts count every edge.
 #pragma once
 #include "motors.h"
 
@@ -6,14 +6,14 @@ namespace encoders {
 
 void begin();
 
-// Handles a change of a pin; the interrupt calls it.
+// Handles a change of a pin. The interrupt calls it.
 void edge();
 
-// Returns the counts since the last reset; forward is positive.
+// Returns the counts since the last reset, positive forward.
 int32_t count(Side side);
 
-// Returns the counts since the last call for this side; resets do not matter.
-int32_t moved(Side side);
+// Returns the counts since the last call of this function for this side. A reset does not change them.
+int32_t takeCounts(Side side);
 
 void reset();
 

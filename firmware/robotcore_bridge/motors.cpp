@@ -34,7 +34,7 @@ void motors::stop() {
   turn(RIGHT, 0);
 }
 
-// The direction changes while the bridge is off, so that no glitch turns the wheel.
+// Changes the direction only while the bridge is off, so that no glitch turns the wheel.
 void motors::turn(Side side, int16_t duty) {
   const Motor &motor = MOTORS[side];
   const bool reverses = digitalRead(duty > 0 ? motor.backward : motor.forward) == HIGH;

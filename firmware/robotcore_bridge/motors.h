@@ -1,4 +1,4 @@
-// Two motors on an L298N.
+// The two motors on an L298N.
 #pragma once
 #include <stdint.h>
 
@@ -13,7 +13,7 @@ void begin();
 // Stops both motors.
 void stop();
 
-// Turns a motor at a duty of -255 to 255; forward is positive.
+// Turns a motor at a duty of -255 to 255, positive forward.
 void turn(Side side, int16_t duty);
 
 } // namespace motors

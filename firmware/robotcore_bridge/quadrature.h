@@ -4,11 +4,11 @@
 
 class Quadrature {
 public:
-  // Starts with these levels; the count stays.
+  // Sets the present levels. The count does not change.
   void begin(bool a, bool b) { state = levels(a, b); }
 
-  // Counts a change of the levels: up if A is ahead of B. If both have changed, an edge was missed in an unknown
-  // direction, and nothing is counted.
+  // Counts a change of the levels, upwards if A is ahead of B. If both levels have changed, an edge in an unknown
+  // direction was missed, and nothing is counted.
   void update(bool a, bool b) {
     static const int8_t STEPS[16] = {0, -1, +1, 0, +1, 0, 0, -1, -1, 0, 0, +1, 0, +1, -1, 0};
     const uint8_t now = levels(a, b);
@@ -16,7 +16,7 @@ public:
     state = now;
   }
 
-  // Returns the count; it wraps at 32 bits, so that differences are right.
+  // Returns the count. It wraps at 32 bits, so that differences of two counts are right.
   uint32_t count() const { return total; }
 
 private:

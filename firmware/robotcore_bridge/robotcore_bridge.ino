@@ -1,5 +1,5 @@
-// The firmware of a board with two wheels, encoders, a sonar and a battery; a computer on the USB line controls it.
-// config.h has the wiring, commands.cpp the commands; docs/firmware.md explains both.
+// The firmware of a board with two motors, encoders, a sonar and a battery. A computer on the USB line controls the
+// board. config.h has the wiring, and commands.cpp has the commands. docs/firmware.md explains both.
 
 #include <avr/wdt.h>
 
@@ -15,7 +15,7 @@ void setup() {
   wdt_disable();
   sonar::begin();
   Serial.begin(BAUD);
-  wdt_enable(WDTO_120MS); // if the loop hangs for so long, the chip is reset, and no pin drives a motor
+  wdt_enable(WDTO_120MS); // if the loop hangs for 120 ms, the chip is reset, and then no pin drives a motor
 }
 
 void loop() {
@@ -25,7 +25,7 @@ void loop() {
   if (Serial.available() > 0) commands::take(static_cast<char>(Serial.read()));
 }
 
-// A watched pin of any port has changed.
+// The interrupt of a pin that `watch` has set up, on any port.
 ISR(PCINT0_vect) {
   encoders::edge();
   sonar::edge();

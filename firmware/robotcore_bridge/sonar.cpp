@@ -8,7 +8,7 @@
 
 namespace {
 
-const uint32_t CYCLE_US = 60000;                       // from the sensor's manual: echoes fade before the next trigger
+const uint32_t CYCLE_US = 60000;                       // from the sensor's manual, so that echoes fade in between
 const uint32_t MAX_US = SONAR_MAX_MM * 2000UL / 343UL; // there and back at 343 m/s
 
 volatile bool echoing = false, answered = false;
@@ -28,9 +28,9 @@ void trigger() {
   digitalWrite(SONAR_TRIGGER_PIN, LOW);
 }
 
-// Takes the length of an echo in us. Without an echo the sensor holds the pin for 38 ms or more, which is a measurement
-// too; a sensor that never raises the pin makes none.
-void take(uint32_t length) {
+// Stores a measurement: the duration of the pulse on the echo pin in us. Without an echo, the pulse is 38 ms or longer.
+// A sensor that is not connected sends no pulse, so there is no measurement.
+void store(uint32_t length) {
   waiting = false;
   measured = true;
   heard = millis();
@@ -64,7 +64,7 @@ void sonar::poll() {
     length = echo;
   }
   const uint32_t now = micros();
-  if (waiting && done) take(length);
+  if (waiting && done) store(length);
   if (now - triggered < CYCLE_US) return;
   triggered = now;
   trigger();

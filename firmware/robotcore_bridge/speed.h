@@ -1,15 +1,16 @@
-// Speed control of a wheel in integers. Speeds are counts a frame (1/30 s), at most 1000; duties are -255 to 255.
+// Speed control of a wheel in integers. A speed is the number of counts in a control period of 1/30 s, at most 1000.
+// A duty is -255 to 255.
 #pragma once
 #include <stdint.h>
 
-// Each step adds (kp error - kd change + sum of ki error) / ko to the duty, as in ROSArduinoBridge, so its gains apply.
-// The duty is a sum of such steps. So kp acts as an integral gain, and kd as a proportional gain on the measured speed:
-// a new target causes no jump.
+// In each control period, (kp error - kd change + sum of ki error) / ko is added to the duty. ROSArduinoBridge has the
+// same formula, so its gains apply. Because the duty is a sum, kp acts as an integral gain, and kd as a proportional
+// gain on the measured speed. So a new target causes no jump.
 struct Gains {
   int16_t kp, kd, ki, ko;
 };
 
-// A wheel without control: the duty at which it starts to turn, and its speed at full duty.
+// The behaviour of a wheel without control: the duty at which it starts to turn, and its speed at full duty.
 struct Wheel {
   int16_t startDuty, fullSpeed;
 };
@@ -18,7 +19,7 @@ class SpeedControl {
 public:
   SpeedControl(Wheel wheel, const Gains &gains) : wheel(wheel), gains(gains) {}
 
-  // Sets the target from the next step on. The correction is kept, unless the direction changes.
+  // Sets the target speed for the next steps. The correction is kept, unless the direction changes.
   void setTarget(int16_t speed) {
     const int8_t wanted = static_cast<int8_t>((speed > 0) - (speed < 0));
     if (wanted != direction) correction = sum = 0;
@@ -26,8 +27,8 @@ public:
     target = direction < 0 ? -speed : speed;
   }
 
-  // Returns the duty for the next frame by the counts of the last one. The duty never reverses the target's direction,
-  // and is 0 for the target 0.
+  // Returns the duty for the next control period from the counts of the last one. The duty never has the opposite sign
+  // of the target, and is 0 for the target 0.
   int16_t step(int32_t counts) {
     const int16_t moved = static_cast<int16_t>(limited(counts, -1000, 1000));
     const int16_t change = moved - before;
@@ -42,7 +43,7 @@ private:
     return value < low ? low : value > high ? high : value;
   }
 
-  // Anti-windup: the correction is limited by the duty, and beyond the limits the sum only shrinks.
+  // Limits the correction and the sum, so that they do not wind up while the duty is at its limit.
   int16_t correctedDuty(int16_t error, int16_t change) {
     const int32_t guess = feedForward();
     const int32_t step = int32_t(gains.kp) * error - int32_t(gains.kd) * change + sum;

@@ -18,7 +18,7 @@ from robotcore.text import pluralize
 
 if TYPE_CHECKING:
     from robotcore.description import RobotDescription, WorldDescription
-    from robotcore.hal.backend import Exported
+    from robotcore.hal.backend import ModelExport
 
 _OPTIONAL_SECTIONS = ("conditions", "randomisation")
 """The sections that most descriptions of worlds do not have."""
@@ -161,7 +161,7 @@ def _name_texture_folder(output: Path) -> str:
     return f"{output.stem}_textures".encode(errors="ignore").decode()
 
 
-def _write_model(model: Exported, output: Path | None) -> None:
+def _write_model(model: ModelExport, output: Path | None) -> None:
     """Write the pictures, then the model. If the model exists, all its pictures exist too."""
     if output is None:
         write_content(model.text)

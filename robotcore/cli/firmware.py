@@ -11,7 +11,7 @@ import click
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.hardware.firmware.board import Board
+    from robotcore.hardware.firmware.board import BoardType
     from robotcore.hardware.firmware.toolchain import FirmwareImage
 
 _BOARDS = ("uno", "nano", "nano-old")
@@ -93,7 +93,7 @@ def flash(name: str, folder: Path | None, port: str | None) -> None:
     write_line(f"{port} answers: {read_version(port, read_baud(folder))}")
 
 
-def _build(folder: Path, board: Board, into: Path) -> FirmwareImage:
+def _build(folder: Path, board: BoardType, into: Path) -> FirmwareImage:
     from robotcore.hardware.firmware import toolchain
 
     built = toolchain.build(folder, board, into.absolute())

@@ -15,7 +15,7 @@ from robotcore.description.devices import (
 from robotcore.description.generation.clearance import require_room, require_start
 from robotcore.description.generation.domain_randomisation import (
     DrawnValues,
-    Randomised,
+    RandomisedWorld,
     describe_conditions,
     describe_light,
     describe_picture,
@@ -58,7 +58,7 @@ __all__ = [
     "MotorDescription",
     "Mount",
     "Randomisation",
-    "Randomised",
+    "RandomisedWorld",
     "RangeSensorDescription",
     "RobotDescription",
     "Safety",

@@ -9,10 +9,10 @@ from pydantic import BeforeValidator, Field
 
 from robotcore.description.texture import PATTERNS, Contrast, Pattern, TileSize
 from robotcore.description.types import (
-    Angle,
     Between,
     Colour,
     Number,
+    Radians,
     StrictModel,
 )
 
@@ -28,7 +28,7 @@ class Light(StrictModel):
     lamp.
     """
 
-    azimuth_rad: Angle = 0.8
+    azimuth_rad: Radians = 0.8
     """The direction of the lamp in the horizontal plane: the angle from the world's x axis to the left."""
     elevation_rad: Elevation = 1.0
     """The angle of the lamp above the horizon."""

@@ -14,7 +14,7 @@ from pydantic import (
     model_validator,
 )
 
-from robotcore.description.types import Angle, Coordinate, InvalidValueError, Name, StrictModel
+from robotcore.description.types import Coordinate, InvalidValueError, Name, Radians, StrictModel
 from robotcore.optics import Intrinsics
 
 LEAST_LAG_S = 1e-4
@@ -32,7 +32,7 @@ def _require_measurable_lag(lag: float) -> float:
 AHEAD_RAD = math.pi / 4
 """A sensor within this angle of the x axis points ahead."""
 
-Range = Annotated[float, Field(ge=1e-4, le=1000)]
+SensorRange = Annotated[float, Field(ge=1e-4, le=1000)]
 """A distance that a range sensor measures, in metres."""
 
 
@@ -45,9 +45,9 @@ class Mount(StrictModel):
     """To the left of the middle."""
     z_m: Annotated[float, Field(ge=0, le=100)]
     """Above the floor."""
-    yaw_rad: Angle = 0.0
+    yaw_rad: Radians = 0.0
     """The angle to the left between the robot's x axis and the sensor's direction."""
-    pitch_rad: Angle = 0.0
+    pitch_rad: Radians = 0.0
     """The angle downwards between the horizontal and the sensor's direction."""
 
     @property
@@ -101,9 +101,9 @@ class RangeSensorDescription(StrictModel):
     kind: Literal["range_sensor"]
     name: Name
     mount: Mount
-    min_range_m: Range
+    min_range_m: SensorRange
     """The shortest distance that the sensor measures. A nearer object reads as this distance."""
-    max_range_m: Range
+    max_range_m: SensorRange
     """The longest distance that the sensor measures. For a farther object, the sensor returns ``inf``."""
     cone_rad: Annotated[float, Field(ge=0, lt=math.pi)]
     """The full opening angle of the cone."""

@@ -109,7 +109,7 @@ Ordered = AfterValidator(_require_order)
 Metres = Annotated[float, Field(ge=0.001, le=100)]
 """A length, from a millimetre to a hundred metres."""
 
-Angle = Annotated[float, Field(ge=-100, le=100)]
+Radians = Annotated[float, Field(ge=-100, le=100)]
 """An angle in radians, at most 100 rad (about 16 turns) in either direction."""
 
 Coordinate = Annotated[float, Field(ge=-100, le=100)]

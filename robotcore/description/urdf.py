@@ -21,7 +21,7 @@ WHEEL_COLOUR = (25, 25, 25)
 CASTER_COLOUR = (150, 150, 150)
 
 
-def wheel(motor: str) -> str:
+def wheel_link(motor: str) -> str:
     """Return the name of the link of a motor's wheel."""
     return f"{motor}_wheel"
 
@@ -31,7 +31,7 @@ def wheel_joint(motor: str) -> str:
     return f"{motor}_joint"
 
 
-def frame(sensor: str) -> str:
+def sensor_link(sensor: str) -> str:
     """Return the name of the link of a sensor. The sensor points along the link's x axis."""
     return f"{sensor}_frame"
 
@@ -64,8 +64,8 @@ class Inertia(NamedTuple):
     """The centre of mass in the link's frame, in metres."""
 
 
-TOKEN_MASS_KG = 1e-6
-TOKEN = Inertia(TOKEN_MASS_KG, (TOKEN_MASS_KG * 1e-4,) * 3)
+TINY_MASS_KG = 1e-6
+TINY_INERTIA = Inertia(TINY_MASS_KG, (TINY_MASS_KG * 1e-4,) * 3)
 """The tiny inertia of a link that has no mass in the description. Some engines assume 1 kg for a mass of 0."""
 
 
@@ -75,7 +75,7 @@ def link(name: str, inertia: Inertia, visual: Shape, collision: Shape, rgb: Colo
     element.append(inertial(inertia))
     appearance = _make_geometry("visual", visual)
     material = ET.SubElement(appearance, "material", name=f"{name}_colour")
-    ET.SubElement(material, "color", rgba=numbers(*(part / 255 for part in rgb), 1.0))
+    ET.SubElement(material, "color", rgba=format_numbers(*(part / 255 for part in rgb), 1.0))
     element.extend((appearance, _make_geometry("collision", collision)))
     return element
 
@@ -84,8 +84,8 @@ def inertial(inertia: Inertia) -> ET.Element:
     """Return the ``inertial`` element of a link."""
     element = ET.Element("inertial")
     element.append(_pose(inertia.centre, ORIGIN))
-    ET.SubElement(element, "mass", value=numbers(inertia.mass))
-    ixx, iyy, izz = map(numbers, inertia.moments)
+    ET.SubElement(element, "mass", value=format_numbers(inertia.mass))
+    ixx, iyy, izz = map(format_numbers, inertia.moments)
     ET.SubElement(element, "inertia", ixx=ixx, ixy="0", ixz="0", iyy=iyy, iyz="0", izz=izz)
     return element
 
@@ -101,20 +101,20 @@ def joint(name: str, kind: str, parent: str, child: str, xyz: Vector, rpy: Vecto
 
 def box(x: float, y: float, z: float, xyz: Vector = ORIGIN) -> Shape:
     """Return a box with edges in metres."""
-    return Shape("box", {"size": numbers(x, y, z)}, xyz)
+    return Shape("box", {"size": format_numbers(x, y, z)}, xyz)
 
 
 def cylinder(radius: float, length: float, xyz: Vector = ORIGIN, rpy: Vector = ORIGIN) -> Shape:
     """Return a cylinder along z, with radius and length in metres."""
-    return Shape("cylinder", {"radius": numbers(radius), "length": numbers(length)}, xyz, rpy)
+    return Shape("cylinder", {"radius": format_numbers(radius), "length": format_numbers(length)}, xyz, rpy)
 
 
 def sphere(radius: float) -> Shape:
     """Return a sphere with a radius in metres."""
-    return Shape("sphere", {"radius": numbers(radius)})
+    return Shape("sphere", {"radius": format_numbers(radius)})
 
 
-def numbers(*values: float) -> str:
+def format_numbers(*values: float) -> str:
     """Return numbers as the text of an attribute."""
     return " ".join(f"{value:.9g}" for value in values)
 
@@ -127,7 +127,7 @@ def _make_geometry(role: str, shape: Shape) -> ET.Element:
 
 
 def _pose(xyz: Vector, rpy: Vector) -> ET.Element:
-    return ET.Element("origin", xyz=numbers(*xyz), rpy=numbers(*rpy))
+    return ET.Element("origin", xyz=format_numbers(*xyz), rpy=format_numbers(*rpy))
 
 
 _LYING = (math.pi / 2, 0.0, 0.0)
@@ -140,7 +140,7 @@ def robot_parts(description: RobotDescription) -> Iterator[ET.Element]:
     if description.drive and description.drive.caster:
         yield from _caster(description.drive.caster)
     for sensor, mount in description.mounts.items():
-        yield from _frame(sensor, mount)
+        yield from _sensor(sensor, mount)
 
 
 def _body(body: Body) -> ET.Element:
@@ -154,16 +154,16 @@ def _wheels(description: RobotDescription) -> Iterator[ET.Element]:
         return
     for motor in description.all_of(MotorDescription):
         if motor.name in (drive.left, drive.right):
-            yield _wheel_link(wheel(motor.name), drive)
+            yield _make_wheel(wheel_link(motor.name), drive)
             place = (0.0, drive.wheel_y_m(motor.name), drive.wheel_radius_m)
-            axle = joint(wheel_joint(motor.name), "continuous", BASE, wheel(motor.name), place)
+            axle = joint(wheel_joint(motor.name), "continuous", BASE, wheel_link(motor.name), place)
             ET.SubElement(axle, "axis", xyz="0 1 0")
             limits = {"effort": motor.max_torque_nm, "velocity": motor.max_velocity_rad_s}
-            ET.SubElement(axle, "limit", {key: numbers(value) for key, value in limits.items()})
+            ET.SubElement(axle, "limit", {key: format_numbers(value) for key, value in limits.items()})
             yield axle
 
 
-def _wheel_link(name: str, drive: Drive) -> ET.Element:
+def _make_wheel(name: str, drive: Drive) -> ET.Element:
     tyre = cylinder(drive.wheel_radius_m, drive.wheel_width_m, rpy=_LYING)
     inertia = Inertia(drive.wheel_mass_kg, drive.wheel_moments_kg_m2)
     return link(name, inertia, tyre, sphere(drive.wheel_radius_m), WHEEL_COLOUR)
@@ -171,17 +171,17 @@ def _wheel_link(name: str, drive: Drive) -> ET.Element:
 
 def _caster(caster: Caster) -> Iterator[ET.Element]:
     ball = sphere(caster.radius_m)
-    moment = 0.4 * TOKEN_MASS_KG * caster.radius_m**2
-    yield link(CASTER, Inertia(TOKEN_MASS_KG, (moment,) * 3), ball, ball, CASTER_COLOUR)
+    moment = 0.4 * TINY_MASS_KG * caster.radius_m**2
+    yield link(CASTER, Inertia(TINY_MASS_KG, (moment,) * 3), ball, ball, CASTER_COLOUR)
     yield joint(f"{CASTER}_place", "fixed", BASE, CASTER, (caster.x_m, 0.0, caster.radius_m))
 
 
-def _frame(sensor: str, mount: Mount) -> Iterator[ET.Element]:
-    looking = ET.Element("link", name=frame(sensor))
-    looking.append(inertial(TOKEN))
-    yield looking
+def _sensor(sensor: str, mount: Mount) -> Iterator[ET.Element]:
+    element = ET.Element("link", name=sensor_link(sensor))
+    element.append(inertial(TINY_INERTIA))
+    yield element
     rpy = (0.0, mount.pitch_rad, mount.yaw_rad)
-    yield joint(f"{sensor}_mount", "fixed", BASE, frame(sensor), (mount.x_m, mount.y_m, mount.z_m), rpy)
+    yield joint(f"{sensor}_mount", "fixed", BASE, sensor_link(sensor), (mount.x_m, mount.y_m, mount.z_m), rpy)
 
 
 WORLD = "world"
@@ -206,16 +206,16 @@ def world_parts(world: WorldDescription, robot: str, *, is_free: bool) -> Iterat
     yield from _make_fixed(FLOOR, ground, world.floor.colour, ORIGIN, 0.0)
     for prism in world.prisms:
         yield from _make_fixed(
-            _link_of(prism.name), _make_shape(prism), prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad
+            _body_link(prism.name), _make_shape(prism), prism.colour, (prism.x_m, prism.y_m, 0.0), prism.yaw_rad
         )
     for ball in world.targets:
-        yield from _make_fixed(_link_of(ball.name), sphere(ball.radius_m), ball.colour, _middle(ball), 0.0)
+        yield from _make_fixed(_body_link(ball.name), sphere(ball.radius_m), ball.colour, _middle(ball), 0.0)
     start = world.start
     yield _place_joint(robot, "floating" if is_free else "fixed", (start.x_m, start.y_m, 0.0), start.yaw_rad)
 
 
 def _make_fixed(name: str, shape: Shape, rgb: Colour, xyz: Vector, yaw: float) -> Iterator[ET.Element]:
-    yield link(name, TOKEN, shape, shape, rgb)
+    yield link(name, TINY_INERTIA, shape, shape, rgb)
     yield _place_joint(name, "fixed", xyz, yaw)
 
 
@@ -235,7 +235,7 @@ def _middle(ball: Ball) -> Vector:
     return ball.x_m, ball.y_m, ball.radius_m
 
 
-def _link_of(thing: str) -> str:
+def _body_link(thing: str) -> str:
     """Return the name of the link of an obstacle or target. Its ending differs from those of a robot's links."""
     return f"{thing}_thing"
 

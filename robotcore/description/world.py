@@ -14,12 +14,12 @@ from robotcore.description.conditions import Brightness, Conditions, Elevation, 
 from robotcore.description.texture import Texture
 from robotcore.description.types import (
     COLOURS,
-    Angle,
     Between,
     Colour,
     Coordinate,
     Metres,
     Name,
+    Radians,
     StrictModel,
     require_unique,
 )
@@ -68,7 +68,7 @@ class Prism(StrictModel):
     """Its middle, in the world."""
     y_m: Coordinate = 0.0
     """Its middle, in the world."""
-    yaw_rad: Angle = 0.0
+    yaw_rad: Radians = 0.0
     """The angle to the left between the world's x axis and the body's own."""
     height_m: Metres
     colour: Colour
@@ -137,7 +137,7 @@ class Start(StrictModel):
 
     x_m: Coordinate = 0.0
     y_m: Coordinate = 0.0
-    yaw_rad: Angle = 0.0
+    yaw_rad: Radians = 0.0
 
     @property
     def pose(self) -> Pose:
@@ -151,7 +151,7 @@ class Variation(StrictModel):
     """The x coordinates of the start, of each obstacle and of each target."""
     place_y_m: Between[Coordinate] | None = None
     """The y coordinates of the start, of each obstacle and of each target."""
-    yaw_rad: Between[Angle] | None = None
+    yaw_rad: Between[Radians] | None = None
     """The headings of the robot at the start and of each obstacle."""
     obstacle_scale: Between[Scale] = (1.0, 1.0)
     """The factor by which the length and width of an obstacle are multiplied. Its height does not change."""
@@ -161,7 +161,7 @@ class Variation(StrictModel):
     """The distance from the start to the middle of the first target."""
     target_hidden: bool = False
     """Whether obstacles must hide the first target from the robot at the start, whatever the robot's heading is."""
-    light_azimuth_rad: Between[Angle] | None = None
+    light_azimuth_rad: Between[Radians] | None = None
     light_elevation_rad: Between[Elevation] | None = None
     light_brightness: Between[Brightness] | None = None
 
@@ -185,7 +185,7 @@ class WorldDescription(StrictModel):
 
     @model_validator(mode="after")
     def _check_names(self) -> WorldDescription:
-        require_unique("things", (thing.name for thing in (*self.prisms, *self.targets)))
+        require_unique("bodies", (body.name for body in (*self.prisms, *self.targets)))
         return self
 
     @property
@@ -222,7 +222,7 @@ class WorldDescription(StrictModel):
         return (*self.wall_prisms, *self.obstacles)
 
     @property
-    def things(self) -> tuple[Box | Cylinder | Ball, ...]:
+    def bodies(self) -> tuple[Box | Cylinder | Ball, ...]:
         """The obstacles, then the targets."""
         return (*self.obstacles, *self.targets)
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Exported:
+class ModelExport:
     """The model of a robot in a text format."""
 
     text: str
@@ -63,7 +63,7 @@ class Setup:
 
     >>> from robotcore.description import load_robot, load_world
     >>> setup = Setup(load_robot("rover"), load_world("arena"), devices=frozenset({"nose", "left_motor"}))
-    >>> [device.name for device in setup.chosen]
+    >>> [device.name for device in setup.chosen_devices]
     ['left_motor', 'nose']
     """
 
@@ -94,7 +94,7 @@ class Setup:
             raise UsageError(f"option {key}: {fault}", kind="invalid-option", option=key) from error
 
     @property
-    def chosen(self) -> tuple[Any, ...]:
+    def chosen_devices(self) -> tuple[Any, ...]:
         """The descriptions of the devices to open, in the order of the file."""
         return tuple(device for device in self.robot.devices if device.name in self.devices)
 
@@ -109,7 +109,7 @@ class Setup:
         Raises DeviceGroupError if a device fails, after all others were tried.
         """
         devices, failures = [], []
-        for description in self.chosen:
+        for description in self.chosen_devices:
             try:
                 devices.append(open_one(description))
             except DeviceError as failure:  # noqa: PERF203  the error names every device that fails
@@ -219,7 +219,7 @@ class Backend(ABC):
 
     def export(
         self, file_format: str, robot: RobotDescription, world: WorldDescription | None, folder: str | None
-    ) -> Exported:
+    ) -> ModelExport:
         """Return the model of a robot in a format.
 
         file_format: one of ``exports``.

@@ -170,9 +170,9 @@ class Device:
         except RobotcoreError:
             raise
         except Exception as error:
-            raise self._untranslated(error) from error
+            raise self._build_device_error(error) from error
 
-    def _untranslated(self, error: Exception) -> DeviceError:
+    def _build_device_error(self, error: Exception) -> DeviceError:
         return DeviceError(self.name, f"{type(error).__name__}: {error}".removesuffix(": "), kind="driver-error")
 
 
@@ -203,7 +203,7 @@ class Motor(Device, ABC):
         except RobotcoreError:
             raise
         except Exception as error:
-            raise self._untranslated(error) from error
+            raise self._build_device_error(error) from error
         return sent
 
     def stop(self) -> None:
@@ -251,7 +251,7 @@ class Sensor(Device, ABC, Generic[SampleT]):
         except RobotcoreError:
             raise
         except Exception as error:
-            raise self._untranslated(error) from error
+            raise self._build_device_error(error) from error
 
     @abstractmethod
     def _newest(self) -> SampleT:

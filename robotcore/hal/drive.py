@@ -99,7 +99,7 @@ class Odometry:
         angles = self._angles()
         last = self._last
         rolled = self._geometry.to_twist(Wheels(angles.left - last.left, angles.right - last.right))
-        self.latest = self.latest.advanced(rolled.linear, rolled.angular)
+        self.latest = self.latest.advance(rolled.linear, rolled.angular)
         self._last = angles
         return self.latest
 

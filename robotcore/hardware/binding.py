@@ -48,22 +48,22 @@ def bind_devices(
     if section not in robot.backends and wired:
         remedy = f"Add a table for each device, the first one [{section}.{wired[0]}]"
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    bindings, faults = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
-    faults += [
+    bindings, mistakes = read_each(robot, section, wired, partial(_bind, robot), _missing_hint)
+    mistakes += [
         *incompatible_drivers(section, bindings, robot),
         *invalid_pins(section, bindings, place),
         *pin_conflicts(section, bindings, place),
     ]
-    if faults:
-        raise DescriptionError.of_all(robot.source, faults)
+    if mistakes:
+        raise DescriptionError.of_all(robot.source, mistakes)
     return tuple(binding for binding in bindings if binding.name in chosen)
 
 
 def _bind(robot: RobotDescription, description: AnyDevice, key: str, table: Any) -> DeviceBinding:
     driver = _driver(description, key, table)
     settings = validate_table(driver.settings, key, {name: value for name, value in table.items() if name != "driver"})
-    if faults := list(issues_from(key, partial(driver.check, description, settings, robot))):
-        raise MistakesError(*faults)
+    if mistakes := list(collect_mistakes(key, partial(driver.check, description, settings, robot))):
+        raise MistakesError(*mistakes)
     return DeviceBinding(description, driver, settings)
 
 
@@ -79,11 +79,11 @@ def _driver(description: AnyDevice, key: str, table: Any) -> DeviceDriver[Any, A
     try:
         driver: DeviceDriver[Any, Any] = load_registered("device driver", DEVICES, name)()
     except UnknownNameError as unknown:
-        fault = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
-        raise MistakesError((f"{key}.driver", fault, suggest_driver(name, description))) from unknown
+        problem = f"unknown device driver {name[:MAX_SHOWN_CHARACTERS]!r}"
+        raise MistakesError((f"{key}.driver", problem, suggest_driver(name, description))) from unknown
     if not isinstance(description, driver.described):
-        fault = f"{name!r} opens no {description.kind.replace('_', ' ')}"
-        raise MistakesError((f"{key}.driver", fault, f"Name one: {list_drivers(description)}"))
+        problem = f"{name!r} opens no {description.kind.replace('_', ' ')}"
+        raise MistakesError((f"{key}.driver", problem, f"Name one: {list_drivers(description)}"))
     return driver
 
 
@@ -131,13 +131,13 @@ def find_drivers(description: AnyDevice) -> dict[str, type[DeviceDriver[Any, Any
     return found
 
 
-def issues_from(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
+def collect_mistakes(key: str, check: Callable[[], object]) -> Iterator[MistakeParts]:
     """Call ``check``; if it raises ValueError, yield the mistake. The text is the problem, a semicolon and a remedy."""
     try:
         check()
     except ValueError as error:
-        fault, _, remedy = str(error).rpartition("; ")
-        yield (key, fault, remedy[:1].upper() + remedy[1:]) if fault else (key, remedy, "Correct it")
+        problem, _, remedy = str(error).rpartition("; ")
+        yield (key, problem, remedy[:1].upper() + remedy[1:]) if problem else (key, remedy, "Correct it")
 
 
 def incompatible_drivers(
@@ -147,7 +147,7 @@ def incompatible_drivers(
     drivers = {binding.name: binding.driver for binding in bindings}
     for binding in bindings:
         check = partial(binding.driver.check_beside, binding.description, binding.settings, robot, drivers)
-        yield from issues_from(f"{section}.{binding.name}", check)
+        yield from collect_mistakes(f"{section}.{binding.name}", check)
 
 
 def invalid_pins(
@@ -156,7 +156,7 @@ def invalid_pins(
     """Yield a mistake for each connection to a pin that the board does not have. For ``place`` see `bind_devices`."""
     for binding in bindings:
         for wire in binding.connections:
-            yield from issues_from(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
+            yield from collect_mistakes(f"{section}.{binding.name}.{wire.signal}", partial(place, wire))
 
 
 def pin_conflicts(
@@ -171,7 +171,7 @@ def pin_conflicts(
         for wire in _wires(binding, place):
             key = f"{section}.{binding.name}.{wire.signal}"
             first, before = taken.setdefault((wire.bus, wire.where), (key, wire))
-            if before is not wire and not wire.shares(before):
+            if before is not wire and not wire.can_share(before):
                 yield (
                     key,
                     f"{wire} is already {first}{_name_protocol(before)}",
@@ -191,4 +191,4 @@ def _name_protocol(before: Connection) -> str:
 
 
 def _or(wire: Connection, before: Connection) -> str:
-    return f", or {wire.instead}" if wire.instead and wire.signal == before.signal else ""
+    return f", or {wire.remedy}" if wire.remedy and wire.signal == before.signal else ""

@@ -32,7 +32,7 @@ class Connection:
     """The pin, address or port on that bus."""
     is_shared: bool = False
     """Whether other devices may have a connection to the same pin, address or port."""
-    instead: str = field(default="", compare=False)
+    remedy: str = field(default="", compare=False)
     """A remedy for the error if two devices have this signal on the same pin or port, such as another key to use."""
     protocol: str = ""
     """The protocol on the wire; empty if it does not matter. Only devices with the same protocol can share a wire."""
@@ -40,7 +40,7 @@ class Connection:
     def __str__(self) -> str:
         return f"{self.bus} {self.where}"
 
-    def shares(self, other: Connection) -> bool:
+    def can_share(self, other: Connection) -> bool:
         """Return whether both connections may go to the same pin, address or port."""
         is_alike = (self.signal, self.protocol) == (other.signal, other.protocol)
         return is_alike and self.is_shared and other.is_shared

@@ -109,7 +109,7 @@ def open_devices(bindings: Iterable[DeviceBinding], host: Host, opened: dict[str
 
 def _in_order(setup: Setup, opened: Mapping[str, Device]) -> Iterator[Device]:
     """Yield the devices in the order of the robot's file, with a `MemoryDisplay` for each display that is not open."""
-    for description in setup.chosen:
+    for description in setup.chosen_devices:
         if description.name in opened:
             yield opened[description.name]
         elif isinstance(description, DisplayDescription):

@@ -63,7 +63,7 @@ class RunSummary:
         world = self.recording.metadata.world
         if world is None:
             return None
-        return ((world.floor.length_m, world.floor.width_m), *(thing.outline for thing in world.things))
+        return ((world.floor.length_m, world.floor.width_m), *(thing.outline for thing in world.bodies))
 
     @property
     def path(self) -> list[Pose]:

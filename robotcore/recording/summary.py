@@ -90,7 +90,7 @@ def build_odometry_path(recording: Recording) -> PosePath:
     """Return the path by odometry; an empty dict if the robot has no drive."""
     world = recording.metadata.world
     start = world.start.pose if world else Pose(0.0, 0.0, 0.0)
-    return {tick.number: start.moved(tick.pose) for tick in recording.ticks if tick.pose and _is_place(tick.pose)}
+    return {tick.number: start.compose(tick.pose) for tick in recording.ticks if tick.pose and _is_place(tick.pose)}
 
 
 def build_true_path(recording: Recording) -> PosePath:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from robotcore.description import RobotDescription, WorldDescription, draw_world, load_world, require_start
 from robotcore.description.urdf import robot_urdf
 from robotcore.errors import UnknownNameError
-from robotcore.hal.backend import Exported, loadable_backends
+from robotcore.hal.backend import ModelExport, loadable_backends
 
 URDF = "urdf"
 
@@ -29,7 +29,7 @@ def prepare_world(robot: RobotDescription, world: str, seed: int | None) -> tupl
 
 def export_model(
     file_format: str, robot: RobotDescription, world: WorldDescription | None = None, folder: str | None = None
-) -> Exported:
+) -> ModelExport:
     """Return the model of a robot, and of a world around it, in a format.
 
     file_format: ``urdf``, or a format of a simulator.
@@ -40,7 +40,7 @@ def export_model(
     Raises UnknownNameError for an unknown format, and BackendMissingError if the format's simulator is not installed.
     """
     if file_format == URDF:
-        return Exported(robot_urdf(robot, world), notes=_plain(world))
+        return ModelExport(robot_urdf(robot, world), notes=_plain(world))
     exporters = {name: backend for backend in loadable_backends() for name in backend.exports}
     if file_format not in exporters:
         raise UnknownNameError("format", file_format, [URDF, *exporters])

@@ -41,7 +41,7 @@ class TruthRules(TestBench):
             motion = compute_motion(pose, _require_truth(robot).pose())
         rolled = self.drive.geometry.to_twist(Wheels(left, right))
         origin = Pose(0.0, 0.0, 0.0)
-        expected = compute_motion(origin, origin.advanced(*rolled))
+        expected = compute_motion(origin, origin.advance(*rolled))
         assert motion == pytest.approx(expected, abs=0.02), (
             f"by the encoders the robot moved by {expected}, by the truth by {motion}; compare the wheels' radius "
             "and the track with the description, and check whether wheels slip"

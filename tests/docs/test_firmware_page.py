@@ -25,5 +25,5 @@ def test_every_command_of_the_sketch_has_a_row_and_no_other() -> None:
 
 
 @pytest.mark.parametrize("name", ["BAUD", "DEADMAN_MS"])
-def test_what_the_page_says_of_the_line_is_so(name: str) -> None:
+def test_page_has_the_values_of_the_sketch(name: str) -> None:
     assert f"{CONFIG[name]} {name.removeprefix('DEADMAN_').lower()}" in PAGE

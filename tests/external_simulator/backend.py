@@ -42,7 +42,7 @@ class ExternalSimulatorBackend(Backend):
         self.client = client = RpcClient(Client(("127.0.0.1", port)))
         client.connection.send(setup)
         clock = SteppedClock(setup.rate_hz, lambda steps: client.call("advance", steps))
-        devices = [_open_device(description, client) for description in setup.chosen]
+        devices = [_open_device(description, client) for description in setup.chosen_devices]
         return Robot(setup.robot.name, clock, devices, truth=ExternalTruth(client), release=client.close)
 
 

@@ -8,7 +8,7 @@ extern "C" {
 
 struct ParsedLine {
   int32_t ended; // LineReader::Result
-  int32_t isCommand, name, count, summed;
+  int32_t isCommand, name, count, hasChecksum;
   int32_t args[4];
 };
 
@@ -22,7 +22,7 @@ ParsedLine take(LineReader *reader, char byte) {
   parsed.isCommand = parse(reader->text(), command);
   parsed.name = command.name;
   parsed.count = command.count;
-  parsed.summed = command.summed;
+  parsed.hasChecksum = command.hasChecksum;
   for (int i = 0; i < 4; ++i) parsed.args[i] = command.args[i];
   return parsed;
 }

@@ -1,4 +1,4 @@
-"""The firmware's C++, compiled for this computer: its lines, encoders, deadman and speed control."""
+"""Calls the parts of the firmware that do not use Arduino. They are compiled for this computer."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
-NOTHING, LINE, SPOILT = range(3)
+NOTHING, LINE, DROPPED = range(3)
 """The results of `LineReader::take` in line.h."""
 
 
 class Command(NamedTuple):
     name: str
     args: tuple[int, ...]
-    summed: bool = False
+    has_checksum: bool = False
 
 
 class _ParsedLine(ctypes.Structure):
@@ -25,10 +25,10 @@ class _ParsedLine(ctypes.Structure):
     isCommand: int  # noqa: N815  as in C++
     name: int
     count: int
-    summed: int
+    hasChecksum: int  # noqa: N815
     args: Sequence[int]
     _fields_: ClassVar = [
-        *((name, c_int32) for name in ("ended", "isCommand", "name", "count", "summed")),
+        *((name, c_int32) for name in ("ended", "isCommand", "name", "count", "hasChecksum")),
         ("args", c_int32 * 4),
     ]
 
@@ -60,7 +60,7 @@ class Firmware:
             function.restype, function.argtypes = returned, taken
 
     def parse(self, data: bytes) -> list[Command | None]:
-        """Return for each line that ends in these bytes a command, or None if the line is none."""
+        """Parse bytes. Return the command of each complete line, or None for a line that is no command."""
         reader = self._c.makeReader()
         try:
             lines = [self._c.take(reader, bytes([byte])) for byte in data]
@@ -69,7 +69,7 @@ class Firmware:
         return [_read_command(line) for line in lines if line.ended != NOTHING]
 
     def count_edges(self, levels: Iterable[int]) -> int:
-        """Return the count of an encoder after these levels, with channel A in bit 1 and B in bit 0."""
+        """Return the count of an encoder after a sequence of levels. Channel A is bit 1, and channel B is bit 0."""
         seen = bytes(levels)
         return int(self._c.countEdges(seen, len(seen)))
 
@@ -105,7 +105,7 @@ class SpeedControl:
         self._c.setTarget(self._it, speed)
 
     def step(self, counts: int) -> int:
-        """Return the duty of the next frame from the counts of the last one."""
+        """Return the duty of the next control period from the counts of the last one."""
         return int(self._c.step(self._it, counts))
 
     def __del__(self) -> None:
@@ -115,41 +115,41 @@ class SpeedControl:
 def _read_command(parsed: _ParsedLine) -> Command | None:
     if not parsed.isCommand:
         return None
-    return Command(chr(parsed.name), tuple(parsed.args[: parsed.count]), bool(parsed.summed))
+    return Command(chr(parsed.name), tuple(parsed.args[: parsed.count]), bool(parsed.hasChecksum))
 
 
-FRAME_S = 1 / 30
+CONTROL_PERIOD_S = 1 / 30
 COUNTS = 960
 
 
 @dataclass
 class Motor:
-    """A gear motor with a duty from -255 to 255: a dead band, a linear speed above it, a first-order lag."""
+    """A gear motor with a dead band and a first-order lag. Above the dead band, its speed is linear in the duty."""
 
     full: float
-    """The speed at full duty, in counts a frame."""
+    """The speed at full duty, in counts per control period."""
     lag_s: float
     dead: float
     speed: float = 0.0
     place: float = 0.0
 
     def turn(self, duty: int) -> int:
-        """Turn for a frame. Return the edges that the encoder counts in it."""
+        """Turn for a control period at a duty from -255 to 255. Return the encoder's new counts."""
         before = math.floor(self.place)
         goal = math.copysign(max(0.0, abs(duty) - self.dead) / (255 - self.dead) * self.full, duty)
         for _ in range(10):
-            self.speed += (goal - self.speed) * (1 - math.exp(-FRAME_S / 10 / self.lag_s))
+            self.speed += (goal - self.speed) * (1 - math.exp(-CONTROL_PERIOD_S / 10 / self.lag_s))
             self.place += self.speed / 10
         return math.floor(self.place) - before
 
 
-def run_motor(motor: Motor, step: Callable[[int], int], frames: int) -> list[float]:
-    """Run a motor with the duties of a controller. Return its speed after each frame, in counts a frame.
+def run_motor(motor: Motor, step: Callable[[int], int], periods: int) -> list[float]:
+    """Run a motor with a controller. Return the speed after each control period, in counts per control period.
 
-    step: returns the duty for the next frame from the counts of the last one.
+    step: the controller. It takes the counts of the last control period, and returns the duty for the next one.
     """
     counts, speeds = 0, []
-    for _ in range(frames):
+    for _ in range(periods):
         counts = motor.turn(step(counts))
         speeds.append(motor.speed)
     return speeds

@@ -26,8 +26,8 @@ def add_checksum(line: str) -> bytes:
         (b"u 20:12:0:50\r", Command("u", (20, 12, 0, 50))),
         (b"k 32767\r", Command("k", (32767,))),
         (b"m -0 00007\r", Command("m", (0, 7))),
-        (add_checksum("m 20 20"), Command("m", (20, 20), summed=True)),
-        (add_checksum("v"), Command("v", (), summed=True)),
+        (add_checksum("m 20 20"), Command("m", (20, 20), has_checksum=True)),
+        (add_checksum("v"), Command("v", (), has_checksum=True)),
     ],
 )
 def test_command_is_parsed(firmware: Firmware, line: bytes, command: Command) -> None:
@@ -82,4 +82,4 @@ def test_checksum_detects_every_single_damaged_byte(
     line = bytearray(add_checksum(f"m {left} {right}"))
     line[position % len(line)] ^= mask
     for command in firmware.parse(bytes(line)):
-        assert command is None or not command.summed
+        assert command is None or not command.has_checksum

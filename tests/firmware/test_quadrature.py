@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from tests.firmware.host import Firmware
 
 AHEAD = (0b00, 0b10, 0b11, 0b01)
-"""The levels of A and B if A leads. It is a Gray code, which changes one bit in each step."""
+"""The levels of the channels A and B while A leads: a Gray code, which changes one bit in each step."""
 
 
 @pytest.mark.parametrize("start", range(4))
@@ -19,7 +19,7 @@ def test_edges_count_up_if_a_leads_and_down_if_b_leads(firmware: Firmware, start
     assert firmware.count_edges(reversed(wheel)) == -960
 
 
-def test_equal_levels_are_no_count(firmware: Firmware) -> None:
+def test_unchanged_levels_are_not_counted(firmware: Firmware) -> None:
     assert firmware.count_edges([0b10] * 50 + [0b11] * 50) == 1
 
 
@@ -27,7 +27,7 @@ def test_edge_that_chatters_counts_once(firmware: Firmware) -> None:
     assert firmware.count_edges([0b00, *[0b10, 0b00] * 20, 0b10]) == 1
 
 
-def test_both_levels_at_once_are_no_count(firmware: Firmware) -> None:
+def test_simultaneous_change_of_both_levels_is_not_counted(firmware: Firmware) -> None:
     assert firmware.count_edges([0b00, 0b11]) == firmware.count_edges([0b10, 0b01]) == 0
 
 

@@ -16,38 +16,38 @@ poses = st.builds(Pose, metres, metres, angles)
 
 
 def test_a_straight_way_keeps_the_heading() -> None:
-    assert Pose(1.0, 2.0, math.pi / 2).advanced(3.0, 0.0) == pytest.approx((1.0, 5.0, math.pi / 2))
+    assert Pose(1.0, 2.0, math.pi / 2).advance(3.0, 0.0) == pytest.approx((1.0, 5.0, math.pi / 2))
 
 
 def test_a_quarter_circle_to_the_left_ends_a_radius_ahead_and_a_radius_to_the_left() -> None:
     radius = 2.0
-    assert ORIGIN.advanced(radius * math.pi / 2, math.pi / 2) == pytest.approx((radius, radius, math.pi / 2))
+    assert ORIGIN.advance(radius * math.pi / 2, math.pi / 2) == pytest.approx((radius, radius, math.pi / 2))
 
 
 def test_a_full_circle_ends_where_it_began() -> None:
-    assert ORIGIN.advanced(5.0, math.tau) == pytest.approx((0.0, 0.0, math.tau), abs=1e-12)
+    assert ORIGIN.advance(5.0, math.tau) == pytest.approx((0.0, 0.0, math.tau), abs=1e-12)
 
 
 def test_a_turn_on_the_spot_moves_nothing() -> None:
-    assert Pose(1.0, 2.0, 0.5).advanced(0.0, 1.0) == (1.0, 2.0, 1.5)
+    assert Pose(1.0, 2.0, 0.5).advance(0.0, 1.0) == (1.0, 2.0, 1.5)
 
 
 @given(poses, st.floats(-10, 10), st.floats(-6, 6), st.integers(1, 20))
 def test_an_arc_in_parts_ends_where_the_whole_arc_ends(pose: Pose, distance: float, turn: float, parts: int) -> None:
     stepped = pose
     for _ in range(parts):
-        stepped = stepped.advanced(distance / parts, turn / parts)
-    assert stepped == pytest.approx(pose.advanced(distance, turn), abs=1e-9)
+        stepped = stepped.advance(distance / parts, turn / parts)
+    assert stepped == pytest.approx(pose.advance(distance, turn), abs=1e-9)
 
 
 @given(poses, st.floats(-10, 10), st.floats(-6, 6))
 def test_an_arc_driven_backwards_leads_back(pose: Pose, distance: float, turn: float) -> None:
-    assert pose.advanced(distance, turn).advanced(-distance, -turn) == pytest.approx(pose, abs=1e-9)
+    assert pose.advance(distance, turn).advance(-distance, -turn) == pytest.approx(pose, abs=1e-9)
 
 
 @given(st.floats(1e-15, 1e-9))
 def test_a_tiny_turn_is_no_jump_from_the_straight_way(turn: float) -> None:
-    assert ORIGIN.advanced(1.0, turn)[:2] == pytest.approx((1.0, 0.0), abs=1e-9)
+    assert ORIGIN.advance(1.0, turn)[:2] == pytest.approx((1.0, 0.0), abs=1e-9)
 
 
 @given(st.floats(-1e6, 1e6))
@@ -73,7 +73,7 @@ def test_left_of_a_robot_that_looks_along_y_is_minus_x() -> None:
 
 
 def test_what_sits_on_a_robot_moves_and_turns_with_it() -> None:
-    assert Pose(1.0, 0.0, math.pi / 2).moved(Pose(0.5, 0.0, 0.25)) == pytest.approx((1.0, 0.5, math.pi / 2 + 0.25))
+    assert Pose(1.0, 0.0, math.pi / 2).compose(Pose(0.5, 0.0, 0.25)) == pytest.approx((1.0, 0.5, math.pi / 2 + 0.25))
 
 
 def test_a_point_to_the_left_has_a_positive_bearing() -> None:
@@ -85,5 +85,5 @@ def test_a_point_to_the_left_has_a_positive_bearing() -> None:
 
 @given(poses, metres, metres)
 def test_driving_the_distance_along_the_bearing_reaches_the_point(pose: Pose, x: float, y: float) -> None:
-    there = pose.advanced(0.0, pose.bearing_to(x, y)).advanced(pose.distance_to(x, y), 0.0)
+    there = pose.advance(0.0, pose.bearing_to(x, y)).advance(pose.distance_to(x, y), 0.0)
     assert there[:2] == pytest.approx((x, y), abs=1e-9)

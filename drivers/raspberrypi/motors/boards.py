@@ -60,7 +60,7 @@ class HBridge(MotorDriver[HBridgeSettings]):
             return inputs
         return (
             *inputs,
-            gpio("enable", settings.enable, instead="name it standby, a line that motors may share"),
+            gpio("enable", settings.enable, remedy="name it standby, a line that motors may share"),
         )
 
     def notes(self, description: MotorDescription, settings: HBridgeSettings) -> Sequence[str]:

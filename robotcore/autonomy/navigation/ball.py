@@ -83,5 +83,5 @@ class BallTracker:
         is_in_cone = abs(blob.bearing) < robot.range.cone / 2
         if is_in_cone and (abs(echo - away) < AGREE_M or (blob.is_clipped and math.isfinite(echo))):
             away = echo
-        eye = pose.moved(robot.camera.mount)
+        eye = pose.compose(robot.camera.mount)
         return eye.to_world(away * math.cos(blob.bearing), away * math.sin(blob.bearing))

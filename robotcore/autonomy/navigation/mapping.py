@@ -155,7 +155,7 @@ class RangeIntegrator:
         distance: the measured distance in metres.
         at: the robot's pose at the time of the reading.
         """
-        reading = RangeReading(min(distance, sensor.max_range), at.moved(sensor.mount))
+        reading = RangeReading(min(distance, sensor.max_range), at.compose(sensor.mount))
         self._undo_outlier(reading, sensor.cone)
         if self._last and reading.differs(self._last, JUMP_M):
             self._pending = PendingOutlier(self._last, self._memory.take_snapshot())
@@ -236,7 +236,7 @@ class Map:
         if is_new_reading or is_new_view:
             self._last_view = new_view
             self.grid.add_free_disc(pose.x, pose.y, robot.drive.reach, robot.drive.geometry.track / 2)
-            self.coverage.add_view(viewed_at.moved(camera.mount), camera.intrinsics.horizontal_fov)
+            self.coverage.add_view(viewed_at.compose(camera.mount), camera.intrinsics.horizontal_fov)
         return is_forgotten
 
 

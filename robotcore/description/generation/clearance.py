@@ -45,7 +45,7 @@ def _largest_gap(outline: Array, corners: Array) -> float:
     return float(((corners @ normals).min(axis=0) - offsets).max())
 
 
-Thing = Box | Cylinder | Ball
+WorldBody = Box | Cylinder | Ball
 START_POINT_M = 0.01
 """The radius of the disc at the start that must be free if the robot, and so its size, is not known yet."""
 
@@ -74,19 +74,19 @@ class _Outlines:
     """The outlines of a world's bodies, with their bounding boxes for a quick first comparison."""
 
     def __init__(self, world: WorldDescription) -> None:
-        self._outlines = [(thing, thing.outline) for thing in world.things]
+        self._outlines = [(body, body.outline) for body in world.bodies]
         corners = [np.array(outline) for _, outline in self._outlines]
         self._lows = np.array([each.min(axis=0) for each in corners]).reshape(-1, 2)
         self._highs = np.array([each.max(axis=0) for each in corners]).reshape(-1, 2)
 
-    def find_overlaps(self, outline: Outline, first: int | None = None) -> Iterator[Thing]:
+    def find_overlaps(self, outline: Outline, first: int | None = None) -> Iterator[WorldBody]:
         """Yield the bodies that overlap an outline. If ``first`` is given, compare only this number of bodies."""
         low, high = np.min(outline, axis=0), np.max(outline, axis=0)
         is_near = (self._lows[:first] <= high).all(axis=1) & (self._highs[:first] >= low).all(axis=1)
         for index in np.flatnonzero(is_near):
-            thing, other = self._outlines[index]
+            body, other = self._outlines[index]
             if gap_between(outline, other) < 0:
-                yield thing
+                yield body
 
 
 def _find_mistakes(world: WorldDescription) -> Iterator[Mistake]:
@@ -114,8 +114,8 @@ def _check_walls(world: WorldDescription, outline: Outline, key: str, subject: s
         yield Mistake(key, f"{subject} is in or beyond a wall", remedy, "beyond-wall")
 
 
-def _check_overlaps(things: Iterable[Thing], key: str, subject: str) -> Iterator[Mistake]:
-    for thing in things:
-        kind = "target" if isinstance(thing, Ball) else "obstacle"
-        problem, remedy = f"{subject} is in the {kind} {thing.name!r}", "Move either so that they are apart"
+def _check_overlaps(bodies: Iterable[WorldBody], key: str, subject: str) -> Iterator[Mistake]:
+    for body in bodies:
+        kind = "target" if isinstance(body, Ball) else "obstacle"
+        problem, remedy = f"{subject} is in the {kind} {body.name!r}", "Move either so that they are apart"
         yield Mistake(key, problem, remedy, f"in-{kind}")

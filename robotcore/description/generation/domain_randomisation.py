@@ -50,7 +50,7 @@ Limits = tuple[float, float]
 SurfaceT = TypeVar("SurfaceT", Floor, Walls)
 
 
-class Randomised(NamedTuple):
+class RandomisedWorld(NamedTuple):
     """The result of `randomise`."""
 
     world: WorldDescription
@@ -59,7 +59,7 @@ class Randomised(NamedTuple):
     """The drawn values by name."""
 
 
-def randomise(world: WorldDescription, seed: int) -> Randomised:
+def randomise(world: WorldDescription, seed: int) -> RandomisedWorld:
     """Return a world with light, colours, textures and errors drawn from a seed. Positions and headings do not change.
 
     Raises DescriptionError if no hue differs enough from the hues of the targets.
@@ -69,7 +69,7 @@ def randomise(world: WorldDescription, seed: int) -> Randomised:
     3.1636
     """
     drawing = _Randomiser(world, seed)
-    return Randomised(drawing.draw(), drawing.drawn)
+    return RandomisedWorld(drawing.draw(), drawing.drawn)
 
 
 class _Randomiser:

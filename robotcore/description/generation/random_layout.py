@@ -232,14 +232,14 @@ class _LayoutDrawing:
             }
         )
 
-    def _draw_position(self, thing: Box | Cylinder | Ball | Start) -> dict[str, float]:
+    def _draw_position(self, body: Box | Cylinder | Ball | Start) -> dict[str, float]:
         return {
-            "x_m": self._draw(self._variation.place_x_m, thing.x_m),
-            "y_m": self._draw(self._variation.place_y_m, thing.y_m),
+            "x_m": self._draw(self._variation.place_x_m, body.x_m),
+            "y_m": self._draw(self._variation.place_y_m, body.y_m),
         }
 
-    def _draw_yaw(self, thing: Box | Cylinder | Start) -> float:
-        return self._draw(self._variation.yaw_rad, thing.yaw_rad)
+    def _draw_yaw(self, body: Box | Cylinder | Start) -> float:
+        return self._draw(self._variation.yaw_rad, body.yaw_rad)
 
     def _draw_size(self, obstacle: Box | Cylinder) -> dict[str, float]:
         """Return the scaled edges of an obstacle. The height is not scaled, so that sensors still detect it."""
@@ -277,5 +277,5 @@ def _has_room(outline: Outline, world: WorldDescription, gap: float) -> bool:
     """Return whether an outline is on the floor and keeps the gap to walls and to the bodies placed so far."""
     from_edge = gap if world.walls else 0.0
     return gap_to_edge(outline, world.floor) >= from_edge and all(
-        gap_between(outline, thing.outline) >= gap for thing in world.things
+        gap_between(outline, body.outline) >= gap for body in world.bodies
     )

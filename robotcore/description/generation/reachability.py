@@ -77,8 +77,8 @@ class FreeSpace:
         """Return the grid with 0 in the cells of bodies and of the border, and 1 elsewhere."""
         image = np.zeros((rows, columns), np.uint8)
         image[1:-1, 1:-1] = 1
-        for thing in world.things:
-            corners = (np.array(thing.outline) - self._origin) / self.cell_m
+        for body in world.bodies:
+            corners = (np.array(body.outline) - self._origin) / self.cell_m
             cv2.fillConvexPoly(image, np.rint(corners * 16).astype(np.int32), 0, shift=4)
         return image
 
@@ -88,7 +88,7 @@ def _half_extent(world: WorldDescription) -> Array:
     half = np.array((world.floor.length_m, world.floor.width_m)) / 2
     if world.walls:
         return half
-    corners = [corner for thing in world.things for corner in thing.outline]
+    corners = [corner for body in world.bodies for corner in body.outline]
     corners.append((world.start.x_m, world.start.y_m))
     return np.asarray(np.maximum(half, np.abs(np.array(corners)).max(axis=0)) + OPEN_MARGIN_M)
 

@@ -21,7 +21,7 @@ from robotcore.processes import describe_holders
 
 
 @dataclass(frozen=True)
-class Board:
+class BoardType:
     """A microcontroller board, with the values from boards.txt of the Arduino core."""
 
     name: str
@@ -40,9 +40,11 @@ class Board:
 BOARDS = {
     board.name: board
     for board in (
-        Board("uno", "arduino:avr:uno", "standard", "ARDUINO_AVR_UNO", 115200, 32256),
-        Board("nano", "arduino:avr:nano", "eightanaloginputs", "ARDUINO_AVR_NANO", 115200, 30720),
-        Board("nano-old", "arduino:avr:nano:cpu=atmega328old", "eightanaloginputs", "ARDUINO_AVR_NANO", 57600, 30720),
+        BoardType("uno", "arduino:avr:uno", "standard", "ARDUINO_AVR_UNO", 115200, 32256),
+        BoardType("nano", "arduino:avr:nano", "eightanaloginputs", "ARDUINO_AVR_NANO", 115200, 30720),
+        BoardType(
+            "nano-old", "arduino:avr:nano:cpu=atmega328old", "eightanaloginputs", "ARDUINO_AVR_NANO", 57600, 30720
+        ),
     )
 }
 

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from robotcore.errors import FirmwareError
-from robotcore.hardware.firmware.board import Board
+from robotcore.hardware.firmware.board import BoardType
 
 AVRDUDE = "avrdude"
 FLASH_REMEDY = "A board that does not respond may have the other bootloader: try --board nano-old, or nano, or uno"
@@ -48,7 +48,7 @@ class FirmwareImage:
     """The size of the program in the board's flash memory, in bytes."""
 
 
-def build(sketch: Path, board: Board, folder: Path) -> FirmwareImage:
+def build(sketch: Path, board: BoardType, folder: Path) -> FirmwareImage:
     """Build a sketch into a folder by arduino-cli, or else by avr-gcc and Debian's core; return the program.
 
     Raises FirmwareError if neither is installed, the sketch does not compile, or it is too large for the board.
@@ -72,7 +72,7 @@ def _install_hint() -> str:
     return f"Install arduino-cli ({ARDUINO_CLI_URL}) and then: {core}; or, {debian}"
 
 
-def _measure_size(image: Path, board: Board) -> int:
+def _measure_size(image: Path, board: BoardType) -> int:
     """Return the size of an image in bytes; raises FirmwareError if the board's flash memory is smaller."""
     size = sum(int(line[1:3], 16) for line in image.read_text().splitlines() if line[7:9] == "00")
     if size > board.flash_bytes:
@@ -85,7 +85,7 @@ def _measure_size(image: Path, board: Board) -> int:
     return size
 
 
-def flash(image: Path, board: Board, port: str) -> str:
+def flash(image: Path, board: BoardType, port: str) -> str:
     """Write an image to the board at a port, and verify it; return the name of the tool that was used.
 
     Raises FirmwareError if the tool fails, or none is installed.
@@ -103,7 +103,7 @@ def flash(image: Path, board: Board, port: str) -> str:
     )
 
 
-def _avrdude_command(image: Path, board: Board, port: str) -> list[str]:
+def _avrdude_command(image: Path, board: BoardType, port: str) -> list[str]:
     """Return avrdude's command line. Sources: avrdude(1), and the upload pattern in the Arduino core's platform.txt."""
     chip = ["-p", "m328p", "-c", "arduino", "-P", port, "-b", str(board.upload_baud)]
     return [AVRDUDE, "-q", *chip, "-D", "-U", f"flash:w:{image}:i"]
@@ -120,14 +120,14 @@ def has_arduino_core() -> bool:
     return any(line.split()[:1] == [ARDUINO_CORE] for line in listed.splitlines())
 
 
-def build_with_arduino_cli(sketch: Path, board: Board, folder: Path) -> Path:
+def build_with_arduino_cli(sketch: Path, board: BoardType, folder: Path) -> Path:
     """Compile a sketch into a folder and return the image; raises FirmwareError if the sketch does not compile."""
     folder.mkdir(parents=True, exist_ok=True)
     run_tool([ARDUINO_CLI, "compile", "--fqbn", board.fqbn, "--output-dir", folder, sketch], f"building {sketch.name}")
     return folder / f"{sketch.name}.ino.hex"
 
 
-def flash_with_arduino_cli(image: Path, board: Board, port: str) -> None:
+def flash_with_arduino_cli(image: Path, board: BoardType, port: str) -> None:
     """Write an image to the board at a port; if that fails, raise FirmwareError with the output of arduino-cli."""
     where = ["--fqbn", board.fqbn, "--port", port, "--verify"]
     run_tool([ARDUINO_CLI, "upload", *where, "--input-file", image], f"flashing the {board.name} at {port}")
@@ -140,7 +140,7 @@ def has_avr_gcc() -> bool:
     )
 
 
-def build_with_avr_gcc(sketch: Path, board: Board, folder: Path, *, flags: Sequence[str] = ()) -> Path:
+def build_with_avr_gcc(sketch: Path, board: BoardType, folder: Path, *, flags: Sequence[str] = ()) -> Path:
     """Compile a sketch into FOLDER/NAME.elf and FOLDER/NAME.hex; return the path of the latter.
 
     The .ino files of the sketch are joined to one file. Arduino's tools would add prototypes, which this function does
@@ -177,7 +177,7 @@ def _with_line_marker(source: Path) -> str:
     return f'#line 1 "{source}"\n{source.read_text()}\n'
 
 
-def _compile(board: Board, sketch: Path, folder: Path, flags: Sequence[str], source: Path) -> Path:
+def _compile(board: BoardType, sketch: Path, folder: Path, flags: Sequence[str], source: Path) -> Path:
     target = folder / f"{source.name}.o"
     compiler = "avr-g++" if source.suffix == ".cpp" else "avr-gcc"
     command = [compiler, *_compiler_flags(source, board), *flags, f"-I{sketch}", str(source), "-o", str(target)]
@@ -185,7 +185,7 @@ def _compile(board: Board, sketch: Path, folder: Path, flags: Sequence[str], sou
     return target
 
 
-def _compiler_flags(source: Path, board: Board) -> Iterator[str]:
+def _compiler_flags(source: Path, board: BoardType) -> Iterator[str]:
     yield from _COMMON
     yield from _CPP if source.suffix == ".cpp" else ()
     yield from ("-x", "assembler-with-cpp") if source.suffix == ".S" else ()

@@ -32,7 +32,7 @@ class AppSensor(Sensor[SampleT]):
             except RobotcoreError:
                 raise
             except Exception as error:
-                raise self._untranslated(error) from error
+                raise self._build_device_error(error) from error
             self._tick = self._clock.tick
         return self.latest
 
@@ -79,7 +79,7 @@ class AppMotor(Motor):
         except RobotcoreError:
             raise
         except Exception as error:
-            raise self._untranslated(error) from error
+            raise self._build_device_error(error) from error
 
     def stop(self) -> None:
         if not self._is_closed:

@@ -101,7 +101,7 @@ def open_in_scene(
         undo.callback(clock.close)
         opener = _DeviceOpener(setup.robot, scene, clock, {each.description.name: each.place for each in bound}, found)
         devices = []
-        for description in setup.chosen:
+        for description in setup.chosen_devices:
             devices.append(device := opener.open(description))
             undo.callback(device.close)
         truth = _create_truth(setup.robot, scene, found)

@@ -71,8 +71,8 @@ class MockBackend(Backend):
 
     def _devices(self, setup: Setup, clock: Clock) -> Iterator[Device]:
         rate_hz, scripts = setup.rate_hz, self._scripts
-        motors = {d.name: MockMotor(d, clock) for d in setup.chosen if isinstance(d, MotorDescription)}
-        for device in setup.chosen:
+        motors = {d.name: MockMotor(d, clock) for d in setup.chosen_devices if isinstance(d, MotorDescription)}
+        for device in setup.chosen_devices:
             name = device.name
             if isinstance(device, MotorDescription):
                 yield motors[name]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robotcore.description import RobotDescription, Texture, WorldDescription, load_robot, load_world
-from robotcore.hal.backend import Exported
+from robotcore.hal.backend import ModelExport
 from robotcore.simulation.export import export_model, prepare_world
 
 mujoco = pytest.importorskip("mujoco")
@@ -18,7 +18,7 @@ from drivers.mujoco.model import build  # noqa: E402
 SIX_DIGITS = 1e-5
 
 
-def load_model(model: Exported, folder: Path) -> Any:
+def load_model(model: ModelExport, folder: Path) -> Any:
     """Write a model and its pictures into a folder. Return the model as MuJoCo loads it."""
     for name, picture in model.pictures.items():
         (folder / name).parent.mkdir(exist_ok=True)

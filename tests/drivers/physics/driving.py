@@ -48,7 +48,7 @@ class Driving(OnAnEngine):
             drive(robot, *wheels, seconds)
             drive(robot, 0.0, 0.0, 1.0)
             reached = truth_of(robot).pose()
-        meant = START.pose.advanced(linear * seconds, angular * seconds)
+        meant = START.pose.advance(linear * seconds, angular * seconds)
         assert meant.distance_to(reached.x, reached.y) <= 0.002 * abs(linear * seconds) + 1e-4
         assert abs(wrap_angle(reached.heading - meant.heading)) <= 0.002 * abs(angular * seconds) + 2e-3
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robotcore.hal.backend import Backend, Exported
+from robotcore.hal.backend import Backend, ModelExport
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.description import files
 from tests.texts import CheckText
@@ -23,10 +23,10 @@ texture = { pattern = "planks" }
 def _pictured(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let MuJoCo's backend write a model of two lines, with a picture where there is a folder for it."""
 
-    def export(_: Backend, file_format: str, robot: object, world: object, folder: str | None) -> Exported:
+    def export(_: Backend, file_format: str, robot: object, world: object, folder: str | None) -> ModelExport:
         if folder is None:
-            return Exported("<model/>\n", notes=("1 texture left out",))
-        return Exported(f"<model>{folder}/floor.png</model>\n", {f"{folder}/floor.png": b"PNG"})
+            return ModelExport("<model/>\n", notes=("1 texture left out",))
+        return ModelExport(f"<model>{folder}/floor.png</model>\n", {f"{folder}/floor.png": b"PNG"})
 
     monkeypatch.setattr("drivers.mujoco.backend.MujocoBackend.export", export)
 

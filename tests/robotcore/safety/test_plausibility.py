@@ -127,7 +127,7 @@ class RangeBench:
         """Drive ``metres`` while turning by ``turning`` rad in all."""
         ticks = round(metres / TICK_M)
         for _ in range(ticks):
-            self.pose = self.pose.advanced(TICK_M, turning / ticks)
+            self.pose = self.pose.advance(TICK_M, turning / ticks)
             self.request(command)
 
     def request(self, command: Wheels = FORWARD) -> None:

@@ -17,7 +17,7 @@ def track() -> Track:
     track = Track()
     for tick in range(10 * len(STATES)):
         state = STATES[tick // 10]
-        pose = start.advanced(max(0, tick - 10) * 0.02, 0.0)
+        pose = start.advance(max(0, tick - 10) * 0.02, 0.0)
         track.points.append(TrackPoint(tick / 20, state, pose))
     return track
 

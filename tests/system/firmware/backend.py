@@ -80,6 +80,6 @@ class SimavrBackend(Backend):
 def _cameras(setup: Setup, world: FollowedWorld, clock: ServerClock) -> dict[str, Device]:
     return {
         device.name: FollowedCamera(device, world, clock)
-        for device in setup.chosen
+        for device in setup.chosen_devices
         if isinstance(device, CameraDescription)
     }

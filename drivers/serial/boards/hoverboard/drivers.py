@@ -77,9 +77,9 @@ class HoverboardMotorSettings(WheelSettings):
     def firmware(self) -> Connection:
         """Return a connection with the firmware's settings. Two motors of a board conflict if their settings differ."""
         settings = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
-        instead = "give both motors the same mode, max_rpm and mixer settings"
+        remedy = "give both motors the same mode, max_rpm and mixer settings"
         return Connection(
-            "firmware", "config.h of the board at", self.port, is_shared=True, instead=instead, protocol=settings
+            "firmware", "config.h of the board at", self.port, is_shared=True, remedy=remedy, protocol=settings
         )
 
     def check(self, description: MotorDescription, robot: RobotDescription) -> None:

@@ -50,7 +50,7 @@ def axle(simulator: Simulator) -> Pose:
 
 def test_arc_equals_the_closed_form(simulator: Simulator) -> None:
     drive(simulator, 2.0, 3.0, steps=40)
-    expected = Pose(0.47, 0.2, 0.0).advanced(2.5 * RADIUS * 2.0, 1.0 * RADIUS / TRACK * 2.0)
+    expected = Pose(0.47, 0.2, 0.0).advance(2.5 * RADIUS * 2.0, 1.0 * RADIUS / TRACK * 2.0)
     assert axle(simulator) == pytest.approx(expected, abs=1e-9)
 
 

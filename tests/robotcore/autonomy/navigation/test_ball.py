@@ -36,7 +36,7 @@ def ball(left: int, top: int, size: int) -> Image:
 def place_of(tracker: BallTracker) -> tuple[float, float]:
     """Return the distance and the bearing of a place from the camera."""
     assert tracker.place
-    eye = POSE.moved(Pose(0.14, 0.0, 0.0))
+    eye = POSE.compose(Pose(0.14, 0.0, 0.0))
     return eye.distance_to(*tracker.place), eye.bearing_to(*tracker.place)
 
 

@@ -208,7 +208,7 @@ def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, known: Map) ->
     rig.sleep(0.1)
     rig.nose.distance = 0.5
     known.observe(rig.robot, Pose(0.0, 0.0, 2.0))
-    at = Pose(0.0, 0.0, 1.0).moved(rig.robot.range.mount).to_world(0.5, 0.0)
+    at = Pose(0.0, 0.0, 1.0).compose(rig.robot.range.mount).to_world(0.5, 0.0)
     assert known.grid.taken[known.grid.cell_of(*at)]
 
 

@@ -32,7 +32,7 @@ def walk(follower: Follower, pose: Pose, ticks: int = 2000) -> list[Pose]:
     """Follow the path to its end with exact motion."""
     poses = [pose]
     while (twist := follower.follow(poses[-1])) and len(poses) < ticks:
-        poses.append(poses[-1].advanced(twist.linear / 20, twist.angular / 20))
+        poses.append(poses[-1].advance(twist.linear / 20, twist.angular / 20))
     return poses
 
 

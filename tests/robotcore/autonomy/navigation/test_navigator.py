@@ -30,7 +30,7 @@ def go(move: Callable[[Pose], Twist | None], pose: Pose) -> list[Pose]:
     """Move with exact motion until the navigator returns None."""
     poses = [pose]
     while (twist := move(poses[-1])) and len(poses) < 2000:
-        poses.append(poses[-1].advanced(twist.linear / 20, twist.angular / 20))
+        poses.append(poses[-1].advance(twist.linear / 20, twist.angular / 20))
     return poses
 
 

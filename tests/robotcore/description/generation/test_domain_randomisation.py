@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from robotcore.description import (
     Conditions,
     Randomisation,
-    Randomised,
+    RandomisedWorld,
     Texture,
     WorldDescription,
     draw_world,
@@ -66,7 +66,7 @@ ARENA = draw_world(load_world("arena"), load_robot("rover"), 7)
 SEEN = {"colour", "texture"}
 
 
-def drawn(world: WorldDescription = ARENA, *, seeds: Iterable[int] = SEEDS, **ranges: Any) -> list[Randomised]:
+def drawn(world: WorldDescription = ARENA, *, seeds: Iterable[int] = SEEDS, **ranges: Any) -> list[RandomisedWorld]:
     """Return what the seeds make of a world with these ranges."""
     world = world.model_copy(update={"randomisation": Randomisation(**ranges)})
     return [randomise(world, seed) for seed in seeds]
@@ -83,7 +83,7 @@ def test_nothing_moves() -> None:
             ARENA.light.azimuth_rad,
             ARENA.light.elevation_rad,
         )
-        for thing, before in zip(world.things, ARENA.things, strict=True):
+        for thing, before in zip(world.bodies, ARENA.bodies, strict=True):
             assert thing.model_dump(exclude=SEEN) == before.model_dump(exclude=SEEN)
 
 

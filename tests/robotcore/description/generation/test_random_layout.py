@@ -72,9 +72,9 @@ def test_a_drawn_target_is_as_far_away_and_as_hidden_as_the_file_asks(name: str)
 def test_the_robot_passes_between_any_two_things_and_along_every_wall(name: str) -> None:
     width = 2 * ROVER.body.reach_m
     for drawn in draws(name):
-        for one, other in combinations(drawn.things, 2):
+        for one, other in combinations(drawn.bodies, 2):
             assert gap_between(one.outline, other.outline) > width
-        for thing in drawn.things:
+        for thing in drawn.bodies:
             assert gap_to_edge(thing.outline, drawn.floor) > (width if drawn.walls else 0)
 
 
@@ -83,7 +83,7 @@ def test_the_robot_can_turn_where_it_starts(name: str) -> None:
     for drawn in draws(name):
         disc = round_outline(drawn.start.x_m, drawn.start.y_m, ROVER.body.reach_m + 0.045)
         assert gap_to_edge(disc, drawn.floor) > 0
-        assert all(gap_between(disc, thing.outline) > 0 for thing in drawn.things)
+        assert all(gap_between(disc, thing.outline) > 0 for thing in drawn.bodies)
 
 
 def test_everything_that_may_vary_does() -> None:
@@ -169,7 +169,7 @@ def test_a_robot_wider_than_the_gap_is_still_given_room() -> None:
     wide = ROVER.model_copy(update={"body": body})
     world = varied(room(*(box(f"box-{n}", length_m=0.2, width_m=0.2) for n in range(4)), ball()), EVERYWHERE)
     drawn = draw_world(world, wide, 2)
-    assert min(gap_between(a.outline, b.outline) for a, b in combinations(drawn.things, 2)) > 2 * body.reach_m
+    assert min(gap_between(a.outline, b.outline) for a, b in combinations(drawn.bodies, 2)) > 2 * body.reach_m
 
 
 @pytest.mark.parametrize(

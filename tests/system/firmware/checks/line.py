@@ -11,7 +11,7 @@ from tests.system.firmware.backend import start_board
 from tests.system.firmware.board import STANDS, Board
 from tests.system.firmware.raw import RawLine
 
-FRAME_S = 1 / 30
+CONTROL_PERIOD_S = 1 / 30
 COUNTS_A_TURN = 960
 COASTED = 20
 """The most counts after the tenth of a second of a bootloader."""
@@ -33,7 +33,7 @@ def test_each_wheel_reaches_its_speed(board: Board, left: int, right: int) -> No
         before = board.angles
         counted = map(int, line.ask("e").split())
         after = board.angles
-        asked = [math.tau * counts / COUNTS_A_TURN / FRAME_S for counts in (left, right)]
+        asked = [math.tau * counts / COUNTS_A_TURN / CONTROL_PERIOD_S for counts in (left, right)]
         assert list(board.velocities) == pytest.approx(asked, rel=0.03)
         for count, *angles in zip(counted, before, after, strict=True):
             low, high = sorted(angle * COUNTS_A_TURN / math.tau for angle in angles)
@@ -49,7 +49,7 @@ def test_silence_stops_both_wheels_when_the_deadman_is_due(board: Board) -> None
         board.pass_time(1.0)
     last = board.events("duty")[-1]
     assert last.more == STANDS
-    assert 0.299 < last.time - received < 0.3 + FRAME_S
+    assert 0.299 < last.time - received < 0.3 + CONTROL_PERIOD_S
 
 
 def test_pulled_line_stops_both_wheels_and_they_stand_after_replugging(board: Board) -> None:
@@ -61,7 +61,7 @@ def test_pulled_line_stops_both_wheels_and_they_stand_after_replugging(board: Bo
     board.pass_time(1.0)
     stopped = board.events("duty")[-1]
     assert stopped.more == STANDS
-    assert stopped.time - received == pytest.approx(0.5, abs=FRAME_S)
+    assert stopped.time - received == pytest.approx(0.5, abs=CONTROL_PERIOD_S)
     board.plug()
     with RawLine(board) as line:
         assert line.ask("e") == "0 0"  # opening the port has reset the board

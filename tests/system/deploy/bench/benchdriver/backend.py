@@ -37,4 +37,4 @@ class BenchBackend(Backend):
 
 
 def _motors(setup: Setup) -> Iterable[MotorDescription]:
-    return (device for device in setup.chosen if isinstance(device, MotorDescription))
+    return (device for device in setup.chosen_devices if isinstance(device, MotorDescription))

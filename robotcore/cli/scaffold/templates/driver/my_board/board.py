@@ -54,4 +54,4 @@ class Board:
         left, right = (velocity * seconds for velocity in self._velocities.values())
         self._angles["left"] += left
         self._angles["right"] += right
-        self._pose = self._pose.advanced(*GEOMETRY.to_twist(Wheels(left, right)))
+        self._pose = self._pose.advance(*GEOMETRY.to_twist(Wheels(left, right)))
