@@ -5,11 +5,11 @@ from robotcore.testing import TestSupport, ConformanceSuite
 
 class TestMine(ConformanceSuite):
     backend = MyBackend
-    lacks = {TestSupport.WORLD: "the robot stands on a bench"}
+    lacks = {TestSupport.WORLD: "the robot stands on a table"}
 ```
 
-The package requires pytest. It imports the module of a name when the name is first used, because pytest loads the
-    plug-in of this package in every project.
+The package requires pytest. pytest loads the plug-in of this package in every project, so the package imports its other
+modules only when they are first used.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The base class of all rules. It opens the robot of the tested backend, and measures the robot's motion."""
+"""The base class of all rules: it opens and moves the robot of the tested backend."""
 
 from __future__ import annotations
 
@@ -22,32 +22,32 @@ from robotcore.testing.fakes import Gate
 
 RATE_HZ = 20.0
 SETTLING_S = 0.5
-"""The time in seconds after a command until the wheels turn at the commanded velocity."""
+"""The wheels must turn at the commanded velocity after this time, in seconds."""
 
 
 class TestSupport(str, Enum):
-    """A property of a test setup that some rules require. A backend may lack it."""
+    """What some rules require of a test bench. A suite lists in ``lacks`` what its test bench cannot do."""
 
     __test__ = False  # pytest collects classes whose name begins with Test
 
-    WORLD = "show the world of the test"
-    """The backend shows the obstacles of the world that the test opens."""
+    WORLD = "detect the world of the test"
+    """The sensors detect the obstacles of the world that the test opens."""
 
-    MOTION = "move as its motors are commanded"
-    """The robot really moves when its motors are commanded, so that a test can measure its motion."""
+    MOTION = "move as commanded"
+    """The robot moves as commanded, so that a test can measure its motion."""
 
-    REPRODUCIBLE = "repeat a run"
-    """Two equal runs read equal samples."""
+    REPRODUCIBLE = "repeat a run exactly"
+    """A second run with the same commands reads equal samples."""
 
-    LOST_ECHO = "lose an echo"
-    """A test can suppress the echo of a range sensor by `TestBench.lose_echoes`."""
+    LOST_ECHO = "suppress an echo"
+    """`TestBench.lose_echoes` can suppress the echoes of the range sensor."""
 
-    SLOW_HARDWARE = "wait for hardware"
-    """A test can hold back the answers of the hardware by `TestBench.open_gated`."""
+    SLOW_HARDWARE = "delay the hardware"
+    """`TestBench.open_gated` can delay the answers of the hardware."""
 
 
 class Motion(NamedTuple):
-    """A motion of the robot, in the frame of the robot's pose before the motion."""
+    """A motion of the robot, with x and y along the axes of its pose before the motion."""
 
     forward: float
     """The motion along the x axis, in metres."""
@@ -60,7 +60,7 @@ class Motion(NamedTuple):
 
 
 class TestBench:
-    """The base class of every rule. The author of a driver sets ``backend``, and the other attributes if necessary."""
+    """The test bench on which the rules test a backend. A suite sets ``backend``, and other attributes if necessary."""
 
     backend: ClassVar[type[Backend]]
     """The backend to test."""
@@ -69,21 +69,24 @@ class TestBench:
     """The name or the file of the robot's description."""
 
     options: ClassVar[Mapping[str, Any]] = {}
-    """The options of the backend."""
+    """The backend's options by name."""
 
     lacks: ClassVar[Mapping[TestSupport, str]] = {}
-    """The properties that the test setup lacks, each with a reason. The rules that require one are skipped."""
+    """What the test bench cannot do, each with a reason. The rules that require it are skipped."""
 
     def open(self, setup: Setup) -> Robot:
-        """Open the robot of the backend, without any layer."""
+        """Open the devices of a setup with the backend. A suite may override this method."""
         return self.backend().open(setup)
 
     def lose_echoes(self, robot: Robot) -> None:
-        """Make the range sensor of an open robot receive no echo from now on. By default the rule is skipped."""
+        """Suppress all further echoes of the range sensor. A suite overrides this method, else it skips the rule."""
         self._skip_without_hook(TestSupport.LOST_ECHO, "lose_echoes")
 
     def open_gated(self, setup: Setup, gate: Gate) -> Robot:
-        """Open the robot on fake hardware whose answers wait for ``gate``. By default the rule is skipped."""
+        """Open a robot whose fake hardware calls ``gate.pass_through`` before each answer.
+
+        A suite overrides this method, else it skips the rule.
+        """
         self._skip_without_hook(TestSupport.SLOW_HARDWARE, "open_gated")
 
     @pytest.fixture(autouse=True)
@@ -104,7 +107,7 @@ class TestBench:
 
     @property
     def drive(self) -> Drive:
-        """The description of the drive. The rule is skipped if the robot has none."""
+        """The description of the drive. If the robot has none, the rule is skipped."""
         return self.description.drive or pytest.skip(f"{self.description.name} has no drive")
 
     def build_setup(self, world: WorldDescription | None = None, devices: Iterable[str] | None = None) -> Setup:
@@ -117,10 +120,9 @@ class TestBench:
         return Setup(self.description, world or worlds.empty(), frozenset(names), RATE_HZ, options=self.options)
 
     def open_robot(self, world: WorldDescription | None = None, *roles: Role) -> Robot:
-        """Open the robot.
+        """Open the devices of these roles; without roles, all devices that the backend can open.
 
         world: the world of the test, by default open ground.
-        roles: opens only the devices of these roles. Without roles, opens every device.
         """
         try:
             devices = needed_devices(self.description, roles) if roles else None
@@ -129,12 +131,12 @@ class TestBench:
         return self.open(self.build_setup(world, devices))
 
     def require(self, *needed: TestSupport | Capability) -> None:
-        """Skip the rule if the test setup or the backend lacks one of these. The reason of the skip is given."""
+        """Skip the rule, with a reason, if the test bench or the backend cannot do one of these."""
         for each in needed:
             if isinstance(each, TestSupport) and each in self.lacks:
-                pytest.skip(f"it cannot {each.value}: {self.lacks[each]}")
+                pytest.skip(f"the test bench cannot {each.value}: {self.lacks[each]}")
             if isinstance(each, Capability) and each not in self.backend.capabilities:
-                pytest.skip(f"the backend does not have the capability {each.value}")
+                pytest.skip(f"backend {self.backend.name!r} does not have the capability {each.value}")
 
     def get_motors(self, robot: Robot) -> tuple[Motor, Motor]:
         """Return the left and the right motor of the drive."""
@@ -144,24 +146,21 @@ class TestBench:
         return left, right
 
     def get_encoders(self, robot: Robot) -> tuple[Encoder, Encoder]:
-        """Return the left and the right encoder of the drive. Skip the rule if there are none."""
+        """Return the left and the right encoder of the drive. If the drive has none, the rule is skipped."""
         names = self.drive.left_encoder or "", self.drive.right_encoder or ""
         left, right = map(robot.devices.get, names)
         if not (isinstance(left, Encoder) and isinstance(right, Encoder)):
-            pytest.skip(f"{self.description.name} has no encoders on its drive")
+            pytest.skip(f"the drive of {self.description.name} has no encoders")
         return left, right
 
     def command_wheels(self, robot: Robot, left: float, right: float, seconds: float = SETTLING_S) -> None:
-        """Command the wheels in rad/s, and wait for ``seconds``."""
+        """Command the wheel velocities in rad/s, and sleep for ``seconds``."""
         for motor, velocity in zip(self.get_motors(robot), (left, right), strict=True):
             motor.set_velocity(velocity)
         sleep(robot, seconds)
 
     def measure_motion(self, robot: Robot, seconds: float) -> Motion:
-        """Wait for ``seconds``, and return the robot's motion in this time.
-
-        The motion is that of the simulator's truth, if there is one, and otherwise that of the encoders.
-        """
+        """Return the robot's motion in the next ``seconds``, by its true pose, or else by its encoders."""
         if robot.truth:
             read_pose = robot.truth.pose
         else:
@@ -173,7 +172,7 @@ class TestBench:
 
     def _skip_without_hook(self, support: TestSupport, hook: str) -> NoReturn:
         self.require(support)
-        pytest.skip(f"{hook} is not overridden, so that it cannot {support.value} in a test")
+        pytest.skip(f"the suite does not override {hook}(), so the test bench cannot {support.value}")
 
 
 @cache
@@ -182,15 +181,15 @@ def _load_robot(robot: str) -> RobotDescription:
 
 
 def sleep(robot: Robot, seconds: float) -> None:
-    """Wait for ``seconds`` on the robot's clock."""
+    """Sleep for ``seconds`` of the robot's clock."""
     robot.clock.sleep_until(robot.clock.now() + seconds)
 
 
 def list_sensors(robot: Robot) -> list[Sensor[Any]]:
-    """Return the open sensors."""
+    """Return the robot's open sensors."""
     return [device for device in robot.devices.values() if isinstance(device, Sensor)]
 
 
 def compute_motion(before: Pose, after: Pose) -> Motion:
-    """Return the motion from one pose to another, in the frame of the first."""
+    """Return the motion from the pose ``before`` to the pose ``after``."""
     return Motion(*before.to_local(after.x, after.y), wrap_angle(after.heading - before.heading))

@@ -1,4 +1,4 @@
-"""The conformance kit: all rules in one class."""
+"""The conformance kit: one class with the tests of all rules for drivers."""
 
 from __future__ import annotations
 
@@ -27,11 +27,10 @@ class ConformanceSuite(
     TruthRules,
     RepeatRules,
 ):
-    """The tests of every rule for a driver. The name of a test states its rule.
+    """The tests of all rules for drivers. The name of a test states its rule.
 
-    Derive a class from it in a test module, give it a name that begins with ``Test``, and set ``backend``. `TestBench`
-    documents the other attributes. A rule that cannot be tested is skipped. The end of pytest's output lists skipped
-    rules with the reason.
+    Derive a class with a name such as ``TestMyBoard`` from it in a test module, and set ``backend``. `TestBench`
+    documents the other attributes. pytest lists the skipped rules at the end, each with its reason.
 
     >>> from robotcore.testing.mock.backend import MockBackend
     >>> class TestMock(ConformanceSuite):

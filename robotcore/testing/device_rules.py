@@ -12,11 +12,11 @@ from robotcore.hal.robot import Robot, Role
 from robotcore.testing.bench import TestBench, TestSupport, sleep
 
 FRESH_S = 5.0
-"""The time in seconds within which a battery must have a new sample. Other sensors must be faster."""
+"""A battery must have a new sample within this time, in seconds."""
 
 
 class BatteryRules(TestBench):
-    """The rules for batteries whose voltage a board measures."""
+    """Rules for the driver of a battery."""
 
     def test_voltage_is_a_number_above_zero(self) -> None:
         with self.open_robot() as robot:
@@ -24,8 +24,10 @@ class BatteryRules(TestBench):
             sleep(robot, FRESH_S)
             for battery in batteries:
                 voltage = battery.read().voltage
-                assert math.isfinite(voltage), f"{battery.name}: reads {voltage} V; raise DeviceError instead"
-                assert voltage > 0, f"{battery.name}: reads {voltage} V; return volts, above zero"
+                assert math.isfinite(voltage), (
+                    f"{battery.name} returned {voltage} V. Raise DeviceError if there is no measured voltage"
+                )
+                assert voltage > 0, f"{battery.name} returned {voltage} V. Return the voltage in volts, above zero"
 
     def test_voltage_is_measured_regularly(self) -> None:
         with self.open_robot() as robot:
@@ -33,19 +35,22 @@ class BatteryRules(TestBench):
             sleep(robot, FRESH_S)
             for battery in self._batteries(robot):
                 assert (time := battery.read().time) > before[battery.name], (
-                    f"{battery.name}: {FRESH_S:g} s later the newest sample is of {time} s; measure it regularly"
+                    f"{battery.name}: after {FRESH_S:g} s the newest sample is still the one of {time} s. "
+                    f"Measure the voltage at least every {FRESH_S:g} s"
                 )
 
     def _batteries(self, robot: Robot) -> list[Battery]:
         found = [device for device in robot.devices.values() if isinstance(device, Battery)]
-        return found or pytest.skip(f"{self.backend.name} opens no battery of {self.description.name}")
+        return found or pytest.skip(
+            f"backend {self.backend.name!r} opens no battery of the robot {self.description.name!r}"
+        )
 
 
 SHAPES = {"colour": (48, 64, 3), "grey": (48, 64)}
 
 
 class DisplayRules(TestBench):
-    """The rules for displays."""
+    """Rules for the driver of a display."""
 
     @pytest.mark.parametrize("kind", SHAPES)
     def test_display_accepts_a_read_only_picture(self, kind: str) -> None:
@@ -54,52 +59,57 @@ class DisplayRules(TestBench):
         with self.open_robot(None, Role.DISPLAY) as robot:
             try:
                 robot.display.show(picture)
-            except Exception as error:  # noqa: BLE001  any exception is a fault of the driver
-                pytest.fail(f"{robot.display.name}: a read-only picture in {kind} raised {error!r}")
+            except Exception as error:  # noqa: BLE001  any exception is an error of the driver
+                pytest.fail(
+                    f"{robot.display.name}: show() of a read-only {kind} picture raised {error!r}. "
+                    "Show colour and grey pictures, and do not write into them"
+                )
 
     def test_display_does_not_change_the_picture(self) -> None:
         picture = np.arange(48 * 64 * 3, dtype=np.uint32).astype(np.uint8).reshape(48, 64, 3)
         shown = picture.copy()
         with self.open_robot(None, Role.DISPLAY) as robot:
             robot.display.show(shown)
-        assert np.array_equal(shown, picture), "show() changed the picture of the app; work on a copy"
+        assert np.array_equal(shown, picture), "show() changed the app's picture. Draw on a copy of the picture"
 
 
 SPEED_RAD_S = 4.0
 
 
 class EncoderRules(TestBench):
-    """The rules for encoders on a drive."""
+    """Rules for the driver of a drive's encoders."""
 
     def test_encoders_begin_at_zero(self) -> None:
         with self.open_robot(None, Role.DRIVE) as robot:
             for encoder in self.get_encoders(robot):
                 assert (angle := encoder.read().angle) == pytest.approx(0, abs=0.02), (
-                    f"{encoder.name}: reads {angle:+.3f} rad just after opening; count angles from the opening"
+                    f"{encoder.name} returned {angle:+.3f} rad just after the robot was opened. "
+                    "Count angles from the opening"
                 )
 
     def test_encoders_count_forward_as_positive(self) -> None:
         left, right = self._measure_turn(SPEED_RAD_S, SPEED_RAD_S)
         assert left > 0 < right, (
-            f"both motors were commanded +{SPEED_RAD_S} rad/s and the encoders moved by {left:+.2f} and "
-            f"{right:+.2f} rad; driving forward must count up on both sides"
+            f"both motors were commanded +{SPEED_RAD_S} rad/s, and the encoders counted {left:+.2f} rad on the left "
+            f"and {right:+.2f} rad on the right. Negate the encoder that counts down in forward motion"
         )
 
     def test_each_encoder_counts_its_own_wheel(self) -> None:
         left, right = self._measure_turn(SPEED_RAD_S, 0.0)
         assert abs(left) > 3 * abs(right), (
-            f"only the left motor was commanded to turn; the left encoder moved by {left:+.2f} rad, the right one "
-            f"by {right:+.2f}: are they swapped?"
+            f"only the left motor was commanded to turn. The left encoder counted {left:+.2f} rad and the right one "
+            f"{right:+.2f} rad. If the encoders are swapped, swap them"
         )
 
     def test_angles_are_in_radians(self) -> None:
         for angle in self._measure_turn(SPEED_RAD_S, SPEED_RAD_S):
             assert abs(angle) == pytest.approx(SPEED_RAD_S, rel=0.03), (
-                f"1 s at {SPEED_RAD_S} rad/s counted {abs(angle):.3f}; expected {SPEED_RAD_S} rad within 3 %"
+                f"an encoder counted {abs(angle):.3f} in 1 s at {SPEED_RAD_S} rad/s. Return the angle of the wheel "
+                "in radians, within 3 %"
             )
 
     def _measure_turn(self, left_rad_s: float, right_rad_s: float) -> tuple[float, float]:
-        """Command these wheel velocities for one second, and return the rotation of both encoders, in radians."""
+        """Turn the wheels at these velocities, and return the angle that each encoder counted in 1 s, in radians."""
         self.require(TestSupport.MOTION)
         with self.open_robot(None, Role.DRIVE) as robot:
             left, right = self.get_encoders(robot)

@@ -11,13 +11,13 @@ from robotcore.errors import DeviceError
 from robotcore.hal.devices import Motor
 
 SETTLE_LIMIT_S = 5.0
-"""The longest wait in seconds for a call to return or to reach the gate. The call may wait for a lock."""
+"""A call counts as blocked if it does not return within this time, in seconds. It may wait for a lock."""
 
 
 class Gate:
-    """Delays the answers of fake hardware while the gate is shut.
+    """A gate that delays the answers of fake hardware while it is shut.
 
-    The fake hardware calls `pass_through` at each place at which the real hardware takes time.
+    The fake hardware calls `pass_through` before each answer. `blocks` returns whether a call waits for an answer.
 
     >>> gate = Gate()
     >>> gate
@@ -44,9 +44,9 @@ class Gate:
         self._is_open.wait()
 
     def blocks(self, call: Callable[[], object]) -> bool:
-        """Call a function while the gate is shut, and return whether the call waited for the gate.
+        """Return whether ``call`` waits for the gate: call it with the gate shut, then open the gate.
 
-        Raises the exception of the call.
+        If the call raises an exception, the exception is raised here.
         """
         self._settled.clear()
         self._is_open.clear()
@@ -64,7 +64,7 @@ class Gate:
 
 
 class MotorSpy:
-    """A record of the velocities in rad/s that reach a motor's hardware."""
+    """Records in ``sent`` the velocities in rad/s that a motor's driver sends to its hardware."""
 
     def __init__(self, motor: Motor) -> None:
         self.sent: list[float] = []
@@ -76,7 +76,7 @@ class MotorSpy:
 
     @property
     def last(self) -> float:
-        """The last velocity in rad/s; NaN if there was none."""
+        """The last sent velocity in rad/s; NaN if there is none."""
         return self.sent[-1] if self.sent else math.nan
 
     def _record(self, rad_s: float) -> None:
@@ -85,9 +85,9 @@ class MotorSpy:
 
 
 def cut_wire(motor: Motor) -> None:
-    """Make every command to this motor fail from now on."""
+    """Make every further command to a motor raise DeviceError, as a cut wire does."""
 
     def fail(_rad_s: float) -> None:
-        raise DeviceError(motor.name, "the conformance kit has cut its wire", kind="wire-cut")
+        raise DeviceError(motor.name, "the conformance kit has cut the motor's wire", kind="wire-cut")
 
     setattr(motor, "_apply", fail)  # noqa: B010  on this one motor, not on its class

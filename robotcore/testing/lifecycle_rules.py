@@ -1,4 +1,4 @@
-"""Rules for opening and closing: only the chosen devices open, and every motor stops even if another one fails."""
+"""Rules for opening and closing a robot: devices, options and motors."""
 
 from __future__ import annotations
 
@@ -18,13 +18,15 @@ SPEED_RAD_S = 2.0
 
 
 class LifecycleRules(TestBench):
-    """The rules for opening and closing a robot."""
+    """Rules for opening and closing a robot."""
 
     def test_only_the_chosen_devices_are_opened(self) -> None:
         for wanted in ({name} for name in sorted(self.openable)):
             with self.open(self.build_setup(devices=wanted)) as robot:
                 opened = set(robot.devices)
-            assert opened == wanted, f"the set-up has {sorted(wanted)}, and the backend opened {sorted(opened)}"
+            assert opened == wanted, (
+                f"the backend opened {sorted(opened)}. Open only the devices of the setup, {sorted(wanted)}"
+            )
 
     def test_robot_without_a_drive_opens(self) -> None:
         setup = self.build_setup()
@@ -32,7 +34,10 @@ class LifecycleRules(TestBench):
         names = self.openable.intersection(device.name for device in pole.devices)
         with self.open(replace(setup, robot=pole, devices=names)) as robot:
             opened = set(robot.devices)
-        assert opened == names, f"without a drive, it opened {sorted(opened)} instead of {sorted(names)}"
+        assert opened == names, (
+            f"the backend opened {sorted(opened)} of a robot without a drive. "
+            f"Open the devices of the setup, {sorted(names)}"
+        )
 
     def test_unknown_option_is_refused(self) -> None:
         setup = replace(self.build_setup(), options={**self.options, "no_such_option": "1"})
@@ -40,21 +45,28 @@ class LifecycleRules(TestBench):
             self.open(setup).close()
         except UsageError:
             return
-        pytest.fail("the backend accepted the option 'no_such_option'; read options with setup.options_as(Model)")
+        pytest.fail(
+            "the backend accepted the unknown option 'no_such_option'. Read options with setup.options_as(Model)"
+        )
 
     def test_robot_opens_again_after_closing(self) -> None:
         with self.open_robot() as robot:
             first = set(robot.devices)
         with self.open_robot() as robot:
             second = set(robot.devices)
-        assert second == first, f"opened again, it has {sorted(second)}; the first time it had {sorted(first)}"
+        assert second == first, (
+            f"a robot that was closed and opened again has {sorted(second)} instead of {sorted(first)}. "
+            "Release every device in close()"
+        )
 
     def test_closing_stops_every_motor(self) -> None:
         robot = self.open_robot(None, Role.DRIVE)
         spies = self._start_motors(robot)
         robot.close()
         for name, spy in spies.items():
-            assert spy.last == 0, f"{name}: it turns at {spy.last} rad/s after close(), which must stop every motor"
+            assert spy.last == 0, (
+                f"{name}: after close() the last velocity sent is {spy.last} rad/s. Send 0 to every motor in close()"
+            )
 
     @pytest.mark.parametrize("broken", ["left", "right"])
     def test_other_motor_stops_if_one_fails_to_stop(self, broken: str) -> None:
@@ -66,8 +78,8 @@ class LifecycleRules(TestBench):
         with pytest.raises(DeviceError):
             robot.close()
         assert spies[other.name].last == 0, (
-            f"{failing.name} failed to stop and {other.name} was left turning at {spies[other.name].last} rad/s; "
-            "stop each motor on its own, then raise the failures"
+            f"{failing.name} failed to stop, and the last velocity sent to {other.name} is "
+            f"{spies[other.name].last} rad/s. Stop every motor before you raise the errors"
         )
 
     def test_exception_in_the_with_block_stops_every_motor(self) -> None:
@@ -76,15 +88,18 @@ class LifecycleRules(TestBench):
         with pytest.raises(ZeroDivisionError), robot:
             raise ZeroDivisionError
         for name, spy in spies.items():
-            assert spy.last == 0, f"{name}: after an exception in the with block, it still turns at {spy.last} rad/s"
+            assert spy.last == 0, (
+                f"{name}: after an exception in the with block the last velocity sent is {spy.last} rad/s. "
+                "Stop every motor at the end of the block"
+            )
 
     def test_closing_twice_is_no_error(self) -> None:
         robot = self.open_robot()
         robot.close()
         try:
             robot.close()
-        except Exception as error:  # noqa: BLE001  any exception is a fault of the driver
-            pytest.fail(f"the second close() raised {error!r}; it must do nothing")
+        except Exception as error:  # noqa: BLE001  any exception is an error of the driver
+            pytest.fail(f"the second close() raised {error!r}. Let a second close() do nothing")
 
     def test_closed_device_refuses_use(self) -> None:
         robot = self.open_robot()
@@ -95,11 +110,11 @@ class LifecycleRules(TestBench):
             except DeviceClosedError:
                 continue
             except Exception as error:  # noqa: BLE001  any other exception is wrong
-                pytest.fail(f"{device.name}: used after closing, it raised {error!r}; raise DeviceClosedError")
-            pytest.fail(f"{device.name}: used after closing, it raised nothing; raise DeviceClosedError")
+                pytest.fail(f"{device.name}: a call after close() raised {error!r}. Raise DeviceClosedError")
+            pytest.fail(f"{device.name}: a call after close() raised no error. Raise DeviceClosedError")
 
     def _start_motors(self, robot: Robot) -> dict[str, MotorSpy]:
-        """Turn both motors, and return for each motor a spy that records its commands."""
+        """Turn both motors, and return the spies that record their commands, by the motors' names."""
         spies = {motor.name: MotorSpy(motor) for motor in self.get_motors(robot)}
         for motor in self.get_motors(robot):
             motor.set_velocity(SPEED_RAD_S)
@@ -107,10 +122,7 @@ class LifecycleRules(TestBench):
 
 
 def _without_drive(robot: RobotDescription) -> RobotDescription:
-    """Return a robot's description without the drive, its motors and its encoders.
-
-    The keys of these devices in the sections of backends are removed too.
-    """
+    """Return the description without its drive, motors and encoders, also without their settings for backends."""
     still = tuple(device for device in robot.devices if device.kind not in ("motor", "encoder"))
     gone = {device.name for device in robot.devices} - {device.name for device in still}
     sections = {

@@ -1,4 +1,4 @@
-"""Rules for motors: units, signs, left and right, limits, and velocities that are not finite."""
+"""Rules for motors: units, signs, left and right, limits, and NaN and infinite velocities."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ SPEED_RAD_S = 4.0
 
 
 class MotorRules(TestBench):
-    """The rules for motors."""
+    """Rules for the driver of a drive's motors."""
 
     def test_positive_velocity_drives_forward(self) -> None:
         self.require(TestSupport.MOTION)
@@ -24,8 +24,8 @@ class MotorRules(TestBench):
             self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S)
             motion = self.measure_motion(robot, 1.0)
         assert motion.forward > 0, (
-            f"both motors were commanded +{SPEED_RAD_S} rad/s and the robot moved {motion.forward:+.3f} m; "
-            "positive must drive it forward, on both sides; negate the motor that is mounted the other way round"
+            f"both motors were commanded +{SPEED_RAD_S} rad/s, and the robot moved {motion.forward:+.3f} m. "
+            "Negate the velocity of each motor that turns backward, so that the robot moves forward"
         )
 
     def test_left_motor_faster_turns_right(self) -> None:
@@ -34,8 +34,8 @@ class MotorRules(TestBench):
             self.command_wheels(robot, SPEED_RAD_S, SPEED_RAD_S / 2)
             motion = self.measure_motion(robot, 1.0)
         assert motion.turn < 0, (
-            f"the left motor turned faster and the heading changed by {motion.turn:+.3f} rad; a turn to the right "
-            "is negative. Are left and right swapped, or is the sign of the heading wrong?"
+            f"the left motor was commanded the higher velocity, and the heading changed by {motion.turn:+.3f} rad "
+            "instead of a negative angle. Check whether the motors are swapped, and the sign of the heading"
         )
 
     def test_velocity_is_in_radians_per_second(self) -> None:
@@ -45,8 +45,8 @@ class MotorRules(TestBench):
             motion = self.measure_motion(robot, 1.0)
         expected = SPEED_RAD_S * self.drive.wheel_radius_m
         assert abs(motion.forward) == pytest.approx(expected, rel=0.03), (
-            f"{SPEED_RAD_S} rad/s for 1 s on wheels of {self.drive.wheel_radius_m} m moved the robot "
-            f"{abs(motion.forward):.4f} m, expected {expected:.4f} m within 3 %"
+            f"in 1 s at {SPEED_RAD_S} rad/s the robot moved {abs(motion.forward):.4f} m instead of {expected:.4f} m. "
+            f"Turn its wheels, of radius {self.drive.wheel_radius_m} m, at the commanded rad/s within 3 %"
         )
 
     def test_stop_brings_the_wheels_to_rest(self) -> None:
@@ -58,7 +58,8 @@ class MotorRules(TestBench):
             self.measure_motion(robot, SETTLING_S)
             motion = self.measure_motion(robot, SETTLING_S)
         assert math.hypot(motion.forward, motion.left) < 0.002, (
-            f"{SETTLING_S} s after stop() the robot still moved {motion.forward:+.4f} m in {SETTLING_S} s"
+            f"{SETTLING_S} s after stop() the robot still moved {motion.forward:+.4f} m in {SETTLING_S} s. "
+            f"Bring its wheels to rest within {SETTLING_S} s"
         )
 
     def test_velocity_within_the_limits_is_returned_unchanged(self) -> None:
@@ -66,8 +67,8 @@ class MotorRules(TestBench):
             for motor in self.get_motors(robot):
                 requested = motor.max_velocity / 2
                 assert (sent := motor.set_velocity(requested)) == pytest.approx(requested, rel=0.05), (
-                    f"{motor.name}: set_velocity({requested}) returned {sent}; within the limits it must return "
-                    "the requested velocity, except for rounding by the hardware"
+                    f"{motor.name}: set_velocity({requested}) returned {sent} rad/s. Send and return the requested "
+                    "velocity within 5 %, because it is below max_velocity"
                 )
 
     @pytest.mark.parametrize("sign", [1, -1], ids=["forward", "backward"])
@@ -77,11 +78,12 @@ class MotorRules(TestBench):
                 spy, limit = MotorSpy(motor), motor.max_velocity
                 returned = motor.set_velocity(sign * 2 * limit)
                 assert returned == pytest.approx(sign * limit), (
-                    f"{motor.name}: set_velocity({sign * 2 * limit}) returned {returned}; "
-                    f"it must return the velocity that it sent, {sign * limit}"
+                    f"{motor.name}: set_velocity({sign * 2 * limit}) returned {returned} rad/s. "
+                    f"Return the velocity at the limit, {sign * limit} rad/s"
                 )
                 assert abs(spy.last) <= limit, (
-                    f"{motor.name}: {spy.last} rad/s was sent, beyond max_velocity {limit}; clamp before sending"
+                    f"{motor.name}: the driver sent {spy.last} rad/s. Limit the velocity to max_velocity, "
+                    f"{limit} rad/s, before it is sent"
                 )
 
     def test_limit_does_not_exceed_the_description(self) -> None:
@@ -90,7 +92,7 @@ class MotorRules(TestBench):
             limits = {motor.name: motor.max_velocity for motor in self.get_motors(robot)}
         for name, limit in limits.items():
             assert limit <= described[name], (
-                f"{name}: max_velocity is {limit}; the description allows {described[name]} rad/s and no more"
+                f"{name}: max_velocity is {limit} rad/s. Set it to the described limit or less, {described[name]} rad/s"
             )
 
     @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
@@ -101,7 +103,7 @@ class MotorRules(TestBench):
                     sent = motor.set_velocity(velocity)
                 except InvalidCommandError:
                     continue
-                pytest.fail(f"{motor.name}: set_velocity({velocity}) returned {sent}; raise InvalidCommandError")
+                pytest.fail(f"{motor.name}: set_velocity({velocity}) returned {sent}. Raise InvalidCommandError")
 
     def test_refused_velocity_stops_the_motor(self) -> None:
         with self.open_robot(None, Role.DRIVE) as robot:
@@ -112,6 +114,6 @@ class MotorRules(TestBench):
                     motor.set_velocity(math.nan)
                 except Exception:  # noqa: BLE001  another rule checks the class of the error
                     assert spy.last == 0, (
-                        f"{motor.name}: after NaN was refused, the last velocity sent is {spy.last} rad/s; "
-                        "refusing must stop the motor"
+                        f"{motor.name}: after set_velocity(nan) raised an error, the last velocity sent is "
+                        f"{spy.last} rad/s. Stop the motor before you raise the error"
                     )

@@ -16,7 +16,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """List the skipped rules by reason, so that the author of a driver does not overlook them."""
+    """List the skipped conformance rules at the end of pytest's output, sorted by reason."""
     skipped = [report for report in terminalreporter.getreports("skipped") if MARKER in report.keywords]
     if not skipped:
         return

@@ -1,4 +1,4 @@
-"""Rules for simulators: a correct true pose, twist and number of contacts, and bitwise equal results of equal runs."""
+"""Rules for simulators: the true pose, twist and contacts, and the equality of equal runs."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from robotcore.testing import worlds
 from robotcore.testing.bench import RATE_HZ, TestBench, TestSupport, compute_motion, list_sensors, sleep
 
 ARC = (3.0, 5.0)
-"""The wheel velocities for a left turn, in rad/s."""
+"""The left and the right wheel velocity of a left turn, in rad/s."""
 
 
 class TruthRules(TestBench):
-    """The rules for a simulator with the capability `POSE` or `CONTACTS`."""
+    """Rules for the ground truth of a simulator with `Capability.POSE` or `Capability.CONTACTS`."""
 
     def test_pose_begins_at_the_start(self) -> None:
         self.require(Capability.POSE, TestSupport.WORLD)
@@ -28,7 +28,8 @@ class TruthRules(TestBench):
         with self.open_robot(worlds.empty(start), Role.DRIVE) as robot:
             x, y, heading = _require_truth(robot).pose()
         assert (x, y, wrap_angle(heading)) == pytest.approx(start.pose, abs=0.005), (
-            f"started at {start.pose}, the true pose is {(x, y, heading)}; a pose is that of the centre of the axle"
+            f"the true pose is {(x, y, heading)} at the start. Return the start of the world, {start.pose}, as the "
+            "pose of the axle's centre"
         )
 
     def test_pose_moves_as_the_wheels_roll(self) -> None:
@@ -43,8 +44,8 @@ class TruthRules(TestBench):
         origin = Pose(0.0, 0.0, 0.0)
         expected = compute_motion(origin, origin.advance(*rolled))
         assert motion == pytest.approx(expected, abs=0.02), (
-            f"by the encoders the robot moved by {expected}, by the truth by {motion}; compare the wheels' radius "
-            "and the track with the description, and check whether wheels slip"
+            f"the true pose moved by {motion}, and the encoders' angles give {expected}. Use the described wheel "
+            "radius and track, and check that the wheels do not slip"
         )
 
     def test_twist_is_the_change_of_the_pose(self) -> None:
@@ -55,7 +56,8 @@ class TruthRules(TestBench):
             motion = self.measure_motion(robot, 0.1)
         change = (motion.forward / 0.1, motion.turn / 0.1)
         assert tuple(twist) == pytest.approx(change, rel=0.05, abs=0.01), (
-            f"the true twist is {twist}; the pose changes by {change[0]:.3f} m/s and {change[1]:.3f} rad/s"
+            f"the true twist is {twist}, and the true pose changes by {change[0]:.3f} m/s and {change[1]:.3f} rad/s. "
+            "Return the twist of the axle's centre in m/s and rad/s"
         )
 
     def test_open_ground_causes_no_contact(self) -> None:
@@ -63,14 +65,19 @@ class TruthRules(TestBench):
         with self.open_robot(None, Role.DRIVE) as robot:
             self.command_wheels(robot, 4.0, 4.0, seconds=1.0)
             contacts = _require_truth(robot).contacts()
-        assert contacts == 0, f"{contacts} contacts on open ground; the floor does not count"
+        assert contacts == 0, (
+            f"the simulator counted {contacts} contacts on open ground. Do not count contacts with the floor"
+        )
 
     def test_bump_into_a_wall_is_one_contact(self) -> None:
         self.require(Capability.CONTACTS, TestSupport.MOTION, TestSupport.WORLD)
         with self.open_robot(self._wall_close_ahead(), Role.DRIVE) as robot:
             self.command_wheels(robot, 4.0, 4.0, seconds=2.0)
             contacts = _require_truth(robot).contacts()
-        assert contacts == 1, f"bumping into a wall and pushing on gave {contacts} contacts; it is one contact"
+        assert contacts == 1, (
+            f"the simulator counted {contacts} contacts of a robot that drove against a wall. "
+            "Count a contact once until it ends"
+        )
 
     def _angles(self, robot: Robot) -> Wheels:
         left, right = self.get_encoders(robot)
@@ -82,7 +89,9 @@ class TruthRules(TestBench):
 
 
 def _require_truth(robot: Robot) -> TruthSource:
-    assert robot.truth is not None, "a backend that has POSE or CONTACTS must open its robot with a TruthSource"
+    assert robot.truth is not None, (
+        "the robot has no ground truth. Open it with truth=TruthSource, or remove POSE and CONTACTS from capabilities"
+    )
     return robot.truth
 
 
@@ -90,19 +99,19 @@ TICKS = 10
 
 
 class RepeatRules(TestBench):
-    """The rules for a simulator with the capability `LOCKSTEP`."""
+    """Rules for a simulator with `Capability.LOCKSTEP`."""
 
     def test_equal_runs_read_equal_samples(self) -> None:
         self.require(Capability.LOCKSTEP, TestSupport.REPRODUCIBLE)
         first, second = self._read_samples(), self._read_samples()
         differing = [name for name in first if first[name] != second[name]]
         assert not differing, (
-            f"two runs with equal commands differ in {', '.join(differing)}; look for the machine's time, threads, a "
-            "random generator without the run's seed, or state that is kept after closing"
+            f"two runs with equal commands differ in {', '.join(differing)}. Remove the machine's time, threads, "
+            "random numbers without the run's seed, and state that outlives close()"
         )
 
     def _read_samples(self) -> dict[str, list[Any]]:
-        """Make a short run, and return the samples of each device by name, and the robot's true poses."""
+        """Make a short run, and return the samples of each sensor, and the true poses, by name."""
         samples: dict[str, list[Any]] = {}
         with self.open_robot(self._world()) as robot:
             for tick in range(1, TICKS + 1):
@@ -124,5 +133,5 @@ class RepeatRules(TestBench):
 
 
 def _to_comparable(sample: Any) -> Any:
-    """Return the value of a sample in a form that can be compared with ``==``."""
+    """Return a sample as a value that supports ``==``, which a sample with an array does not."""
     return (sample.time, sample.image.tobytes()) if isinstance(sample, Frame) else sample

@@ -16,12 +16,14 @@ RATES_HZ = (10.0, 20.0, 30.0, 50.0)
 
 
 class ClockRules(TestBench):
-    """The rules for clocks."""
+    """Rules for a robot's clock."""
 
     def test_time_begins_at_zero(self) -> None:
         self.require(Capability.LOCKSTEP)
         with self.open_robot() as robot:
-            assert (now := robot.clock.now()) == 0, f"just opened, the clock reads {now} s; count from the opening"
+            assert (now := robot.clock.now()) == 0, (
+                f"the clock of a robot that was just opened returned {now} s. Count the time from the opening"
+            )
 
     def test_time_never_goes_back(self) -> None:
         with self.open_robot() as robot:
@@ -29,14 +31,14 @@ class ClockRules(TestBench):
             for _ in range(5):
                 robot.clock.sleep_until(times[-1] + 0.02)
                 times.append(robot.clock.now())
-        assert times == sorted(times), f"the clock went back: {times}"
+        assert times == sorted(times), f"the clock went back: {times}. Let now() never decrease"
 
     def test_sleep_does_not_end_before_its_deadline(self) -> None:
         with self.open_robot() as robot:
             deadline = robot.clock.now() + 0.1
             robot.clock.sleep_until(deadline)
             now = robot.clock.now()
-        assert now >= deadline - 1e-9, f"sleep_until({deadline}) ended at {now}"
+        assert now >= deadline - 1e-9, f"sleep_until({deadline}) ended at {now} s. Do not return before the deadline"
 
     @pytest.mark.parametrize("rate_hz", RATES_HZ)
     def test_steps_divide_the_tick(self, rate_hz: float) -> None:
@@ -44,13 +46,13 @@ class ClockRules(TestBench):
         try:
             robot = self.open(replace(self.build_setup(), rate_hz=rate_hz))
         except UsageError as refusal:
-            pytest.skip(f"it refuses {rate_hz} Hz: {refusal}")
+            pytest.skip(f"the backend does not support {rate_hz} Hz: {refusal}")
         with robot:
             for tick in range(1, 6):
                 robot.clock.sleep_until(tick / rate_hz)
                 assert robot.clock.now() == pytest.approx(tick / rate_hz, abs=1e-9), (
-                    f"at {rate_hz} Hz, tick {tick} came at {robot.clock.now()} s instead of {tick / rate_hz} s; "
-                    "the physics step must divide the tick, see SteppedClock"
+                    f"at {rate_hz} Hz tick {tick} began at {robot.clock.now()} s instead of {tick / rate_hz} s. "
+                    "Use SteppedClock, whose physics step divides a tick exactly"
                 )
 
     def test_calls_are_made_when_they_are_due(self) -> None:
@@ -59,16 +61,20 @@ class ClockRules(TestBench):
             due = robot.clock.now() + 0.1
             robot.clock.call_at(due, lambda: called_at.append(robot.clock.now()))
             robot.clock.sleep_until(due + 0.2)
-        assert called_at, f"a call due at {due} s was never made, and time passed until {due + 0.2} s"
-        assert due - 1e-9 <= called_at[0] < due + 0.1, f"a call due at {due} s was made at {called_at[0]} s"
+        assert called_at, (
+            f"the clock had not made the call due at {due} s by {due + 0.2} s. Make due calls in sleep_until()"
+        )
+        assert due - 1e-9 <= called_at[0] < due + 0.1, (
+            f"the clock made the call due at {due} s at {called_at[0]} s. Make it within 0.1 s after it is due"
+        )
 
 
 FRESH_S = 1.0
-"""The time in seconds within which a sensor must have a new sample. A battery has more time."""
+"""A sensor must have a new sample within this time, in seconds. For batteries see `device_rules`."""
 
 
 class SampleRules(TestBench):
-    """The rules for all sensors."""
+    """Rules for the samples of every sensor."""
 
     def test_capture_times_are_on_the_robots_clock(self) -> None:
         with self.open_robot() as robot:
@@ -76,8 +82,8 @@ class SampleRules(TestBench):
             for sensor in list_sensors(robot):
                 time, now = sensor.read().time, robot.clock.now()
                 assert 0 <= time <= now, (
-                    f"{sensor.name}: the capture time of a sample is {time} s, and robot.clock reads {now} s; "
-                    "read the robot's clock at the capture"
+                    f"{sensor.name} returned a sample with the capture time {time} s at {now} s of the robot's clock. "
+                    "Read the robot's clock at the capture"
                 )
 
     def test_capture_time_advances(self) -> None:
@@ -87,7 +93,8 @@ class SampleRules(TestBench):
             sleep(robot, FRESH_S)
             for sensor in sensors:
                 assert (time := sensor.read().time) > before[sensor.name], (
-                    f"{sensor.name}: {FRESH_S} s later the newest sample is still of {time} s"
+                    f"{sensor.name}: after {FRESH_S} s the newest sample is still the one of {time} s. "
+                    f"Take a new sample at least every {FRESH_S} s"
                 )
 
     def test_new_sample_has_a_higher_sequence(self) -> None:
@@ -97,8 +104,8 @@ class SampleRules(TestBench):
             for sensor in list_sensors(robot):
                 old, new = before[sensor.name], sensor.read()
                 assert new.time == old.time or new.sequence > old.sequence, (
-                    f"{sensor.name}: the sample of {new.time} s has sequence {new.sequence}, the one of {old.time} s "
-                    f"had {old.sequence}; count up with each new sample"
+                    f"{sensor.name} returned sequence {new.sequence} for the sample of {new.time} s, after "
+                    f"{old.sequence} for the sample of {old.time} s. Increase it with each new sample"
                 )
 
     def test_sequence_changes_only_with_the_capture_time(self) -> None:
@@ -106,8 +113,8 @@ class SampleRules(TestBench):
             for sensor in list_sensors(robot):
                 first, second = sensor.read(), sensor.read()
                 assert (first.sequence == second.sequence) == (first.time == second.time), (
-                    f"{sensor.name}: read twice, it gave sequence {first.sequence} of {first.time} s, then "
-                    f"{second.sequence} of {second.time} s; a sample has one time and one sequence"
+                    f"{sensor.name} returned sequence {first.sequence} with {first.time} s, then {second.sequence} "
+                    f"with {second.time} s. Change sequence and time together, at each new sample"
                 )
 
     def test_reading_does_not_advance_the_clock(self) -> None:
@@ -118,8 +125,8 @@ class SampleRules(TestBench):
                 before = robot.clock.now()
                 sensor.read()
                 assert (after := robot.clock.now()) == before, (
-                    f"{sensor.name}: read() moved the clock from {before} s to {after} s; a stepped clock moves only "
-                    "while a call sleeps"
+                    f"{sensor.name}: read() advanced the clock from {before} s to {after} s. Advance a stepped clock "
+                    "only in sleep_until()"
                 )
 
     def test_reading_does_not_wait_for_hardware(self) -> None:
@@ -128,6 +135,6 @@ class SampleRules(TestBench):
             for sensor in list_sensors(robot):
                 sensor.read()
                 assert not gate.blocks(sensor.read), (
-                    f"{sensor.name}: read() waited for the hardware's answer; poll the hardware in a thread of the "
-                    "driver, and return the newest sample"
+                    f"{sensor.name}: read() waited for the hardware. Poll the hardware in a thread of the driver, and "
+                    "let read() return the newest sample"
                 )

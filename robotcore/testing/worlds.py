@@ -1,7 +1,7 @@
-"""The worlds of the conformance kit: open ground, or one object placed relative to a sensor.
+"""The worlds of the conformance kit: open ground, and worlds with one object in front of a sensor.
 
-The robot starts at the origin and faces along x. Distances are from the sensor, in metres. Bearings are in radians,
-positive to the left.
+The robot starts at the origin and faces along x. ``mount`` is the mount of the sensor. ``distance`` is the distance
+from the sensor in metres. ``bearing`` is the direction from the sensor in radians, positive to the left.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ BALL_RADIUS_M = 0.1
 
 
 def empty(start: Start | None = None) -> WorldDescription:
-    """Return open ground."""
+    """Return a world without objects, by default with the start at the origin."""
     return WorldDescription(name="empty", floor=GROUND, start=start or Start())
 
 
 def wall(mount: Mount, distance: float) -> WorldDescription:
-    """Return a world with a wide wall across the sensor's axis. Its near side is at ``distance``."""
+    """Return a world with a wall perpendicular to the sensor's axis. ``distance`` is that of its near side."""
     x, y = _place(mount, distance + WALL_THICKNESS_M / 2, 0.0)
     face = Box(
         shape="box",
@@ -40,7 +40,7 @@ def wall(mount: Mount, distance: float) -> WorldDescription:
 
 
 def post(mount: Mount, distance: float, bearing: float) -> WorldDescription:
-    """Return a world with a thin post at ``bearing``. Its near side is at ``distance``."""
+    """Return a world with a thin post. ``distance`` is that of its near side."""
     x, y = _place(mount, distance + POST_RADIUS_M, bearing)
     thin = Cylinder(
         shape="cylinder",
@@ -55,14 +55,17 @@ def post(mount: Mount, distance: float, bearing: float) -> WorldDescription:
 
 
 def ball(mount: Mount, distance: float, bearing: float) -> WorldDescription:
-    """Return a world with a green ball on the floor. Seen from above, its centre is at ``distance``."""
+    """Return a world with a green ball on the floor. ``distance`` is the horizontal distance of its centre."""
     x, y = _place(mount, distance, bearing)
     green = Ball(name="ball", colour=COLOURS["green"], x_m=x, y_m=y, radius_m=BALL_RADIUS_M)
     return empty().model_copy(update={"targets": (green,)})
 
 
 def box(mount: Mount, distance: float, colour: str) -> WorldDescription:
-    """Return a world with a box straight ahead, half as high as the sensor. Its near side is at ``distance``."""
+    """Return a world with a box on the sensor's axis, half as high as the sensor.
+
+    ``distance`` is that of its near side.
+    """
     x, y = _place(mount, distance + 0.1, 0.0)
     low = Box(
         shape="box",

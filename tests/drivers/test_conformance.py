@@ -1,4 +1,4 @@
-"""Every backend keeps the kit's rules, or says why a rule cannot be checked on it."""
+"""Every backend passes the conformance kit, except for rules that cannot be tested on it."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from robotcore.recording import Recording
 from robotcore.testing import ConformanceSuite, TestSupport
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import LOST
-from tests.drivers.coppeliasim import test_conformance as over_zeromq
-from tests.drivers.raspberrypi import test_conformance as on_a_pi
-from tests.drivers.raspberrypi.virtual import test_conformance as on_virtual_pins
-from tests.drivers.serial.boards.rosarduino import test_conformance as on_a_line
-from tests.drivers.vrep import test_conformance as over_the_legacy_api
+from tests.drivers.coppeliasim import test_conformance as coppeliasim_suites
+from tests.drivers.raspberrypi import test_conformance as raspberrypi_suites
+from tests.drivers.raspberrypi.virtual import test_conformance as virtual_pi_suites
+from tests.drivers.serial.boards.rosarduino import test_conformance as serial_suites
+from tests.drivers.vrep import test_conformance as vrep_suites
 from tests.robotcore.recording.replay.memory import recorded
 
-EVERY_ECHO = "every ray that is cast is answered"
-NO_HARDWARE = "there is no hardware to wait for"
+NO_LOST_ECHO = "the simulator answers every ray"
+NO_HARDWARE = "the backend has no hardware"
 
 
 class TestKinematic(ConformanceSuite):
     backend = KinematicBackend
-    lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+    lacks: ClassVar = {TestSupport.LOST_ECHO: NO_LOST_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 class TestPyBullet(ConformanceSuite):
     backend = PyBulletBackend
-    lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+    lacks: ClassVar = {TestSupport.LOST_ECHO: NO_LOST_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 class TestMujoco(ConformanceSuite):
     backend = MujocoBackend
-    lacks: ClassVar = {TestSupport.LOST_ECHO: EVERY_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
+    lacks: ClassVar = {TestSupport.LOST_ECHO: NO_LOST_ECHO, TestSupport.SLOW_HARDWARE: NO_HARDWARE}
 
 
 class TestMock(ConformanceSuite):
@@ -64,24 +64,24 @@ class TestMock(ConformanceSuite):
 class TestReplay(ConformanceSuite):
     backend = ReplayBackend
     lacks: ClassVar = {
-        TestSupport.WORLD: "it shows the world that was recorded",
-        TestSupport.MOTION: "nothing moves: a replay compares the motors' commands with the recorded ones",
-        TestSupport.LOST_ECHO: "the recording says which echoes were lost",
+        TestSupport.WORLD: "its sensors return the recorded samples",
+        TestSupport.MOTION: "the motors of a replay ignore their commands",
+        TestSupport.LOST_ECHO: "its range sensor returns the recorded samples",
         TestSupport.SLOW_HARDWARE: NO_HARDWARE,
     }
 
     def open(self, setup: Setup) -> Robot:
-        return super().open(replace(setup, options={"recording": _search(), **setup.options}))
+        return super().open(replace(setup, options={"recording": _record_search(), **setup.options}))
 
 
 @cache
-def _search() -> Recording:
-    """A run that read every sensor in each tick."""
+def _record_search() -> Recording:
+    """Return the recording of a run that reads every sensor in each tick."""
     return recorded("green-search", seed=7, timeout_s=6.0)
 
 
-def test_every_backend_is_tried() -> None:
-    on_wires = (on_a_pi.TestRaspberryPi, on_virtual_pins.TestVirtualPi, on_a_line.TestOurFirmware)
-    on_servers = (over_zeromq.TestBuilt, over_the_legacy_api.TestVrep)
-    suites = (TestKinematic, TestPyBullet, TestMujoco, TestMock, TestReplay, *on_wires, *on_servers)
+def test_every_backend_has_a_suite() -> None:
+    hardware = (raspberrypi_suites.TestRaspberryPi, virtual_pi_suites.TestVirtualPi, serial_suites.TestOurFirmware)
+    remote = (coppeliasim_suites.TestBuilt, vrep_suites.TestVrep)
+    suites = (TestKinematic, TestPyBullet, TestMujoco, TestMock, TestReplay, *hardware, *remote)
     assert sorted(suite.backend.name for suite in suites) == backend_names()
