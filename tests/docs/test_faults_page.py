@@ -16,7 +16,7 @@ from robotcore.cli.main import execute
 from robotcore.description import load_robot
 from robotcore.errors import DeviceLostError
 from robotcore.plugins import fault_names
-from robotcore.runtime.faults import Kind, plan_faults
+from robotcore.runtime.faults import TargetKind, plan_faults
 from robotcore.runtime.faults.planning import ROLES, load_fault
 from robotcore.runtime.faults.spec import parameters_of, read_specs
 from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
@@ -110,5 +110,5 @@ def _entry_points(pyproject: str) -> dict[str, EntryPoint]:
 def _written(name: str) -> tuple[str, tuple[str, ...]]:
     effect, fault = name.partition(".")[0], load_fault(name)
     (first, *_) = parameters_of(effect, fault)
-    roles = tuple(ROLES[kind] for kind in Kind if kind in fault.on)
+    roles = tuple(ROLES[kind] for kind in TargetKind if kind in fault.on)
     return first.form if first.name == effect else effect, roles

@@ -57,7 +57,7 @@ LONGEST_S = 1e5
 """The largest time that a fault's parameter may have, in seconds on a robot's clock."""
 
 
-class Kind(str, Enum):
+class TargetKind(str, Enum):
     """A kind of target that a fault can affect."""
 
     CAMERA = "camera"
@@ -70,7 +70,7 @@ class Kind(str, Enum):
     CONNECTION = "connection"
 
 
-SENSORS = frozenset({Kind.CAMERA, Kind.RANGE, Kind.ENCODER, Kind.BATTERY})
+SENSORS = frozenset({TargetKind.CAMERA, TargetKind.RANGE, TargetKind.ENCODER, TargetKind.BATTERY})
 
 Moment = Annotated[float, Field(ge=0, le=LONGEST_S, description="seconds")]
 Duration = Annotated[float, Field(ge=0.001, le=LONGEST_S, description="seconds")]
@@ -88,7 +88,7 @@ class Fault(StrictModel):
     example: a specification of the fault.
     """
 
-    on: ClassVar[frozenset[Kind]] = frozenset()
+    on: ClassVar[frozenset[TargetKind]] = frozenset()
     example: ClassVar[str] = ""
 
     after: Moment = 0.0

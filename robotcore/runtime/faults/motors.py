@@ -9,13 +9,13 @@ from typing import Annotated
 from pydantic import Field
 
 from robotcore.hal.clock import Clock
-from robotcore.runtime.faults.base import Fault, FaultContext, Kind, TickEndClock
+from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind, TickEndClock
 from robotcore.runtime.layers.base import Layer, MotorOutput
 from robotcore.safety.deadman import TimedLock
 
 Gain = Annotated[float, Field(ge=0, le=1, description="gain")]
 
-_MOTORS = frozenset({Kind.MOTOR})
+_MOTORS = frozenset({TargetKind.MOTOR})
 
 
 class Dead(Fault):

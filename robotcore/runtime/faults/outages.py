@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from robotcore.errors import DeviceLostError
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Display, Image, SampleT, Sensor
-from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, Kind, StallingClock
+from robotcore.runtime.faults.base import ROUNDING_S, Duration, Fault, FaultContext, StallingClock, TargetKind
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
 
 Pause = Annotated[float, Field(ge=0.001, le=60, description="seconds")]
@@ -49,7 +49,7 @@ class Outage(Fault):
 class Stall(Outage):
     """Stalls the loop for the given time. Time passes without a tick, and the deadman stops the motors."""
 
-    on = frozenset({Kind.LOOP})
+    on = frozenset({TargetKind.LOOP})
     example = "loop stall=0.3 after=5 every=10"
 
     value: Pause
@@ -61,7 +61,7 @@ class Stall(Outage):
 class Lost(Outage):
     """Disconnects devices for the given time. Each call to them fails, except the call that stops a motor."""
 
-    on = frozenset(Kind) - {Kind.LOOP}
+    on = frozenset(TargetKind) - {TargetKind.LOOP}
     example = "connection lost=2 after=10"
 
     def layer(self, context: FaultContext) -> ConnectionLoss:

@@ -14,31 +14,38 @@ from robotcore.errors import BackendMissingError, UnknownNameError, UsageError, 
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import Display, SampleT, Sensor
 from robotcore.plugins import FAULTS, fault_names, load_registered
-from robotcore.runtime.faults.base import Fault, FaultContext, Kind
+from robotcore.runtime.faults.base import Fault, FaultContext, TargetKind
+from robotcore.runtime.faults.checked_layer import CheckedLayer, FaultCode
 from robotcore.runtime.faults.spec import VALUE, Spec, form_of, quote_text
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, Show
 
 _KINDS = {
-    "camera": Kind.CAMERA,
-    "range_sensor": Kind.RANGE,
-    "encoder": Kind.ENCODER,
-    "battery": Kind.BATTERY,
-    "motor": Kind.MOTOR,
-    "display": Kind.DISPLAY,
+    "camera": TargetKind.CAMERA,
+    "range_sensor": TargetKind.RANGE,
+    "encoder": TargetKind.ENCODER,
+    "battery": TargetKind.BATTERY,
+    "motor": TargetKind.MOTOR,
+    "display": TargetKind.DISPLAY,
 }
 """For each ``kind`` in a device's description, the kind of target."""
 
-_FIRST_OF = {"camera": Kind.CAMERA, "range": Kind.RANGE, "battery": Kind.BATTERY, "display": Kind.DISPLAY}
+_FIRST_OF = {
+    "camera": TargetKind.CAMERA,
+    "range": TargetKind.RANGE,
+    "battery": TargetKind.BATTERY,
+    "display": TargetKind.DISPLAY,
+}
+"""For each role of one device, the kind of that device."""
 
 ROLES = {
-    Kind.CAMERA: "camera",
-    Kind.RANGE: "range",
-    Kind.ENCODER: "encoders",
-    Kind.BATTERY: "battery",
-    Kind.MOTOR: "drive",
-    Kind.DISPLAY: "display",
-    Kind.LOOP: "loop",
-    Kind.CONNECTION: "connection",
+    TargetKind.CAMERA: "camera",
+    TargetKind.RANGE: "range",
+    TargetKind.ENCODER: "encoders",
+    TargetKind.BATTERY: "battery",
+    TargetKind.MOTOR: "drive",
+    TargetKind.DISPLAY: "display",
+    TargetKind.LOOP: "loop",
+    TargetKind.CONNECTION: "connection",
 }
 """For each kind, a target name that is valid on every robot with a device of this kind."""
 
@@ -46,7 +53,7 @@ ROLES = {
 class Target(NamedTuple):
     """The target of a fault: one or more devices of one kind, which fail together."""
 
-    kind: Kind
+    kind: TargetKind
     """The kind of the target."""
     devices: frozenset[str]
     """The names of the devices. The target ``loop`` has no device, ``connection`` has all devices."""
@@ -72,14 +79,14 @@ def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[s
     """Return all targets of a robot by name. ``opened`` are the names of the devices that the run opens."""
     devices = {each.name: _KINDS[each.kind] for each in description.devices if each.name in opened}
     return {
-        "loop": Target(Kind.LOOP, frozenset()),
-        "connection": Target(Kind.CONNECTION, frozenset(devices)),
+        "loop": Target(TargetKind.LOOP, frozenset()),
+        "connection": Target(TargetKind.CONNECTION, frozenset(devices)),
         **_roles(description, devices),
         **{name: Target(kind, frozenset({name})) for name, kind in devices.items()},
     }
 
 
-def _roles(description: RobotDescription, devices: dict[str, Kind]) -> dict[str, Target]:
+def _roles(description: RobotDescription, devices: dict[str, TargetKind]) -> dict[str, Target]:
     filled = {role: [name for name in devices if devices[name] is kind][:1] for role, kind in _FIRST_OF.items()}
     if drive := description.drive:
         filled["drive"] = _open((drive.left, drive.right), devices)
@@ -87,7 +94,7 @@ def _roles(description: RobotDescription, devices: dict[str, Kind]) -> dict[str,
     return {role: Target(devices[names[0]], frozenset(names)) for role, names in filled.items() if names}
 
 
-def _open(names: Iterable[str | None], devices: dict[str, Kind]) -> list[str]:
+def _open(names: Iterable[str | None], devices: dict[str, TargetKind]) -> list[str]:
     return [name for name in names if name in devices]
 
 
@@ -129,7 +136,7 @@ def find_faults(effect: str) -> list[type[Fault]]:
     return [load_fault(name) for name in names or [effect]]
 
 
-def effects_on(kind: Kind) -> list[str]:
+def effects_on(kind: TargetKind) -> list[str]:
     """Return the names of the effects on a kind of target. A fault that cannot be loaded is left out."""
     return sorted({effect_of(name) for name in fault_names() if kind in _kinds_of(name)})
 
@@ -143,7 +150,7 @@ def modules_of(specs: Iterable[str]) -> list[str]:
     return sorted(load_fault(name).__module__ for name in fault_names() if effect_of(name) in names)
 
 
-def _kinds_of(name: str) -> frozenset[Kind]:
+def _kinds_of(name: str) -> frozenset[TargetKind]:
     with suppress(BackendMissingError):
         return load_fault(name).on
     return frozenset()
@@ -187,12 +194,18 @@ class PlannedFault:
 
     def layer(self, clock: Clock, seed: int) -> Layer:
         """Return the layer that makes the target's devices fail in one run."""
-        context = FaultContext(clock, seed, self.position, str(self))
-        return DeviceFilter(self.fault.layer(context), self.target.devices)
+        code = FaultCode(str(self))
+        layer = code.call("", self.fault.layer, FaultContext(clock, seed, self.position, str(self)))
+        if not isinstance(layer, Layer):
+            raise code.build_error(f"{type(self.fault).__name__}.layer returned {layer!r:.100} in place of a Layer")
+        return DeviceFilter(CheckedLayer(layer, code), self.target.devices)
 
     def is_on(self, time: float) -> bool:
         """Return whether the fault is active at a time on the robot's clock, in seconds."""
-        return self.fault.is_on(time)
+        try:
+            return self.fault.is_on(time)
+        except (Exception, SystemExit) as error:
+            raise FaultCode(str(self)).translate(error) from error
 
 
 def plan_faults(
@@ -221,7 +234,7 @@ def _plan_fault(spec: Spec, description: RobotDescription, opened: Collection[st
     return PlannedFault(spec, _build_fault(spec, fault), target, position)
 
 
-def _build_kind_error(spec: Spec, kind: Kind, candidates: Sequence[type[Fault]]) -> UsageError:
+def _build_kind_error(spec: Spec, kind: TargetKind, candidates: Sequence[type[Fault]]) -> UsageError:
     fitting = [role for each, role in ROLES.items() if any(each in fault.on for fault in candidates)]
     return _build_error(
         spec,

@@ -11,7 +11,15 @@ from pydantic import Field
 
 from robotcore.hal.clock import Clock
 from robotcore.hal.devices import SampleT, Sensor
-from robotcore.runtime.faults.base import ROUNDING_S, SENSORS, Fault, FaultContext, Kind, PollingLayer, Probability
+from robotcore.runtime.faults.base import (
+    ROUNDING_S,
+    SENSORS,
+    Fault,
+    FaultContext,
+    PollingLayer,
+    Probability,
+    TargetKind,
+)
 from robotcore.runtime.layers.base import Reader
 
 Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
@@ -32,7 +40,7 @@ class Drop(Fault):
 class NoEcho(Drop):
     """Loses each echo with the given probability. The sensor then returns its last sample again, not inf."""
 
-    on = frozenset({Kind.RANGE})
+    on = frozenset({TargetKind.RANGE})
     example = "range no_echo=0.5"
 
 

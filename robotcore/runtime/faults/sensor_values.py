@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from robotcore.hal.devices import Angle, Image, Range, RangeSensor, Sensor
-from robotcore.runtime.faults.base import Fault, FaultContext, Kind, PollingLayer, Probability
+from robotcore.runtime.faults.base import Fault, FaultContext, PollingLayer, Probability, TargetKind
 from robotcore.runtime.layers.base import Layer, Reader, limit_reading
 from robotcore.runtime.layers.imperfections import ProcessedFrames, grain
 
@@ -20,7 +20,7 @@ Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
 class RangeNoise(Fault):
     """Adds normal noise to each distance, with the given standard deviation."""
 
-    on = frozenset({Kind.RANGE})
+    on = frozenset({TargetKind.RANGE})
     example = "range noise=0.05"
 
     value: Deviation
@@ -39,7 +39,7 @@ class Stuck(Fault):
     If the distance is beyond the sensor's range, the samples contain ``inf``.
     """
 
-    on = frozenset({Kind.RANGE})
+    on = frozenset({TargetKind.RANGE})
     example = "range stuck=1.5 after=5"
 
     value: Distance
@@ -51,7 +51,7 @@ class Stuck(Fault):
 class Spikes(Fault):
     """Replaces a distance, with the given probability, by a random one within the sensor's range."""
 
-    on = frozenset({Kind.RANGE})
+    on = frozenset({TargetKind.RANGE})
     example = "range spikes=0.1"
 
     value: Probability
@@ -90,7 +90,7 @@ GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
 class CameraNoise(Fault):
     """Adds normal noise to each pixel, with the given standard deviation."""
 
-    on = frozenset({Kind.CAMERA})
+    on = frozenset({TargetKind.CAMERA})
     example = "camera noise=20 after=5"
 
     value: GreyLevels
@@ -120,7 +120,7 @@ Share = Annotated[float, Field(ge=0, le=1, description="share")]
 class Slip(Fault):
     """Makes an encoder miss the given share of its wheel's rotation."""
 
-    on = frozenset({Kind.ENCODER})
+    on = frozenset({TargetKind.ENCODER})
     example = "encoders slip=0.1"
 
     value: Share

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
-from importlib.metadata import EntryPoint
 from typing import Annotated, Any
 
 import pytest
@@ -17,13 +15,14 @@ from robotcore.description import load_robot
 from robotcore.errors import BackendMissingError, UsageError
 from robotcore.hal.devices import Sensor
 from robotcore.hal.robot import Role
-from robotcore.runtime.faults import Fault, FaultContext, Kind, plan_faults
+from robotcore.runtime.faults import Fault, FaultContext, TargetKind, plan_faults
 from robotcore.runtime.faults.planning import Target, load_fault
 from robotcore.runtime.faults.spec import Spec
 from robotcore.runtime.layers import needed_devices
 from robotcore.runtime.layers.base import Layer, Reader
 from robotcore.sweep.fingerprint import compute_code_digest
 from tests.robotcore.fakes import ROVER
+from tests.robotcore.runtime.faults.conftest import Register
 from tests.robotcore.runtime.faults.rigs import faulty
 from tests.texts import CheckText, Raises
 
@@ -35,16 +34,16 @@ EVERYTHING = frozenset(device.name for device in ROVER.devices)
 @pytest.mark.parametrize(
     "spec, kind, devices",
     [
-        ("eye drop=0.1", Kind.CAMERA, {"eye"}),
-        ("camera drop=0.1", Kind.CAMERA, {"eye"}),
-        ("range drop=0.1", Kind.RANGE, {"nose"}),
-        ("encoders drop=0.1", Kind.ENCODER, {"left_encoder", "right_encoder"}),
-        ("drive dead", Kind.MOTOR, {"left_motor", "right_motor"}),
-        ("loop stall=0.1", Kind.LOOP, set()),
-        ("connection lost=1", Kind.CONNECTION, EVERYTHING),
+        ("eye drop=0.1", TargetKind.CAMERA, {"eye"}),
+        ("camera drop=0.1", TargetKind.CAMERA, {"eye"}),
+        ("range drop=0.1", TargetKind.RANGE, {"nose"}),
+        ("encoders drop=0.1", TargetKind.ENCODER, {"left_encoder", "right_encoder"}),
+        ("drive dead", TargetKind.MOTOR, {"left_motor", "right_motor"}),
+        ("loop stall=0.1", TargetKind.LOOP, set()),
+        ("connection lost=1", TargetKind.CONNECTION, EVERYTHING),
     ],
 )
-def test_a_target_is_a_device_or_a_role_or_the_loop_or_the_connection(spec: str, kind: Kind, devices: set[str]) -> None:
+def test_target_is_a_device_a_role_the_loop_or_the_connection(spec: str, kind: TargetKind, devices: set[str]) -> None:
     (planned,) = plan_faults([spec], ROVER, EVERYTHING)
     assert planned.target == Target(kind, frozenset(devices))
 
@@ -98,16 +97,13 @@ def test_target_that_the_app_does_not_open_is_refused(raises: Raises) -> None:
         plan_faults(["camera drop=0.2"], ROVER, DRIVING)
 
 
-Register = Callable[[str, str], None]
-
-
 class Bias(Fault):
     """Adds this to each distance.
 
     A wall that is not where it seems.
     """
 
-    on = frozenset({Kind.RANGE})
+    on = frozenset({TargetKind.RANGE})
     example = "range bias=0.1"
 
     value: Annotated[float, Field(ge=-1, le=1, description="metres")]
@@ -123,18 +119,6 @@ class Biased(Layer):
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
         return lambda: replace(read(), distance=read().distance + self._fault.value)
-
-
-@pytest.fixture
-def register(monkeypatch: pytest.MonkeyPatch) -> Register:
-    """Add an entry point to those that are installed."""
-
-    def add(name: str, value: str) -> None:
-        points = {group: dict(plugins._points(group)) for group in (plugins.APPS, plugins.BACKENDS, plugins.FAULTS)}
-        points[plugins.FAULTS][name] = EntryPoint(name, value, plugins.FAULTS)
-        monkeypatch.setattr("robotcore.plugins._points", points.get)
-
-    return add
 
 
 def test_it_works_like_one_of_ours(register: Register) -> None:

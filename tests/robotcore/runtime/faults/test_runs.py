@@ -10,6 +10,7 @@ from robotcore import Outcome, RunRequest, RunResult
 from robotcore.plugins import fault_names
 from robotcore.runtime.faults.planning import load_fault
 from robotcore.runtime.session import run
+from tests.robotcore.runtime.faults.conftest import Wheels
 
 SPECS = {
     "eye drop=0.5": Outcome.TIMEOUT,
@@ -38,24 +39,6 @@ REASONS = {
     Outcome.STOPPED: "the newest sample is ",
     Outcome.ERROR: "the connection is lost",
 }
-
-Wheels = dict[str, float]
-
-
-@pytest.fixture
-def wheels(monkeypatch: pytest.MonkeyPatch) -> Wheels:
-    """Return the last command of each motor of the kinematic simulator, in rad/s."""
-    from drivers.kinematic.devices import KinematicMotor
-
-    commands: Wheels = {}
-    apply = KinematicMotor._apply
-
-    def log_command(motor: KinematicMotor, rad_s: float) -> None:
-        commands[motor.name] = rad_s
-        apply(motor, rad_s)
-
-    monkeypatch.setattr(KinematicMotor, "_apply", log_command)
-    return commands
 
 
 def search(*faults: str, backend: str = "kinematic", timeout_s: float = 3.0) -> RunResult:
