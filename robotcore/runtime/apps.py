@@ -65,7 +65,7 @@ def load_app_file(name: str) -> type[Behaviour]:
     raise UsageError(f"{file} holds no behaviour. Let a class in it inherit robotcore.Behaviour", kind="no-behaviour")
 
 
-class _Source(SourceFileLoader):
+class _SourceLoader(SourceFileLoader):
     """A loader that always compiles the source.
 
     Python's cached ``.pyc`` file stores the time of the source in whole seconds. An edit within the same second would
@@ -79,7 +79,7 @@ class _Source(SourceFileLoader):
 def _import_file(path: Path) -> ModuleType:
     use_script_folder(path)
     name = f"app_{path.stem}"
-    spec = spec_from_file_location(name, path, loader=_Source(name, str(path)))
+    spec = spec_from_file_location(name, path, loader=_SourceLoader(name, str(path)))
     assert spec
     assert spec.loader
     module = module_from_spec(spec)

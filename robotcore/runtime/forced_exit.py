@@ -67,7 +67,7 @@ class ForcedExit:
             self._reserve.call(trip).is_done_within(SHUTDOWN_GRACE_S)
         finally:
             try:
-                assembled.brakes.apply_apart()
+                assembled.motor_stops.apply_apart()
             finally:
                 if self._signals.raised:
                     self._report(build_result(self._signals.raised))

@@ -54,12 +54,12 @@ class Loop:
         outage: float = 0.0,
     ) -> None:
         self.robot, self._clock = assembled.robot, assembled.clock
-        self._latch, self._filter, self._activity = assembled.latch, assembled.stage, assembled.activity
-        self._reserve = assembled.brakes.reserve
+        self._latch, self._filter, self._activity = assembled.latch, assembled.command_filter, assembled.activity
+        self._reserve = assembled.motor_stops.reserve
         self._step_limit, self._observer_limit = step_limit, observer_limit
-        self._stop_and_wait = partial(assembled.halt, LOST)
+        self._stop_and_wait = partial(assembled.suspend, LOST)
         self.losses = DeviceLossTracker(outage)
-        self._drive = assembled.robot.drive if assembled.stage else None
+        self._drive = assembled.robot.drive if assembled.command_filter else None
         self.behaviour = behaviour
         self.trace = Trace(behaviour.milestones)
         self.overruns = 0
@@ -102,10 +102,10 @@ class Loop:
         while True:
             status = self._tick_or_wait()
             if status is not Status.RUNNING:
-                self.halt()
+                self.stop_wheels()
                 return Outcome(status.value)
             if self._clock.now() >= self._timeout:
-                self.halt()
+                self.stop_wheels()
                 return Outcome.TIMEOUT
             self._let_time_pass()
 
@@ -146,7 +146,7 @@ class Loop:
             self._record(commit, lost)
         return status
 
-    def halt(self) -> None:
+    def stop_wheels(self) -> None:
         """Stop the wheels."""
         if self._filter:
             self._filter.stop()

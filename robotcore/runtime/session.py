@@ -161,7 +161,7 @@ class RunSession:
         )
         self._signals.set_last_resort(self._stop_after_signals)
         self._signals.set_suspension_hooks(
-            partial(assembled.halt, "suspension"), self._wait_for_sensors, is_deferred=True
+            partial(assembled.suspend, "suspension"), self._wait_for_sensors, is_deferred=True
         )
         run = Run(plan.request, plan.behaviour, plan.description, plan.world, assembled.robot, truth, stop, plan.faults)
         with self._signals.defer():
@@ -214,8 +214,10 @@ class RunSession:
             self._activity.begin(self._close_limit)
             assembled.latch.set(DeviceClosedError(raw.name))
             may_be_slow = raw.clock.is_lockstep and not self._is_hung
-            failures = assembled.brakes.apply_apart(self._plan.description.safety.answer_s if may_be_slow else STOP_S)
-            if assembled.brakes.are_hung and not self._is_hung:
+            failures = assembled.motor_stops.apply_apart(
+                self._plan.description.safety.answer_s if may_be_slow else STOP_S
+            )
+            if assembled.motor_stops.are_hung and not self._is_hung:
                 self._late_failure = next((each for each in failures if isinstance(each, DeviceError)), None)
 
     def _judge(self, raw: Robot, outcome: Outcome) -> None:
@@ -237,7 +239,7 @@ class RunSession:
 
     def _close_robot(self, robot: Robot) -> None:
         """Close the robot. If a driver hangs, wait at most for `SHUTDOWN_GRACE_S`."""
-        if not (self._is_hung or (self._assembled and self._assembled.brakes.are_hung)):
+        if not (self._is_hung or (self._assembled and self._assembled.motor_stops.are_hung)):
             robot.close()
             return
         closing = self._reserve.call(robot.close)

@@ -23,13 +23,13 @@ def libraries(backends: Iterable[str]) -> dict[str, str]:
     modules = {*LIBRARIES, *(module for backend in backends for module in load_backend(backend).modules)}
     found = {PYTHON: platform.python_version()}
     for name in {module.partition(".")[0] for module in modules}:
-        for owner in _owners().get(name, (name,)):  # Python 3.10 finds no distribution for some modules
+        for owner in _find_distributions().get(name, (name,)):  # Python 3.10 finds no distribution for some modules
             with suppress(PackageNotFoundError):
                 found[owner] = version(owner)
     return dict(sorted(found.items()))
 
 
 @cache
-def _owners() -> Mapping[str, list[str]]:
+def _find_distributions() -> Mapping[str, list[str]]:
     """Return for each module the distributions that contain it. Cached, because the search takes long."""
     return packages_distributions()

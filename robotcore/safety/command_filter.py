@@ -51,7 +51,7 @@ class SafetyFilter:
     lease: the time in seconds after which a command expires.
     latch: the latch of the run. A tripped latch ends the run.
     on_sent: a function that is called with each pair of sent velocities, in rad/s, and the time in seconds.
-    brakes: the stops of the two motors.
+    motor_stops: the stops of the two motors.
     take_guardian_stops: returns how many times the guardian has stopped the motors since the last call.
     """
 
@@ -64,7 +64,7 @@ class SafetyFilter:
         lease: float,
         latch: Latch | None = None,
         on_sent: Callable[[Wheels, float], None] | None = None,
-        brakes: StopGroup | None = None,
+        motor_stops: StopGroup | None = None,
         take_guardian_stops: Callable[[], int] = lambda: 0,
     ) -> None:
         self._clock = clock
@@ -73,16 +73,16 @@ class SafetyFilter:
         self._latch = latch or Latch()
         self._on_sent = on_sent
         self._lock = RLock()
-        self._brakes = brakes or StopGroup.on(left, right)
-        self._deadman = Deadman(clock, lease, self._cut, self._lock, self._brakes.reserve)
+        self._motor_stops = motor_stops or StopGroup.create(left, right)
+        self._deadman = Deadman(clock, lease, self._stop_after_lease, self._lock, self._motor_stops.reserve)
         self._asked: Wheels | None = None
         self._take_guardian_stops = take_guardian_stops
         self._guarded = self._sent = self._filtered_after = self._committed = STOPPED
         self._stops = self._stops_before = 0
-        self._is_stopped = self._is_cut_off = False
+        self._is_stopped = self._is_stopped_for_latch = False
         self._changes: list[Intervention] = []
-        self._cuts: list[Intervention] = []
-        self._latch.call(self._cut_off)
+        self._stop_interventions: list[Intervention] = []
+        self._latch.add_stop(self._stop_for_latch)
 
     def ask(self, wheels: Wheels) -> Wheels:
         """Set the command of this tick, and return the command after the rules. Both are in rad/s.
@@ -109,7 +109,7 @@ class SafetyFilter:
             self._is_stopped = False
             self._stop_motors(self._clock.now())
             self._is_stopped = True
-            self._deadman.rest()
+            self._deadman.end_lease()
 
     def suspend(self, cause: str) -> None:
         """Stop both motors between two ticks. The next tick reports an intervention with this ``cause``.
@@ -121,9 +121,9 @@ class SafetyFilter:
             self._asked, self._is_stopped = None, False
             self._changes.clear()
             if self._sent != STOPPED:
-                self._cuts.append(Intervention(now, cause, self._sent, STOPPED))
+                self._stop_interventions.append(Intervention(now, cause, self._sent, STOPPED))
             self._stop_motors(now)
-            self._deadman.rest()
+            self._deadman.end_lease()
 
     @property
     def asked(self) -> Wheels:
@@ -151,12 +151,12 @@ class SafetyFilter:
                     self._deadman.renew(self._clock.now())
                 sent = self._command_motors(wheels)
                 if wheels == STOPPED:
-                    self._deadman.rest()
-            changes = (*self._cuts, *self._changes)
+                    self._deadman.end_lease()
+            changes = (*self._stop_interventions, *self._changes)
             if guardian_stops:
                 stop = Intervention(self._clock.now(), "guardian", self._committed, STOPPED)
                 changes = (*(stop,) * guardian_stops, *changes)
-            self._cuts.clear()
+            self._stop_interventions.clear()
             self._changes.clear()
             self._committed = sent or self._committed
             return Commit(asked, sent, changes)
@@ -190,7 +190,7 @@ class SafetyFilter:
                     raise
                 raise DeviceError(motor.name, f"{type(error).__name__}: {error}", kind="driver-error") from error
             if not self._is_overtaken:
-                self._note(sent, self._clock.now())
+                self._set_sent(sent, self._clock.now())
                 return sent
         self._stop_motors(self._clock.now())
         return STOPPED
@@ -213,31 +213,35 @@ class SafetyFilter:
                 wheels = reduced
         return wheels
 
-    def _cut(self, expiry: float) -> None:
+    def _stop_after_lease(self, expiry: float) -> None:
         """Stop both motors at the end of a lease."""
         driven = self._sent
         try:
             self._stop_motors(expiry)
         finally:
             if driven != STOPPED:
-                self._cuts.append(Intervention(expiry, "deadman", driven, STOPPED))
+                self._stop_interventions.append(Intervention(expiry, "deadman", driven, STOPPED))
 
-    def _cut_off(self) -> None:
+    def _stop_for_latch(self) -> None:
         """Stop the motors because the latch has tripped. The first call stores the interventions in the latch."""
-        if not self._is_cut_off:
-            self._latch.driven, self._latch.unreported_interventions, self._cuts = self._sent, self._cuts, []
-            self._is_cut_off = True
+        if not self._is_stopped_for_latch:
+            self._latch.last_velocities, self._latch.unreported_interventions, self._stop_interventions = (
+                self._sent,
+                self._stop_interventions,
+                [],
+            )
+            self._is_stopped_for_latch = True
         self.stop()
 
     def _stop_motors(self, now: float) -> None:
         """Stop both motors, even if ``on_sent`` or the other stop fails."""
         self._stops += 1
         try:
-            self._note(STOPPED, now)
+            self._set_sent(STOPPED, now)
         finally:
-            self._brakes.apply()
+            self._motor_stops.apply()
 
-    def _note(self, wheels: Wheels, now: float) -> None:
+    def _set_sent(self, wheels: Wheels, now: float) -> None:
         self._sent = wheels
         if self._on_sent:
             self._on_sent(wheels, now)

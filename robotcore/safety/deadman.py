@@ -37,16 +37,16 @@ MIN_LEASE_S = 0.1
 class Deadman:
     """Stops the motors if ``lease`` seconds have passed since the last call of `renew`.
 
-    clock: the clock that measures the lease. It may call ``cut`` from another thread.
+    clock: the clock that measures the lease. It may call ``stop`` from another thread.
     lease: the duration of a lease, in seconds. It is raised to `MIN_LEASE_S`.
-    cut: a function that stops the motors. Its argument is the time in seconds.
-    lock: a lock that the caller of `renew` and `rest` holds. The deadman waits for it at most for `LOCK_TIMEOUT_S`.
+    stop: a function that stops the motors. Its argument is the time in seconds.
+    lock: the lock that the caller of `renew` and `end_lease` holds. The deadman waits for it for `LOCK_TIMEOUT_S`.
     reserve: the reserved memory that a stop may need.
 
     >>> from robotcore.hal.clock import SteppedClock
     >>> clock = SteppedClock(20, lambda _: None)
-    >>> cut = lambda time: print(f"stop at {time:.2f} s")
-    >>> deadman = Deadman(clock, 0.2, cut, RLock(), Reserve(clock))
+    >>> stop = lambda time: print(f"stop at {time:.2f} s")
+    >>> deadman = Deadman(clock, 0.2, stop, RLock(), Reserve(clock))
     >>> deadman.renew(clock.now())
     >>> deadman
     Deadman(lease=0.2, expiry=0.2)
@@ -56,14 +56,16 @@ class Deadman:
     stop at 0.35 s
     """
 
-    def __init__(self, clock: Clock, lease: float, cut: Callable[[float], None], lock: RLock, reserve: Reserve) -> None:
+    def __init__(
+        self, clock: Clock, lease: float, stop: Callable[[float], None], lock: RLock, reserve: Reserve
+    ) -> None:
         self.lease = max(lease, MIN_LEASE_S)
         self._clock = clock
-        self._cut = cut
+        self._stop = stop
         self._lock = lock
         self._reserve = reserve
         self._expiry: float | None = None
-        self._is_waiting = False
+        self._is_call_due = False
         """Whether a call of the clock is due. One is enough, because a call that comes too early requests the next."""
 
     def __repr__(self) -> str:
@@ -72,49 +74,49 @@ class Deadman:
     def renew(self, now: float) -> None:
         """Begin a new lease."""
         self._expiry = now + self.lease
-        if not self._is_waiting:
-            self._wait(self._expiry)
+        if not self._is_call_due:
+            self._call_later(self._expiry)
 
-    def rest(self) -> None:
+    def end_lease(self) -> None:
         """End the lease. The caller must have stopped the motors."""
         self._expiry = None
 
-    def _wait(self, expiry: float) -> None:
+    def _call_later(self, expiry: float) -> None:
         """Request a call of the clock at ``expiry``. If the request raises, the next `renew` repeats it."""
-        self._is_waiting = True
+        self._is_call_due = True
         try:
             check = partial(self._check, expiry)
             self._clock.call_at(expiry, partial(self._reserve.retry_on_memory_error, check))
         except BaseException:
-            self._is_waiting = False
+            self._is_call_due = False
             raise
 
     def _check(self, called_at: float) -> None:
         with TimedLock(self._lock):
-            self._is_waiting = False
+            self._is_call_due = False
             if self._expiry is None:
                 return
-            if self._expiry <= called_at or not self._can_wait(self._expiry):
-                self._cut_now(called_at)
+            if self._expiry <= called_at or not self._try_to_call_later(self._expiry):
+                self._end_and_stop(called_at)
 
-    def _can_wait(self, expiry: float) -> bool:
+    def _try_to_call_later(self, expiry: float) -> bool:
         """Request a call of the clock at a later expiry. Return False if memory runs out.
 
         The caller then stops the motors early, which is safe.
         """
         try:
-            self._wait(expiry)
+            self._call_later(expiry)
         except Exception as error:
             if not is_out_of_memory(error):
                 raise
             return False
         return True
 
-    def _cut_now(self, called_at: float) -> None:
+    def _end_and_stop(self, called_at: float) -> None:
         """End the lease and stop the motors. If memory runs out, restore the lease, so that the next call retries."""
         expiry, self._expiry = self._expiry, None
         try:
-            self._cut(called_at)
+            self._stop(called_at)
         except Exception as error:
             if is_out_of_memory(error):
                 self._expiry = expiry

@@ -20,7 +20,7 @@ class Latch:
     reserve: the reserved memory that a stop may need.
 
     >>> latch = Latch()
-    >>> latch.call(lambda: print("the motors are stopped"))
+    >>> latch.add_stop(lambda: print("the motors are stopped"))
     >>> latch.set(EmergencyStopError("the button was pressed"))
     the motors are stopped
     >>> latch
@@ -33,13 +33,13 @@ class Latch:
     def __init__(self, reserve: Reserve | None = None) -> None:
         self.error: RobotcoreError | None = None
         """The first error; None until the latch trips."""
-        self.driven = STOPPED
+        self.last_velocities = STOPPED
         """The wheel velocities at the moment when the latch tripped, in rad/s."""
         self.unreported_interventions: Sequence[Intervention] = ()
         """The stops by the deadman that no tick had reported when the latch tripped."""
         self._lock = RLock()
         self._reserve = reserve or Reserve(MonotonicClock())
-        self._calls: list[Callable[[], object]] = []
+        self._stops: list[Callable[[], object]] = []
 
     def __repr__(self) -> str:
         return f"Latch(error={str(self.error)!r})" if self.error else "Latch()"
@@ -54,14 +54,14 @@ class Latch:
 
     def interventions(self, now: float) -> tuple[Intervention, ...]:
         """Return the interventions for the trace: the unreported stops of the deadman, and that of the latch."""
-        return (*self.unreported_interventions, Intervention(now, self.cause, self.driven, STOPPED))
+        return (*self.unreported_interventions, Intervention(now, self.cause, self.last_velocities, STOPPED))
 
-    def call(self, stop: Callable[[], object]) -> None:
+    def add_stop(self, stop: Callable[[], object]) -> None:
         """Register a function that stops motors. It is called when the latch trips, in the thread that trips it.
 
         Several functions are called in the order of their registration.
         """
-        self._calls.append(stop)
+        self._stops.append(stop)
 
     def set(self, error: RobotcoreError) -> None:
         """Store the error if it is the first one, and call every registered function, even if one raises.
@@ -70,21 +70,21 @@ class Latch:
         """
         with self._lock:
             self.error = self.error or error
-        self._reserve.retry_on_memory_error(self._call_all)
+        self._reserve.retry_on_memory_error(self._call_stops)
 
-    def _call_all(self) -> None:
+    def _call_stops(self) -> None:
         """Call the registered functions that were not called yet.
 
         If a function runs out of memory twice, the next `set` calls it again.
         """
-        for call in tuple(self._calls):
+        for call in tuple(self._stops):
             try:
                 self._reserve.retry_on_memory_error(call)
             except Exception as failure:  # noqa: BLE001  one failure must not prevent the other stops
                 if is_out_of_memory(failure):
                     continue
             with suppress(ValueError):  # another thread has called it too
-                self._calls.remove(call)
+                self._stops.remove(call)
 
     def trip(self, error: RobotcoreError) -> NoReturn:
         """Trip the latch with an error, and raise the first error with which it was tripped."""

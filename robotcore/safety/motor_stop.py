@@ -97,12 +97,12 @@ class StopGroup:
         return f"StopGroup({', '.join(stop.motor.name for stop in self._stops)}; hung: {', '.join(hung) or 'none'})"
 
     @classmethod
-    def on(cls, *motors: VelocityOutput, reserve: Reserve | None = None) -> StopGroup:
+    def create(cls, *motors: VelocityOutput, reserve: Reserve | None = None) -> StopGroup:
         """Return a group for these motors."""
         reserve = reserve or Reserve(MonotonicClock())
         return cls([MotorStop(motor, reserve) for motor in motors], reserve)
 
-    def of(self, *motors: VelocityOutput) -> StopGroup:
+    def select(self, *motors: VelocityOutput) -> StopGroup:
         """Return a group for some of the motors. Both groups share the state of these motors' stops."""
         return StopGroup([stop for stop in self._stops if stop.motor in motors], self.reserve)
 

@@ -151,8 +151,8 @@ class Rig:
 
     def commit(self) -> None:
         """End the tick as the loop does, and let time pass until the next tick."""
-        assert self.assembled.stage
-        self.assembled.stage.commit()
+        assert self.assembled.command_filter
+        self.assembled.command_filter.commit()
         self.sleep(1 / self.rate_hz)
 
     def sleep(self, seconds: float) -> None:

@@ -35,7 +35,7 @@ class FaultContext:
     """The seed of the run."""
     position: int
     """The position of the fault in the list of the run's faults, from 0."""
-    written: str
+    spec: str
     """The specification of the fault, for messages."""
 
     def random_at(self, device: str, time: float) -> Random:
@@ -53,7 +53,7 @@ class FaultContext:
 ROUNDING_S = 1e-6
 """Times that differ by less count as equal, because sums and quotients have rounding errors. In seconds."""
 
-LONGEST_S = 1e5
+MAX_TIME_S = 1e5
 """The largest time that a fault's parameter may have, in seconds on a robot's clock."""
 
 
@@ -72,8 +72,8 @@ class TargetKind(str, Enum):
 
 SENSORS = frozenset({TargetKind.CAMERA, TargetKind.RANGE, TargetKind.ENCODER, TargetKind.BATTERY})
 
-Moment = Annotated[float, Field(ge=0, le=LONGEST_S, description="seconds")]
-Duration = Annotated[float, Field(ge=0.001, le=LONGEST_S, description="seconds")]
+Moment = Annotated[float, Field(ge=0, le=MAX_TIME_S, description="seconds")]
+Duration = Annotated[float, Field(ge=0.001, le=MAX_TIME_S, description="seconds")]
 Probability = Annotated[float, Field(ge=0, le=1, description="probability")]
 
 
@@ -142,7 +142,7 @@ class PollingLayer(Layer):
     def __init__(self) -> None:
         self._polled: list[PolledReader[Any]] = []
 
-    def polled(self, read: Reader[SampleT]) -> Reader[SampleT]:
+    def poll(self, read: Reader[SampleT]) -> Reader[SampleT]:
         """Return a function that reads like ``read``. The layer calls it in each tick in which no other part does."""
         polled = PolledReader(read)
         self._polled.append(polled)

@@ -110,7 +110,7 @@ class ConnectionLoss(Layer):
     def require(self, device: str) -> None:
         """Raise DeviceLostError if the connection to a device is lost now."""
         if self._fault.is_on(self._context.clock.now()):
-            written = self._context.written
+            written = self._context.spec
             raise DeviceLostError(
                 device, f'the connection is lost, by the fault "{written}"', kind="injected-loss", fault=written
             )

@@ -80,13 +80,13 @@ class LostSamples(PollingLayer):
         self._fault, self._context, self._probability = fault, context, probability
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return self.polled(_Lossy(read, lambda time: self._is_lost(sensor.name, time)))
+        return self.poll(_LossyReader(read, lambda time: self._is_lost(sensor.name, time)))
 
     def _is_lost(self, device: str, time: float) -> bool:
         return self._fault.is_on(time) and self._context.random_at(device, time).random() < self._probability
 
 
-class _Lossy(Generic[SampleT]):
+class _LossyReader(Generic[SampleT]):
     """Reads a sensor, and returns the newest sample that was not lost."""
 
     def __init__(self, read: Reader[SampleT], is_lost: Callable[[float], bool]) -> None:
@@ -108,7 +108,7 @@ class LateSamples(PollingLayer):
         self._fault, self._latency, self._clock = fault, latency, clock
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        return self.polled(_Late(read, self._last_due))
+        return self.poll(_DelayedReader(read, self._last_due))
 
     def _last_due(self) -> float:
         """Return the latest capture time, in seconds, of the samples that have arrived by now."""
@@ -116,7 +116,7 @@ class LateSamples(PollingLayer):
         return now - self._latency + ROUNDING_S if self._fault.is_on(now) else inf
 
 
-class _Late(Generic[SampleT]):
+class _DelayedReader(Generic[SampleT]):
     """Reads a sensor, and returns the newest sample that has arrived. The first sample arrives without a delay."""
 
     def __init__(self, read: Reader[SampleT], last_due: Callable[[], float]) -> None:

@@ -11,7 +11,7 @@ from pydantic import Field
 from robotcore.hal.devices import Angle, Image, Range, RangeSensor, Sensor
 from robotcore.runtime.faults.base import Fault, FaultContext, PollingLayer, Probability, TargetKind
 from robotcore.runtime.layers.base import Layer, Reader, limit_reading
-from robotcore.runtime.layers.imperfections import ProcessedFrames, grain
+from robotcore.runtime.layers.imperfections import ProcessedFrames, add_noise
 
 Deviation = Annotated[float, Field(gt=0, le=1, description="metres")]
 Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
@@ -27,7 +27,7 @@ class RangeNoise(Fault):
 
     def layer(self, context: FaultContext) -> RangeDistortion:
         def noisy(sensor: RangeSensor, reading: Range) -> Range:
-            error = context.noise(sensor.name, self.value).at(reading.time)
+            error = context.noise(sensor.name, self.value).draw_number(reading.time)
             return limit_reading(sensor, reading, reading.distance + error)
 
         return RangeDistortion(self, noisy)
@@ -95,21 +95,21 @@ class CameraNoise(Fault):
 
     value: GreyLevels
 
-    def layer(self, context: FaultContext) -> Grainy:
-        return Grainy(self, self.value, context)
+    def layer(self, context: FaultContext) -> NoisyPictures:
+        return NoisyPictures(self, self.value, context)
 
 
-class Grainy(Layer):
+class NoisyPictures(Layer):
     """Adds noise to the pictures that are captured while ``fault`` is active."""
 
     def __init__(self, fault: Fault, sigma: float, context: FaultContext) -> None:
         self._fault, self._sigma, self._context = fault, sigma, context
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
-        grainy = grain(self._context.noise(sensor.name, self._sigma))
+        noisy = add_noise(self._context.noise(sensor.name, self._sigma))
 
         def effect(image: Image, time: float) -> Image:
-            return grainy(image, time) if self._fault.is_on(time) else image
+            return noisy(image, time) if self._fault.is_on(time) else image
 
         return ProcessedFrames(read, [effect])
 
@@ -137,10 +137,10 @@ class SlipLayer(PollingLayer):
         self._fault, self._share = fault, share
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
-        return self.polled(_Missing(read, self._fault, self._share))
+        return self.poll(_SlippingEncoder(read, self._fault, self._share))
 
 
-class _Missing:
+class _SlippingEncoder:
     """Reads an encoder, and subtracts the share of the rotation that the fault removes.
 
     The rotation between two samples counts if the fault was active at the first of them.

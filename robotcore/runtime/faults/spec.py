@@ -18,7 +18,7 @@ from robotcore.runtime.faults.base import Fault
 GRAMMAR = "TARGET EFFECT[=VALUE] [KEY=VALUE …]"
 EXAMPLE = "camera drop=0.2 after=5"
 
-LONGEST = 60
+MAX_QUOTED_LENGTH = 60
 """A message quotes at most this number of characters of a user's text."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
@@ -65,7 +65,7 @@ class Spec:
 
 def quote_text(text: str) -> str:
     """Return a user's text for a message, in quotes and shortened if it is long."""
-    return repr(text if len(text) <= LONGEST else f"{text[:LONGEST]}…")
+    return repr(text if len(text) <= MAX_QUOTED_LENGTH else f"{text[:MAX_QUOTED_LENGTH]}…")
 
 
 def _refusal(text: str, fault: str) -> UsageError:
@@ -105,7 +105,7 @@ MAX_INJECTED_FAULTS = 100
 """The largest number of faults in a run. Each fault adds a layer to its devices."""
 
 
-def _word(value: Any) -> str:
+def _read_word(value: Any) -> str:
     """Return a TOML value as it is written in a specification."""
     match value:
         case str():
@@ -117,7 +117,7 @@ def _word(value: Any) -> str:
     raise ValueError("is neither a number nor a word. Write a number, or a word in quotes")
 
 
-Word = Annotated[str, BeforeValidator(_word)]
+Word = Annotated[str, BeforeValidator(_read_word)]
 
 
 class _File(StrictModel):

@@ -82,16 +82,16 @@ class Assembled:
     """The clock of the loop."""
     latch: Latch
     """The latch of the run. A tripped latch ends the run."""
-    stage: CommandFilter | None
+    command_filter: CommandFilter | None
     """The command filter of the drive; None if the run has no drive."""
-    brakes: StopGroup
+    motor_stops: StopGroup
     """The stops of all motors."""
     activity: ActivityMonitor
     """The activity of the loop's thread, for the watchdog."""
-    halts: tuple[Callable[[str], None], ...] = ()
+    suspends: tuple[Callable[[str], None], ...] = ()
     """Functions that stop the drive and each other motor between two ticks. The argument is the cause."""
 
-    def halt(self, cause: str) -> None:
+    def suspend(self, cause: str) -> None:
         """Stop every motor between two ticks, without a command of the app.
 
         cause: the reason, which the intervention in the trace contains.
@@ -99,8 +99,8 @@ class Assembled:
         The failure of a lost motor is ignored. Any other failure is raised after all stops were tried.
         """
         with ExitStack() as each:
-            for halt in self.halts:
-                each.callback(_suspend_quietly, halt, cause)
+            for suspend in self.suspends:
+                each.callback(_suspend_quietly, suspend, cause)
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
@@ -171,16 +171,16 @@ def assemble(
     stack = Stack(ticks, layers)
     motors = {motor.name: stack.wrap_motor(motor) for motor in raw.motors.values()}
     devices = {device.name: stack.wrap_device(device) for device in raw.devices.values()}
-    _mount(devices, description)
-    _limit(devices, description)
-    brakes = StopGroup.on(*motors.values(), reserve=reserve)
-    latch.call(brakes.apply_apart)
+    _set_mounts(devices, description)
+    _set_voltage_limits(devices, description)
+    motor_stops = StopGroup.create(*motors.values(), reserve=reserve)
+    latch.add_stop(motor_stops.apply_apart)
     drive, guarded = description.drive, None
     outputs: dict[str, MotorOutput] = {}
     if drive and drive.left in motors and drive.right in motors:
         take_stops = guard.take_stops if guard else lambda: 0
         left, right = raw.motors[drive.left], raw.motors[drive.right]
-        guarded = GuardedDrive.over(
+        guarded = GuardedDrive.build(
             devices,
             (motors[drive.left], motors[drive.right]),
             min(left.max_velocity, right.max_velocity),
@@ -190,13 +190,13 @@ def assemble(
             latch,
             rate_hz,
             stack.taps,
-            brakes,
+            motor_stops,
             take_stops,
         )
         outputs |= guarded.outputs
     lease = safety.lease_ticks / rate_hz
     lone = [
-        StandaloneGuard(motor, raw.motors[name].max_velocity, ticks, lease, latch, brakes.of(motor))
+        StandaloneGuard(motor, raw.motors[name].max_velocity, ticks, lease, latch, motor_stops.select(motor))
         for name, motor in motors.items()
         if name not in outputs
     ]
@@ -206,13 +206,13 @@ def assemble(
     devices |= {name: AppMotor(raw.motors[name], output) for name, output in outputs.items()}
     app_clock = AppClock(ticks)
     robot = Robot(raw.name, app_clock, devices.values(), drive=guarded.drive if guarded else None, release=raw.close)
-    halts = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
-    return Assembled(robot, ticks, latch, guarded.stage if guarded else None, brakes, activity, halts)
+    suspends = (*([guarded.suspend] if guarded else []), *(motor.suspend for motor in lone))
+    return Assembled(robot, ticks, latch, guarded.command_filter if guarded else None, motor_stops, activity, suspends)
 
 
-def _suspend_quietly(halt: Callable[[str], None], cause: str) -> None:
+def _suspend_quietly(suspend: Callable[[str], None], cause: str) -> None:
     with suppress(DeviceLostError):
-        halt(cause)
+        suspend(cause)
 
 
 def _role(name: Role | str) -> Role:
@@ -231,7 +231,7 @@ def _names_for(description: RobotDescription, role: Role) -> set[str]:
     return {name for name in wheels if name} | {sensor.name for sensor in description.range_sensors_ahead}
 
 
-def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None:
+def _set_mounts(devices: Mapping[str, Device], description: RobotDescription) -> None:
     """Set the mount of cameras and range sensors."""
     for sensor in description.devices:
         device = devices.get(sensor.name)
@@ -239,7 +239,7 @@ def _mount(devices: Mapping[str, Device], description: RobotDescription) -> None
             device.mount = Pose(sensor.mount.x_m, sensor.mount.y_m, sensor.mount.yaw_rad)
 
 
-def _limit(devices: Mapping[str, Device], description: RobotDescription) -> None:
+def _set_voltage_limits(devices: Mapping[str, Device], description: RobotDescription) -> None:
     """Set for each battery the voltage below which a run warns."""
     for battery in description.all_of(BatteryDescription):
         device = devices.get(battery.name)

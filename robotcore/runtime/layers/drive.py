@@ -29,7 +29,7 @@ from robotcore.safety import (
 )
 
 
-def wheel_output(name: str, stage: CommandFilter, *, is_left: bool) -> MotorOutput:
+def wheel_output(name: str, command_filter: CommandFilter, *, is_left: bool) -> MotorOutput:
     """Return the output with which an app commands one wheel of a drive.
 
     Each command passes the filter together with the command of the other wheel. In the same tick, a later command for
@@ -38,12 +38,12 @@ def wheel_output(name: str, stage: CommandFilter, *, is_left: bool) -> MotorOutp
     """
 
     def set_velocity(rad_s: float) -> float:
-        asked = stage.asked
+        asked = command_filter.asked
         if is_left:
-            return stage.ask(Wheels(rad_s, asked.right)).left
-        return stage.ask(Wheels(asked.left, rad_s)).right
+            return command_filter.ask(Wheels(rad_s, asked.right)).left
+        return command_filter.ask(Wheels(asked.left, rad_s)).right
 
-    return MotorOutput(name, set_velocity, stage.stop)
+    return MotorOutput(name, set_velocity, command_filter.stop)
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class GuardedDrive:
     """A drive, and the command filter that its commands pass."""
 
     drive: DifferentialDrive
-    stage: CommandFilter
+    command_filter: CommandFilter
     """The filter to which the drive sends the app's commands: the safety filter, wrapped by the taps."""
     suspend: Callable[[str], None]
     """Stops the drive between two ticks, without a command of the app. The argument is the cause."""
@@ -59,7 +59,7 @@ class GuardedDrive:
     """The output with which the app commands each wheel, by the motor's name."""
 
     @classmethod
-    def over(
+    def build(
         cls,
         devices: Mapping[str, Device],
         wheels: tuple[MotorOutput, MotorOutput],
@@ -70,7 +70,7 @@ class GuardedDrive:
         latch: Latch,
         rate_hz: float,
         taps: Sequence[Tap],
-        brakes: StopGroup,
+        motor_stops: StopGroup,
         take_guardian_stops: Callable[[], int],
     ) -> GuardedDrive:
         """Build the drive and its command filter.
@@ -81,7 +81,7 @@ class GuardedDrive:
         description: the robot's description, with the safety limits.
         drive: the description of the drive.
         taps: the taps that get the drive's commands and the wheel angles.
-        brakes: the stops of the robot's motors.
+        motor_stops: the stops of the robot's motors.
         take_guardian_stops: returns how many times the guardian has stopped the motors since the last call.
         """
         left, right = wheels
@@ -103,20 +103,25 @@ class GuardedDrive:
             description.safety.lease_ticks / rate_hz,
             latch,
             commanded.turn_at,
-            brakes.of(left, right),
+            motor_stops.select(left, right),
             take_guardian_stops,
         )
-        stage = reduce(lambda inner, tap: tap.command_filter(inner), taps, cast("CommandFilter", safety_filter))
+        command_filter = reduce(
+            lambda inner, tap: tap.command_filter(inner), taps, cast("CommandFilter", safety_filter)
+        )
         measured = _read_present_angles(*encoders, commanded) if encoders else commanded.angles
         angles = reduce(lambda read, tap: tap.angles(read), taps, measured)
         odometry = Odometry(drive.geometry, angles)
         outputs = {
-            left.name: wheel_output(left.name, stage, is_left=True),
-            right.name: wheel_output(right.name, stage, is_left=False),
+            left.name: wheel_output(left.name, command_filter, is_left=True),
+            right.name: wheel_output(right.name, command_filter, is_left=False),
         }
         reach = description.body.reach_m
         return cls(
-            DifferentialDrive(drive.geometry, stage, odometry, limit, reach), stage, safety_filter.suspend, outputs
+            DifferentialDrive(drive.geometry, command_filter, odometry, limit, reach),
+            command_filter,
+            safety_filter.suspend,
+            outputs,
         )
 
 

@@ -15,7 +15,7 @@ from robotcore.description import Conditions, Drive
 from robotcore.hal.devices import Camera, Frame, Image, Range, RangeSensor, Sensor
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, limit_reading
 
-STRIP_STARTS = 1 << 16
+STRIP_POSITIONS = 1 << 16
 """The number of positions at which a picture's noise may begin in the strip, a long array of random numbers."""
 
 
@@ -25,7 +25,7 @@ class Noise:
     The seed, the device and the time determine each value.
 
     >>> noise = Noise(seed=1, device="nose", sigma=0.01)
-    >>> noise.at(0.25) == noise.at(0.25), noise.at(0.25) == noise.at(0.5)
+    >>> noise.draw_number(0.25) == noise.draw_number(0.25), noise.draw_number(0.25) == noise.draw_number(0.5)
     (True, False)
     """
 
@@ -34,7 +34,7 @@ class Noise:
         self._sigma = sigma
         self._strip: NDArray[np.int16] = np.empty(0, dtype=np.int16)
 
-    def at(self, time: float) -> float:
+    def draw_number(self, time: float) -> float:
         """Return the error of a value that was captured at ``time``, in seconds.
 
         The error is drawn by the method of Box and Muller (1958).
@@ -43,25 +43,25 @@ class Noise:
         radius = math.sqrt(-2 * math.log(1 - random.random()))
         return self._sigma * radius * math.cos(math.tau * random.random())
 
-    def over(self, shape: tuple[int, ...], time: float) -> NDArray[np.int16]:
+    def draw_picture(self, shape: tuple[int, ...], time: float) -> NDArray[np.int16]:
         """Return the errors of a picture that was captured at ``time``, in seconds.
 
         The errors are in whole grey levels, as ``int16`` of ``shape``. They are a section of one long array, and the
         time selects the section. Drawing new numbers would take longer than painting the picture.
         """
         size = math.prod(shape)
-        if len(self._strip) < STRIP_STARTS + size:
-            self._strip = self._drawn(STRIP_STARTS + size)
-        start = int(STRIP_STARTS * self._random_at(time).random())
+        if len(self._strip) < STRIP_POSITIONS + size:
+            self._strip = self._draw_strip(STRIP_POSITIONS + size)
+        start = int(STRIP_POSITIONS * self._random_at(time).random())
         return self._strip[start : start + size].reshape(shape)
 
-    def _drawn(self, length: int) -> NDArray[np.int16]:
+    def _draw_strip(self, length: int) -> NDArray[np.int16]:
         """Return an array of normal noise in whole grey levels.
 
         NumPy guarantees the same numbers in every version only for ``RandomState``.
         """
         generator = np.random.RandomState(Random(self._key).getrandbits(32))
-        return np.rint(_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
+        return np.rint(_deviation_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
 
     def _random_at(self, time: float) -> Random:
         return random_at(self._key, time)
@@ -72,7 +72,7 @@ def random_at(key: str, time: float) -> Random:
     return Random(f"{key}:{round(1e6 * time)}")
 
 
-def _before_rounding(sigma: float) -> float:
+def _deviation_before_rounding(sigma: float) -> float:
     """Return a standard deviation for normal noise such that the noise has the deviation ``sigma`` after rounding.
 
     Rounding to whole numbers reduces a small deviation (0.2 becomes 0.11) and increases others (1 becomes 1.04). The
@@ -81,11 +81,11 @@ def _before_rounding(sigma: float) -> float:
     low, high = 0.0, sigma + 1
     for _ in range(30):
         middle = (low + high) / 2
-        low, high = (middle, high) if _rounded(middle) < sigma else (low, middle)
+        low, high = (middle, high) if _deviation_after_rounding(middle) < sigma else (low, middle)
     return high
 
 
-def _rounded(sigma: float) -> float:
+def _deviation_after_rounding(sigma: float) -> float:
     """Return the standard deviation that normal noise of deviation ``sigma`` has after rounding to whole numbers.
 
     The variance is the sum of (2k - 1) · P(abs(x) > k - 1/2) over k = 1, 2, …
@@ -165,7 +165,9 @@ class NoisyRange:
 
     def __call__(self) -> Range:
         reading = self._read()
-        return limit_reading(self._sensor, reading, reading.distance + self._bias + self._noise.at(reading.time))
+        return limit_reading(
+            self._sensor, reading, reading.distance + self._bias + self._noise.draw_number(reading.time)
+        )
 
 
 def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:
@@ -175,7 +177,7 @@ def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:
     if (conditions.camera_exposure, conditions.camera_warmth) != (1.0, 0.0):
         yield _response(conditions)
     if conditions.camera_noise:
-        yield grain(noise)
+        yield add_noise(noise)
 
 
 def _blur(sigma: float) -> Effect:
@@ -194,11 +196,11 @@ def _response(conditions: Conditions) -> Effect:
     return lambda image, _time: np.asarray(cv2.LUT(image, table), dtype=np.uint8)
 
 
-def grain(noise: Noise) -> Effect:
+def add_noise(noise: Noise) -> Effect:
     """Return the effect that adds noise to a picture. The result is limited to grey levels from 0 to 255."""
     import cv2
 
-    def grainy(image: Image, time: float) -> Image:
-        return np.asarray(cv2.add(image, noise.over(image.shape, time), dtype=cv2.CV_8U), dtype=np.uint8)
+    def noisy(image: Image, time: float) -> Image:
+        return np.asarray(cv2.add(image, noise.draw_picture(image.shape, time), dtype=cv2.CV_8U), dtype=np.uint8)
 
-    return grainy
+    return noisy

@@ -20,14 +20,20 @@ class StandaloneGuard:
     """
 
     def __init__(
-        self, motor: MotorOutput, max_velocity: float, clock: TickClock, lease: float, latch: Latch, brakes: StopGroup
+        self,
+        motor: MotorOutput,
+        max_velocity: float,
+        clock: TickClock,
+        lease: float,
+        latch: Latch,
+        motor_stops: StopGroup,
     ) -> None:
         self._motor, self._max_velocity = motor, max_velocity
-        self._clock, self._latch, self._brakes = clock, latch, brakes
+        self._clock, self._latch, self._motor_stops = clock, latch, motor_stops
         self._lock = RLock()
-        self._deadman = Deadman(clock, lease, self._cut, self._lock, brakes.reserve)
-        self._halts = 0
-        latch.call(self.stop)
+        self._deadman = Deadman(clock, lease, self._stop_after_lease, self._lock, motor_stops.reserve)
+        self._stops = 0
+        latch.add_stop(self.stop)
 
     @property
     def output(self) -> MotorOutput:
@@ -46,10 +52,10 @@ class StandaloneGuard:
             if self._clock.tick_age() >= self._deadman.lease:
                 self.stop()
                 return 0.0
-            halts = self._halts
+            stops = self._stops
             self._deadman.renew(self._clock.now())
             sent = self._motor.set_velocity(max(-self._max_velocity, min(rad_s, self._max_velocity)))
-            if self._halts == halts and not self._latch.error:
+            if self._stops == stops and not self._latch.error:
                 return sent
         self.stop()
         return 0.0
@@ -57,16 +63,16 @@ class StandaloneGuard:
     def stop(self) -> None:
         """Stop the motor at once. If the stop hangs or fails, the deadman tries again."""
         with TimedLock(self._lock):
-            self._halt()
-            self._deadman.rest()
+            self._stop_motor()
+            self._deadman.end_lease()
 
     def suspend(self, cause: str) -> None:
         """Stop the motor between two ticks. The ``cause`` is not used, because only a drive records interventions."""
         self.stop()
 
-    def _cut(self, expiry: float) -> None:
-        self._halt()
+    def _stop_after_lease(self, expiry: float) -> None:
+        self._stop_motor()
 
-    def _halt(self) -> None:
-        self._halts += 1
-        self._brakes.apply()
+    def _stop_motor(self) -> None:
+        self._stops += 1
+        self._motor_stops.apply()

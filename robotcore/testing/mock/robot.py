@@ -141,8 +141,8 @@ class MockRobot:
         self._scripts[device.name] = script
 
     def _stop_motors(self) -> None:
-        if stage := self._assembled.stage:
-            stage.stop()
+        if command_filter := self._assembled.command_filter:
+            command_filter.stop()
 
     def _record_tick(self, record: TickRecord) -> None:
         self.ticks.append(record)

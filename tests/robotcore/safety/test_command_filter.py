@@ -23,7 +23,7 @@ class Bench:
         self.clock = TickClock(SteppedClock(20, lambda _: None))
         self.left, self.right = NullMotor("left"), NullMotor("right")
         self.heard: list[tuple[Wheels, float]] = []
-        self.stage = SafetyFilter(
+        self.filter = SafetyFilter(
             self.clock,
             self.left,
             self.right,
@@ -64,54 +64,54 @@ class Blocking:
 class TestCommit:
     def test_commit_sends_the_command(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(1.0, 2.0))
+        bench.filter.ask(Wheels(1.0, 2.0))
         assert bench.sent == []
-        bench.stage.commit()
+        bench.filter.commit()
         assert bench.sent == [(1.0, 2.0)]
 
     def test_last_command_of_a_tick_is_sent(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(1.0, 2.0))
-        bench.stage.ask(Wheels(3.0, 4.0))
-        assert bench.stage.commit() == ((3.0, 4.0), (3.0, 4.0), ())
+        bench.filter.ask(Wheels(1.0, 2.0))
+        bench.filter.ask(Wheels(3.0, 4.0))
+        assert bench.filter.commit() == ((3.0, 4.0), (3.0, 4.0), ())
         assert bench.sent == [(3.0, 4.0)]
 
     def test_stop_is_sent_once(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(1.0, 2.0))
-        bench.stage.commit()
-        bench.stage.stop()
-        assert bench.stage.commit() == ((0.0, 0.0), (0.0, 0.0), ())
+        bench.filter.ask(Wheels(1.0, 2.0))
+        bench.filter.commit()
+        bench.filter.stop()
+        assert bench.filter.commit() == ((0.0, 0.0), (0.0, 0.0), ())
         assert bench.sent == [(1.0, 2.0), (0.0, 0.0)]
 
     def test_failed_stop_is_sent_again(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(1.0, 2.0))
-        bench.stage.commit()
+        bench.filter.ask(Wheels(1.0, 2.0))
+        bench.filter.commit()
         bench.left.is_broken = True
         with pytest.raises(DeviceError):
-            bench.stage.stop()
+            bench.filter.stop()
         with pytest.raises(DeviceError):
-            bench.stage.commit()
+            bench.filter.commit()
 
     def test_command_after_a_stop_is_sent(self) -> None:
         bench = Bench()
-        bench.stage.stop()
-        bench.stage.ask(Wheels(1.0, 2.0))
-        bench.stage.commit()
+        bench.filter.stop()
+        bench.filter.ask(Wheels(1.0, 2.0))
+        bench.filter.commit()
         assert bench.sent[-1] == (1.0, 2.0)
 
     def test_tick_without_a_command_sends_nothing(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(1.0, 1.0))
-        bench.stage.commit()
-        assert bench.stage.commit() == (None, None, ())
+        bench.filter.ask(Wheels(1.0, 1.0))
+        bench.filter.commit()
+        assert bench.filter.commit() == (None, None, ())
         assert len(bench.sent) == 1
 
     def test_each_rule_gets_the_command_of_the_rule_before(self) -> None:
         bench = Bench(VelocityLimit(10.0), AccelerationLimit(2.0))
-        sent = bench.stage.ask(Wheels(40.0, 20.0))
-        commit = bench.stage.commit()
+        sent = bench.filter.ask(Wheels(40.0, 20.0))
+        commit = bench.filter.commit()
         assert sent == commit.sent == (2.0, 1.0)
         assert commit.asked == (40.0, 20.0)
         changes = [(each.cause, each.asked, each.sent) for each in commit.interventions]
@@ -122,51 +122,51 @@ class TestCommit:
 
     def test_replaced_command_leaves_no_interventions(self) -> None:
         bench = Bench(VelocityLimit(10.0))
-        bench.stage.ask(Wheels(40.0, 20.0))
-        bench.stage.ask(Wheels(1.0, 1.0))
-        assert bench.stage.commit().interventions == ()
-        assert bench.stage.commit().interventions == ()
+        bench.filter.ask(Wheels(40.0, 20.0))
+        bench.filter.ask(Wheels(1.0, 1.0))
+        assert bench.filter.commit().interventions == ()
+        assert bench.filter.commit().interventions == ()
 
     def test_acceleration_counts_from_the_last_sent_command(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(3):
-            bench.stage.ask(Wheels(9.0, 9.0))
-            bench.stage.ask(Wheels(9.0, 9.0))
-            bench.stage.commit()
+            bench.filter.ask(Wheels(9.0, 9.0))
+            bench.filter.ask(Wheels(9.0, 9.0))
+            bench.filter.commit()
         assert bench.sent == [(2.0, 2.0), (4.0, 4.0), (6.0, 6.0)]
 
     def test_command_is_not_sent_if_a_rule_raises(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(5.0, 5.0))
-        bench.stage.commit()
-        bench.stage._rules = (Failing(),)
+        bench.filter.ask(Wheels(5.0, 5.0))
+        bench.filter.commit()
+        bench.filter._rules = (Failing(),)
         with pytest.raises(DeviceError):
-            bench.stage.ask(Wheels(1.0, 1.0))
+            bench.filter.ask(Wheels(1.0, 1.0))
         with pytest.raises(DeviceError):
-            bench.stage.commit()
+            bench.filter.commit()
         assert bench.sent == [(5.0, 5.0)]
 
     def test_sent_velocities_are_those_that_the_motors_accepted(self) -> None:
         bench = Bench()
         bench.right.max_velocity = 2.0
-        bench.stage.ask(Wheels(3.0, 3.0))
-        assert bench.stage.commit().sent == (3.0, 2.0)
+        bench.filter.ask(Wheels(3.0, 3.0))
+        assert bench.filter.commit().sent == (3.0, 2.0)
         assert bench.heard == [(Wheels(3.0, 2.0), 0.0)]
 
     def test_failure_of_one_motor_stops_the_other(self) -> None:
         bench = Bench()
         bench.right.is_broken = True
-        bench.stage.ask(Wheels(5.0, 5.0))
+        bench.filter.ask(Wheels(5.0, 5.0))
         with pytest.raises(DeviceError):
-            bench.stage.commit()
+            bench.filter.commit()
         assert bench.left.sent == [5.0, 0.0]
-        assert bench.stage.asked == (0.0, 0.0)
+        assert bench.filter.asked == (0.0, 0.0)
 
     def test_lasting_command_passes_the_rules_in_every_tick(self) -> None:
         nearing = iter([False, False, True])
         bench = Bench(Blocking(lambda: next(nearing)))
-        bench.stage.ask(Wheels(4.0, 4.0))
-        commits = [bench.stage.commit() for _ in range(3)]
+        bench.filter.ask(Wheels(4.0, 4.0))
+        commits = [bench.filter.commit() for _ in range(3)]
         assert [commit.asked for commit in commits] == [(4.0, 4.0), None, None]
         assert [commit.sent for commit in commits] == [(4.0, 4.0), None, (0.0, 0.0)]
         assert [each.cause for each in commits[2].interventions] == ["blocking"]
@@ -179,8 +179,8 @@ class TestThreads:
         bench = Bench()
         going_on = threading.Event()
         bench.left.on_command = lambda velocity: going_on.wait(10) if velocity else None
-        bench.stage.ask(Wheels(5.0, 5.0))
-        loop = threading.Thread(target=bench.stage.commit)
+        bench.filter.ask(Wheels(5.0, 5.0))
+        loop = threading.Thread(target=bench.filter.commit)
         loop.start()
         while not bench.left.received:
             pass
@@ -189,16 +189,16 @@ class TestThreads:
         going_on.set()
         loop.join()
         assert (bench.left.sent[-1], bench.right.sent[-1]) == (0.0, 0.0)
-        assert bench.stage.asked == (0.0, 0.0)
+        assert bench.filter.asked == (0.0, 0.0)
 
     def test_command_before_a_cut_passes_the_rules_again(self) -> None:
         bench = Bench(AccelerationLimit(3.0))
         for _ in range(3):
-            bench.stage.ask(Wheels(9.0, 9.0))
-            bench.stage.commit()
-        bench.stage.ask(Wheels(9.0, 9.0))
-        bench.stage._cut(0.1)
-        assert bench.stage.commit().sent == (3.0, 3.0)
+            bench.filter.ask(Wheels(9.0, 9.0))
+            bench.filter.commit()
+        bench.filter.ask(Wheels(9.0, 9.0))
+        bench.filter._stop_after_lease(0.1)
+        assert bench.filter.commit().sent == (3.0, 3.0)
 
 
 class TestLatch:
@@ -206,19 +206,19 @@ class TestLatch:
         bench = Bench()
         bench.left.is_broken = True
         with pytest.raises(InvalidCommandError):
-            bench.stage.ask(Wheels(math.nan, 0.0))
+            bench.filter.ask(Wheels(math.nan, 0.0))
         bench.left.is_broken = False
         with pytest.raises(InvalidCommandError):
-            bench.stage.ask(Wheels(1.0, 1.0))
+            bench.filter.ask(Wheels(1.0, 1.0))
 
     def test_velocity_that_is_nan_trips_the_latch(self) -> None:
         bench = Bench()
         with pytest.raises(InvalidCommandError):
-            bench.stage.ask(Wheels(math.nan, 0.0))
+            bench.filter.ask(Wheels(math.nan, 0.0))
         with pytest.raises(InvalidCommandError):
-            bench.stage.ask(Wheels(1.0, 1.0))
+            bench.filter.ask(Wheels(1.0, 1.0))
         with pytest.raises(InvalidCommandError):
-            bench.stage.commit()
+            bench.filter.commit()
         assert bench.sent == [(0.0, 0.0)]
 
 
@@ -226,34 +226,34 @@ class TestStop:
     def test_stop_is_immediate_and_not_limited(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(3):
-            bench.stage.ask(Wheels(9.0, 9.0))
-            bench.stage.commit()
-        bench.stage.stop()
+            bench.filter.ask(Wheels(9.0, 9.0))
+            bench.filter.commit()
+        bench.filter.stop()
         assert bench.sent[-1] == (0.0, 0.0)
 
     def test_stop_replaces_an_earlier_command_of_the_tick(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(9.0, 9.0))
-        bench.stage.stop()
-        assert bench.stage.commit() == ((0.0, 0.0), (0.0, 0.0), ())
+        bench.filter.ask(Wheels(9.0, 9.0))
+        bench.filter.stop()
+        assert bench.filter.commit() == ((0.0, 0.0), (0.0, 0.0), ())
         assert set(bench.sent) == {(0.0, 0.0)}
 
     def test_command_after_a_stop_begins_at_rest(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(2):
-            bench.stage.ask(Wheels(9.0, 9.0))
-            bench.stage.commit()
-        bench.stage.stop()
-        assert bench.stage.ask(Wheels(9.0, 9.0)) == (2.0, 2.0)
+            bench.filter.ask(Wheels(9.0, 9.0))
+            bench.filter.commit()
+        bench.filter.stop()
+        assert bench.filter.ask(Wheels(9.0, 9.0)) == (2.0, 2.0)
 
     @pytest.mark.parametrize("broken", ["left", "right"])
     def test_other_wheel_stops_if_one_fails(self, broken: str) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(5.0, 5.0))
-        bench.stage.commit()
+        bench.filter.ask(Wheels(5.0, 5.0))
+        bench.filter.commit()
         getattr(bench, broken).is_broken = True
         with pytest.raises(DeviceError) as raised:
-            bench.stage.stop()
+            bench.filter.stop()
         assert raised.value.device == broken
         sound = bench.right if broken == "left" else bench.left
         assert sound.sent[-1] == 0.0
@@ -263,63 +263,63 @@ class TestNumbers:
     @pytest.mark.parametrize("wheels", [Wheels(math.nan, 1.0), Wheels(1.0, math.nan), Wheels(math.inf, 0.0)])
     def test_invalid_velocity_stops_both_motors_at_once(self, wheels: Wheels) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(5.0, 5.0))
-        bench.stage.commit()
+        bench.filter.ask(Wheels(5.0, 5.0))
+        bench.filter.commit()
         with pytest.raises(InvalidCommandError):
-            bench.stage.ask(wheels)
+            bench.filter.ask(wheels)
         assert bench.sent[-1] == (0.0, 0.0)
 
     def test_error_names_the_motor(self, check_text: CheckText) -> None:
         with pytest.raises(InvalidCommandError) as raised:
-            Bench().stage.ask(Wheels(1.0, math.nan))
+            Bench().filter.ask(Wheels(1.0, math.nan))
         check_text(raised.value, hide=re.findall(r"\.py:\d+", str(raised.value)))
 
 
 class TestDeadman:
     def test_cut_between_ticks_is_an_intervention_of_the_next_tick(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(5.0, 4.0))
-        bench.stage.commit()
+        bench.filter.ask(Wheels(5.0, 4.0))
+        bench.filter.commit()
         bench.sleep(0.5)
         assert bench.sent == [(5.0, 4.0), (0.0, 0.0)]
-        (cut,) = bench.stage.commit().interventions
+        (cut,) = bench.filter.commit().interventions
         assert (cut.time, cut.cause, cut.asked, cut.sent) == (0.125, "deadman", (5.0, 4.0), (0.0, 0.0))
-        assert bench.stage.commit().interventions == ()
+        assert bench.filter.commit().interventions == ()
 
     def test_on_sent_gets_the_time_of_a_cut(self) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(5.0, 4.0))
-        bench.stage.commit()
+        bench.filter.ask(Wheels(5.0, 4.0))
+        bench.filter.commit()
         bench.sleep(0.5)
         assert bench.heard == [((5.0, 4.0), 0.0), ((0.0, 0.0), 0.125)]
 
     def test_command_after_a_cut_begins_at_rest(self) -> None:
         bench = Bench(AccelerationLimit(2.0))
         for _ in range(3):
-            bench.stage.ask(Wheels(9.0, 9.0))
-            bench.stage.commit()
+            bench.filter.ask(Wheels(9.0, 9.0))
+            bench.filter.commit()
         bench.sleep(0.5)
-        assert bench.stage.ask(Wheels(9.0, 9.0)) == (2.0, 2.0)
-        bench.stage.commit()
+        assert bench.filter.ask(Wheels(9.0, 9.0)) == (2.0, 2.0)
+        bench.filter.commit()
         assert bench.sent[-1] == (2.0, 2.0)
 
     @pytest.mark.parametrize("is_stop", [True, False])
     def test_stopped_wheels_are_not_cut(self, is_stop: bool) -> None:
         bench = Bench()
-        bench.stage.ask(Wheels(5.0, 5.0))
-        bench.stage.commit()
+        bench.filter.ask(Wheels(5.0, 5.0))
+        bench.filter.commit()
         if is_stop:
-            bench.stage.stop()
+            bench.filter.stop()
         else:
-            bench.stage.ask(Wheels(0.0, 0.0))
-            bench.stage.commit()
+            bench.filter.ask(Wheels(0.0, 0.0))
+            bench.filter.commit()
         bench.sleep(1.0)
-        assert bench.stage.commit().interventions == ()
+        assert bench.filter.commit().interventions == ()
 
     def test_commands_within_the_lease_are_not_cut(self) -> None:
         bench = Bench()
         for _ in range(50):
-            bench.stage.ask(Wheels(5.0, 5.0))
-            assert bench.stage.commit().interventions == ()
+            bench.filter.ask(Wheels(5.0, 5.0))
+            assert bench.filter.commit().interventions == ()
             bench.sleep(0.1)
         assert set(bench.sent) == {(5.0, 5.0)}

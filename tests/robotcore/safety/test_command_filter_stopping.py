@@ -40,15 +40,15 @@ class Bench:
     def __init__(self) -> None:
         self.latch, self.left, self.right, self.rule = Latch(), NullMotor("left"), NullMotor("right"), Meanwhile()
         clock = TickClock(SteppedClock(20, lambda _: None))
-        self.stage = SafetyFilter(clock, self.left, self.right, [self.rule], 0.125, self.latch)
-        self.stage.ask(Wheels(2.0, 2.0))
-        self.stage.commit()
+        self.filter = SafetyFilter(clock, self.left, self.right, [self.rule], 0.125, self.latch)
+        self.filter.ask(Wheels(2.0, 2.0))
+        self.filter.commit()
 
 
 def test_e_stop_during_a_commit_prevents_the_command() -> None:
     bench = Bench()
     bench.rule.deed = lambda: bench.latch.set(EmergencyStopError("now"))
-    assert bench.stage.commit().sent == (0.0, 0.0)
+    assert bench.filter.commit().sent == (0.0, 0.0)
     for motor in (bench.left, bench.right):
         assert motor.sent[0] == 2.0
         assert set(motor.sent[1:]) == {0.0}
@@ -56,8 +56,8 @@ def test_e_stop_during_a_commit_prevents_the_command() -> None:
 
 def test_stop_during_a_commit_prevents_the_command() -> None:
     bench = Bench()
-    bench.rule.deed = bench.stage.stop
-    assert bench.stage.commit().sent == (0.0, 0.0)
+    bench.rule.deed = bench.filter.stop
+    assert bench.filter.commit().sent == (0.0, 0.0)
     for motor in (bench.left, bench.right):
         assert motor.sent[0] == 2.0
         assert set(motor.sent[1:]) == {0.0}
@@ -85,10 +85,10 @@ def test_deadman_stops_the_other_motor_if_one_hangs(clock: MonotonicClock) -> No
     right.on_command = lambda rad_s: stopped.set() if rad_s == 0 else None
 
     def drive() -> None:
-        stage = SafetyFilter(clock, left, right, [], 0.1, brakes=StopGroup.on(left, right, reserve=reserve))
-        stage.ask(Wheels(2.0, 2.0))
-        stage.commit()
-        stage.stop()
+        filter_ = SafetyFilter(clock, left, right, [], 0.1, motor_stops=StopGroup.create(left, right, reserve=reserve))
+        filter_.ask(Wheels(2.0, 2.0))
+        filter_.commit()
+        filter_.stop()
 
     driving = threading.Thread(target=drive)
     driving.start()

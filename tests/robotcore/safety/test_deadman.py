@@ -53,7 +53,7 @@ def test_renewal_at_the_last_moment_prevents_the_cut(bench: Bench) -> None:
 
 def test_no_cut_comes_after_a_rest(bench: Bench) -> None:
     bench.renew()
-    bench.deadman.rest()
+    bench.deadman.end_lease()
     bench.clock.sleep_until(1.0)
     assert bench.cuts == []
 
@@ -68,7 +68,7 @@ def test_lease_can_be_renewed_after_a_cut(bench: Bench) -> None:
 
 def test_new_lease_after_a_rest_is_not_cut_by_the_old_call(bench: Bench) -> None:
     bench.renew()
-    bench.deadman.rest()
+    bench.deadman.end_lease()
     bench.clock.sleep_until(0.1)
     bench.renew()
     bench.clock.sleep_until(0.2)

@@ -29,8 +29,8 @@ def test_calls_every_stop_once_even_if_one_fails() -> None:
         calls.append("fails")
         raise DeviceError("left_motor", "no current")
 
-    latch.call(fail)
-    latch.call(lambda: calls.append("stops"))
+    latch.add_stop(fail)
+    latch.add_stop(lambda: calls.append("stops"))
     latch.set(EmergencyStopError("now"))
     latch.set(EmergencyStopError("again"))
     assert calls == ["fails", "stops"]
@@ -62,7 +62,7 @@ class TestEmergencyStop:
         thread.start()
         thread.join()
         assert rig.wheels == (0.0, 0.0)
-        assert rig.assembled.latch.driven == Wheels(2.0, 2.0)
+        assert rig.assembled.latch.last_velocities == Wheels(2.0, 2.0)
 
     def test_no_command_passes_after_it(self, raises: Raises) -> None:
         rig = Rig()
@@ -96,7 +96,7 @@ def test_call_that_runs_out_of_memory_twice_is_made_by_the_next_set() -> None:
         if len(tries) < 3:
             raise MemoryError
 
-    latch.call(stop)
+    latch.add_stop(stop)
     latch.set(first)
     assert len(tries) == 2
     latch.set(EmergencyStopError("second"))

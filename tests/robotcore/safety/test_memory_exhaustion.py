@@ -42,14 +42,16 @@ class Robot:
         self.motors = [NullMotor("left_motor"), NullMotor("right_motor"), NullMotor("gripper")]
         left, right, gripper = self.motors
         self.latch = Latch(self.reserve)
-        self.brakes = StopGroup.on(*self.motors, reserve=self.reserve)
-        self.latch.call(self.brakes.apply_apart)
-        self.stage = SafetyFilter(ticks, left, right, [], LEASE_S, self.latch, brakes=self.brakes.of(left, right))
-        self.gripper = StandaloneGuard(
-            MotorOutput.of(gripper), 12.0, ticks, LEASE_S, self.latch, self.brakes.of(gripper)
+        self.motor_stops = StopGroup.create(*self.motors, reserve=self.reserve)
+        self.latch.add_stop(self.motor_stops.apply_apart)
+        self.filter = SafetyFilter(
+            ticks, left, right, [], LEASE_S, self.latch, motor_stops=self.motor_stops.select(left, right)
         )
-        self.stage.ask(Wheels(2.0, 2.0))
-        self.stage.commit()
+        self.gripper = StandaloneGuard(
+            MotorOutput.of(gripper), 12.0, ticks, LEASE_S, self.latch, self.motor_stops.select(gripper)
+        )
+        self.filter.ask(Wheels(2.0, 2.0))
+        self.filter.commit()
         self.gripper.set_velocity(2.0)
         for motor in self.motors:
             assert motor.sent == [2.0]
@@ -123,7 +125,7 @@ def test_second_press_of_the_e_stop_stops_every_motor(robots: Callable[[], Robot
             robot.latch.set(error)
         assert robot.turning == [], point
         assert robot.latch.error is error
-        assert robot.latch.driven == Wheels(2.0, 2.0), point
+        assert robot.latch.last_velocities == Wheels(2.0, 2.0), point
 
 
 def test_second_call_of_the_clock_cuts_every_motor(robots: Callable[[], Robot]) -> None:

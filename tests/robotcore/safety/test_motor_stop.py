@@ -41,7 +41,7 @@ def hung() -> Iterator[HungMotor]:
 
 def test_stops_every_motor() -> None:
     left, right = NullMotor("left_motor"), NullMotor("right_motor")
-    StopGroup.on(left, right).apply()
+    StopGroup.create(left, right).apply()
     assert (left.sent, right.sent) == ([0.0], [0.0])
 
 
@@ -49,14 +49,14 @@ def test_failure_of_one_motor_is_raised_after_the_other_stopped() -> None:
     left, right = NullMotor("left_motor"), NullMotor("right_motor")
     left.is_broken = True
     with pytest.raises(DeviceError) as raised:
-        StopGroup.on(left, right).apply()
+        StopGroup.create(left, right).apply()
     assert raised.value.device == "left_motor"
     assert right.sent == [0.0]
 
 
 def test_motor_that_hangs_does_not_delay_the_others(hung: HungMotor, reserve: Reserve, check_text: CheckText) -> None:
     right = NullMotor("right_motor")
-    stops = StopGroup.on(hung, right, reserve=reserve)
+    stops = StopGroup.create(hung, right, reserve=reserve)
     (failure,) = stops.apply_apart()
     assert isinstance(failure, DeviceError)
     assert (failure.kind, failure.device, failure.fields["within_s"]) == ("stop-timeout", "left_motor", 0.2)
@@ -76,7 +76,7 @@ def test_stop_waits_for_one_that_is_under_way(hung: HungMotor, reserve: Reserve)
 
 def test_another_thread_stops_each_motor_in_its_own_thread(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    stops, raised = StopGroup.on(hung, right, reserve=reserve), []
+    stops, raised = StopGroup.create(hung, right, reserve=reserve), []
 
     def stop() -> None:
         try:
@@ -94,7 +94,7 @@ def test_another_thread_stops_each_motor_in_its_own_thread(hung: HungMotor, rese
 def test_stop_that_hangs_is_not_repeated_and_is_reported_at_once(
     hung: HungMotor, reserve: Reserve, raises: Raises
 ) -> None:
-    stops = StopGroup.on(hung, reserve=reserve)
+    stops = StopGroup.create(hung, reserve=reserve)
     stops.apply_apart()
     assert stops.apply_apart()
     with raises(DeviceError, "stop-timeout"):
@@ -103,7 +103,7 @@ def test_stop_that_hangs_is_not_repeated_and_is_reported_at_once(
 
 
 def test_motor_that_returned_can_be_stopped_again(hung: HungMotor, reserve: Reserve) -> None:
-    stops = StopGroup.on(hung, reserve=reserve)
+    stops = StopGroup.create(hung, reserve=reserve)
     stops.apply_apart()
     hung.release.set()
     while stops.are_hung:
@@ -114,10 +114,10 @@ def test_motor_that_returned_can_be_stopped_again(hung: HungMotor, reserve: Rese
 
 def test_part_of_a_group_shares_its_state(hung: HungMotor, reserve: Reserve) -> None:
     right = NullMotor("right_motor")
-    stops = StopGroup.on(hung, right, reserve=reserve)
+    stops = StopGroup.create(hung, right, reserve=reserve)
     stops.apply_apart()
-    assert stops.of(hung).are_hung
-    assert not stops.of(right).are_hung
+    assert stops.select(hung).are_hung
+    assert not stops.select(right).are_hung
 
 
 def test_stop_that_raises_system_exit_is_a_failure_of_its_motor(reserve: Reserve) -> None:
@@ -127,7 +127,7 @@ def test_stop_that_raises_system_exit_is_a_failure_of_its_motor(reserve: Reserve
         raise SystemExit
 
     motor.on_command = leave
-    (failure,) = StopGroup.on(motor, reserve=reserve).apply_apart()
+    (failure,) = StopGroup.create(motor, reserve=reserve).apply_apart()
     assert isinstance(failure, DeviceError)
     assert (failure.kind, failure.device) == ("stop-raised", "left_motor")
 
@@ -140,5 +140,5 @@ def test_stop_that_runs_out_of_memory_is_repeated(reserve: Reserve) -> None:
             raise refusal
 
     motor.on_command = refuse
-    assert StopGroup.on(motor, reserve=reserve).apply_apart() == []
+    assert StopGroup.create(motor, reserve=reserve).apply_apart() == []
     assert motor.sent == [0.0]

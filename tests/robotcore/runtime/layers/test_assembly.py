@@ -119,9 +119,9 @@ class TestConditions:
     def test_a_gain_is_past_the_stage_and_short_of_the_driver(self) -> None:
         rig = Rig(description=UNHURRIED)
         assembled = assemble(rig.raw, UNHURRIED, 20, conditions=Conditions(wheel_gain_left=0.5, wheel_gain_right=1.5))
-        assert assembled.stage
+        assert assembled.command_filter
         assert assembled.robot.drive.set_wheels(4.0, 4.0) == (4.0, 4.0)
-        assembled.stage.commit()
+        assembled.command_filter.commit()
         assert rig.wheels == (2.0, 6.0)
         assembled.clock.sleep_until(0.125)
         assert rig.wheels == (0.0, 0.0)
@@ -142,7 +142,7 @@ class TestDisplay:
 class TestDrive:
     def test_a_robot_whose_motors_are_not_open_has_no_drive(self) -> None:
         rig = Rig(names=("eye",))
-        assert rig.assembled.stage is None
+        assert rig.assembled.command_filter is None
         assert not rig.robot.has(Role.DRIVE)
 
     def test_the_guard_takes_forward_motion_away(self) -> None:
@@ -157,8 +157,8 @@ class TestDrive:
     def test_a_lease_is_that_of_the_description_at_this_rate(self) -> None:
         rig = Rig(rate_hz=10)
         rig.robot.drive.set_velocity(0.05, 0.0)
-        assert rig.assembled.stage
-        rig.assembled.stage.commit()
+        assert rig.assembled.command_filter
+        rig.assembled.command_filter.commit()
         rig.sleep(0.24)
         assert rig.wheels != (0.0, 0.0)
         rig.sleep(0.02)
@@ -205,8 +205,8 @@ class TestEncoders:
         for _ in range(6):
             drive.set_velocity(0.2, 0.0)
             poses.append(drive.pose.x)
-            assert assembled.stage
-            assembled.stage.commit()
+            assert assembled.command_filter
+            assembled.command_filter.commit()
             assembled.clock.sleep_until(assembled.clock.now() + 0.05)
             for encoder in encoders:
                 encoder.angle += 0.01 / 0.0325
@@ -339,10 +339,10 @@ def test_an_exception_of_a_layer_is_an_error_of_the_device_and_stops_the_wheels(
     assembled = assemble(rig.raw, rig.description, 20, faults=[Broken()])
     with raises(DeviceError, "driver-error", device="eye"):
         assembled.robot.camera.read()
-    assert assembled.stage
-    assembled.stage.ask(Wheels(-1.0, -1.0))
+    assert assembled.command_filter
+    assembled.command_filter.ask(Wheels(-1.0, -1.0))
     with raises(DeviceError, "driver-error", device="left_motor"):
-        assembled.stage.commit()
+        assembled.command_filter.commit()
     assert rig.wheels == (0.0, 0.0)
 
 

@@ -124,12 +124,12 @@ def test_stop_by_the_guardian_is_an_intervention_and_later_commands_pass() -> No
     guardian, rig = GuardianSpy(), Rig(description=UNHURRIED)
     guard = GuardianLayer(cast("Guardian", guardian))
     assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
-    assert assembled.stage
-    assembled.stage.ask(Wheels(1.0, 2.0))
-    assembled.stage.commit()
+    assert assembled.command_filter
+    assembled.command_filter.ask(Wheels(1.0, 2.0))
+    assembled.command_filter.commit()
     guardian.reports = [Report("stop", ("left_motor",), ())]
-    assembled.stage.ask(Wheels(1.0, 2.0))
-    commit = assembled.stage.commit()
+    assembled.command_filter.ask(Wheels(1.0, 2.0))
+    commit = assembled.command_filter.commit()
     (intervention,) = commit.interventions
     assert (intervention.cause, intervention.asked, intervention.sent) == (
         "guardian",
@@ -137,17 +137,17 @@ def test_stop_by_the_guardian_is_an_intervention_and_later_commands_pass() -> No
         Wheels(0.0, 0.0),
     )
     assert rig.left.received == [1.0, 0.0, 1.0]  # the layer sends the guardian's stop to the motor too
-    assert not assembled.stage.commit().interventions
+    assert not assembled.command_filter.commit().interventions
 
 
 def test_commit_without_a_command_raises_if_the_guardian_is_dead() -> None:
     guardian, rig = GuardianSpy(), Rig()
     guard = GuardianLayer(cast("Guardian", guardian))
     assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
-    assert assembled.stage
+    assert assembled.command_filter
     guardian.is_dead = True
     with pytest.raises(GuardianError):
-        assembled.stage.commit()
+        assembled.command_filter.commit()
     assert rig.wheels == (0.0, 0.0)
 
 
@@ -180,6 +180,6 @@ def test_a_driver_that_rounds_does_not_hold_back_the_acceleration_limit() -> Non
     guardian = GuardianSpy()
     guard = GuardianLayer(cast("Guardian", guardian))
     assembled = assemble(rig.raw, rig.description, rig.rate_hz, guard=guard)
-    assert assembled.stage
-    assembled.stage.ask(Wheels(0.4, 0.4))
-    assert assembled.stage.commit().sent == Wheels(0.4, 0.4)
+    assert assembled.command_filter
+    assembled.command_filter.ask(Wheels(0.4, 0.4))
+    assert assembled.command_filter.commit().sent == Wheels(0.4, 0.4)
