@@ -1,4 +1,4 @@
-"""Drive forward, and turn away from obstacles; the nearer an obstacle, the faster the turn."""
+"""Drive forward, and turn away from obstacles. The robot turns faster if an obstacle is nearer."""
 
 from __future__ import annotations
 

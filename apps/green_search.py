@@ -10,19 +10,19 @@ from robotcore.autonomy.vision import Blob
 
 STANDING = Twist(0.0, 0.0)
 CENTRED_RAD = 0.1
-"""A ball counts as straight ahead if its bearing is at most this angle to the left or right."""
+"""The robot faces the ball if the magnitude of the ball's bearing is at most this."""
 
 NEAR_M, TOO_NEAR_M = 0.02, 0.06
-"""The robot has arrived if it is at most these distances before the stop or beyond it."""
+"""The robot has arrived if it is less than `NEAR_M` short of its stopping point, or less than `TOO_NEAR_M` past it."""
 
 ECHO_M = 0.1
-"""The greatest difference between the echo and the ball's distance while the robot stands in front of the ball."""
+"""While the robot stands at the ball, the measured range differs from ``stop_distance_m`` by less than this."""
 
 CONFIRM_S = 0.15
-"""A blob is taken for the ball if it is visible for this time: three pictures at 20 Hz. A glint is shorter."""
+"""The robot faces a blob for this time, three pictures at 20 Hz, before it drives to it. Reflections vanish sooner."""
 
 PATIENCE_S = 0.5
-"""The ball is lost if no picture shows it for this time. The run ends after the robot has stood for this time."""
+"""The ball is lost if no picture shows it for this time. The run ends after the robot has stood at the ball for it."""
 
 
 @dataclass
@@ -36,7 +36,7 @@ class GreenSearch(Behaviour):
     turn_rad_s: Positive = 1.5
     """The greatest velocity of a turn."""
     stop_distance_m: Positive = 0.28
-    """The distance from the range sensor to the ball at the stop."""
+    """The distance between the range sensor and the ball when the robot stops."""
     ball_radius_m: Positive = 0.10
     """The ball's radius."""
 
@@ -75,11 +75,11 @@ class GreenSearch(Behaviour):
             "arrived": self._stand,
         }[self.state]
         robot.drive.set_velocity(*act(robot, blob))
-        is_done = self.state == "arrived" and self._time_in_state > PATIENCE_S
+        is_done = self.state == "arrived" and self._seconds_in_state > PATIENCE_S
         return Status.SUCCESS if is_done else Status.RUNNING
 
     def _search(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn until the camera has seen all area that is visible from here. Then drive to the next best view."""
+        """Turn until the camera has seen everything that is visible from here. Then drive to the next best view."""
         if self._ball.is_in_sight:
             return self._enter("seen")
         if twist := self._navigator.look(self._pose):
@@ -96,31 +96,32 @@ class GreenSearch(Behaviour):
         return self._navigator.follow(self._pose) or self._begin_search()
 
     def _confirm(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Turn to the ball's position until the ball is confirmed. If an obstacle hides the ball, drive around it."""
-        target = self._target(robot)
+        """Face the ball until it is confirmed. If an obstacle hides the ball, drive around the obstacle."""
+        target = self._build_target(robot)
         bearing = blob.bearing if blob else target.bearing(self._pose)
-        if abs(bearing) > CENTRED_RAD or self._time_in_state < CONFIRM_S:
+        if abs(bearing) > CENTRED_RAD or self._seconds_in_state < CONFIRM_S:
             return self._navigator.turn_to(bearing)
         if blob:
             return self._enter("approach")
         if self._ball.lost_for < PATIENCE_S:
             return STANDING
-        return self._give_up() if self._navigator.is_known_straight(self._pose, target) else self._drive_round(target)
+        is_gone = self._navigator.is_known_straight(self._pose, target)
+        return self._forget_ball() if is_gone else self._drive_around(target)
 
     def _approach(self, robot: Robot, blob: Blob | None) -> Twist:
         """Drive straight to the ball, or around an obstacle between the robot and the ball."""
-        target = self._target(robot)
+        target = self._build_target(robot)
         if self._ball.lost_for > PATIENCE_S:
             return self._enter("seen")
         if not self._navigator.is_straight(self._pose, target):
-            return self._drive_round(target)
+            return self._drive_around(target)
         is_there = -TOO_NEAR_M < target.gap(self._pose) < NEAR_M
         if blob and is_there and abs(target.bearing(self._pose)) < CENTRED_RAD:
             return self._enter("arrived")
-        return self._navigator.drive_at(self._pose, target) or self._drive_round(target)
+        return self._navigator.drive_at(self._pose, target) or self._drive_around(target)
 
     def _avoid(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Follow the planned path over free cells. At its end, survey the direction of its unknown part."""
+        """Follow the planned path through free cells. If it continues through unknown cells, survey them."""
         if twist := self._navigator.follow(self._pose):
             return twist
         if not self._navigator.is_at_frontier:
@@ -130,15 +131,15 @@ class GreenSearch(Behaviour):
 
     def _survey(self, robot: Robot, blob: Blob | None) -> Twist:
         """Turn to both sides, so that the range sensor measures the surroundings. Then plan the path again."""
-        return self._navigator.survey(self._pose) or self._drive_round(self._target(robot))
+        return self._navigator.survey(self._pose) or self._drive_around(self._build_target(robot))
 
     def _stand(self, robot: Robot, blob: Blob | None) -> Twist:
-        """Stand while the camera sees the ball and the range sensor measures it."""
+        """Stand still while both the camera and the range sensor detect the ball, else search again."""
         is_there = abs(robot.range.read().distance - self.stop_distance_m) < ECHO_M
         return STANDING if blob and is_there else self._begin_search()
 
-    def _drive_round(self, target: Target) -> Twist:
-        """Plan a path around an obstacle. Without a path, survey from here, else drive to a view, else search again."""
+    def _drive_around(self, target: Target) -> Twist:
+        """Plan a path around an obstacle. If there is none, survey, else drive to another view, else search again."""
         if self._navigator.plan_to(self._pose, target):
             return self._enter("avoid")
         if self._navigator.survey_more(self._pose):
@@ -146,10 +147,10 @@ class GreenSearch(Behaviour):
         if self._navigator.plan_to_view(self._pose):
             return self._enter("avoid")
         self._navigator.forget(self._pose)
-        return self._give_up()
+        return self._forget_ball()
 
-    def _give_up(self) -> Twist:
-        """Search again, because the ball is not at its last position or no path leads there."""
+    def _forget_ball(self) -> Twist:
+        """Forget where the ball was, and search again."""
         self._ball.forget()
         return self._begin_search()
 
@@ -158,18 +159,17 @@ class GreenSearch(Behaviour):
         return self._enter("search")
 
     def _enter(self, state: str) -> Twist:
-        """Enter a state and stand in this tick."""
+        """Enter a state, and return the command to stand still in this tick."""
         self.state = state
         self._entered_at = self._now
         return STANDING
 
     @property
-    def _time_in_state(self) -> float:
-        """The duration of the present state, in seconds."""
+    def _seconds_in_state(self) -> float:
         return self._now - self._entered_at
 
-    def _target(self, robot: Robot) -> Target:
-        """Return the ball's position as a target, with the distance at which the axle must stop in front of it."""
+    def _build_target(self, robot: Robot) -> Target:
+        """Return the ball's position, with the distance from its centre at which the robot's axle must stop."""
         assert self._ball.place, "only the states search and explore are possible before the ball is seen"
         return Target(*self._ball.place, robot.range.mount.x + self.stop_distance_m + self.ball_radius_m)
 

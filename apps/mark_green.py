@@ -13,7 +13,7 @@ class MarkGreen(Behaviour):
     """Marks blobs of a hue in the camera's pictures for a given time. It needs no drive."""
 
     hue: str = "green"
-    """The hue, by name or in degrees."""
+    """The hue to mark, by name or in degrees."""
     duration_s: Positive = 10.0
     """The duration of the run."""
 

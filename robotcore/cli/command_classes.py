@@ -43,7 +43,7 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return the command. If there is none, raise UnknownNameError, which suggests the nearest name."""
+        """Return the command. An unknown name raises UnknownNameError, which suggests the nearest name."""
         if args[0] not in self._places and not args[0].startswith("-"):
             raise UnknownNameError("command", args[0], list(self._places))
         return super().resolve_command(ctx, args)
@@ -53,7 +53,7 @@ class AnsweringCommand(click.Command):
     """A command that answers with one line of JSON if ``--json`` is given, even if the command fails.
 
     The answer of a failed command has the keys ``app``, ``error``, ``kind`` and ``exit_status``. ``kind`` identifies
-    the error. The error is also raised, so that the caller writes it on stderr. While the command runs, a signal raises
+    the error. The error is also raised, so that `execute` writes it on stderr. While the command runs, a signal raises
     Interrupted.
     """
 
@@ -80,14 +80,14 @@ class AnsweringCommand(click.Command):
     def build_failure_answer(
         self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
     ) -> dict[str, Any]:
-        """Return the answer of a command that failed.
+        """Return the JSON answer of a command that failed.
 
-        parameters: the command's parameters by name, without the invalid ones.
+        parameters: the command's valid parameters, by name.
+        error: the error that ended the command.
         """
         return {"app": parameters.get("app") or "", "error": str(error), "exit_status": error.exit_status}
 
     def _parse_leniently(self, ctx: click.Context, given: list[str]) -> dict[str, Any]:
-        """Return the valid parameters of a command line that also has invalid ones."""
         return self.make_context(
             ctx.info_name, given, resilient_parsing=True, ignore_unknown_options=True, allow_extra_args=True
         ).params
@@ -98,7 +98,7 @@ class AnsweringCommand(click.Command):
 
 
 class RunCommand(AnsweringCommand):
-    """A command that answers with all keys of a RunResult, even if the run did not begin."""
+    """A command whose JSON answer has all keys of a RunResult, even if the run did not begin."""
 
     def build_failure_answer(
         self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
@@ -108,7 +108,7 @@ class RunCommand(AnsweringCommand):
 
 
 def prepare_result(*, as_json: bool) -> None:
-    """Import the modules that `write_result` needs. After the run, there may be no file descriptors or memory left."""
+    """Import the modules that `write_result` needs. After the run, it may be too late: the app can exhaust memory."""
     if not as_json:
         import robotcore.view.text  # noqa: F401
 
@@ -116,7 +116,7 @@ def prepare_result(*, as_json: bool) -> None:
 def write_result(result: RunResult, *, as_json: bool) -> None:
     """Write the result of a run on stdout, and its notes and its error on stderr.
 
-    In JSON, a run that an error ended also has the key ``kind``, which identifies the error.
+    If an error ended the run, the JSON also has the key ``kind``, which identifies the error.
     """
     for note in result.notes:
         write_line(f"note: {note}", is_error=True)
@@ -135,7 +135,6 @@ def write_result(result: RunResult, *, as_json: bool) -> None:
 
 
 def _build_result_without_run(parameters: Mapping[str, Any], error: RobotcoreError | Interrupted) -> RunResult:
-    """Return the result of a run that failed before its first tick."""
     from robotcore.runtime.result import Outcome, RunResult
 
     return RunResult(

@@ -1,4 +1,4 @@
-"""Commands on descriptions: ``check`` validates a robot or a world, ``export`` writes them for other tools."""
+"""Commands on descriptions: ``check`` validates a robot or a world, ``export`` converts a robot for other tools."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from robotcore.cli.options import pair
+from robotcore.cli.options import parse_pair
 from robotcore.cli.output import write_content, write_finding, write_line
-from robotcore.cli.output_files import require_apart
+from robotcore.cli.output_files import require_distinct
 from robotcore.errors import UsageError
 from robotcore.files import replace_file
 from robotcore.text import pluralize
@@ -21,25 +21,27 @@ if TYPE_CHECKING:
     from robotcore.hal.backend import ModelExport
 
 _OPTIONAL_SECTIONS = ("conditions", "randomisation")
-"""The sections that most descriptions of worlds do not have."""
+"""The sections of a world that `check` mentions if the world has them."""
 
 
 @click.command("check")
 @click.argument("file")
-@click.option("--backend", help="Look for the robot's devices in the scene that this simulator has open.")
+@click.option("--backend", help="Look for the robot's devices in the open scene of this simulator.")
 @click.option("--host", help="Short for --option host=…")
 @click.option("--port", help="Short for --option port=…")
-@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+@click.option(
+    "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
+)
 def check(
     file: str, backend: str | None, host: str | None, port: str | None, options: tuple[tuple[str, str], ...]
 ) -> int:
-    """Check a robot or a world FILE.
+    """Check the FILE of a robot or a world.
 
-    FILE is a file or a name. Prints a summary, or all faults of the file with a remedy each. A backend's own section,
-    such as the wiring, is checked by that backend. The exit status is 3 if that backend cannot be imported.
+    FILE is a .toml file or a name. Prints a summary, or each problem of the file with its remedy. A section for a
+    backend, such as the wiring, is checked by that backend. The exit status is 3 if that backend cannot be imported.
 
-    With --backend, also looks for each device in the open scene. The exit status is 1 if one is missing there, and 3
-    if the simulator does not answer.
+    With --backend, also looks for each device of the robot in the open scene. The exit status is 1 if a device is
+    missing, and 3 if the simulator does not answer.
     """
     from robotcore.description import RobotDescription, load_any
 
@@ -49,7 +51,7 @@ def check(
     }
     if chosen_options and backend is None:
         raise UsageError(
-            f"option {next(iter(chosen_options))} needs a backend. Name it with --backend",
+            f"option {next(iter(chosen_options))} needs a backend. Add --backend NAME",
             kind="option-without-effect",
         )
     description = load_any(file)
@@ -59,7 +61,7 @@ def check(
         return _check_robot(file, description)
     if backend:
         raise UsageError(
-            f"{file} describes a world; --backend looks for the devices of a robot. Leave --backend out",
+            f"{file} describes a world, but --backend needs a robot. Leave --backend out",
             kind="option-without-effect",
         )
     write_line(f"{file}: OK, {_format_world(description)}")
@@ -67,7 +69,6 @@ def check(
 
 
 def _check_robot(file: str, robot: RobotDescription) -> int:
-    """Print a summary of a robot, and the check of each of its backend sections. Return the exit status."""
     from robotcore.errors import BackendMissingError
 
     results = [([f"OK, {_format_robot(robot)}"], ""), *(_check_section(robot, section) for section in robot.backends)]
@@ -79,7 +80,6 @@ def _check_robot(file: str, robot: RobotDescription) -> int:
 
 
 def _inspect_scene(file: str, robot: RobotDescription, name: str, options: Mapping[str, str]) -> int:
-    """Print which devices of a robot are in the open scene of a simulator. Return the exit status."""
     from robotcore.hal.backend import Setup, load_backend
     from robotcore.hal.check_finding import Level
 
@@ -95,9 +95,9 @@ def _inspect_scene(file: str, robot: RobotDescription, name: str, options: Mappi
 
 
 def _check_section(robot: RobotDescription, section: str) -> tuple[list[str], str]:
-    """Check the section of a backend in a robot's file.
+    """Check a backend's section in a robot's file.
 
-    Return the lines to print, and the reason if the backend cannot check the section.
+    Return the lines to print. If the backend cannot check the section, return no lines and the reason.
     """
     from robotcore.errors import BackendMissingError
     from robotcore.hal.backend import load_backend
@@ -107,7 +107,7 @@ def _check_section(robot: RobotDescription, section: str) -> tuple[list[str], st
         summary, warnings = backend.check(robot), [f"[{section}] warning: {each}" for each in backend.warnings(robot)]
     except BackendMissingError as error:
         return [], f"[{section}] was not checked: {error}"
-    line = f"[{section}] OK, {summary}" if summary else f"[{section}] was not checked: the backend reads no section"
+    line = f"[{section}] OK, {summary}" if summary else f"[{section}] was not checked: the backend has no such section"
     return [line, *warnings], ""
 
 
@@ -133,20 +133,20 @@ def _format_world(world: WorldDescription) -> str:
 def export(robot: str, file_format: str, world: str | None, seed: int | None, output: Path | None) -> None:
     """Write a robot for other tools, as URDF or MJCF.
 
-    ROBOT is a name or a .toml file. Writes the same model that is simulated. Textures of a world are written as
-    pictures into the folder FILE_textures beside the file, where FILE is its name without the suffix. On stdout they
-    are left out.
+    ROBOT is a name or a .toml file. Writes the model that robotcore simulates. With --output NAME.xml, writes the
+    textures of the world as pictures into the folder NAME_textures beside that file. Without --output, leaves the
+    textures out.
     """
     from robotcore.description import is_own, load_robot
     from robotcore.simulation.export import export_model, prepare_world
 
-    require_apart("--output", output, *(name for name in (robot, world) if name and is_own(name)))
+    require_distinct("--output", output, *(name for name in (robot, world) if name and is_own(name)))
     robot_description, world_description = load_robot(robot), None
     if world is not None:
         robot_description, world_description = prepare_world(robot_description, world, seed)
     elif seed is not None:
         raise UsageError(
-            "--seed draws a world, and none is named. Name one, for example --world arena",
+            "--seed has no effect without a world. Add one, for example --world arena",
             kind="option-without-effect",
         )
     folder = _name_texture_folder(output) if output else None
@@ -157,12 +157,12 @@ def export(robot: str, file_format: str, world: str | None, seed: int | None, ou
 
 
 def _name_texture_folder(output: Path) -> str:
-    """Return the name of the folder for textures. Bytes that are not Unicode are left out, because XML forbids them."""
+    """Return the name of the folder for textures, without bytes that are not Unicode, because XML forbids them."""
     return f"{output.stem}_textures".encode(errors="ignore").decode()
 
 
 def _write_model(model: ModelExport, output: Path | None) -> None:
-    """Write the pictures, then the model. If the model exists, all its pictures exist too."""
+    """Write the pictures before the model, so that an existing model has all its pictures."""
     if output is None:
         write_content(model.text)
         return
@@ -178,6 +178,6 @@ def _write_file(file: Path, content: bytes, *, makes_folder: bool = False) -> No
         with replace_file(file) as part:
             part.write_bytes(content)
     except OSError as error:
-        remedy = "Name a file that can be written, where there is room"
+        remedy = "Name a file that you can write, on a disk with free space"
         name = error.filename or file
         raise UsageError(f"{name}: {error.strerror}. {remedy}", kind="file-not-writable", file=str(name)) from error

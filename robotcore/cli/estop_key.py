@@ -21,14 +21,14 @@ HINT = "space: stop"
 PRESSED = "the space bar was pressed in the terminal"
 BUFFER = 64
 CLOSING_S = 1.0
-"""The longest wait for the thread that reads the keys to end, in seconds."""
+"""The longest wait for the end of the thread that reads the keys, in seconds."""
 
 POLL_S = 0.1
-"""The interval at which the thread checks the run and the terminal's foreground process group, in seconds."""
+"""The thread checks at this interval whether the run has ended and whether the process is in the foreground."""
 
 
 def can_listen() -> bool:
-    """Return whether standard input is a terminal, and whether this process is in its foreground."""
+    """Return whether standard input is a terminal that has this process in its foreground."""
     if os.name != "posix" or sys.stdin is None or sys.stdin.closed or not sys.stdin.isatty():
         return False
     return _is_in_foreground(sys.stdin.fileno())
@@ -37,27 +37,27 @@ def can_listen() -> bool:
 class EmergencyStopKey:
     """An observer that makes the space bar the e-stop of a run. It restores the terminal at the end.
 
-    During the run the terminal is in ``cbreak`` mode, in which a key is read at once and not shown. It returns to its
-    former mode while the process is in the background or suspended, and while Python's debugger reads a command. An app
-    can still read from standard input.
+    During the run the terminal is in ``cbreak`` mode, in which a key is read at once and not shown. The terminal
+    returns to its former mode while the process is in the background or suspended, and while Python's debugger reads a
+    command. An app can still read from standard input.
     """
 
     def __init__(self) -> None:
         self._terminal = sys.stdin.fileno()
-        self._before: list[Any] | None = None
+        self._saved_mode: list[Any] | None = None
         self._lock = RLock()
         self._run: Run | None = None
-        self._is_over = Event()
+        self._has_ended = Event()
         self._is_paused = False
         self._thread: Thread | None = None
 
-    def hint(self) -> str:
-        """Return the hint for the user if the key works now, else an empty text."""
-        return HINT if self._before is not None and _is_in_foreground(self._terminal) else ""
+    def get_hint(self) -> str:
+        """Return the hint for the user, or an empty text while the key does not work."""
+        return HINT if self._saved_mode is not None and _is_in_foreground(self._terminal) else ""
 
     def begin(self, run: Run) -> None:
         self._run = run
-        self._take()
+        self._set_cbreak_mode()
         self._thread = start_thread(self._listen, "space bar")
 
     def tick(self, record: TickRecord) -> None:
@@ -68,7 +68,7 @@ class EmergencyStopKey:
 
     def close(self) -> None:
         """Stop reading keys, and restore the terminal. Later calls do nothing."""
-        self._is_over.set()
+        self._has_ended.set()
         self.pause()
         if self._thread:
             self._thread.join(CLOSING_S)
@@ -79,56 +79,60 @@ class EmergencyStopKey:
 
         with self._lock, suppress(termios.error), _block_job_signals():
             self._is_paused = True
-            if self._before is not None:
-                termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)
-                self._before = None
+            if self._saved_mode is not None:
+                termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._saved_mode)
+                self._saved_mode = None
 
     def resume(self) -> None:
-        """Use the terminal again as soon as the process is in the foreground."""
-        self._is_paused = self._is_over.is_set()
-        self._take()
+        """Read keys again as soon as the process is in the foreground."""
+        self._is_paused = self._has_ended.is_set()
+        self._set_cbreak_mode()
 
     def _listen(self) -> None:
-        with suppress(OSError), _block_job_signals(), _open_keys(self._terminal) as keys:  # the terminal may vanish
-            while not self._is_over.is_set():
+        with (
+            suppress(OSError),
+            _block_job_signals(),
+            _open_non_blocking(self._terminal) as keys,
+        ):  # the terminal may vanish
+            while not self._has_ended.is_set():
                 if KEY in self._read_keys(keys) and self._run:
                     self._run.emergency.press(PRESSED)
 
     def _read_keys(self, keys: int) -> bytes:
-        """Return the keys that were pressed. Wait at most `POLL_S` seconds."""
+        """Return the keys that were pressed, after a wait of at most `POLL_S` seconds."""
         if not _is_in_foreground(self._terminal):
-            self._is_over.wait(POLL_S)
+            self._has_ended.wait(POLL_S)
             return b""
-        if _is_debugger_asking():
-            self._lend_to_debugger()
+        if _is_debugger_active():
+            self._restore_for_debugger()
             return b""
-        self._take()
+        self._set_cbreak_mode()
         ready, _, _ = select([keys], [], [], POLL_S)
-        return _read(keys) if ready and not self._is_over.is_set() else b""
+        return _read_available(keys) if ready and not self._has_ended.is_set() else b""
 
-    def _take(self) -> None:
-        """Put the terminal into ``cbreak`` mode if the process is in the foreground and the key is not paused."""
+    def _set_cbreak_mode(self) -> None:
+        """Set ``cbreak`` mode, unless the process is in the background or the key is paused."""
         import termios
         import tty
 
         with self._lock, suppress(termios.error):
-            if self._before is None and not self._is_paused and _is_in_foreground(self._terminal):
-                self._before = termios.tcgetattr(self._terminal)
+            if self._saved_mode is None and not self._is_paused and _is_in_foreground(self._terminal):
+                self._saved_mode = termios.tcgetattr(self._terminal)
                 tty.setcbreak(self._terminal, termios.TCSANOW)
 
-    def _lend_to_debugger(self) -> None:
-        """Restore the terminal until the debugger has read its command."""
+    def _restore_for_debugger(self) -> None:
+        """Restore the terminal, and wait until the debugger has read its command."""
         was_paused = self._is_paused
         self.pause()
-        while _is_debugger_asking() and not self._is_over.wait(POLL_S):
+        while _is_debugger_active() and not self._has_ended.wait(POLL_S):
             pass
         if not was_paused:
             self.resume()
 
 
 @contextmanager
-def _open_keys(terminal: int) -> Iterator[int]:
-    """Open the terminal a second time in non-blocking mode. The app's own descriptor stays in blocking mode."""
+def _open_non_blocking(terminal: int) -> Iterator[int]:
+    """Open the terminal a second time, in non-blocking mode. The app's own descriptor stays in blocking mode."""
     keys = os.open(os.ttyname(terminal), os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
     try:
         yield keys
@@ -136,15 +140,15 @@ def _open_keys(terminal: int) -> Iterator[int]:
         os.close(keys)
 
 
-def _read(keys: int) -> bytes:
-    """Return the keys that can be read now. There may be none if another reader was faster."""
+def _read_available(keys: int) -> bytes:
+    """Return the keys that can be read without waiting. It is empty if the app has read them first."""
     with suppress(OSError):
         return os.read(keys, BUFFER)
     return b""
 
 
-def _is_debugger_asking() -> bool:
-    """Return whether the main thread runs Python's own debugger."""
+def _is_debugger_active() -> bool:
+    """Return whether the main thread is in ``bdb``, the base of Python's debuggers."""
     frame = sys._current_frames().get(main_thread().ident or 0)  # noqa: SLF001  there is no other way to inspect a thread
     while frame:
         if frame.f_globals.get("__name__") == "bdb":
@@ -161,7 +165,7 @@ def _is_in_foreground(terminal: int) -> bool:
 
 @contextmanager
 def _block_job_signals() -> Iterator[None]:
-    """Block SIGTTOU and SIGTTIN. They would stop all processes of the job if it uses the terminal in the background."""
+    """Block SIGTTOU and SIGTTIN. They would stop the whole job if it used the terminal from the background."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTTOU, signal.SIGTTIN])
     try:
         yield

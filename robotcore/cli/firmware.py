@@ -1,4 +1,4 @@
-"""``robotcore firmware`` builds robotcore's program for a microcontroller that drives the wheels, and flashes it."""
+"""``robotcore firmware`` compiles the program for an Arduino that drives the wheels, and flashes the board."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _board = click.option(
     type=click.Choice(_BOARDS),
     default="uno",
     show_default=True,
-    help="nano-old is a Nano with the bootloader from before 2018, as most clones have.",
+    help="nano-old is a Nano with the bootloader from before 2018. Most clones have it.",
 )
 _sketch = click.option(
     "--sketch-dir",
@@ -45,8 +45,8 @@ def copy(into: Path) -> None:
     from robotcore.hardware.firmware.board import copy_sketch
 
     target = copy_sketch(into)
-    write_line(f"{target / 'config.h'}: write the wiring of your robot into this file")
-    write_line(f"then: robotcore firmware flash --sketch-dir {target}")
+    write_line(f"Write the pins of your robot into {target / 'config.h'}")
+    write_line(f"Then flash the board: robotcore firmware flash --sketch-dir {target}")
 
 
 @command.command("build")
@@ -57,7 +57,7 @@ def copy(into: Path) -> None:
     type=click.Path(path_type=Path, file_okay=False),
     default=Path("build/firmware"),
     show_default=True,
-    help="The folder for the program.",
+    help="The folder for the compiled program.",
 )
 def build(name: str, folder: Path | None, into: Path) -> None:
     """Compile the sketch with arduino-cli, or with avr-gcc and Debian's Arduino core."""
@@ -71,7 +71,7 @@ def build(name: str, folder: Path | None, into: Path) -> None:
 @_sketch
 @click.option("--port", help="The board's port, such as /dev/ttyUSB0. Not needed if only one board is plugged in.")
 def flash(name: str, folder: Path | None, port: str | None) -> None:
-    """Compile the sketch, flash the board, and read the version that runs on it."""
+    """Compile the sketch, flash the board, and ask the board for its version."""
     from robotcore.hardware.firmware.board import (
         BOARDS,
         find_only_port,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _COMMON_PARAMETERS = """\
 Every fault takes after=SECONDS, the time when it begins, and lasts=SECONDS, its duration, on the robot's clock.
-With every=SECONDS, a fault repeats, and lasts=SECONDS is the time during which it can begin again."""
+The faults lost and stall also take every=SECONDS, the interval at which they repeat until lasts=SECONDS are over."""
 
 
 @click.command("apps")
@@ -62,7 +62,7 @@ def faults(*, as_json: bool) -> None:
 @click.command("robots")
 @as_json
 def robots(*, as_json: bool) -> None:
-    """List the robots that --robot finds by name."""
+    """List the robots that have a name for --robot."""
     from robotcore.description import robot_names
 
     rows = [_robot_row(name) for name in robot_names()]
@@ -76,7 +76,7 @@ def robots(*, as_json: bool) -> None:
 @click.command("worlds")
 @as_json
 def worlds(*, as_json: bool) -> None:
-    """List the worlds that --world finds by name."""
+    """List the worlds that have a name for --world."""
     from robotcore.description import world_names
 
     rows = [_world_row(name) for name in world_names()]
@@ -114,7 +114,7 @@ def _setting_row(setting: Setting) -> dict[str, Any]:
 
 
 def _format_type(kind: Any) -> str:
-    """Return the name of a type. The limits of an ``Annotated`` type are left out."""
+    """Return the name of a type, without the limits of an ``Annotated`` type."""
     bare = getattr(kind, "__origin__", kind) if hasattr(kind, "__metadata__") else kind
     return bare.__name__ if isinstance(bare, type) else str(bare)
 

@@ -16,16 +16,16 @@ from robotcore.cli.command_classes import LazyGroup
 from robotcore.cli.output import write_error, write_failure, write_line, write_lines, write_usage_error
 from robotcore.errors import Interrupted, RobotcoreError
 
-SIGNALLED = 128
-"""An exit status greater than this is 128 + the number of the signal that ended the process."""
+SIGNAL_BASE = 128
+"""The exit status of a process that signal n ended is this plus n."""
 
-INTERRUPTED = SIGNALLED + 2
+INTERRUPTED = SIGNAL_BASE + 2
 """The exit status after SIGINT."""
 
 EXITING_S = 3.0
-"""The interpreter has this many seconds to exit. Then the process ends at once."""
+"""The time that the interpreter has to exit, in seconds. After it, the process ends at once."""
 
-UNWRITTEN = 1
+OUTPUT_FAILED = 1
 """The exit status if the output cannot be written."""
 
 
@@ -78,7 +78,7 @@ def run_app(name: str) -> NoReturn:
 
 
 def execute(arguments: Sequence[str]) -> int:
-    """Run one command, and return its exit status. After the signal n, the status is 128 + n.
+    """Run one command, and return its exit status. If signal n ended the command, the status is 128 + n.
 
     A RobotcoreError and an invalid argument are reported on stderr. Any other exception is raised.
 
@@ -97,19 +97,19 @@ def execute(arguments: Sequence[str]) -> int:
         return INTERRUPTED
     except OSError as error:
         write_failure(f"the output cannot be written: {error.strerror}")
-        return UNWRITTEN
+        return OUTPUT_FAILED
     return status or 0
 
 
 def _exit(status: int) -> NoReturn:
-    """Flush the output, and exit with a status. If the status is that of a signal, end the process by that signal."""
+    """Flush the output and exit with a status. If a signal ended the command, end the process by the same signal."""
     if not _flush(sys.stdout):
-        status = status or UNWRITTEN
+        status = status or OUTPUT_FAILED
     _flush(sys.stderr)
-    if status > SIGNALLED:
+    if status > SIGNAL_BASE:
         from robotcore.runtime.signals import end_by_signal
 
-        end_by_signal(status - SIGNALLED)
+        end_by_signal(status - SIGNAL_BASE)
     _limit_exit(status)
     sys.exit(status)
 
@@ -119,7 +119,7 @@ def _limit_exit(status: int) -> None:
 
     def end(_number: int, _frame: FrameType | None) -> NoReturn:
         names = [thread.name for thread in threading.enumerate() if thread is not threading.main_thread()]
-        write_line(f"note: the process ends with threads that still run: {', '.join(names)}", is_error=True)
+        write_line(f"note: the process ends while threads still run: {', '.join(names)}", is_error=True)
         os._exit(status)
 
     if hasattr(signal, "setitimer"):
@@ -128,7 +128,7 @@ def _limit_exit(status: int) -> None:
 
 
 def _flush(stream: TextIO | None) -> bool:
-    """Flush a stream, and return whether that succeeded. If not, redirect the stream to the null device."""
+    """Return whether a stream could be flushed. If not, discard its output, so that Python's own flush succeeds."""
     if stream is None:
         return True
     try:

@@ -15,22 +15,22 @@ if TYPE_CHECKING:
     from robotcore.hal.backend import Backend
 
 
-class Folder(click.Path):
-    """The type of a folder's name. An empty name, such as an unset variable of the shell, is an error."""
+class FolderType(click.Path):
+    """A click type for the path of a folder. It refuses an empty path, such as that of an unset shell variable."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path, file_okay=False)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not str(value):
-            self.fail("the name is empty. Name a folder, or leave the option out", param, ctx)
+            self.fail("the folder's name is empty. Name a folder, or leave the option out", param, ctx)
         return super().convert(value, param, ctx)
 
 
-def pair(value: str) -> tuple[str, str]:
+def parse_pair(value: str) -> tuple[str, str]:
     """Split ``KEY=VALUE`` at the first ``=``.
 
-    >>> pair("path=/a=b")
+    >>> parse_pair("path=/a=b")
     ('path', '/a=b')
     """
     key, _, content = (part.strip() for part in value.partition("="))
@@ -39,17 +39,17 @@ def pair(value: str) -> tuple[str, str]:
     return key, content
 
 
-def count(value: str) -> int:
+def parse_count(value: str) -> int:
     """Parse a whole number that is at least 1."""
     if not value.strip().isdecimal() or not int(value):
-        raise click.BadParameter(f"{value!r} is no count. Take a whole number from 1 on")
+        raise click.BadParameter(f"{value!r} is not a whole number greater than 0. Give a number such as 4")
     return int(value)
 
 
-def size(value: str) -> int:
+def parse_size(value: str) -> int:
     """Parse a size in bytes that is at least 1.
 
-    >>> size("500MB"), size("1.5 GiB"), size("4096")
+    >>> parse_size("500MB"), parse_size("1.5 GiB"), parse_size("4096")
     (500000000, 1610612736, 4096)
     """
     from pydantic import ByteSize, TypeAdapter, ValidationError
@@ -59,24 +59,24 @@ def size(value: str) -> int:
     except ValidationError:
         found = ByteSize(0)
     if found < 1:
-        raise click.BadParameter(f"{value!r} is no size. Take one such as 500MB or 2GB")
+        raise click.BadParameter(f"{value!r} is not a size in bytes. Give a size such as 500MB or 2GB")
     return int(found)
 
 
-def names(value: str) -> tuple[str, ...]:
-    """Split names at commas. Keep their order, and drop repetitions.
+def parse_names(value: str) -> tuple[str, ...]:
+    """Return the names in a text, which are separated by commas, without repetitions.
 
-    >>> names("open, arena,open")
+    >>> parse_names("open, arena,open")
     ('open', 'arena')
     """
     found = tuple(dict.fromkeys(name for part in value.split(",") if (name := part.strip())))
     if not found:
-        raise click.BadParameter("no name is given. Name one or more, separated by commas")
+        raise click.BadParameter("the list of names is empty. Give one or more names, separated by commas")
     return found
 
 
-def faults(_context: click.Context, _parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
-    """Parse the values of ``--fault``, and return their canonical form. A file name becomes the faults in the file."""
+def parse_faults(_context: click.Context, _parameter: click.Parameter, values: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the canonical form of the values of ``--fault``. The faults in a file replace the file's name."""
     if not values:
         return ()
     from robotcore.runtime.faults.spec import read_specs
@@ -104,7 +104,7 @@ _OPTIONS = (
         help="End a run after this time on the robot's clock.",
     ),
     click.option(
-        "--randomise", "--randomize", is_flag=True, help="Vary colours, light, sensors and wheels with the seed too."
+        "--randomise", "--randomize", is_flag=True, help="Also vary colours, light, sensors and wheels with the seed."
     ),
     click.option(
         "--judge",
@@ -116,38 +116,40 @@ _OPTIONS = (
         "faults",
         metavar="SPEC",
         multiple=True,
-        callback=faults,
-        help='Inject a fault, such as "camera drop=0.2 after=5", or those of a .toml file; see `robotcore faults`.',
+        callback=parse_faults,
+        help='Inject a fault, such as "camera drop=0.2 after=5", or those in a .toml file. See `robotcore faults`.',
     ),
-    click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app."),
     click.option(
-        "--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend."
+        "--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="A setting of the app."
+    ),
+    click.option(
+        "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
     ),
 )
 
 
 def run_options(command: Command) -> Command:
-    """Add the options of a run to a command. Their names are those of the fields of `RunRequest`."""
+    """Add the options of a run to a command. Each option has the name of a field of `RunRequest`."""
     for option in reversed(_OPTIONS):
         command = option(command)
     return command
 
 
 def connection_options(command: Command) -> Command:
-    """Add ``--port`` and ``--option`` to a command. The command passes their values to `merge_options`."""
+    """Add ``--port`` and ``--option`` to a command, which passes their values to `merge_options`."""
     option = click.option(
-        "--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend."
+        "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
     )
     return click.option("--port", help="Short for --option port=…, such as a serial port.")(option(command))
 
 
 def merge_options(port: str | None, options: tuple[tuple[str, str], ...]) -> dict[str, str]:
-    """Return the options of a backend as a dict. It has the key ``port`` if ``port`` is given."""
+    """Return the options of a backend as a dict, with the key ``port`` if ``port`` is given."""
     return {**dict(options), **({} if port is None else {"port": port})}
 
 
 def load_connected_robot(backend: Backend, robot: str, options: Mapping[str, str]) -> RobotDescription:
-    """Load a robot, given the options of the connection to it.
+    """Load a robot with the options of the connection to it, such as a serial port.
 
     Raises UnknownNameError if an option is not one of the backend's `connection_options`.
     """

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 PIPED_WIDTH = 160
 INDENT = "  "
+"""Precedes an app's lines on stderr, to distinguish them from those of robotcore."""
 
 _STYLES = re.compile(r"(\x1b\[[0-9;]*m)")
 """Matches the escape sequences that `click.style` adds to a text."""
@@ -39,7 +40,7 @@ def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = Fals
     """Write a text in one line. Control characters and line breaks are escaped.
 
     is_error: whether to write on stderr. A failure to write there is ignored, so that the result still reaches stdout.
-    is_styled: whether the text has colours of `click.style`. The caller must have escaped the words between them.
+    is_styled: whether to keep the colour sequences of `click.style`. The caller must escape untrusted text first.
     """
     parts = _STYLES.split(text) if is_styled else [text]
     line = "".join(part if index % 2 else escape(part, keep="\t") for index, part in enumerate(parts))
@@ -48,7 +49,7 @@ def write_line(text: str = "", *, is_error: bool = False, is_styled: bool = Fals
 
 
 def write_lines(text: str, *, indent: str = "", is_error: bool = False) -> None:
-    """Write each line of a text after ``indent``. `INDENT` distinguishes an app's lines from those of robotcore."""
+    """Write each line of a text, with ``indent`` before it."""
     for line in text.split("\n"):
         write_line(f"{indent}{line}" if line else "", is_error=is_error)
 
@@ -59,12 +60,12 @@ def write_content(text: str) -> None:
 
 
 def redirect_prints(*, as_json: bool) -> AbstractContextManager[object]:
-    """Return a context in which an app's prints go to stderr if ``as_json`` is True. Stdout is then only for JSON."""
+    """Return a context in which apps print on stderr if ``as_json`` is True, so that stdout has only JSON."""
     return redirect_stdout(sys.stderr) if as_json else nullcontext()
 
 
 def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]) -> None:
-    """Write a table with a row for each item. The first column has the names of the rows."""
+    """Write a table. Its first column, which has the names of the rows, is not wrapped."""
     from rich import box
     from rich.table import Table
 
@@ -77,7 +78,7 @@ def write_table(columns: Sequence[str], rows: Iterable[Sequence[RenderableType]]
 
 
 def write(renderable: RenderableType) -> None:
-    """Write a renderable of rich. In a terminal it has colours and the terminal's width.
+    """Write a renderable of the library rich, with the colours and the width of the terminal.
 
     In a pipe it has no colours, and its width is `PIPED_WIDTH`.
     """
@@ -91,7 +92,7 @@ def write(renderable: RenderableType) -> None:
 
 
 class _EscapedRenderable:
-    """A renderable of rich whose texts have their control characters escaped. The colours of rich are kept."""
+    """A renderable of rich with its control characters escaped and its colours kept."""
 
     def __init__(self, renderable: RenderableType) -> None:
         self._renderable = renderable
@@ -102,7 +103,7 @@ class _EscapedRenderable:
 
 
 def write_failure(message: str) -> None:
-    """Write an error message on stderr. All lines except the first are indented."""
+    """Write an error message on stderr. Its lines after the first are indented."""
     first, *others = message.split("\n")
     write_line(f"{click.style('error:', fg='red', bold=True)} {escape(first)}", is_error=True, is_styled=True)
     for line in others:
@@ -110,16 +111,16 @@ def write_failure(message: str) -> None:
 
 
 def write_error(error: RobotcoreError | Interrupted) -> None:
-    """Write an error on stderr. Each fault in a file has its own line. An app's error follows its traceback."""
+    """Write an error on stderr. Each problem in a file has its own line. An app's error follows its traceback."""
     if isinstance(error, BehaviourError) and error.traceback:
         write_lines(error.traceback.rstrip("\n"), indent=INDENT, is_error=True)
-    faults = str(error).split("\n") if isinstance(error, DescriptionError) else [str(error)]
-    for each in faults:
-        write_failure(each)
+    problems = str(error).split("\n") if isinstance(error, DescriptionError) else [str(error)]
+    for problem in problems:
+        write_failure(problem)
 
 
 def write_usage_error(error: click.ClickException) -> None:
-    """Write an error in the arguments on stderr, and the command that shows their help."""
+    """Write an error in a command's arguments on stderr, and the command that shows its help."""
     context = getattr(error, "ctx", None)
     write_failure(error.format_message())
     write_line(f"Try '{context.command_path if context else 'robotcore'} --help'.", is_error=True)
@@ -130,22 +131,22 @@ NEWLINE, FINDING_INDENT, FINDING_WIDTH = "\n", 23, 1000
 
 
 def write_finding(finding: Finding) -> None:
-    """Write a finding and its remedy, wrapped to the width of the terminal. In a pipe the lines are not wrapped."""
+    """Write a finding and its remedy, wrapped to the terminal's width. In a pipe the lines are not wrapped."""
     from shutil import get_terminal_size
 
     width = max(get_terminal_size().columns, 2 * FINDING_INDENT) if sys.stdout.isatty() else FINDING_WIDTH
     level = finding.level.value
     lines = click.wrap_text(
-        f"{level:<9}{finding.subject:<14}{_in_one_line(finding.message)}", width, "", " " * FINDING_INDENT
+        f"{level:<9}{finding.subject:<14}{_join_lines(finding.message)}", width, "", " " * FINDING_INDENT
     )
     if finding.remedy:
         lines += NEWLINE + click.wrap_text(
-            _in_one_line(finding.remedy), width, f"{'→':>{FINDING_INDENT - 1}} ", " " * FINDING_INDENT
+            _join_lines(finding.remedy), width, f"{'→':>{FINDING_INDENT - 1}} ", " " * FINDING_INDENT
         )
     for line in map(escape, lines.split(NEWLINE)):
         styled = line.replace(level, click.style(level, FINDING_STYLES[level]), 1) if line.startswith(level) else line
         write_line(styled, is_styled=True)
 
 
-def _in_one_line(words: str) -> str:
+def _join_lines(words: str) -> str:
     return " ".join(words.split())

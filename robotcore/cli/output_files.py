@@ -15,32 +15,39 @@ if TYPE_CHECKING:
     from robotcore.runtime.result import RunResult
 
 
-def require_apart(option: str, output: Path | None, *inputs: Path | str) -> None:
-    """Raise UsageError if an output file is also an input of the command, even by another name or by a link."""
-    if output and any(is_same(output, file) for file in inputs):
+def require_distinct(option: str, output: Path | None, *inputs: Path | str) -> None:
+    """Raise UsageError if an output file is also an input of the command, even under another name.
+
+    option: the option that names the output file.
+    """
+    if output and any(is_same_file(output, file) for file in inputs):
         raise UsageError(
-            f"{option} {output}: the command reads this file. Name another one",
+            f"{option} {output}: the command reads this file. Name another file",
             kind="output-is-input",
             option=option,
             file=str(output),
         )
 
 
-def require_ending(option: str, output: Path | None, endings: Collection[str]) -> None:
-    """Raise UsageError if the output's suffix is not one of ``endings``. A folder may have any name."""
-    if output and not output.is_dir() and output.suffix.lower() not in endings:
+def require_suffix(option: str, output: Path | None, suffixes: Collection[str]) -> None:
+    """Raise UsageError if the output is a file with none of these suffixes. A folder may have any suffix.
+
+    option: the option that names the output.
+    """
+    if output and not output.is_dir() and output.suffix.lower() not in suffixes:
+        kinds = " or ".join(suffixes)
         raise UsageError(
-            f"{option} {output}: the format is {' or '.join(endings)}. Give the file that suffix",
+            f"{option} {output}: not a {kinds} file. Name a {kinds} file",
             kind="wrong-suffix",
             option=option,
             file=str(output),
         )
 
 
-def is_same(file: Path, named: Path | str) -> bool:
+def is_same_file(file: Path, other: Path | str) -> bool:
     """Return whether both names refer to the same existing file."""
     try:
-        return file.samefile(named)
+        return file.samefile(other)
     except (OSError, ValueError):
         return False
 
@@ -51,7 +58,7 @@ def make_recorder(
     """Return an observer that records the run, or None without a file.
 
     file: the recording to write; None for no recording.
-    options: the backend's options. If one of them names a file, the recording must not overwrite it.
+    options: the backend's options. A file that they name must not be overwritten.
     is_jpeg: whether to record the camera as JPEG.
     limit: the file size in bytes at which the recording ends; None for no limit.
 
@@ -66,9 +73,9 @@ def make_recorder(
                     option=option,
                 )
         return None
-    if any(is_same(file, value) for value in options.values()):
+    if any(is_same_file(file, value) for value in options.values()):
         raise UsageError(
-            f"--record {file}: the backend reads this file. Name another one",
+            f"--record {file}: the backend reads this file. Name another file",
             kind="output-is-input",
             option="--record",
             file=str(file),
@@ -81,7 +88,7 @@ def make_recorder(
 
 
 def finish_recording(result: RunResult, recorder: Recorder) -> tuple[RunResult, str]:
-    """Return the result, and a line about the recording; the line is empty if there is no recording.
+    """Return the result, and a line that names the recording. If there is no recording, the line is empty.
 
     If the recording is incomplete, the exit status of the result is at least 1.
     """

@@ -1,4 +1,4 @@
-"""Commands on recordings: ``info`` shows one, ``compare`` compares two, ``replay`` runs the app of one again."""
+"""Commands on recordings: ``info`` shows one, ``compare`` compares two, ``replay`` runs the recorded app again."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import click
 
 from robotcore.cli.command_classes import AnsweringCommand
-from robotcore.cli.options import pair
+from robotcore.cli.options import parse_pair
 from robotcore.cli.output import redirect_prints, write, write_json, write_line
-from robotcore.cli.output_files import require_apart, require_ending
+from robotcore.cli.output_files import require_distinct, require_suffix
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
@@ -39,8 +39,8 @@ def info(
     from robotcore.recording import read
 
     if device and not video:
-        raise UsageError("--device names the camera of a video. Add --video FILE.mp4", kind="option-without-effect")
-    _require_outputs(file, picture, table, video)
+        raise UsageError("--device has no effect without a video. Add --video FILE.mp4", kind="option-without-effect")
+    _require_valid_outputs(file, picture, table, video)
     recording = read(file)
     if as_json:
         from robotcore.recording.summary import summarise_contents
@@ -68,16 +68,16 @@ def info(
 def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -> int:
     """Compare two recordings.
 
-    Shows the milestones, outcomes, paths and loop times of both, and the first difference.
+    Shows the milestones, outcome, path and loop rate of each run, and the first difference.
 
-    Exit status: 0 if both have the same milestones in the same order and the same outcome, else 1.
+    Exit status: 0 if both runs have the same milestones in the same order and the same outcome, else 1.
     """
     from robotcore.recording import read
     from robotcore.recording.run_comparison import Comparison, RunSummary
     from robotcore.view.comparison_view import format_comparison
     from robotcore.view.picture import require_writable
 
-    require_apart("--picture", picture, first, second)
+    require_distinct("--picture", picture, first, second)
     if picture:
         require_writable(picture)
     comparison = Comparison(RunSummary(str(first), read(first)), RunSummary(str(second), read(second)))
@@ -99,10 +99,11 @@ def compare(first: Path, second: Path, picture: Path | None, *, as_json: bool) -
 @click.option(
     "--app",
     metavar="APP",
-    help="The recorded app's own file, also if it has changed; or another app, which then decides on the recorded "
-    "samples.",
+    help="Run this app on the recorded samples. The file of the recorded app runs even if it has changed.",
 )
-@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="Another setting of the app.")
+@click.option(
+    "--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="Change a setting of the app."
+)
 @click.option("--picture", metavar="FILE", type=_FILE, help="Draw the replay as a PNG.")
 @_as_json
 def replay(
@@ -110,18 +111,18 @@ def replay(
 ) -> int:
     """Run the recorded app again and compare its decisions.
 
-    Reports the first decision that differs. An app's file that has changed since the recording runs only if --app
+    Reports the first decision that differs. If the app's file has changed since the recording, it runs only if --app
     names it.
 
     With another app or with --set, shows how the decisions on the recorded samples differ.
 
-    Exit status: 0 if all decisions are equal, or if another app ran to its end; 1 if a decision differs; after
-    an error as `robotcore run`.
+    Exit status: 0 if all decisions are equal or if another app ran to its end, 1 if a decision differs. An error has
+    the exit status of `robotcore run`.
     """
     from robotcore.recording import read
     from robotcore.view.picture import require_writable
 
-    require_apart("--picture", picture, file)
+    require_distinct("--picture", picture, file)
     if picture:
         require_writable(picture)
     recording = read(file)
@@ -137,13 +138,12 @@ def replay(
     return result.exit_status
 
 
-def _require_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:
-    """Raise UsageError if an output would overwrite the recording, or has the wrong suffix."""
+def _require_valid_outputs(file: Path, picture: Path | None, table: Path | None, video: Path | None) -> None:
     table_file = table / f"{file.stem}.csv" if table and table.is_dir() else table
     for option, output in (("--picture", picture), ("--csv", table_file), ("--video", video)):
-        require_apart(option, output, file)
-    require_ending("--csv", table, (".csv",))
-    require_ending("--video", video, (".mp4", ".avi"))
+        require_distinct(option, output, file)
+    require_suffix("--csv", table, (".csv",))
+    require_suffix("--video", video, (".mp4", ".avi"))
 
 
 def _draw_recording(recording: Recording, picture: Path) -> None:

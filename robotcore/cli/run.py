@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.command_classes import RunCommand, prepare_result, write_result
-from robotcore.cli.options import run_options, size
+from robotcore.cli.options import parse_size, run_options
 from robotcore.cli.output import redirect_prints, write_failure, write_line
 from robotcore.cli.output_files import finish_recording, make_recorder
 from robotcore.errors import UsageError
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from robotcore.runtime.session import Observer
     from robotcore.runtime.signals import SignalGuard
     from robotcore.view.picture import PictureRecorder
-    from robotcore.view.progress import Progress
+    from robotcore.view.progress import ProgressLine
 
 
 _FIRST_SIMULATOR = "pybullet"
@@ -36,7 +36,7 @@ _FIRST_SIMULATOR = "pybullet"
 @click.command("run", cls=RunCommand)
 @click.argument("app")
 @click.option(
-    "--backend", default="kinematic", show_default=True, help="The simulator or robot; see `robotcore backends`."
+    "--backend", default="kinematic", show_default=True, help="The simulator or robot. See `robotcore backends`."
 )
 @click.option("--world", help="A world's name, or its .toml file. Default in simulators: arena.")
 @click.option("--seed", type=int, help="The seed of the world's random variations.")
@@ -55,7 +55,7 @@ _FIRST_SIMULATOR = "pybullet"
 @click.option(
     "--record-limit",
     metavar="SIZE",
-    type=size,
+    type=parse_size,
     help="End the recording when its file has this size, such as 500MB. The run goes on.",
 )
 @click.option("--gui", is_flag=True, help="Open the simulator's window, and run in real time.")
@@ -100,7 +100,7 @@ def command(
 
 
 def _finish(result: RunResult, written: list[str], *, as_json: bool) -> int:
-    """Write the result and the names of the written files. Return the exit status, even if stdout is closed."""
+    """Write the result and the lines about written files. Return the exit status, even if stdout is closed."""
     try:
         write_result(result, as_json=as_json)
         for line in written:
@@ -116,7 +116,7 @@ def _finish(result: RunResult, written: list[str], *, as_json: bool) -> int:
 def _save_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> tuple[RunResult, bool]:
     """Save the picture if the run began. Return the result, and whether the picture was saved.
 
-    If the picture cannot be written, the exit status of the result is at least 1.
+    If the picture cannot be written, the returned result has an exit status of at least 1.
     """
     try:
         return result, drawer.save(picture)
@@ -126,7 +126,6 @@ def _save_picture(result: RunResult, drawer: PictureRecorder, picture: Path) -> 
 
 
 def _make_picture_recorder(picture: Path | None) -> PictureRecorder | None:
-    """Return an observer that draws the run; None without a file. Raise UsageError if the file cannot be written."""
     if picture is None:
         return None
     from robotcore.view.picture import PictureRecorder, require_writable
@@ -147,14 +146,16 @@ def _run(
     from robotcore.runtime.session import RunRequest, run
 
     with ExitStack() as stack:
-        in_terminal: list[EmergencyStopKey | Progress] = []
+        in_terminal: list[EmergencyStopKey | ProgressLine] = []
         estop_key = stack.enter_context(closing(EmergencyStopKey())) if can_listen() else None
         if estop_key:
             in_terminal.append(estop_key)
         if sys.stderr and sys.stderr.isatty():
-            from robotcore.view.progress import Progress
+            from robotcore.view.progress import ProgressLine
 
-            in_terminal.append(stack.enter_context(closing(Progress(hint=estop_key.hint if estop_key else str))))
+            in_terminal.append(
+                stack.enter_context(closing(ProgressLine(hint=estop_key.get_hint if estop_key else str)))
+            )
         interrupts.set_suspension_hooks(
             lambda: [each.pause() for each in in_terminal], lambda: [each.resume() for each in in_terminal]
         )
@@ -166,9 +167,10 @@ def _run(
 def _make_forced_exit_handler(
     recorder: Recorder | None, notifier: Notifier | None, *, as_json: bool
 ) -> Callable[[RunResult], None]:
-    """Return a function that writes the result on the current standard output before a forced exit.
+    """Return a function that writes the result of a run whose app hangs, before the process is ended by force.
 
-    Under a service manager, the function also ends the process, because `Notifier` may choose another exit status.
+    The function writes on the present stdout, because the run redirects stdout. Under systemd, it also ends the
+    process, because `Notifier` may choose another exit status.
     """
     stdout = sys.stdout
 
@@ -184,7 +186,7 @@ def _make_forced_exit_handler(
 
 
 def _build_request_fields(host: str | None, port: str | None, **values: Any) -> dict[str, Any]:
-    """Return the fields of a RunRequest. The values of ``--host`` and ``--port`` become options of the backend."""
+    """Return the fields of a RunRequest. ``host`` and ``port`` become options of the backend."""
     short = {"host": host, "port": port}
     options = {**dict(values["options"]), **{key: value for key, value in short.items() if value is not None}}
     return {**values, "options": options, "settings": dict(values["settings"])}
@@ -199,7 +201,7 @@ def _build_request_fields(host: str | None, port: str | None, **values: Any) -> 
 def demo(seed: int, picture: Path, *, gui: bool) -> int:
     """Watch the rover find the green ball.
 
-    Chooses the best simulator that works here, prints why, and draws a picture of the run.
+    Chooses the best simulator that works on this machine, prints the reason, and draws a picture of the run.
     """
     from robotcore.cli.main import execute
 
@@ -212,9 +214,9 @@ def demo(seed: int, picture: Path, *, gui: bool) -> int:
 
 
 def choose_simulator() -> tuple[str, str]:
-    """Return the name of a simulator, and the reason for its choice as text.
+    """Return the name of the simulator for the demo, and the reason for the choice as text.
 
-    It is the first physics simulator that works on this machine, else the built-in kinematic simulator.
+    The choice is the first physics simulator that works on this machine, else the built-in kinematic simulator.
     """
     from robotcore.hal.backend import loadable_backends
 
@@ -228,7 +230,7 @@ def choose_simulator() -> tuple[str, str]:
 
 
 def _find_failure(backend: Backend) -> str:
-    """Return why a simulator cannot be used, and the remedy; empty if its smoke test succeeds."""
+    """Return why a simulator does not work, with the remedy. The text is empty if its smoke test succeeds."""
     if not backend.is_installed:
         return f"{backend.name} is not installed. {backend.remedy}."
     from robotcore.cli.doctor.smoke_test import diagnose

@@ -1,4 +1,4 @@
-"""``robotcore stop`` stops every motor of a robot, also if another program controls it."""
+"""``robotcore stop`` stops every motor of a robot, even while another program drives it."""
 
 from __future__ import annotations
 
@@ -18,20 +18,19 @@ if TYPE_CHECKING:
 @click.option("--robot", default="rover", show_default=True, help="A robot's name, or its .toml file.")
 @connection_options
 def command(name: str, robot: str, port: str | None, options: tuple[tuple[str, str], ...]) -> int:
-    """Stop every motor of a robot, even one in use.
+    """Stop every motor of a robot, even during a run.
 
-    Opens only the lines that stop motors, and ends no program. If another program holds such a line, names it and
-    exits with status 3. On a backend whose motors stop with their run, nothing needs to be stopped.
+    Uses only the outputs that stop the motors, and ends no program. If another program blocks such an output, prints
+    its name and exits with status 3. In a simulator there is nothing to stop.
     """
     from robotcore.hal.backend import load_backend
 
     backend = load_backend(name)
     backend.require_installed()
-    return _stop(backend, _setup(backend, robot, merge_options(port, options)))
+    return _stop(backend, _build_motor_setup(backend, robot, merge_options(port, options)))
 
 
-def _setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
-    """Return a set-up that has only the robot's motors."""
+def _build_motor_setup(backend: Backend, robot: str, options: dict[str, str]) -> Setup:
     from robotcore.description import MotorDescription
     from robotcore.hal.backend import Setup
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.command_classes import AnsweringCommand
-from robotcore.cli.options import Folder, count, names, run_options
+from robotcore.cli.options import FolderType, parse_count, parse_names, run_options
 from robotcore.cli.output import redirect_prints, write_line
 from robotcore.cli.sweep_output import show_resumed, show_sweep
 from robotcore.errors import BackendError, Interrupted, UsageError
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from robotcore.sweep.statistics import Requirement
 
 
-FOLDER = Folder()
+FOLDER = FolderType()
 
 
 class _SweepCommand(AnsweringCommand):
-    """A command that passes its command line on to the report."""
+    """A command that stores its own command line, which the report shows."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.obj = shlex.join([*ctx.command_path.split(), *args])
@@ -37,13 +37,20 @@ class _SweepCommand(AnsweringCommand):
 @click.option(
     "--backend",
     "backends",
-    type=names,
+    type=parse_names,
+    metavar="NAMES",
     default="kinematic",
     show_default=True,
-    help="One or more, separated by commas.",
+    help="The backends, separated by commas.",
 )
 @click.option(
-    "--world", "worlds", type=names, default="arena", show_default=True, help="One or more, separated by commas."
+    "--world",
+    "worlds",
+    type=parse_names,
+    metavar="NAMES",
+    default="arena",
+    show_default=True,
+    help="The worlds, separated by commas.",
 )
 @click.option(
     "--seeds", default="1-20", show_default=True, help="The seeds of the worlds' random variations: 1-200, or 1,5,9-12."
@@ -52,15 +59,15 @@ class _SweepCommand(AnsweringCommand):
 @click.option(
     "--jobs",
     metavar="N",
-    type=count,
-    help="The number of runs at a time. Default: the number of cores, or 1 if the backend serves only one client.",
+    type=parse_count,
+    help="The number of parallel runs. Default: one per core, or 1 if the backend serves one run at a time.",
 )
 @click.option(
     "--wall-timeout",
     "wall_timeout_s",
     metavar="SECONDS",
     type=click.FloatRange(0, min_open=True),
-    help="A run that takes longer in real time counts as hung. Default: ten times --timeout and a minute.",
+    help="A run that takes longer in real time has hung. Default: ten times --timeout, plus 60 seconds.",
 )
 @click.option("--cluster", metavar="ADDRESS", help="The address of a Dask scheduler, such as tcp://lab:8786.")
 @click.option("--out", metavar="DIR", type=FOLDER, help="The folder for the results. Default: sweeps/APP-…")
@@ -71,7 +78,7 @@ class _SweepCommand(AnsweringCommand):
     "requirements",
     metavar="BOUND",
     multiple=True,
-    help='A bound on the results, such as "verified>=0.97".',
+    help='A bound that the results must meet, such as "verified>=0.97".',
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one line of JSON at the end, and nothing else.")
 @click.pass_obj
@@ -97,9 +104,9 @@ def command(
     Runs every backend in every world with every seed. Each result is stored at once, so the same command continues an
     interrupted sweep.
 
-    Exit status: 0 all runs are done, 1 a --require was missed, 2 wrong usage or a folder that cannot be used, 3 a
-    backend or the cluster failed or is missing, 5 the app's file or its settings raise, 128 + the signal's number when
-    interrupted.
+    Exit status: 0 all runs are done, 1 the results do not meet a bound of --require, 2 wrong usage or a folder that
+    cannot be used, 3 a backend or the cluster failed or is missing, 5 the app's file or settings raised an error,
+    128 + the signal's number when interrupted.
     """
     from robotcore.sweep import Results, Sweep
     from robotcore.sweep.preflight import preflight
@@ -135,14 +142,13 @@ def _make_request(
 def _make_engine(
     cluster: str | None, jobs: int | None, wall_timeout_s: float | None, backends: tuple[str, ...]
 ) -> Engine:
-    """Return the engine that executes the runs. Raise BackendMissingError if one of its packages is missing."""
     if cluster is None:
         from robotcore.sweep.local import LocalEngine, count_cores
 
         return LocalEngine(_limit_jobs(jobs, backends) or count_cores(), wall_timeout_s)
     if jobs is not None:
         raise UsageError(
-            "--jobs is for this machine; a cluster has a run on each worker. Leave --jobs or --cluster out",
+            "--jobs has no effect on a cluster, which executes one run on each worker. Leave --jobs or --cluster out",
             kind="conflicting-options",
         )
     from robotcore.sweep.cluster import ClusterEngine
@@ -164,7 +170,7 @@ def _limit_jobs(jobs: int | None, backends: tuple[str, ...]) -> int | None:
 
 
 def _run(results: Results, engine: Engine, *, is_quiet: bool) -> Interrupted | BackendError | None:
-    """Execute the missing runs. Return the error that ended the sweep early, or None."""
+    """Execute the runs that have no result. Return the error that ended the sweep early, or None."""
     from robotcore.runtime.signals import SignalGuard
     from robotcore.sweep.local import execute
     from robotcore.sweep.summary import SweepProgress

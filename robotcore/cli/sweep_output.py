@@ -15,23 +15,23 @@ if TYPE_CHECKING:
     from robotcore.sweep.statistics import Group, Requirement
 
 
-MISSED = 1
-"""The exit status if a bound of ``--require`` was missed."""
+REQUIREMENT_MISSED = 1
+"""The exit status if the results do not meet a bound of ``--require``."""
 
 _JSON_KEYS = {"contacts_unknown": "untold"}
-"""The JSON keys that differ from the names of a group's fields, by field."""
+"""The fields of `Group` that have another name in JSON, with this name."""
 
 DIGITS = 6
-"""The number of decimals of numbers in JSON."""
+"""The number of decimal places of each number in JSON."""
 
 
 def show_resumed(results: Results, done: int) -> None:
-    """Print how many runs were already done, and the date of the newest."""
+    """Print how many runs an earlier sweep has finished, and the date of the last one."""
     date, total = f"{results.date:%Y-%m-%d %H:%M}", len(results.sweep)
     if done == total:
-        write_line(f"All runs are done since {date}; --fresh runs them again.")
+        write_line(f"All runs were finished by {date}. To run them again, add --fresh.")
     else:
-        write_line(f"{done} of {total} runs are done since {date}; the others follow.")
+        write_line(f"{done} of {total} runs were finished by {date}. The sweep continues with the others.")
     write_line()
 
 
@@ -44,7 +44,9 @@ def show_sweep(
 ) -> int:
     """Print the result of a sweep, and return its exit status.
 
-    The requirements are only checked if all runs ended.
+    results: the results of the sweep.
+    requirements: the bounds of ``--require``. They are only checked if all runs are done.
+    ended_by: the error that ended the sweep early, or None.
     """
     from robotcore.sweep.statistics import group_records, list_met_requirements, list_missed_requirements
 
@@ -52,7 +54,7 @@ def show_sweep(
     failing = [record for record in results.records() if record.is_failure]
     checked = [] if ended_by else requirements
     misses = list_missed_requirements(checked, groups)
-    status = ended_by.exit_status if ended_by else MISSED if misses else 0
+    status = ended_by.exit_status if ended_by else REQUIREMENT_MISSED if misses else 0
     if as_json:
         write_json(
             {
@@ -95,7 +97,6 @@ def _make_group_payload(group: Group) -> dict[str, Any]:
 
 
 def _round(value: Any) -> Any:
-    """Round a float, or each number of a tuple, to `DIGITS`."""
     if isinstance(value, tuple):
         return [_round(each) for each in value]
     return round(value, DIGITS) if isinstance(value, float) else value
@@ -115,7 +116,6 @@ def _write_summary(results: Results, groups: Sequence[Group], failing: Sequence[
 
 
 def _write_findings(results: Results) -> None:
-    """Print the conditions under which more runs failed, or why none was found."""
     from robotcore.sweep.failure_analysis import explain
 
     lines = explain(results.records()).lines
@@ -129,7 +129,7 @@ def _write_findings(results: Results) -> None:
 def _write_passed(requirements: Sequence[Requirement]) -> None:
     if requirements:
         write_line()
-        write_line(f"Met everywhere: {', '.join(map(str, requirements))}")
+        write_line(f"Met in every group: {', '.join(map(str, requirements))}")
 
 
 def _show_ending(

@@ -16,34 +16,34 @@ if TYPE_CHECKING:
     from robotcore.hal.wiring import Pad, Wire, Wiring
 
 
-USES, NAME = 32, 7
-"""The number of characters for the uses of a pad and for its name. A row of the drawing then has 95 columns."""
+USES_WIDTH, NAME_WIDTH = 32, 7
+"""The widths of the columns for a pad's uses and for its name, in characters. A row then has 95 characters."""
 
 USED, FREE = "●", "○"
 STYLES = {"signal": "green", "ground": "blue", "reserved": "magenta", "3.3 V": "yellow", "5 V": "red"}
 
 
 def draw_connector(wiring: Wiring) -> Iterator[str]:
-    """Yield the lines of a drawing of the board's connector. A line has at most 100 columns.
+    """Yield the lines of a drawing of the board's connector. A line has at most 100 characters.
 
-    The drawing has two columns of pads, as the board has. A filled dot marks a pad with a wire.
+    The drawing has two columns of pads, like the board. A filled dot marks a pad with a wire.
     """
-    edge = " " * (USES + NAME + 3)
+    edge = " " * (USES_WIDTH + NAME_WIDTH + 3)
     yield f"{edge}┌─────────┐"
     for left, right in zip(wiring.pads[::2], wiring.pads[1::2], strict=True):
         numbers = f"│{left.number:>3} │{right.number:>3} │"
-        yield f"{_left(left, _uses(wiring, left))}{numbers}{_right(right, _uses(wiring, right))}"
+        yield f"{_left(left, _format_uses(wiring, left))}{numbers}{_right(right, _format_uses(wiring, right))}"
     yield f"{edge}└─────────┘"
     yield f"{USED} used  {FREE} free    Pad 1 is at the corner of the board; the USB ports are at the other end."
 
 
-def _uses(wiring: Wiring, pad: Pad) -> str:
+def _format_uses(wiring: Wiring, pad: Pad) -> str:
     """Return the devices and signals on a pad, such as ``left_motor + right_motor standby``."""
     here = [wire for wire in wiring.wires if wire.pads[:1] == (pad.number,)]
     by_signal = groupby(sorted(here, key=_signal), key=_signal)
     text = ", ".join(f"{' + '.join(wire.device for wire in wires)} {signal}" for signal, wires in by_signal)
     text = escape(text)
-    return text if len(text) <= USES else f"{text[: USES - 1]}…"
+    return text if len(text) <= USES_WIDTH else f"{text[: USES_WIDTH - 1]}…"
 
 
 def _signal(wire: Wire) -> str:
@@ -51,11 +51,11 @@ def _signal(wire: Wire) -> str:
 
 
 def _left(pad: Pad, uses: str) -> str:
-    return f"{_bold(f'{uses:>{USES}}')} {_colour(pad, f'{pad.name:>{NAME}} {_dot(uses)}')}"
+    return f"{_bold(f'{uses:>{USES_WIDTH}}')} {_colour(pad, f'{pad.name:>{NAME_WIDTH}} {_dot(uses)}')}"
 
 
 def _right(pad: Pad, uses: str) -> str:
-    name = f"{pad.name:<{NAME}} " if uses else pad.name
+    name = f"{pad.name:<{NAME_WIDTH}} " if uses else pad.name
     return f"{_colour(pad, f'{_dot(uses)} {name}')}{_bold(uses)}"
 
 
@@ -73,13 +73,13 @@ def _bold(text: str) -> str:
 
 @click.command("wiring")
 @click.argument("robot", default="rover")
-@click.option("--backend", default="raspberrypi", show_default=True, help="The board.")
+@click.option("--backend", default="raspberrypi", show_default=True, help="The backend of the board.")
 @connection_options
 @as_json
 def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str, str], ...], *, as_json: bool) -> None:
-    """Show where the wires of ROBOT go.
+    """Show how to wire ROBOT.
 
-    Prints a table, a drawing of the board's connector if it has one, and notes of the drivers.
+    Prints a table of the wires, a drawing of the board's connector if it has one, and the notes of the drivers.
     """
     wiring = _load_wiring(robot, backend, merge_options(port, options))
     if as_json:
@@ -93,7 +93,7 @@ def command(robot: str, backend: str, port: str | None, options: tuple[tuple[str
         for line in draw_connector(wiring):
             write_line(line, is_styled=True)
         write_line()
-    for note in _notes(wiring):
+    for note in _format_notes(wiring):
         write_lines(note)
 
 
@@ -105,7 +105,7 @@ def _load_wiring(robot: str, name: str, options: Mapping[str, str]) -> Wiring:
     wiring = backend.wiring(load_connected_robot(backend, robot, options))
     if wiring is None:
         raise UsageError(
-            f"the backend {name!r} has no wires. Name that of the real robot: --backend raspberrypi",
+            f"the backend {name!r} has no wires. Name a real robot's backend, such as --backend raspberrypi",
             kind="no-wiring",
             backend=name,
         )
@@ -129,8 +129,8 @@ def _pads(wire: Wire) -> str:
     return f"{first} or {others[0]}" if others else str(first)
 
 
-def _notes(wiring: Wiring) -> Iterator[str]:
-    """Yield each different note with the names of its devices, wrapped to 100 columns."""
+def _format_notes(wiring: Wiring) -> Iterator[str]:
+    """Yield each note once, after the names of its devices, wrapped to 100 characters."""
     devices: dict[str, list[str]] = {}
     for device, note in wiring.notes:
         devices.setdefault(note, []).append(device)

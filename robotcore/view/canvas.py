@@ -1,6 +1,7 @@
 """A canvas to draw on, and the colours of the pictures.
 
-Coordinates are pixels, colours are (red, green, blue). The canvas is drawn at twice its size, so that edges are smooth.
+Coordinates are pixels, and colours are (red, green, blue). The canvas is drawn at twice its size and then scaled down,
+so that edges are smooth.
 """
 
 from __future__ import annotations
@@ -17,71 +18,71 @@ from robotcore.text import escape
 Colour = tuple[int, int, int]
 Point = tuple[float, float]
 
-FINENESS = 2
-"""The canvas has this many pixels per pixel of the image, both horizontally and vertically."""
+SUPERSAMPLING = 2
+"""Each side of the canvas has this many pixels per pixel of the final image."""
 
 _SHIFT = 4
-"""The number of binary digits of OpenCV's coordinates behind the point. They count sixteenths of a pixel."""
+"""OpenCV receives coordinates as integers with this many fractional bits. Their unit is 1/16 pixel."""
 
 
 class Canvas:
     """An image to draw on, ``width`` x ``height`` pixels, with the origin at the top left.
 
     >>> canvas = Canvas(64, 48, PAPER)
-    >>> canvas.disc((32, 24), 10, BAD)
-    >>> canvas.image().shape
+    >>> canvas.fill_circle((32, 24), 10, BAD)
+    >>> canvas.render().shape
     (48, 64, 3)
-    >>> [int(part) for part in canvas.image()[24, 32, ::-1]]
+    >>> [int(part) for part in canvas.render()[24, 32, ::-1]]
     [190, 45, 40]
     """
 
     def __init__(self, width: int, height: int, colour: Colour) -> None:
         self.width, self.height = width, height
-        self._sheet: Image = np.empty((height * FINENESS, width * FINENESS, 3), np.uint8)
+        self._sheet: Image = np.empty((height * SUPERSAMPLING, width * SUPERSAMPLING, 3), np.uint8)
         self._sheet[:] = colour[::-1]
 
     def __repr__(self) -> str:
         return f"Canvas({self.width}, {self.height})"
 
-    def image(self) -> Image:
-        """Return the image: BGR, of shape (height, width, 3)."""
+    def render(self) -> Image:
+        """Return the final image, BGR, of shape (height, width, 3)."""
         small = cv2.resize(self._sheet, (self.width, self.height), interpolation=cv2.INTER_AREA)
         return np.asarray(small, np.uint8)
 
-    def polygon(self, corners: Sequence[Point], colour: Colour) -> None:
+    def fill_polygon(self, corners: Sequence[Point], colour: Colour) -> None:
         """Fill a polygon with a colour."""
         cv2.fillPoly(self._sheet, [_to_fixed_point(corners)], colour[::-1], cv2.LINE_AA, _SHIFT)
 
-    def line(self, points: Sequence[Point], colour: Colour, width: float, *, closed: bool = False) -> None:
+    def draw_line(self, points: Sequence[Point], colour: Colour, width: float, *, closed: bool = False) -> None:
         """Draw a line through points, with round corners and ends."""
-        thickness = max(1, round(width * FINENESS))
+        thickness = max(1, round(width * SUPERSAMPLING))
         cv2.polylines(self._sheet, [_to_fixed_point(points)], closed, colour[::-1], thickness, cv2.LINE_AA, _SHIFT)
 
-    def disc(self, centre: Point, radius: float, colour: Colour) -> None:
+    def fill_circle(self, centre: Point, radius: float, colour: Colour) -> None:
         """Fill a circle with a colour."""
         x, y = _to_fixed_point([centre])[0]
-        reach = round(radius * FINENESS * 2**_SHIFT)
+        reach = round(radius * SUPERSAMPLING * 2**_SHIFT)
         cv2.circle(self._sheet, (int(x), int(y)), reach, colour[::-1], cv2.FILLED, cv2.LINE_AA, _SHIFT)
 
     def fill_translucent(self, corners: Sequence[Point], colour: Colour, opacity: float) -> None:
         """Fill a polygon with a translucent colour."""
         mask = self._mask([corners])
-        self._mix(mask, colour, opacity)
+        self._blend(mask, colour, opacity)
 
     def draw_shadow(self, shapes: Iterable[Sequence[Point]], opacity: float, softness: float) -> None:
-        """Darken the area of the shapes, with edges blurred by ``softness`` pixels."""
-        mask = cv2.GaussianBlur(self._mask(shapes), (0, 0), softness * FINENESS)
-        self._mix(np.asarray(mask, np.uint8), (20, 22, 30), opacity)
+        """Darken the inside of polygons. Their edges are blurred by ``softness`` pixels."""
+        mask = cv2.GaussianBlur(self._mask(shapes), (0, 0), softness * SUPERSAMPLING)
+        self._blend(np.asarray(mask, np.uint8), (20, 22, 30), opacity)
 
-    def text(self, place: Point, words: str, colour: Colour, height: float, *, bold: bool = False) -> float:
+    def write_text(self, place: Point, words: str, colour: Colour, height: float, *, bold: bool = False) -> float:
         """Write a text on the canvas, and return the text's width in pixels.
 
         place: the left end of the baseline.
-        words: the text. A character that the font lacks is written as an escape. A lone surrogate would crash OpenCV.
-        height: the height of capitals, in pixels.
+        words: the text. A control character or a lone surrogate is written as an escape.
+        height: the height of capital letters, in pixels.
         """
-        scale, thickness = _compute_type_size(height, bold=bold)
-        at = (round(place[0] * FINENESS), round(place[1] * FINENESS))
+        scale, thickness = _compute_font_size(height, bold=bold)
+        at = (round(place[0] * SUPERSAMPLING), round(place[1] * SUPERSAMPLING))
         cv2.putText(self._sheet, escape(words), at, _FACE, scale, colour[::-1], thickness, cv2.LINE_AA)
         return measure_text(words, height, bold=bold)
 
@@ -91,8 +92,8 @@ class Canvas:
             cv2.fillPoly(mask, [_to_fixed_point(corners)], 255, cv2.LINE_AA, _SHIFT)
         return mask
 
-    def _mix(self, mask: NDArray[np.uint8], colour: Colour, opacity: float) -> None:
-        """Mix a colour into the area of the mask. An opacity of 1 replaces the old colour."""
+    def _blend(self, mask: NDArray[np.uint8], colour: Colour, opacity: float) -> None:
+        """Blend a colour into the pixels of a mask. At opacity 1 the colour replaces the old one."""
         x, y, width, height = cv2.boundingRect(mask)
         area = self._sheet[y : y + height, x : x + width]
         share = mask[y : y + height, x : x + width, None] * np.float32(opacity / 255)
@@ -100,29 +101,29 @@ class Canvas:
 
 
 _FACE = cv2.FONT_HERSHEY_SIMPLEX
-_CAPITAL = 21
-"""The height of a capital of this font at scale 1, in pixels."""
+_CAPITAL_PX = 21
+"""The height of a capital letter of this font at scale 1, in pixels."""
 
 _HAS_OUTLINES = int(cv2.__version__.partition(".")[0]) >= 5
-"""Whether OpenCV draws letters as outlines, with thickness 2 or more for bold. Before version 5 it draws strokes."""
+"""Whether OpenCV draws filled letters, whose thickness is 1, or 2 for bold. Before version 5 it draws them as lines."""
 
 
 def measure_text(words: str, height: float, *, bold: bool = False) -> float:
-    """Return the width of a text, in pixels."""
-    (width, _), _ = cv2.getTextSize(escape(words), _FACE, *_compute_type_size(height, bold=bold))
-    return float(width) / FINENESS
+    """Return the width of a text, in pixels. ``height`` is the height of its capital letters."""
+    (width, _), _ = cv2.getTextSize(escape(words), _FACE, *_compute_font_size(height, bold=bold))
+    return float(width) / SUPERSAMPLING
 
 
-def _compute_type_size(height: float, *, bold: bool) -> tuple[float, int]:
-    """Return OpenCV's scale and thickness for a text whose capitals have a height in pixels."""
-    fine = height * FINENESS
+def _compute_font_size(height: float, *, bold: bool) -> tuple[float, int]:
+    """Return OpenCV's font scale and thickness for capital letters of a height in pixels."""
+    fine = height * SUPERSAMPLING
     stroke = max(1, round(fine / (10 if bold else 14)))
-    return fine / _CAPITAL, 1 + bold if _HAS_OUTLINES else stroke
+    return fine / _CAPITAL_PX, 1 + bold if _HAS_OUTLINES else stroke
 
 
 def _to_fixed_point(points: Sequence[Point]) -> NDArray[np.int32]:
-    """Return points as OpenCV's integers in sixteenths of a pixel, of shape (n, 2)."""
-    fine = (np.asarray(points, float) * FINENESS - 0.5) * 2**_SHIFT
+    """Return points as integers in 1/16 pixel of the canvas, of shape (n, 2)."""
+    fine = (np.asarray(points, float) * SUPERSAMPLING - 0.5) * 2**_SHIFT
     return np.asarray(np.rint(fine), np.int32)
 
 
@@ -134,7 +135,7 @@ GOOD: Colour = (30, 132, 73)
 FAIR: Colour = (190, 120, 20)
 BAD: Colour = (190, 45, 40)
 
-_STATES: tuple[Colour, ...] = (
+_STATE_COLOURS: tuple[Colour, ...] = (
     (36, 99, 235),
     (235, 94, 20),
     (168, 30, 175),
@@ -144,12 +145,12 @@ _STATES: tuple[Colour, ...] = (
     (130, 70, 10),
     (85, 88, 100),
 )
-"""The colours of states. People with the common kinds of colour blindness can distinguish them. None is green."""
+"""The colours of states, without green. They are distinct for people with the common kinds of colour blindness."""
 
 
 def assign_state_colours(states: Iterable[str]) -> dict[str, Colour]:
-    """Return a colour for each state. The colours repeat if there are more states."""
-    return {state: _STATES[index % len(_STATES)] for index, state in enumerate(states)}
+    """Return a colour for each state. There are eight colours, which repeat if there are more states."""
+    return {state: _STATE_COLOURS[index % len(_STATE_COLOURS)] for index, state in enumerate(states)}
 
 
 def darken(colour: Colour, share: float) -> Colour:
@@ -159,6 +160,6 @@ def darken(colour: Colour, share: float) -> Colour:
 
 
 def lighten(colour: Colour, share: float) -> Colour:
-    """Return a mixture of a colour and white. ``share`` is that of white, from 0 to 1."""
+    """Return a mixture of a colour and white. ``share`` is the share of white, from 0 to 1."""
     red, green, blue = (round(part + (255 - part) * share) for part in colour)
     return red, green, blue

@@ -33,15 +33,20 @@ _LINE, _ROW = 22, 16
 
 
 def draw_comparison(comparison: Comparison) -> Image:
-    """Return the picture of a comparison, with the world of the first recording: BGR, 1000 pixels high, 1600 wide."""
+    """Return the picture of a comparison as a BGR image, 1600 pixels wide and 1000 high.
+
+    It shows the paths of both recordings in the world of the first one.
+    """
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
     verdict, colour = ("alike", GOOD) if comparison.is_alike else ("differ", BAD)
-    canvas.text((_EDGE, 66), "  and  ".join(build_titles(comparison)), INK, 25, bold=True)
-    width = canvas.text((_EDGE, 108), verdict, colour, 17, bold=True)
+    canvas.write_text((_EDGE, 66), "  and  ".join(build_titles(comparison)), INK, 25, bold=True)
+    width = canvas.write_text((_EDGE, 108), verdict, colour, 17, bold=True)
     if comparison.do_rooms_differ:
-        canvas.text((_EDGE + width + 18, 108), "the rooms differ: this is the room of the first run", FADED, 17)
+        canvas.write_text(
+            (_EDGE + width + 18, 108), "the rooms differ: the map shows the room of the first run", FADED, 17
+        )
     _draw_table(canvas, comparison)
-    image = canvas.image()
+    image = canvas.render()
     image[_TOP : _TOP + _MAP, _EDGE : _EDGE + _MAP] = _draw_map(comparison)
     return image
 
@@ -61,39 +66,38 @@ def _draw_map(comparison: Comparison) -> Image:
             overhead.draw_robot(canvas, transform, figure.robot, steps[-1].pose)
             places = figure.track.find_milestone_poses(figure.result.milestones)
             overhead.draw_milestones(canvas, transform, places, dict.fromkeys(places, colour))
-    return canvas.image()
+    return canvas.render()
 
 
 def _draw_table(canvas: Canvas, comparison: Comparison) -> None:
     y = _TOP + 20.0
     for title, colour, x in zip(build_titles(comparison), (FIRST, SECOND), _COLUMNS[1:], strict=True):
-        canvas.line([(x, y - 6), (x + 40, y - 6)], colour, 7)
-        canvas.text((x + 52, y), _shorten(title, _COLUMN_WIDTH - 52, bold=True), INK, 13, bold=True)
-    canvas.line([(_SIDE, y + 14), (WIDTH - _EDGE, y + 14)], RULE, 1)
+        canvas.draw_line([(x, y - 6), (x + 40, y - 6)], colour, 7)
+        canvas.write_text((x + 52, y), _truncate(title, _COLUMN_WIDTH - 52, bold=True), INK, 13, bold=True)
+    canvas.draw_line([(_SIDE, y + 14), (WIDTH - _EDGE, y + 14)], RULE, 1)
     y += _LINE + _ROW
     for name, *texts in build_rows(comparison):
-        canvas.text((_COLUMNS[0], y), name, FADED, 13)
-        cells = [_wrap(words.replace("–", "-")) for words in texts]
+        canvas.write_text((_COLUMNS[0], y), name, FADED, 13)
+        cells = [_wrap_to_column(words.replace("–", "-")) for words in texts]
         for lines, x in zip(cells, _COLUMNS[1:], strict=True):
             for index, line in enumerate(lines):
-                canvas.text((x, y + index * _LINE), line, INK, 13)
+                canvas.write_text((x, y + index * _LINE), line, INK, 13)
         y += max(map(len, cells)) * _LINE + _ROW
 
 
-def _wrap(words: str) -> list[str]:
-    """Split a text into lines that fit into a column."""
+def _wrap_to_column(words: str) -> list[str]:
     lines: list[str] = []
     for word in words.split():
         longer = f"{lines[-1]} {word}" if lines else word
         if lines and measure_text(longer, 13) <= _COLUMN_WIDTH:
             lines[-1] = longer
         else:
-            lines.append(_shorten(word, _COLUMN_WIDTH))
+            lines.append(_truncate(word, _COLUMN_WIDTH))
     return lines
 
 
-def _shorten(words: str, width: float, *, bold: bool = False) -> str:
-    """Return a word. If it is wider than ``width`` pixels, shorten it."""
+def _truncate(words: str, width: float, *, bold: bool = False) -> str:
+    """Return a text. If it is wider than ``width`` pixels, dots replace its end."""
     while measure_text(words, 13, bold=bold) > width:
         words = words[:-4] + "..."
     return words
@@ -105,7 +109,7 @@ Row = tuple[str, str, str]
 
 
 def format_comparison(comparison: Comparison) -> RenderableType:
-    """Return the verdict, the first difference, and the table of measurements."""
+    """Return the comparison for a terminal: the verdict, the first difference, and a table of measurements."""
     verdict = Text("alike", "bold green") if comparison.is_alike else Text("differ", "bold red")
     verdict += Text(f"  {escape(_format_finding(comparison))}")
     first_difference = Text(f"  {escape(_format_state_difference(comparison))}")
@@ -120,14 +124,14 @@ def format_comparison(comparison: Comparison) -> RenderableType:
 
 
 def build_titles(comparison: Comparison) -> tuple[str, str]:
-    """Return the names of both files. If the names are equal, include their folders."""
+    """Return the names of both files, with their folders if the names are equal."""
     names = comparison.first.name, comparison.second.name
     first, second = (PurePath(name).name for name in names)
     return names if first == second else (first, second)
 
 
 def build_rows(comparison: Comparison) -> Iterator[Row]:
-    """Yield the rows of the table. Each has the name of a measurement and the values of both runs."""
+    """Yield the rows of the table. Each has the name of a measurement, and its values in the first and second run."""
     one, other = comparison.first, comparison.second
     yield "run", format_heading(one.result), format_heading(other.result)
     yield "outcome", one.outcome, other.outcome
@@ -152,22 +156,22 @@ def _format_finding(comparison: Comparison) -> str:
     if pair := comparison.first_other_milestone:
         return _format_milestone_difference(comparison, *pair)
     if not comparison.is_alike:
-        return f"the same milestones, but {comparison.first.outcome} against {comparison.second.outcome}"
+        return f"the same milestones, but the outcomes {comparison.first.outcome} and {comparison.second.outcome}"
     return "the same milestones in the same order, and the same outcome"
 
 
 def _format_milestone_difference(comparison: Comparison, first: str | None, second: str | None) -> str:
     if first and second:
-        return f"the first milestone that differs: {first} against {second}"
+        return f"the first milestones that differ: {first} and {second}"
     ahead, behind = build_titles(comparison) if first else reversed(build_titles(comparison))
-    return f"{ahead} reaches {first or second}, {behind} does not"
+    return f"{ahead} reaches {first or second}, and {behind} does not"
 
 
 def _format_state_difference(comparison: Comparison) -> str:
     if (first := comparison.first_difference) is None:
-        return "their states are the same in every tick"
-    states = [repr(state) if state else "over" for state in (first.first, first.second)]
-    return f"their states first differ in tick {first.tick}, at {first.time_s:.2f} s: {states[0]} against {states[1]}"
+        return "the states are the same in every tick"
+    states = [repr(state) if state else "ended" for state in (first.first, first.second)]
+    return f"the states first differ in tick {first.tick}, at {first.time_s:.2f} s: {states[0]} and {states[1]}"
 
 
 def _format_seconds(time: float | None) -> str:

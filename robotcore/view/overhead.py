@@ -35,13 +35,13 @@ class Track:
 
     >>> track = Track()
     >>> track.points += [TrackPoint(t, state, Pose(t, 0, 0)) for t, state in ((0.0, "search"), (1.0, "seen"))]
-    >>> list(track.state_durations())
+    >>> list(track.list_state_durations())
     [('search', 0.0, 0.0), ('seen', 1.0, 1.0)]
     """
 
     def __init__(self) -> None:
         self.points: list[TrackPoint] = []
-        """The points, in the order of time."""
+        """The points, from the first tick to the last."""
 
     def __repr__(self) -> str:
         return f"<Track of {len(self.points)} points, states {', '.join(self.states) or 'none'}>"
@@ -51,10 +51,10 @@ class Track:
         """The states in the order of their first occurrence."""
         return list(dict.fromkeys(step.state for step in self.points))
 
-    def segments(self) -> Iterator[tuple[str, list[TrackPoint]]]:
-        """Yield each state with its points, for each period without a change of state.
+    def list_segments(self) -> Iterator[tuple[str, list[TrackPoint]]]:
+        """Yield the state and the points of each period in which the state did not change.
 
-        A segment begins with the last point of the previous segment, so that the drawn line has no gaps.
+        A segment also has the last point of the previous segment, so that the drawn line has no gaps.
         """
         last: list[TrackPoint] = []
         for state, steps in groupby(self.points, key=lambda step: step.state):
@@ -62,15 +62,15 @@ class Track:
             yield state, segment
             last = segment[-1:]
 
-    def state_durations(self) -> Iterator[tuple[str, float, float]]:
-        """Yield each state, the time when the app first reached it, and its total duration, both in seconds."""
+    def list_state_durations(self) -> Iterator[tuple[str, float, float]]:
+        """Yield each state, the time when the app first entered it, and its total duration, both in seconds."""
         for state in self.states:
-            segments = [steps for name, steps in self.segments() if name == state]
+            segments = [steps for name, steps in self.list_segments() if name == state]
             first = next(step.time for step in segments[0] if step.state == state)
             yield state, first, sum(steps[-1].time - steps[0].time for steps in segments)
 
     def find_milestone_poses(self, milestones: Mapping[str, float]) -> dict[str, Pose]:
-        """Return the robot's pose at each milestone. A milestone that is not a state is left out.
+        """Return the robot's pose at each milestone that is also a state.
 
         milestones: the time of each milestone, in seconds.
         """
@@ -85,8 +85,8 @@ class Track:
 MARGIN_M = 0.12
 """The margin around the map, in metres."""
 
-ROBOT_ROOM_M = 0.2
-"""The margin around a robot that left the floor, in metres."""
+ROBOT_MARGIN_M = 0.2
+"""The margin around a path that leaves the floor, in metres."""
 
 
 @dataclass(frozen=True)
@@ -101,26 +101,26 @@ class MapTransform:
     """Pixels per metre."""
 
     origin: Point
-    """The pixel of the world's origin."""
+    """The pixel at which the world's origin is drawn."""
 
     @classmethod
     def fit(cls, world: WorldDescription, track: Track, size: float) -> MapTransform:
-        """Return the transform with which a square canvas shows the floor, its walls and the whole track.
+        """Return the transform for a square canvas that shows the floor, its walls and the whole track.
 
         size: the side of the canvas, in pixels.
         """
         wall = world.walls.thickness_m if world.walls else 0.0
         edge = max(world.floor.length_m, world.floor.width_m) / 2 + wall
         farthest = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
-        reach = max(edge, farthest + ROBOT_ROOM_M) + MARGIN_M
+        reach = max(edge, farthest + ROBOT_MARGIN_M) + MARGIN_M
         return cls(size / 2 / reach, (size / 2, size / 2))
 
     def to_pixel(self, x: float, y: float) -> Point:
-        """Return the pixel of a point that is given in metres."""
+        """Return the pixel of a point of the world, which is given in metres."""
         return self.origin[0] + x * self.scale, self.origin[1] - y * self.scale
 
     def to_pixels(self, points: Sequence[tuple[float, float]]) -> list[Point]:
-        """Return the pixels of points that are given in metres."""
+        """Return the pixels of points of the world, which are given in metres."""
         return [self.to_pixel(x, y) for x, y in points]
 
 
@@ -131,25 +131,25 @@ def draw_world(canvas: Canvas, transform: MapTransform, world: WorldDescription)
     canvas.draw_shadow([transform.to_pixels(shadow) for shadow in shadows], 0.28, 0.015 * transform.scale)
     for prism in world.prisms:
         outline = transform.to_pixels(prism.outline)
-        canvas.polygon(outline, prism.colour)
-        canvas.line(outline, darken(prism.colour, 0.72), 1.5, closed=True)
+        canvas.fill_polygon(outline, prism.colour)
+        canvas.draw_line(outline, darken(prism.colour, 0.72), 1.5, closed=True)
     for ball in world.targets:
         _draw_ball(canvas, transform, ball, world.light)
 
 
 def draw_track(canvas: Canvas, transform: MapTransform, track: Track, colours: Mapping[str, Colour]) -> None:
-    """Draw the track. Each part has the colour of its state."""
+    """Draw the path of the robot. Each segment has the colour of its state."""
     width = max(2.0, 0.028 * transform.scale)
     points = [transform.to_pixel(step.pose.x, step.pose.y) for step in track.points]
-    canvas.line(points, PAPER, width + 4)
-    for state, steps in track.segments():
-        canvas.line([transform.to_pixel(step.pose.x, step.pose.y) for step in steps], colours[state], width)
+    canvas.draw_line(points, PAPER, width + 4)
+    for state, steps in track.list_segments():
+        canvas.draw_line([transform.to_pixel(step.pose.x, step.pose.y) for step in steps], colours[state], width)
 
 
 def draw_milestones(
     canvas: Canvas, transform: MapTransform, places: Mapping[str, Pose], colours: Mapping[str, Colour]
 ) -> None:
-    """Draw a ring at the pose of each milestone. A ring that would hide another one is moved to the right."""
+    """Draw a ring at each milestone's pose. A ring that would hide another one is moved to the right."""
     radius = 0.045 * transform.scale
     rings: list[Point] = []
     for name, place in places.items():
@@ -161,37 +161,37 @@ def draw_milestones(
 
 
 def draw_ring(canvas: Canvas, centre: Point, radius: float, colour: Colour) -> None:
-    """Draw a ring, the mark of a milestone."""
+    """Draw the ring that marks a milestone."""
     for share, filling in ((1.0, INK), (0.8, PAPER), (0.45, colour)):
-        canvas.disc(centre, radius * share, filling)
+        canvas.fill_circle(centre, radius * share, filling)
 
 
 def draw_start(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
-    """Draw the outline of the robot at its start."""
-    canvas.line(_place_shape(transform, pose, robot.body.footprint), INK, 1.5, closed=True)
-    canvas.line(_place_shape(transform, pose, _build_arrow(robot)), INK, 1.5)
+    """Draw the outline of the robot at its first pose."""
+    canvas.draw_line(_place_shape(transform, pose, robot.body.footprint), INK, 1.5, closed=True)
+    canvas.draw_line(_place_shape(transform, pose, _build_arrow(robot)), INK, 1.5)
 
 
 def draw_robot(canvas: Canvas, transform: MapTransform, robot: RobotDescription, pose: Pose) -> None:
-    """Draw the robot with its body, its wheels and its direction."""
+    """Draw the robot's body, its wheels and an arrow that points forward."""
     footprint = _place_shape(transform, pose, robot.body.footprint)
     canvas.draw_shadow([footprint], 0.4, 0.02 * transform.scale)
-    canvas.polygon(footprint, robot.body.colour)
-    canvas.line(footprint, PAPER, 2.0, closed=True)
+    canvas.fill_polygon(footprint, robot.body.colour)
+    canvas.draw_line(footprint, PAPER, 2.0, closed=True)
     for wheel in _build_wheels(robot):
-        canvas.polygon(_place_shape(transform, pose, wheel), INK)
-    canvas.line(_place_shape(transform, pose, _build_arrow(robot)), PAPER, 2.5)
+        canvas.fill_polygon(_place_shape(transform, pose, wheel), INK)
+    canvas.draw_line(_place_shape(transform, pose, _build_arrow(robot)), PAPER, 2.5)
 
 
 def _draw_floor(canvas: Canvas, transform: MapTransform, world: WorldDescription) -> None:
     x, y = world.floor.length_m / 2, world.floor.width_m / 2
-    canvas.polygon(_list_corners(canvas), lighten(world.floor.colour, 0.4))
-    canvas.polygon(transform.to_pixels([(x, y), (-x, y), (-x, -y), (x, -y)]), world.floor.colour)
+    canvas.fill_polygon(_list_corners(canvas), lighten(world.floor.colour, 0.4))
+    canvas.fill_polygon(transform.to_pixels([(x, y), (-x, y), (-x, -y), (x, -y)]), world.floor.colour)
     line = lighten(world.floor.colour, 0.25)
     for metre in range(-int(x), int(x) + 1):
-        canvas.line(transform.to_pixels([(metre, -y), (metre, y)]), line, 1)
+        canvas.draw_line(transform.to_pixels([(metre, -y), (metre, y)]), line, 1)
     for metre in range(-int(y), int(y) + 1):
-        canvas.line(transform.to_pixels([(-x, metre), (x, metre)]), line, 1)
+        canvas.draw_line(transform.to_pixels([(-x, metre), (x, metre)]), line, 1)
 
 
 def _list_corners(canvas: Canvas) -> list[Point]:
@@ -199,22 +199,21 @@ def _list_corners(canvas: Canvas) -> list[Point]:
 
 
 def _draw_ball(canvas: Canvas, transform: MapTransform, ball: Ball, light: Light) -> None:
-    """Draw a ball and its shadow. The side towards the lamp is bright."""
     (x, y), radius = transform.to_pixel(ball.x_m, ball.y_m), ball.radius_m * transform.scale
     east, north = math.cos(light.azimuth_rad), math.sin(light.azimuth_rad)
     away = ball.radius_m * math.cos(light.elevation_rad)
     shadow_x, shadow_y = transform.to_pixel(ball.x_m - away * east, ball.y_m - away * north)
     canvas.draw_shadow([[(shadow_x + radius * a, shadow_y + radius * b) for a, b in _CIRCLE]], 0.35, radius * 0.15)
-    canvas.disc((x, y), radius, darken(ball.colour, 0.8))
-    canvas.disc((x, y), radius * 0.9, ball.colour)
-    canvas.disc((x + east * radius * 0.4, y - north * radius * 0.4), radius * 0.22, lighten(ball.colour, 0.6))
+    canvas.fill_circle((x, y), radius, darken(ball.colour, 0.8))
+    canvas.fill_circle((x, y), radius * 0.9, ball.colour)
+    canvas.fill_circle((x + east * radius * 0.4, y - north * radius * 0.4), radius * 0.22, lighten(ball.colour, 0.6))
 
 
 _CIRCLE = [(math.cos(turn * math.tau / 48), math.sin(turn * math.tau / 48)) for turn in range(48)]
 
 
 def _compute_shadow(prism: Prism, world: WorldDescription) -> list[tuple[float, float]]:
-    """Return the outline of the area that a prism and its shadow cover on the floor."""
+    """Return the outline of a prism's base together with its shadow on the floor, in metres."""
     x, y, z = world.light.direction
     foot = np.array(prism.outline, np.float32)
     top = foot - np.array((x, y), np.float32) * np.float32(prism.height_m / z)
@@ -227,7 +226,7 @@ def _place_shape(transform: MapTransform, pose: Pose, shape: Sequence[tuple[floa
 
 
 def _build_arrow(robot: RobotDescription) -> list[tuple[float, float]]:
-    """Return an arrow head inside the body that points forward."""
+    """Return the corners of an arrow that points forward, in the robot's frame, in metres."""
     front, half = robot.body.front_x_m, robot.body.width_m / 4
     return [(front * 0.45, half), (front * 0.8, 0.0), (front * 0.45, -half)]
 

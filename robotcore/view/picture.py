@@ -43,7 +43,7 @@ _TOP = 136
 _MAP = HEIGHT - _TOP - _EDGE
 _SIDE = _EDGE + _MAP + _GAP
 _SIDE_WIDTH = WIDTH - _EDGE - _SIDE
-_SEEN_HEIGHT = 560
+_SIDE_HEIGHT = 560
 
 _OUTCOME_COLOURS: dict[Outcome, Colour] = {
     Outcome.SUCCESS: GOOD,
@@ -60,31 +60,31 @@ class RunFigure:
     """The robot."""
 
     world: WorldDescription | None
-    """The world; None if the run has no description of a world."""
+    """The world; None if its description is unknown."""
 
     track: Track
     """The poses and states of the run."""
 
-    seen: Image | None
-    """The last camera image, BGR or grey; None if there was none."""
+    last_image: Image | None
+    """The last image of a display, else of a camera, BGR or grey; None if there was none."""
 
     result: RunResult
     """The result of the run."""
 
     recorded: RunResult | None = None
-    """The recorded run on whose samples the app was evaluated; None if this is no evaluation."""
+    """The recorded run, if ``result`` is the result of another app on its samples; otherwise None."""
 
 
 def draw_figure(figure: RunFigure) -> Image:
-    """Return the picture as a BGR image, 1000 pixels high and 1600 wide."""
+    """Return the picture of a run as a BGR image, 1600 pixels wide and 1000 high."""
     colours = assign_state_colours(figure.track.states)
-    seen = _scale_image(figure.seen)
+    side_image = _draw_side_image(figure.last_image)
     canvas = Canvas(WIDTH, HEIGHT, PAPER)
     _draw_title(canvas, *_format_title(figure))
-    _draw_legend(canvas, _TOP + len(seen), figure, colours)
-    image = canvas.image()
-    _paste(image, _draw_map(figure, colours), _EDGE)
-    _paste(image, seen, _SIDE)
+    _draw_legend(canvas, _TOP + len(side_image), figure, colours)
+    image = canvas.render()
+    _paste_below_title(image, _draw_map(figure, colours), _EDGE)
+    _paste_below_title(image, side_image, _SIDE)
     return image
 
 
@@ -92,20 +92,19 @@ def _format_title(figure: RunFigure) -> tuple[str, str, Colour, str]:
     """Return the heading, the outcome, the colour of the outcome, and the measurements."""
     result = figure.result
     if figure.recorded:
-        words = f"{result.sim_time_s:.1f} s of its decisions, along the recorded path"
+        words = f"decisions of {result.sim_time_s:.1f} s, drawn along the recorded path"
         return format_evaluation_heading(result, figure.recorded), "evaluation", FAIR, words
     colour = BAD if result.dispute else _OUTCOME_COLOURS.get(result.outcome, BAD)
     return format_heading(result), result.outcome.value, colour, ", ".join(list_measures(result))
 
 
 def _draw_title(canvas: Canvas, heading: str, word: str, colour: Colour, words: str) -> None:
-    canvas.text((_EDGE, 66), heading, INK, 25, bold=True)
-    width = canvas.text((_EDGE, 108), word, colour, 17, bold=True)
-    canvas.text((_EDGE + width + 18, 108), words, FADED, 17)
+    canvas.write_text((_EDGE, 66), heading, INK, 25, bold=True)
+    width = canvas.write_text((_EDGE, 108), word, colour, 17, bold=True)
+    canvas.write_text((_EDGE + width + 18, 108), words, FADED, 17)
 
 
 def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
-    """Return the world from above, with the track and the milestones."""
     if figure.world is None:
         return _draw_blank(_MAP, _MAP, "no description of a world")
     canvas = Canvas(_MAP, _MAP, PAPER)
@@ -118,56 +117,53 @@ def _draw_map(figure: RunFigure, colours: dict[str, Colour]) -> Image:
         overhead.draw_milestones(
             canvas, transform, figure.track.find_milestone_poses(figure.result.milestones), colours
         )
-    return canvas.image()
+    return canvas.render()
 
 
-def _scale_image(seen: Image | None) -> Image:
-    """Return the last camera image in colour, scaled to the side panel."""
-    if seen is None:
+def _draw_side_image(image: Image | None) -> Image:
+    if image is None:
         return _draw_blank(_SIDE_WIDTH, _SIDE_WIDTH * 3 // 4, "the app read no camera")
-    height, width = seen.shape[:2]
-    scale = min(_SIDE_WIDTH / width, _SEEN_HEIGHT / height)
+    height, width = image.shape[:2]
+    scale = min(_SIDE_WIDTH / width, _SIDE_HEIGHT / height)
     size = (max(1, round(width * scale)), max(1, round(height * scale)))
-    colour = seen if seen.ndim == 3 else cv2.cvtColor(seen, cv2.COLOR_GRAY2BGR)
+    colour = image if image.ndim == 3 else cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     return np.asarray(cv2.resize(colour, size, interpolation=cv2.INTER_CUBIC), np.uint8)
 
 
-def _paste(image: Image, part: Image, left: int) -> None:
-    """Paste a part of the picture below the title, with its left edge at ``left``."""
+def _paste_below_title(image: Image, part: Image, left: int) -> None:
     height, width = part.shape[:2]
     image[_TOP : _TOP + height, left : left + width] = part
 
 
 def _draw_blank(width: int, height: int, words: str) -> Image:
     canvas = Canvas(width, height, RULE)
-    canvas.text(((width - measure_text(words, 15)) / 2, height / 2), words, FADED, 15)
-    return canvas.image()
+    canvas.write_text(((width - measure_text(words, 15)) / 2, height / 2), words, FADED, 15)
+    return canvas.render()
 
 
 def _draw_legend(canvas: Canvas, top: int, figure: RunFigure, colours: dict[str, Colour]) -> None:
-    """Draw a line for each state with its colour, the time when it was first reached, and its total duration."""
     columns = (_SIDE + 84.0, _SIDE + _SIDE_WIDTH - 230.0, _SIDE + _SIDE_WIDTH - 80.0)
     y = top + 44.0
     for x, words in zip(columns, ("state", "reached", "lasted"), strict=True):
-        canvas.text((x, y), words, FADED, 13)
-    canvas.line([(_SIDE, y + 14), (_SIDE + _SIDE_WIDTH, y + 14)], RULE, 1)
+        canvas.write_text((x, y), words, FADED, 13)
+    canvas.draw_line([(_SIDE, y + 14), (_SIDE + _SIDE_WIDTH, y + 14)], RULE, 1)
     y += 8
-    for state, reached, lasted in figure.track.state_durations():
+    for state, reached, lasted in figure.track.list_state_durations():
         y += 36
         if y > HEIGHT - _EDGE:
             break
-        canvas.line([(_SIDE + 6, y - 7), (_SIDE + 58, y - 7)], colours[state], 7)
+        canvas.draw_line([(_SIDE + 6, y - 7), (_SIDE + 58, y - 7)], colours[state], 7)
         if state in figure.result.milestones:
             overhead.draw_ring(canvas, (_SIDE + 32, y - 7), 11, colours[state])
         for x, words in zip(columns, (state, f"{reached:.1f} s", f"{lasted:.1f} s"), strict=True):
-            canvas.text((x, y), words, INK, 15)
+            canvas.write_text((x, y), words, INK, 15)
 
 
-_ROOM_M = 0.5
-"""The margin around the path if there is no world, in metres."""
+_PATH_MARGIN_M = 0.5
+"""The margin around the path on a floor that `build_world` creates, in metres."""
 
-_LARGEST_M = 100.0
-"""The largest side of a floor, in metres. A longer path is drawn beyond the floor."""
+_LARGEST_FLOOR_M = 100.0
+"""The longest side of a floor that `build_world` creates, in metres. A longer path leaves this floor."""
 
 
 def build_figure(
@@ -177,12 +173,12 @@ def build_figure(
     *,
     is_evaluation: bool = False,
 ) -> RunFigure:
-    """Return the figure of a recording. It shows the true path if there is one, else the path by odometry.
+    """Return the figure of a recording, with the true path if it is recorded, else the path by odometry.
 
     recording: the recording.
-    states: the state in each tick of a replay or evaluation, which may end early; None for the recorded states.
+    states: the state in each tick of a replay or evaluation; None for the recorded states.
     result: the result of the replay or evaluation; None for the recorded result.
-    is_evaluation: whether another app was evaluated on the recorded samples.
+    is_evaluation: whether ``states`` and ``result`` are those of another app on the recorded samples.
     """
     about, path = recording.metadata, build_true_path(recording) or build_odometry_path(recording)
     track = Track()
@@ -200,7 +196,7 @@ def build_figure(
 
 
 def find_last_recorded_image(recording: Recording, ticks: Sequence[Tick]) -> Image | None:
-    """Return the last picture that a display showed in the ticks, else the last camera image, else None."""
+    """Return the last image that a display showed in these ticks, else the last camera image, else None."""
     shown = (each.key for tick in reversed(ticks) for each in reversed(tick.shown))
     read = (each.key for tick in reversed(ticks) for each in reversed(tick.reads))
     for keys in (shown, read):
@@ -215,16 +211,16 @@ def _read_frame(recording: Recording, key: SampleKey | None) -> Frame | None:
 
 
 def build_world(recording: Recording, track: Track) -> WorldDescription:
-    """Return the recorded world. If there is none, return a world with a floor as large as the track."""
+    """Return the recorded world. If there is none, return a world whose floor is as large as the track."""
     if world := recording.metadata.world:
         return world
     reach = max((max(abs(step.pose.x), abs(step.pose.y)) for step in track.points), default=0.0)
-    side = min(2 * (reach + _ROOM_M), _LARGEST_M)
+    side = min(2 * (reach + _PATH_MARGIN_M), _LARGEST_FLOOR_M)
     return WorldDescription(name="floor", floor=Floor(length_m=side, width_m=side))
 
 
 class PictureRecorder:
-    """An observer that draws the picture of a run. It has the true path, and the last image that was read or shown.
+    """An observer that draws a picture of its run, with the true path and the last image of a display or a camera.
 
     >>> from robotcore import RunRequest, run
     >>> recorder = PictureRecorder()
@@ -260,7 +256,7 @@ class PictureRecorder:
         return None if self._figure is None else draw_png(self._figure)
 
     def save(self, file: Path) -> bool:
-        """Write the picture as PNG. Return False if no run began, so that there is no picture.
+        """Write the picture as PNG, and return True. If no run began, write nothing and return False.
 
         Raises UsageError if the file cannot be written.
         """
@@ -283,7 +279,7 @@ def encode_png(image: Image) -> bytes:
 
 
 def save_png(content: bytes, file: Path) -> None:
-    """Write a PNG to a file. After an error the file is unchanged. Raises UsageError if the file cannot be written."""
+    """Replace a file by a PNG. If the PNG cannot be written, keep the old file and raise UsageError."""
     try:
         with replace_file(file) as part:
             part.write_bytes(content)
@@ -292,7 +288,7 @@ def save_png(content: bytes, file: Path) -> None:
 
 
 def find_last_image(robot: Robot) -> Image | None:
-    """Return the last picture that a display showed, else the last camera image, else None. No device is read."""
+    """Return the last image that a display showed, else the last camera image, else None. This reads no device."""
     devices = robot.devices.values()
     shown = [each.latest for each in devices if isinstance(each, AppDisplay)]
     read = [each.latest.image for each in devices if isinstance(each, AppSensor) and isinstance(each.latest, Frame)]
@@ -300,7 +296,7 @@ def find_last_image(robot: Robot) -> Image | None:
 
 
 def require_writable(file: Path) -> None:
-    """Raise UsageError if a picture cannot be written to a file. The check keeps the content of the file."""
+    """Raise UsageError if a file's suffix is not .png or it cannot be replaced. The check does not change the file."""
     if file.suffix.lower() != ".png":
         raise UsageError(f"--picture {file}: not a .png file. Name a .png file", kind="file-ending")
     try:
@@ -310,5 +306,5 @@ def require_writable(file: Path) -> None:
 
 
 def _build_unwritable_error(file: Path, error: OSError) -> UsageError:
-    text = f"--picture {file}: {error.strerror}. Name a file that can be written, on a disk with room"
+    text = f"--picture {file}: {error.strerror}. Name a file that you can write, on a disk with free space"
     return UsageError(text, kind="file-not-writable", file=str(file))

@@ -20,13 +20,14 @@ from robotcore.runtime.trace import TickRecord, format_voltages
 from robotcore.text import escape
 
 REFRESH_HZ = 10
-"""How many times per second the line is drawn."""
+"""The rate at which the line is drawn."""
 
 
-class Progress:
+class ProgressLine:
     """An observer that shows a line during a run: state, range, voltage, time, pace, active faults and a hint.
 
-    `tick` only stores the record of the tick. A thread draws the newest record. Warnings of the run are below the line.
+    `tick` only stores the record of the tick. A thread draws the newest record. The run's warnings follow below the
+    line.
     """
 
     def __init__(self, console: Console | None = None, hint: Callable[[], str] = str) -> None:
@@ -64,7 +65,7 @@ class Progress:
         self._live.stop()
 
     def pause(self) -> None:
-        """Hide the line until `resume`."""
+        """Hide the line until `resume` is called."""
         self._live.stop()
 
     def resume(self) -> None:
@@ -93,19 +94,18 @@ class Progress:
         return line
 
     def _format_pace(self, record: TickRecord, run: Run) -> str:
-        """Return the ratio of simulated time to real time, such as ``2.0x real time``; empty on a real robot."""
+        """Return the ratio of simulated to real time, such as ``2.0x real time``; empty on a real robot."""
         if isinstance(run.robot.clock, MonotonicClock):
             return ""
         return f"{record.time / max(self._wall.now(), 1e-3):.1f}x real time"
 
 
 def _format_faults(run: Run, time: float) -> str:
-    """Return the names of the injected faults that are active at a time in seconds."""
     return "; ".join(str(fault) for fault in run.faults if fault.is_on(time))
 
 
 def _format_range(run: Run) -> str:
-    """Return the last range that the app read as text. No device is read."""
+    """Return the newest range that the app has read, as text. This reads no device."""
     sensors = (each for each in run.robot.devices.values() if isinstance(each, RangeSensor))
     sensor = next(sensors, None)
     if not isinstance(sensor, AppSensor) or (sample := sensor.latest) is None:

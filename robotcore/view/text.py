@@ -55,7 +55,7 @@ def format_evaluation_heading(result: RunResult, recorded: RunResult) -> str:
 
 
 def list_measures(result: RunResult) -> Iterator[str]:
-    """Yield the measurements of the run."""
+    """Yield each measurement of a run as text."""
     if result.outcome is Outcome.SUCCESS and result.verified is not None:
         yield result.dispute or f"verified by the {result.verifier}"
     pace = result.sim_time_s / max(result.wall_time_s, 1e-3)
@@ -71,14 +71,14 @@ def list_measures(result: RunResult) -> Iterator[str]:
 
 
 def list_events(result: RunResult) -> Iterator[str]:
-    """Yield a text about the milestones and texts about the injected faults, if there are any."""
+    """Yield a line with the milestones and the lines of `list_faults`, if there are any."""
     if result.milestones:
         yield ", ".join(f"{name} at {time:.1f} s" for name, time in result.milestones.items())
     yield from list_faults(result)
 
 
 def list_faults(result: RunResult) -> Iterator[str]:
-    """Yield a text about the faults that began, and one about those that were due after the end of the run."""
+    """Yield a line with the injected faults that began, and one with those that would have begun later."""
     for title, has_begun in (("with faults", True), ("the run ended before", False)):
         if texts := [text for text in result.faults if (Spec.parse(text).after_s <= result.sim_time_s) is has_begun]:
             yield f"{title}: {'; '.join(texts)}"
@@ -88,7 +88,7 @@ _UNITS = ("bytes", "kB", "MB", "GB")
 
 
 def format_contents(recording: Recording, file: Path) -> RenderableType:
-    """Return the summary of a recording. Control characters in its texts are escaped."""
+    """Return the summary of a recording for a terminal. Control characters in its texts are escaped."""
     title = Text(escape(file.name), "bold") + Text(f"  {escape(', '.join(_list_states(recording, file)))}")
     about = [Text(f"  {escape(line)}") for line in _list_facts(recording)]
     return Group(title, *about, Text(), _format_ending(recording), Text(), _build_device_table(recording))
@@ -156,7 +156,7 @@ _GOOD, _FAIR, _BAD = "bold green", "bold yellow", "bold red"
 
 
 def format_replay(replay: ReplayResult | Evaluation) -> RenderableType:
-    """Return the result of a replay."""
+    """Return the result of a replay or an evaluation for a terminal."""
     return _format_result(replay) if isinstance(replay, ReplayResult) else _format_evaluation(replay)
 
 
@@ -191,23 +191,22 @@ def _list_findings(replayed: ReplayResult) -> Iterator[str]:
 def _format_equal_ticks(replayed: ReplayResult) -> str:
     recorded = len(replayed.recording.ticks)
     if replayed.ticks == recorded:
-        return f"all decisions in {pluralize(recorded, 'tick')} are equal"
-    return f"before it, {replayed.ticks} of {pluralize(recorded, 'tick')} {'is' if recorded == 1 else 'are'} equal"
+        return f"the decisions of all {pluralize(recorded, 'tick')} are equal"
+    return f"the decisions before this deviation are equal: {replayed.ticks} of {pluralize(recorded, 'tick')}"
 
 
 def _list_app_findings(replayed: ReplayResult) -> Iterator[str]:
-    """Yield whether the app's file has changed since the recording, if that may explain a deviation."""
     name = app_path(replayed.result.app).name
     if replayed.has_app_changed:
         yield f"{name} has changed since it was recorded"
     elif replayed.deviation and replayed.has_app_changed is False and not replayed.platform:
-        yield f"{name} is the file that was recorded: does it use random numbers, the time, or another file?"
+        yield f"{name} has not changed since it was recorded. Does it use random numbers, the time, or another file?"
 
 
 def _list_digest_findings(replayed: ReplayResult) -> Iterator[str]:
     digest, recorded = replayed.trace_sha256, replayed.recorded_sha256
     if not replayed.is_equal:
-        yield f"trace {digest}, but the file says {recorded}: it was changed after it was recorded"
+        yield f"trace {digest}, but the recording says {recorded}: the recording was changed after the run"
     elif recorded == digest:
         yield f"trace {digest}, as recorded"
     else:
@@ -227,20 +226,20 @@ def _list_differences(evaluation: Evaluation) -> Iterator[str]:
     if first := evaluation.first_difference:
         yield f"first difference in tick {first.tick}, at {first.time:g} s: {first.subject}"
         yield f"  recorded: {first.recorded}"
-        yield f"  {_get_name(evaluation)}: {first.evaluated}"
+        yield f"  {_name_app(evaluation)}: {first.evaluated}"
         verb = "differs" if evaluation.differing == 1 else "differ"
         yield f"{evaluation.differing} of {pluralize(evaluation.ticks, 'tick')} {verb}"
     else:
         yield f"the same in all of {pluralize(evaluation.ticks, 'tick')}"
     for device, count in evaluation.late_reads.items():
         ticks = pluralize(count, "tick")
-        yield f"{device}: the recorded run did not read it in {ticks}; the app received the previous sample"
+        yield f"{device}: not read in {ticks} of the recorded run. The app received the previous sample"
 
 
 def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:
     other = evaluation.result
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
-    for title in ("", "recorded", escape(_get_name(evaluation))):
+    for title in ("", "recorded", escape(_name_app(evaluation))):
         table.add_column(title, style="" if title else "cyan")
     for name in dict.fromkeys((*recorded.milestones, *other.milestones)):
         table.add_row(escape(name), _format_milestone_time(recorded, name), _format_milestone_time(other, name))
@@ -250,8 +249,8 @@ def _build_table(evaluation: Evaluation, recorded: RunResult) -> Table:
     return table
 
 
-def _get_name(evaluation: Evaluation) -> str:
-    """Return the name of the evaluated app; ``now`` if it is the recorded app."""
+def _name_app(evaluation: Evaluation) -> str:
+    """Return the name of the evaluated app, or ``now`` if the recorded app was evaluated."""
     app = evaluation.result.app
     return "now" if app == build_result(evaluation.recording).app else app
 

@@ -14,7 +14,7 @@ import click
 
 from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, robot_arguments
 from robotcore.cli.deploy._output import StepDisplay
-from robotcore.cli.options import Folder
+from robotcore.cli.options import FolderType
 from robotcore.cli.output import as_json, write_json, write_line
 from robotcore.errors import UsageError
 
@@ -30,7 +30,7 @@ RECORDINGS = Path("recordings")
 @click.command("fetch", cls=AnsweringDeployCommand)
 @robot_arguments
 @click.option(
-    "-o", "--out", metavar="DIR", type=Folder(), help="The folder for the recordings. Default: recordings/HOST."
+    "-o", "--out", metavar="DIR", type=FolderType(), help="The folder for the recordings. Default: recordings/HOST."
 )
 @click.option("--move", "moves", is_flag=True, help="Delete each recording from the robot once its copy is verified.")
 @as_json

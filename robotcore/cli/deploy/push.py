@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from robotcore.cli.deploy._options import DeployCommand, robot_arguments
-from robotcore.cli.options import pair
+from robotcore.cli.options import parse_pair
 from robotcore.cli.output import write_lines
 from robotcore.deploy.agent.systemd_units import START_LIMIT_S
 
@@ -29,8 +29,10 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
 @click.option("--robot", help="A robot's name or .toml file. Default: the project's.")
 @click.option("--world", help="The world of the simulation check. Default: the project's.")
 @click.option("--backend", help="The backend on the robot. Default: the project's, or raspberrypi.")
-@click.option("--set", "settings", metavar="KEY=VALUE", type=pair, multiple=True, help="A setting of the app.")
-@click.option("--option", "options", metavar="KEY=VALUE", type=pair, multiple=True, help="An option of the backend.")
+@click.option("--set", "settings", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="A setting of the app.")
+@click.option(
+    "--option", "options", metavar="KEY=VALUE", type=parse_pair, multiple=True, help="An option of the backend."
+)
 @click.option("--rate", "rate_hz", metavar="HZ", type=float, help="Ticks a second.")
 @click.option("--seeds", help="Seeds of the simulation check: 1-3, or 1,5,9-12.")
 @click.option(

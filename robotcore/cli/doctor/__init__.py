@@ -1,4 +1,4 @@
-"""``robotcore doctor`` checks this machine, its backends and a robot, and prints a remedy for each fault.
+"""``robotcore doctor`` checks this machine, its backends and a robot, and prints a remedy for each problem.
 
 ``--json`` prints ``{"findings": [{"about", "level", "kind", "what", "said", "remedy"}, …], "warnings": n,
 "errors": n, "exit_status": n}``. ``about`` is the backend's name or ``machine``. ``level`` is ok, warning or error.
@@ -29,7 +29,7 @@ MACHINE = "machine"
 
 @click.command("doctor")
 @click.option("--robot", help="Also check the devices of this robot: its name, or its .toml file.")
-@click.option("--backend", help="Check this backend only. Default: the backends of this board, else all.")
+@click.option("--backend", help="Check only this backend. Default: those of this board, or all on other machines.")
 @connection_options
 @as_json
 def command(
@@ -59,7 +59,7 @@ def command(
 
 
 def _diagnose(robot: str | None, backend: str | None, options: Mapping[str, str]) -> Iterator[AboutFinding]:
-    """Yield each finding as soon as it is known. NumPy is checked before the modules that import it."""
+    """Yield each finding with the name of the backend that it is about, or ``machine``."""
     from robotcore.cli.doctor.machine import machine_checks
     from robotcore.hal.check_finding import findings_of
 
@@ -80,7 +80,7 @@ def _load_robot(robot: str, backend: str | None, options: Mapping[str, str]) -> 
 
 
 def _choose_backends() -> list[str]:
-    """Return the backends of this board, or all backends if this machine is no known board."""
+    """Return the backends of this board, or all backends if no backend knows this machine."""
     from contextlib import suppress
 
     from robotcore.hal.backend import load_backend
@@ -114,13 +114,13 @@ def _diagnose_backend(name: str, robot: RobotDescription | None, *, is_chosen: b
 
 
 def _split_remedy(message: str) -> tuple[str, str]:
-    """Split an error message into the fault and the remedy. The remedy is the last sentence."""
-    fault, _, remedy = message.rpartition(". ")
-    return fault, remedy
+    """Split an error message into the problem and the remedy, which is the last sentence."""
+    problem, _, remedy = message.rpartition(". ")
+    return problem, remedy
 
 
 def _write_each(found: Iterable[AboutFinding]) -> Iterator[AboutFinding]:
-    """Write each finding as soon as it is known, and yield it."""
+    """Write and yield each finding."""
     for about, finding in found:
         write_finding(finding)
         yield about, finding

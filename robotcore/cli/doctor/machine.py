@@ -1,6 +1,6 @@
-"""Check the packages that every backend needs: Python, NumPy and OpenCV.
+"""Check what every backend needs: Python, NumPy and OpenCV.
 
-This module imports NumPy and OpenCV only in their checks, so that a broken library becomes a finding.
+This module imports NumPy and OpenCV only inside their checks. So a broken library becomes a finding, not an exception.
 """
 
 from __future__ import annotations
@@ -17,23 +17,26 @@ OLDEST, NEWEST = (3, 10), (3, 13)
 
 def machine_checks() -> tuple[tuple[str, Check], ...]:
     """Return the checks that apply to every machine, by name."""
-    return (("Python", python), ("NumPy", numpy), ("OpenCV", opencv))
+    return (("Python", check_python), ("NumPy", check_numpy), ("OpenCV", check_opencv))
 
 
-def python() -> Iterator[Finding]:
-    """Check whether robotcore is tested with this Python."""
+def check_python() -> Iterator[Finding]:
+    """Yield whether robotcore is tested with this version of Python."""
     version = f"{platform.python_version()} in {sys.prefix}"
     if OLDEST <= sys.version_info[:2] <= NEWEST:
         yield Finding.ok("Python", version, kind="python-tested")
     else:
         tested = " to ".join(f"{major}.{minor}" for major, minor in (OLDEST, NEWEST))
         yield Finding.warning(
-            "Python", f"{version}; robotcore is not tested with it", f"Use Python {tested}", kind="python-untested"
+            "Python",
+            f"{version}: robotcore is not tested with this version",
+            f"Use Python {tested}",
+            kind="python-untested",
         )
 
 
-def numpy() -> Iterator[Finding]:
-    """Check whether NumPy can be imported and computes correctly."""
+def check_numpy() -> Iterator[Finding]:
+    """Yield whether NumPy can be imported and computes correctly."""
     try:
         import numpy as np
 
@@ -45,8 +48,8 @@ def numpy() -> Iterator[Finding]:
         yield Finding.ok("NumPy", np.__version__, kind="numpy-works")
 
 
-def opencv() -> Iterator[Finding]:
-    """Check whether OpenCV can be imported and works with this NumPy."""
+def check_opencv() -> Iterator[Finding]:
+    """Yield whether OpenCV can be imported and works with the installed NumPy."""
     try:
         import cv2
         import numpy as np

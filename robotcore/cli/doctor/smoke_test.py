@@ -1,4 +1,4 @@
-"""The smoke test of a backend: open a simulated robot, move it, and read a camera image."""
+"""The smoke test of a simulator: open a robot, move it, and read its sensors."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from robotcore.hal.robot import Robot, Role
 
 ROBOT, WORLD = "rover", "open"
 TEST_S = 0.25
-"""The simulated duration of the test, in seconds. Each motor turns its wheel for this time."""
+"""Each motor turns its wheel for this simulated time, in seconds."""
 
 VELOCITY_RAD_S = 2.0
 
 
 def diagnose(backend: Backend, robot: RobotDescription | None = None) -> Iterator[Finding]:
-    """Yield the findings of the backend's own checks, after those of the smoke test if the backend has one."""
+    """Yield the findings of the smoke test, if the backend has one, and then those of the backend's own checks."""
     if backend.is_smoke_tested:
         yield from smoke_test(backend, robot)
     yield from backend.examine(robot)
 
 
 def smoke_test(backend: Backend, robot: RobotDescription | None) -> Iterator[Finding]:
-    """Yield a finding about the installation of a backend, and one about a robot that was opened in it.
+    """Yield whether a simulator is installed, moves a robot, and can open a window.
 
-    backend: the backend. If it is not a simulator, only its installation is checked.
-    robot: the robot to open; None for the rover.
+    backend: the simulator. Of another backend, only the installation is checked.
+    robot: the robot to move; None for the rover.
     """
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
@@ -65,14 +65,14 @@ def _try_robot(backend: Backend, robot: RobotDescription) -> Finding:
 
 def _build_failure(backend: Backend, text: str, kind: str) -> Finding:
     """Return an error as a finding. The last sentence of the error's message becomes the remedy."""
-    fault, _, remedy = text.rpartition(". ")
-    if not fault:
+    problem, _, remedy = text.rpartition(". ")
+    if not problem:
         return Finding.error(backend.name, text, f"Try robotcore run green-search --backend {backend.name}", kind=kind)
-    return Finding.error(backend.name, fault, remedy, kind=kind)
+    return Finding.error(backend.name, problem, remedy, kind=kind)
 
 
 def _drive(name: str, robot: Robot) -> Finding:
-    """Turn all motors and read the camera. The true pose in the simulator shows whether the robot moved."""
+    """Turn all motors, and read the range sensor and the camera. It is an error if the true pose does not change."""
     done = ["opens"]
     before = robot.truth.pose() if robot.truth else None
     for motor in robot.motors.values():
@@ -92,14 +92,14 @@ def _drive(name: str, robot: Robot) -> Finding:
 
 
 def _check_display(name: str) -> Finding:
-    """Check whether a window can open. Only on Linux is this known in advance, by the variable DISPLAY."""
+    """Return whether a window can open. Only Linux shows this beforehand, by the variable DISPLAY."""
     if not sys.platform.startswith("linux"):
         return Finding.ok("display", f"--backend {name} --gui opens its window", kind="display")
     if display := os.environ.get("DISPLAY"):
         return Finding.ok(
-            "display", f"--backend {name} --gui opens its window on {display}, if that exists", kind="display"
+            "display", f"--backend {name} --gui opens its window on display {display}, if it exists", kind="display"
         )
     remedy = "Log in at the machine, or use ssh -X. Without a window, use --picture FILE.png"
     return Finding.warning(
-        "display", f"there is none, so --backend {name} --gui opens no window", remedy, kind="no-display"
+        "display", f"DISPLAY is not set, so --backend {name} --gui opens no window", remedy, kind="no-display"
     )

@@ -15,7 +15,7 @@ __all__ = ["DRIVER", "PROJECT", "Template", "make", "new", "require_free"]
 
 @click.command("new")
 @click.argument("folder", metavar="NAME", type=click.Path(path_type=Path))
-@click.option("--driver", "is_driver", is_flag=True, help="Create a package with a backend and its tests instead.")
+@click.option("--driver", "is_driver", is_flag=True, help="Create a driver package: a backend with its tests.")
 def new(folder: Path, *, is_driver: bool) -> None:
     """Create a project NAME with an app, a robot and tests.
 

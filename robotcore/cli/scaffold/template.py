@@ -1,4 +1,4 @@
-"""Make projects and driver packages from templates: check the name, and copy all files or none."""
+"""Create a project or a driver package from a template: check its name, and copy all files or none."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ CACHES = ("__pycache__", "_cache")
 
 @dataclass(frozen=True)
 class Template:
-    """A project in ``templates/FOLDER`` that can be copied under a new name.
+    """A complete project in ``templates/FOLDER`` that can be copied under a new name.
 
-    The template itself is a complete project with tests. In the copy, the new name replaces the template's name in
-    texts and file names: ``my-robot`` as a project, ``my_robot`` as a module, ``MyRobot`` as a class.
+    In texts and file names of the copy, the new name replaces the template's own name in three spellings: ``my-robot``
+    as a project, ``my_robot`` as a module, ``MyRobot`` as a class.
 
     >>> PROJECT.rename_text("my-robot: import my_robot", "rover-2")
     'rover-2: import rover_2'
@@ -42,31 +42,31 @@ class Template:
     folder: str
     """The template's folder in ``templates``."""
 
-    stand_in: str
-    """The template's own name. In a copy, the new name replaces it."""
+    own_name: str
+    """The name in the template's files. In a copy, the new name replaces it."""
 
     first_steps: tuple[str, ...]
-    """The commands to type first in the new project."""
+    """The commands to run first in the new project."""
 
     @cached_property
     def root(self) -> Traversable:
-        """The folder that is copied."""
+        """The folder to copy."""
         return resources.files("robotcore.cli.scaffold").joinpath("templates", self.folder)
 
     def rename_text(self, text: str, name: str) -> str:
         """Return a text of the template in which the new name replaces the template's name."""
-        words = dict(zip(_spellings(self.stand_in), _spellings(name), strict=True))
+        words = dict(zip(_spellings(self.own_name), _spellings(name), strict=True))
         return re.sub("|".join(words), lambda found: words[found[0]], text)
 
     def entries(self, folder: Traversable) -> Iterator[Traversable]:
-        """Yield the files and folders to copy from a folder of the template."""
+        """Yield the files and folders in a folder of the template, without caches."""
         return (each for each in folder.iterdir() if not each.name.endswith(CACHES))
 
     @property
     def reserved_names(self) -> set[str]:
-        """The names of the template's other files. With such a project name, two files would have the same name."""
+        """The names that a new project cannot have, because other files of the template have them."""
         stems = (each.name.partition(".")[0] for each in self.entries(self.root))
-        return {stem for stem in stems if stem not in _spellings(self.stand_in)}
+        return {stem for stem in stems if stem not in _spellings(self.own_name)}
 
 
 PROJECT = Template(
@@ -92,38 +92,38 @@ DRIVER = Template(
 """The template of a package with a backend and its conformance test."""
 
 
-def module_of(name: str) -> str:
+def name_module(name: str) -> str:
     """Return the name of the module of a project."""
     return name.replace("-", "_")
 
 
 def _spellings(name: str) -> tuple[str, str, str]:
     """Return the name of a project, of its module and of its class."""
-    return name, module_of(name), "".join(part.capitalize() for part in re.split("[-_]", name))
+    return name, name_module(name), "".join(part.capitalize() for part in re.split("[-_]", name))
 
 
 NAME = re.compile(r"[a-z][a-z0-9]*(?:[-_][a-z0-9]+)*")
-"""Matches the names that a package, a module and a robot can all have."""
+"""Matches a name that is valid for a package, a module and a robot."""
 
 
 def require_free(template: Template, folder: Path) -> None:
     """Raise UsageError if the project ``folder`` cannot be created.
 
-    It may exist already, its parent may be missing, or its name may be invalid or in use.
+    This is an error if the folder exists, its parent is missing, or its name is invalid or in use.
     """
     name = folder.name
     _require_absent(folder)
     if not NAME.fullmatch(name):
         raise UsageError(
-            f"{name!r} is no name for a project. Take lower-case letters, digits, and single - or _ between them, "
-            f"beginning with a letter{_format_suggestion(name)}",
+            f"{name!r} is not a valid name for a project. Use lower-case letters and digits, with single - or _ "
+            f"between them, and begin with a letter{_format_suggestion(name)}",
             kind="invalid-project-name",
             name=name,
             meant=_suggest_name(name),
         )
     if use := _describe_use(template, name):
         raise UsageError(
-            f"{name!r} is {use}. Take another name, {name}-{template.folder} for instance",
+            f"{name!r} is {use}. Choose another name, such as {name}-{template.folder}",
             kind="project-name-in-use",
             name=name,
             use=use,
@@ -133,10 +133,11 @@ def require_free(template: Template, folder: Path) -> None:
 def _require_absent(folder: Path) -> None:
     if os.path.lexists(folder):
         raise UsageError(
-            f"{folder} exists already, and was not changed. Take another name, or move it away", kind="folder-exists"
+            f"{folder} exists already, and was not changed. Choose another name, or move {folder}",
+            kind="folder-exists",
         )
     if not os.path.isdir(folder.parent):  # noqa: PTH112  it takes any name, however long
-        raise UsageError(f"{folder.parent} is no folder. Make it first", kind="no-such-folder")
+        raise UsageError(f"{folder.parent} is not a folder. Create it first", kind="no-such-folder")
 
 
 def _suggest_name(name: str) -> str:
@@ -147,12 +148,12 @@ def _suggest_name(name: str) -> str:
 
 def _format_suggestion(name: str) -> str:
     meant = _suggest_name(name)
-    return f"; {meant} for instance" if meant else ""
+    return f", such as {meant}" if meant else ""
 
 
 def _describe_use(template: Template, name: str) -> str:
-    """Return what already has this name, as text; empty if the name is free."""
-    module = module_of(name)
+    """Return the present use of a name as text, or an empty text if the name is free."""
+    module = name_module(name)
     if iskeyword(module):
         return "a keyword of Python"
     if module in template.reserved_names:
@@ -177,8 +178,8 @@ def make(template: Template, folder: Path) -> None:
     template: the template to copy.
     folder: the folder of the new project, which must not exist. The last part of its path is the project's name.
 
-    The files are written into a temporary folder, which is renamed at the end. So the project is complete or does not
-    exist. Raises UsageError if the name is invalid or in use, or the files cannot be written.
+    The files are written into a temporary folder, which is renamed at the end. So a project that exists is complete.
+    Raises UsageError if the name is invalid or in use, or if the files cannot be written.
     """
     require_free(template, folder)
     try:
@@ -188,7 +189,7 @@ def make(template: Template, folder: Path) -> None:
             made.rename(folder)
     except OSError as error:
         raise UsageError(
-            f"{folder} cannot be made: {error.strerror}. No file is left. Make room, or take another folder",
+            f"{folder} cannot be created: {error.strerror}. Free some space, or choose another folder",
             kind="folder-unwritable",
         ) from error
 

@@ -56,7 +56,7 @@ DEBUGGED = READING.replace('print("line read:", repr(input("go on? ")), flush=Tr
 JUST_BEHIND = """
 from robotcore.cli import estop_key, main
 estop_key._is_in_foreground = lambda terminal: True
-estop_key.EmergencyStopKey._take = lambda self: None
+estop_key.EmergencyStopKey._set_cbreak_mode = lambda self: None
 main.main()
 """
 """A job that is in the background, and still reads the terminal."""
@@ -248,7 +248,7 @@ def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.Em
 def test_a_paused_key_does_not_change_the_terminal(terminal: Terminal, bar: keys.EmergencyStopKey) -> None:
     terminal.type(b" ")  # so that the read does not wait
     bar.pause()
-    with keys._open_keys(terminal.slave) as there:
+    with keys._open_non_blocking(terminal.slave) as there:
         bar._read_keys(there)
     assert terminal.is_restored
     bar.resume()
@@ -261,14 +261,14 @@ def test_a_paused_key_does_not_change_the_terminal(terminal: Terminal, bar: keys
 def test_the_hint_is_shown_only_while_the_key_works(
     bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert not bar.hint()
+    assert not bar.get_hint()
     bar.resume()
-    assert bar.hint() == "space: stop"
+    assert bar.get_hint() == "space: stop"
     monkeypatch.setattr(keys, "_is_in_foreground", lambda _: False)
-    assert not bar.hint()
+    assert not bar.get_hint()
     monkeypatch.setattr(keys, "_is_in_foreground", lambda _: True)
     bar.pause()
-    assert not bar.hint()
+    assert not bar.get_hint()
 
 
 def test_the_terminal_is_restored_after_an_interrupt_while_it_is_taken(

@@ -101,13 +101,13 @@ def test_room_in_another_light_is_no_other_room(run: Recording) -> None:
 
 def test_table_of_the_picture_has_every_text(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[str] = []
-    text = Canvas.text
+    text = Canvas.write_text
 
     def noted(self: Canvas, place: Any, words: str, *numbers: Any, **more: Any) -> float:
         written.append(words)
         return text(self, place, words, *numbers, **more)
 
-    monkeypatch.setattr(Canvas, "text", noted)
+    monkeypatch.setattr(Canvas, "write_text", noted)
     both = compared(run, run)
     draw_comparison(both)
     words = " ".join(written).split()

@@ -22,12 +22,12 @@ def test_states_are_in_the_order_of_their_first_time(track: Track) -> None:
 
 
 def test_segments_join_without_a_gap(track: Track) -> None:
-    times = [(state, [step.time for step in steps]) for state, steps in track.segments()]
+    times = [(state, [step.time for step in steps]) for state, steps in track.list_segments()]
     assert times == [("a", [0, 1]), ("b", [1, 2, 3]), ("a", [3, 4])]
 
 
 def test_the_duration_of_a_state_is_that_of_all_its_segments(track: Track) -> None:
-    assert list(track.state_durations()) == [("a", 0.0, 2.0), ("b", 2.0, 2.0)]
+    assert list(track.list_state_durations()) == [("a", 0.0, 2.0), ("b", 2.0, 2.0)]
 
 
 def test_a_milestone_has_the_pose_of_its_time(track: Track) -> None:
@@ -42,5 +42,5 @@ def test_text_that_opencv_cannot_write_is_drawn_as_its_escape() -> None:
     sheets = []
     for words in ("\ud800", r"\ud800"):
         sheets.append(Canvas(100, 40, (255, 255, 255)))
-        assert sheets[-1].text((5, 30), words, (0, 0, 0), 12) == measure_text(words, 12) > 0
-    assert np.array_equal(sheets[0].image(), sheets[1].image())
+        assert sheets[-1].write_text((5, 30), words, (0, 0, 0), 12) == measure_text(words, 12) > 0
+    assert np.array_equal(sheets[0].render(), sheets[1].render())

@@ -104,7 +104,7 @@ def test_the_map_shows_a_robot_that_left_the_floor(figure: RunFigure) -> None:
 @pytest.mark.parametrize("shape", [(240, 320, 3), (240, 320), (480, 320, 3)])
 def test_the_last_picture_is_beside_the_map_in_colour_or_grey(figure: RunFigure, shape: tuple[int, ...]) -> None:
     seen = np.full(shape, 77, np.uint8)
-    image = draw_figure(dataclasses.replace(figure, seen=seen))
+    image = draw_figure(dataclasses.replace(figure, last_image=seen))
     assert colours_near(image, _SIDE + 40, _TOP + 40) == [(77, 77, 77)] * 25
 
 
@@ -151,8 +151,8 @@ def test_a_replay_that_ends_early_has_the_last_image_before_its_end() -> None:
         shown = recording.samples[key]
         assert isinstance(shown, Frame)
         pictures.append(shown.image)
-    assert build_figure(recording, states=["search"] * 2).seen is pictures[0]
-    assert build_figure(recording).seen is pictures[1] is not pictures[0]
+    assert build_figure(recording, states=["search"] * 2).last_image is pictures[0]
+    assert build_figure(recording).last_image is pictures[1] is not pictures[0]
 
 
 REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 1})

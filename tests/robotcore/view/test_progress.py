@@ -14,13 +14,13 @@ from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.runtime.session import Run
 from robotcore.runtime.trace import TickRecord
-from robotcore.view.progress import Progress
+from robotcore.view.progress import ProgressLine
 from tests.texts import CheckText
 
 REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 0.5})
 
 
-class RecordedProgress(Progress):
+class RecordedProgressLine(ProgressLine):
     """Stores the text of the line at each tick."""
 
     def __init__(self, hint: Callable[[], str] = str) -> None:
@@ -45,7 +45,7 @@ def columns(line: str) -> list[str]:
 
 
 def test_the_line_has_app_backend_state_range_time_and_pace(check_text: CheckText) -> None:
-    progress = RecordedProgress()
+    progress = RecordedProgressLine()
     run(REQUEST, [progress])
     *before, pace = columns(progress.lines[-1])
     check_text("\n".join(before))
@@ -53,7 +53,7 @@ def test_the_line_has_app_backend_state_range_time_and_pace(check_text: CheckTex
 
 
 def test_control_characters_of_a_state_and_of_a_warning_are_escaped() -> None:
-    progress = RecordedProgress()
+    progress = RecordedProgressLine()
     run(REQUEST, [progress])
     progress._run = progress.last_run
     progress.tick(TickRecord(11, 0.55, "\x1b]0;title\x07", None, None, (), warnings=("\x1b[2J",)))
@@ -65,7 +65,7 @@ def test_control_characters_of_a_state_and_of_a_warning_are_escaped() -> None:
 
 
 def test_the_line_of_a_real_robot_has_no_pace() -> None:
-    progress = RecordedProgress()
+    progress = RecordedProgressLine()
     run(REQUEST, [progress])
     clock = progress.last_run.robot.clock = MonotonicClock()
     progress._run = progress.last_run
@@ -76,7 +76,7 @@ def test_the_line_of_a_real_robot_has_no_pace() -> None:
 
 @pytest.mark.parametrize("distance", [0.84, math.inf])
 def test_the_line_has_the_last_range(monkeypatch: pytest.MonkeyPatch, distance: float, check_text: CheckText) -> None:
-    progress = RecordedProgress()
+    progress = RecordedProgressLine()
     run(REQUEST, [progress])
     sensor = next(each for each in progress.last_run.robot.devices.values() if isinstance(each, RangeSensor))
     monkeypatch.setattr(sensor, "latest", Range(distance, 0.0, 0))
@@ -86,7 +86,7 @@ def test_the_line_has_the_last_range(monkeypatch: pytest.MonkeyPatch, distance: 
 
 
 def test_the_line_has_the_voltage_and_warnings_stand_below(check_text: CheckText) -> None:
-    progress = RecordedProgress()
+    progress = RecordedProgressLine()
     run(REQUEST, [progress])
     progress._run = progress.last_run
     record = TickRecord(11, 0.55, "cruise", None, None, (), voltages={"cells": 6.214}, warnings=("cells: charge it",))
@@ -99,7 +99,7 @@ def test_the_line_has_the_voltage_and_warnings_stand_below(check_text: CheckText
 
 
 def test_the_line_has_the_active_faults() -> None:
-    progress = RecordedProgress()
+    progress = RecordedProgressLine()
     fault = "range noise=0.01 after=0.2 lasts=0.2"
     run(replace(REQUEST, faults=(fault,)), [progress])
     assert [fault in line for line in progress.lines] == [4 <= tick < 8 for tick in range(11)]
@@ -107,19 +107,19 @@ def test_the_line_has_the_active_faults() -> None:
 
 def test_the_line_ends_with_the_newest_hint() -> None:
     hints = iter(["space: stop", *[""] * 5, *["space: stop"] * 5])
-    progress = RecordedProgress(lambda: next(hints))
+    progress = RecordedProgressLine(lambda: next(hints))
     progress._live.auto_refresh = False
     run(REQUEST, [progress])
     assert ["space: stop" in line for line in progress.lines] == [True, *[False] * 5, *[True] * 5]
 
 
 def test_the_line_ends_if_the_run_raises() -> None:
-    class BrokenProgress(RecordedProgress):
+    class BrokenProgressLine(RecordedProgressLine):
         def begin(self, run: Run) -> None:
             super().begin(run)
             raise ArithmeticError
 
-    progress = BrokenProgress()
+    progress = BrokenProgressLine()
     with pytest.raises(ArithmeticError):
         run(REQUEST, [progress])
     progress.close()
@@ -127,7 +127,7 @@ def test_the_line_ends_if_the_run_raises() -> None:
 
 
 def test_after_a_run_the_line_is_gone_and_the_cursor_is_shown() -> None:
-    progress = RecordedProgress()
+    progress = RecordedProgressLine()
     run(REQUEST, [progress])
     written = progress.console.file.getvalue()  # type: ignore[attr-defined]  # the file is ours
     assert written.rindex("\x1b[?25h") > written.rindex("\x1b[?25l")

@@ -4,13 +4,13 @@ import sys
 
 import pytest
 
-from robotcore.cli.doctor.machine import numpy, opencv, python
+from robotcore.cli.doctor.machine import check_numpy, check_opencv, check_python
 from robotcore.hal.check_finding import Level
 from tests.texts import CheckText
 
 
 def test_numpy_and_opencv_work_here() -> None:
-    found = [*numpy(), *opencv()]
+    found = [*check_numpy(), *check_opencv()]
     assert [(each.kind, each.level) for each in found] == [("numpy-works", Level.OK), ("opencv-works", Level.OK)]
 
 
@@ -22,7 +22,7 @@ def test_an_untested_python_is_a_warning(
     monkeypatch: pytest.MonkeyPatch, version: tuple[int, int, int], kind: str
 ) -> None:
     monkeypatch.setattr(sys, "version_info", version)
-    (found,) = python()
+    (found,) = check_python()
     assert found.kind == kind
     assert found.level is (Level.WARNING if found.remedy else Level.OK)
 
@@ -31,6 +31,6 @@ def test_an_opencv_that_was_built_for_another_numpy_is_an_error_with_a_remedy(
     monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     monkeypatch.setitem(sys.modules, "cv2", None)
-    (found,) = opencv()
+    (found,) = check_opencv()
     assert (found.kind, found.level) == ("library-broken", Level.ERROR)
     check_text(found.remedy)
