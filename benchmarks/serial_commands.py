@@ -21,7 +21,7 @@ from statistics import median, quantiles
 from benchmarks.report import machine, print_table
 from drivers.serial.line import Line
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.doubles.serial.line import BITS_A_BYTE, NumberingProtocol, ReceivedFrame, Wire
+from tests.doubles.serial.line import BITS_PER_BYTE, NumberingProtocol, ReceivedFrame, Wire
 from tests.doubles.serial.pty import Pty
 
 EVERY_S = 0.005
@@ -39,7 +39,7 @@ class BoardLine:
 
     @property
     def frame_s(self) -> float:
-        return self.size * BITS_A_BYTE / self.baud
+        return self.size * BITS_PER_BYTE / self.baud
 
 
 BOARDS = (

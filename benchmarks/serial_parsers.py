@@ -53,14 +53,14 @@ def main() -> int:
     parser.add_argument("--seeds", type=at_least_one, default=3)
     options = parser.parse_args()
     rows, are_kept = [], []
-    for spoken in PARSER_CASES:
+    for case in PARSER_CASES:
         for kind, stream_of in STREAMS.items():
             measured = [
-                _measure_stream(spoken, stream_of(spoken, Random(seed), options.bytes)) for seed in range(options.seeds)
+                _measure_stream(case, stream_of(case, Random(seed), options.bytes)) for seed in range(options.seeds)
             ]
             times = options.bytes / max(one.seconds for one in measured) / LINE
             are_kept.append(times >= TIMES and all(one.is_flat for one in measured))
-            rows.append((spoken.name, kind, *_format_cells(measured), f"{times:.0f}"))
+            rows.append((case.name, kind, *_format_cells(measured), f"{times:.0f}"))
     print(machine())
     print_table(("parser", "bytes", "values", "most memory, tenth", "most memory, all", "× 115200 baud, least"), rows)
     print(
@@ -75,18 +75,16 @@ def _format_cells(measured: list[StreamResult]) -> tuple[str, str, str]:
     return str(values), f"{early / 1000:.1f} kB", f"{late / 1000:.1f} kB"
 
 
-def _measure_stream(spoken: ParserCase, stream: bytes) -> StreamResult:
+def _measure_stream(case: ParserCase, stream: bytes) -> StreamResult:
     began = perf_counter()
-    values = _feed(spoken.parser(), stream)
+    values = _feed(case.parser(), stream)
     seconds = perf_counter() - began
-    return StreamResult(
-        values, seconds, _measure_peak(spoken, stream[: len(stream) // 10]), _measure_peak(spoken, stream)
-    )
+    return StreamResult(values, seconds, _measure_peak(case, stream[: len(stream) // 10]), _measure_peak(case, stream))
 
 
-def _measure_peak(spoken: ParserCase, stream: bytes) -> int:
+def _measure_peak(case: ParserCase, stream: bytes) -> int:
     """Return the peak of memory in bytes, without the stream."""
-    parser = spoken.parser()
+    parser = case.parser()
     tracemalloc.start()
     _feed(parser, stream)
     _, peak = tracemalloc.get_traced_memory()
@@ -102,18 +100,18 @@ def _make_noise(_: ParserCase, draw: Random, count: int) -> bytes:
     return draw.randbytes(count)
 
 
-def _make_marks(spoken: ParserCase, draw: Random, count: int) -> bytes:
-    return bytes(draw.choice(spoken.marks) if draw.random() < 0.5 else draw.randrange(256) for _ in range(count))
+def _make_marks(case: ParserCase, draw: Random, count: int) -> bytes:
+    return bytes(draw.choice(case.start_bytes) if draw.random() < 0.5 else draw.randrange(256) for _ in range(count))
 
 
-def _make_frames(spoken: ParserCase, draw: Random, count: int) -> bytes:
-    return b"".join(_list_frames(spoken, draw, count))[:count]
+def _make_frames(case: ParserCase, draw: Random, count: int) -> bytes:
+    return b"".join(_list_frames(case, draw, count))[:count]
 
 
-def _list_frames(spoken: ParserCase, draw: Random, count: int) -> Iterator[bytes]:
+def _list_frames(case: ParserCase, draw: Random, count: int) -> Iterator[bytes]:
     made = 0
     while made < count:
-        yield (frame := spoken.frame(draw))
+        yield (frame := case.frame(draw))
         made += len(frame)
 
 

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 
 SECTION = "serial"
-"""The name of the table of a robot's file that lists the driver and the port of each device."""
+"""The name of the table in a robot's file that lists the driver and the port of each device."""
 
 
 class SerialOptions(StrictModel):
-    """The options of the backend."""
+    """The options of the backend `serial`."""
 
     port: PortPlace | None = None
     """The port to use in place of the only port in the robot's file."""
@@ -48,7 +48,7 @@ class SerialBackend(Backend):
         return _with_port(Setup(load_robot(robot), None, frozenset(), options=options)).robot
 
     def bindings(self, robot: RobotDescription, names: Iterable[str] | None = None) -> tuple[DeviceBinding, ...]:
-        """Return the devices with their drivers and settings; see `bind_devices`.
+        """Return the devices with their drivers and settings, as `bind_devices` does.
 
         names: the names of the devices to return; None returns all.
         """
@@ -93,9 +93,11 @@ def _with_port(setup: Setup) -> Setup:
 
 
 def override_port(robot: RobotDescription, section: str, port: str | None) -> RobotDescription:
-    """Return the robot with ``port`` in place of its only port; if ``port`` is None, return the robot unchanged.
+    """Return the robot with ``port`` in place of its only port, or unchanged if ``port`` is None.
 
     Raises UsageError if the robot has no port, or more than one.
+
+    section: the table in the robot's file with the ports.
     """
     if port is None:
         return robot
@@ -118,7 +120,7 @@ def _has_port(table: Any) -> bool:
 
 
 def build_wiring(bindings: Sequence[DeviceBinding]) -> Wiring:
-    """Return the wires of the devices: for each device its signals, then its supply."""
+    """Return the wires of the devices, for each device its signals and then its supply, and the drivers' notes."""
     wires = [wire for binding in bindings for wire in _list_wires(binding)]
     return Wiring((), wires, tuple((binding.name, note) for binding in bindings for note in binding.notes))
 

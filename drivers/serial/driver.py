@@ -1,4 +1,4 @@
-"""The settings and the base class of the drivers of devices on a serial port."""
+"""The settings and the drivers' base class of devices on a serial port."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PortSettings(StrictModel):
     """The settings of a device on a serial port."""
 
     protocol_name: ClassVar[str]
-    """The name of the protocol on the line. Only devices with the same protocol can share a port."""
+    """The name of the protocol on the line. Only devices with the same protocol may share a port."""
 
     default_baud: ClassVar[int]
     """The usual baud rate of boards with this protocol."""
@@ -54,9 +54,9 @@ class PortSettings(StrictModel):
         return self.baud or self.default_baud
 
     def connections(self, part: str = "") -> tuple[Connection, ...]:
-        """Return the connection of the device to its port, and the one to its part of the board, if it has a part.
+        """Return the device's connection to its port, and a second connection to ``part`` of the board if it is given.
 
-        part: the name of a part of the board that only one device may use, such as ``sonar``.
+        part: a part of the board that only one device may use, such as ``sonar``.
         """
         protocol = f"{self.protocol_name} at {self.speed} baud"
         remedy = "write the same baud for all devices of one board"
@@ -65,7 +65,7 @@ class PortSettings(StrictModel):
 
 
 class TimeoutSettings(PortSettings):
-    """The settings of a motor on a board with a time-out."""
+    """The settings of a motor on a board whose time-out a command sets."""
 
     board_timeout_s: Annotated[float, Field(ge=0.1, le=5)] = 0.5
     """The board stops its motors if it receives no command for this many seconds."""
@@ -76,7 +76,7 @@ Side = Literal["left", "right"]
 
 
 class SideSettings(PortSettings):
-    """The settings of a device of a board with a left and a right side."""
+    """The settings of a device on one side of a board for two motors."""
 
     side: Side
 
@@ -89,12 +89,12 @@ SettingsT = TypeVar("SettingsT", bound=PortSettings)
 
 
 class SerialDriver(DeviceDriver[DescriptionT, SettingsT]):
-    """A driver of a device on a serial port."""
+    """The base class of the drivers of devices on a serial port."""
 
     modules = ("serial",)
     remedy = "pip install 'robotcore[serial]'"
     part: ClassVar[str]
-    """The part of the board that the device uses alone, such as "motor"."""
+    """The part of the board that only one device may use, such as "motor"."""
 
     def connections(self, settings: SettingsT) -> Sequence[Connection]:
         return settings.connections(self.part)

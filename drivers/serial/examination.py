@@ -1,4 +1,4 @@
-"""The checks of `robotcore doctor` for the backend `serial`: the computer's ports, the robot's ports and its boards."""
+"""The checks of `robotcore doctor` for the backend `serial`: ports and boards."""
 
 from __future__ import annotations
 
@@ -21,22 +21,25 @@ MUTE = "Turn the wheels for a moment, in the air"
 
 
 def examine(backend: Backend, robot: RobotDescription | None, section: str) -> Iterator[Finding]:
-    """Yield the findings about the ports and the boards of a robot.
+    """Yield the findings about the computer's ports, and about the ports and boards of a robot.
 
     No motor turns, but opening a port resets an Arduino.
+
+    robot: None checks only the computer.
+    section: the table in the robot's file that lists the devices and their ports.
     """
     if not backend.is_installed:
         yield Finding.warning(backend.name, "is not installed", backend.remedy, kind="not-installed")
         return
     yield Finding.ok("ports", describe_ports(), kind="ports")
     if robot is None:
-        remedy = "Name it: robotcore doctor --robot FILE.toml"
-        yield Finding.warning("robot", "no robot was named, so its ports are not examined", remedy, kind="no-robot")
+        remedy = "Name the robot: robotcore doctor --robot FILE.toml"
+        yield Finding.warning("robot", "no robot was named, so no robot's ports are checked", remedy, kind="no-robot")
     elif section in robot.backends:
         yield from _examine_robot(backend, robot, section)
     else:
-        said = f"{robot.source} has no [{section}]: its devices are on no serial line of this computer"
-        yield Finding.warning("robot", said, "Name another: robotcore robots", kind="no-section")
+        said = f"{robot.source} has no table [{section}], so no device is on a serial port"
+        yield Finding.warning("robot", said, "Name another robot; robotcore robots lists them", kind="no-section")
 
 
 def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> Iterator[Finding]:
@@ -56,7 +59,6 @@ def _examine_robot(backend: Backend, robot: RobotDescription, section: str) -> I
 
 
 def _list_lines(bindings: Iterable[DeviceBinding]) -> list[tuple[str, int]]:
-    """Return the ports of the devices without duplicates, each with its speed in baud."""
     all_settings = (binding.settings for binding in bindings)
     return list(dict.fromkeys((each.port, each.speed) for each in all_settings if isinstance(each, PortSettings)))
 
@@ -75,7 +77,6 @@ def _check_port(place: str, baud: int) -> Finding:
 
 
 def _check_boards(backend: Backend, robot: RobotDescription, bindings: Iterable[DeviceBinding]) -> Iterator[Finding]:
-    """Open the devices on serial ports and read them; yield the findings."""
     serial = {each.name: each.settings for each in bindings if isinstance(each.settings, PortSettings)}
     mute = [name for name, settings in serial.items() if settings.is_mute]
     try:
@@ -93,7 +94,6 @@ def _check_boards(backend: Backend, robot: RobotDescription, bindings: Iterable[
 
 
 def _check_other_device(backend: Backend, robot: RobotDescription, name: str, what: str) -> Iterator[Finding]:
-    """Open and read a device that is on no serial port, such as a camera on USB; yield the findings."""
     try:
         with backend.open(Setup(robot, None, frozenset([name]))) as opened:
             yield Finding.ok(what, _format_device(opened.devices[name]), kind="device-ok")

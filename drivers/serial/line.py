@@ -1,4 +1,4 @@
-"""A serial port with a thread that reads and writes it, and reopens the port if it is lost."""
+"""A serial line: a port, its protocol, and the thread that reads and writes the port and reopens a lost one."""
 
 from __future__ import annotations
 
@@ -15,10 +15,7 @@ from robotcore.hal.clock import Clock, PeriodicTask
 
 
 class Waker:
-    """Lets a thread wait for a file until another thread wakes it.
-
-    A wake-up before the wait ends the next wait at once.
-    """
+    """Lets a thread wait for data in a file until another thread calls `wake`."""
 
     def __init__(self) -> None:
         self._receiver, self._sender = socketpair()
@@ -26,12 +23,15 @@ class Waker:
         self._sender.setblocking(False)
 
     def wake(self) -> None:
-        """End the present wait; if no thread waits, end the next wait at once."""
+        """End the present wait. If no thread waits now, the next wait ends at once."""
         with suppress(OSError):  # full: a wake-up is pending; closed: no thread waits
             self._sender.send(b"w")
 
     def wait(self, file: int | None, seconds: float) -> None:
-        """Wait until the open file with this number has data, until `wake` is called, or for ``seconds``."""
+        """Wait at most ``seconds`` for data in a file or for a call of `wake`.
+
+        file: a file descriptor; None waits only for `wake`.
+        """
         files = [self._receiver.fileno()] if file is None else [self._receiver.fileno(), file]
         select(files, [], [], seconds)
         with suppress(BlockingIOError):
@@ -50,29 +50,31 @@ PERIOD_S = 0.002
 """The period of reading and writing in simulated time, in seconds. In real time the thread waits for bytes instead."""
 
 SUSPENDED_S, RECOVERY_S = 0.3, 1.0
-"""If the pause between two exchanges is longer than the first time, the program was suspended. The board then needs up
-to the second time to answer again. Both are in seconds."""
+"""If the line's thread did not run for `SUSPENDED_S` seconds, the program was suspended. The board then needs up to
+`RECOVERY_S` seconds to answer again."""
 
 MAX_WAIT_S = 0.005
-"""The longest wait for a byte, in seconds. Then the thread checks whether data must be sent."""
+"""The longest wait for a byte, in seconds. After it the thread checks whether data must be sent."""
 
 POLL_S = 0.005
-"""The period of polling a condition, in seconds. It must be longer than a simulation step, or no simulated time would
-pass."""
+"""The period of checking a condition, in seconds. It is longer than a simulation step, because simulated time does not
+advance in a shorter sleep."""
 
 FIRST_RETRY_S, MAX_RETRY_S = 0.1, 2.0
 """The first and the longest wait before a lost port is opened again, in seconds. The wait doubles with each attempt."""
 
 CLOSING_S = 0.5
-"""The longest wait for the sending and the acknowledgement of the last command when the line is closed, in seconds."""
+"""The longest wait until the last command is sent and acknowledged, when a device or the line is closed, in seconds."""
 
 
 class Line:
     """A serial port and the protocol of the boards on it.
 
     If the port fails after `open`, the line closes it, and opens it again after 0.1 s, 0.2 s and so on, up to 2 s.
-    `require` raises until the port is open and the board has answered. An exception in the protocol is a bug. The line
-    is then closed for good, so that the board stops by its time-out, and `require` always raises.
+    `require` raises until the port is open and the board has answered.
+
+    An exception in the protocol is a bug. Then the line closes the port and does not open it again, so that the board
+    stops its motors by its time-out. From then on `require` always raises.
     """
 
     def __init__(self, place: str, protocol: Protocol, clock: Clock) -> None:
@@ -87,7 +89,7 @@ class Line:
         self._free_at = self._retry_at = self._lost_at = -math.inf
         self._exchanged_at, self._suspended_s = math.inf, 0.0
         self._back_off = FIRST_RETRY_S
-        self._has_heard = False
+        self._has_received = False
         self._polling: PeriodicTask | None = None
         self._waker: Waker | None = None
 
@@ -97,7 +99,7 @@ class Line:
 
     @property
     def place(self) -> str:
-        """The port, as it is written in the robot's file."""
+        """The port in the robot's file: a path or a USB id."""
         return self._port.place
 
     def now(self) -> float:
@@ -105,10 +107,10 @@ class Line:
         return self._clock.now()
 
     def open(self, device: str, answer_s: float) -> None:
-        """Open the port, and wait for the first answer of the board.
+        """Open the port, and wait for the board's first data; raises DeviceError if there is no port or no data.
 
-        device: the name of the device in the DeviceError if there is no port or no answer.
-        answer_s: the longest wait in seconds. A board that opening resets needs some seconds to start.
+        device: the name of the device, for errors.
+        answer_s: the longest wait in seconds. Opening resets some boards, which need seconds to start.
         """
         try:
             self._port.open()
@@ -125,12 +127,15 @@ class Line:
             raise
 
     def wake(self) -> None:
-        """Make the thread of the line send new data at once, if the line is free."""
+        """Let the line's thread send new data at once, or as soon as earlier data is transmitted."""
         if self._waker:
             self._waker.wake()
 
     def require(self, device: str) -> None:
-        """Raise DeviceLostError with the device's name if the port is lost or the board does not answer."""
+        """Raise DeviceLostError if the port is lost or the board does not answer.
+
+        device: the name of the device, for the error.
+        """
         self._require_no_defect(device)
         if loss := self._loss:
             raise DeviceLostError(device, self._with_timeout_notice(loss), kind="port-lost", place=self.place)
@@ -140,13 +145,13 @@ class Line:
                 device, self._with_timeout_notice(self._explain_silence(self.place)), kind=kind, place=self.place
             )
 
-    def require_since_lost(self, device: str, heard_at: float) -> None:
-        """Raise DeviceLostError as `require` does, and also if a sample is older than the last loss of the line.
+    def require_since_lost(self, device: str, sample_time: float) -> None:
+        """Raise DeviceLostError like `require`, and also if a sample is older than the last loss of the line.
 
-        heard_at: the time of the sample in seconds.
+        sample_time: the time of the sample in seconds.
         """
         self.require(device)
-        if heard_at < self._lost_at:
+        if sample_time < self._lost_at:
             raise DeviceLostError(
                 device,
                 f"the board on {self.place} is back, but has not sent a new sample of this device yet",
@@ -157,28 +162,28 @@ class Line:
     def _explain_silence(self, place: str) -> str:
         if self._was_suspended:
             return (
-                f"this program was suspended, or had no processor, for {self._suspended_s:.1f} s; it has to wait for "
-                f"the board on {place} again. Find out what stopped the program"
+                f"this program was suspended, or had no processor, for {self._suspended_s:.1f} s, and waits for the "
+                f"board on {place} again. Find out what stopped the program"
             )
-        return self._protocol.explain_silence(place, has_heard=self._has_heard)
+        return self._protocol.explain_silence(place, has_received=self._has_received)
 
     @property
     def _was_suspended(self) -> bool:
         return self._suspended_s > SUSPENDED_S and self._clock.now() < self._lost_at + RECOVERY_S
 
     def wait_until(
-        self, condition: Callable[[], bool], device: str, within_s: float, fault: str, kind: str = "no-sample-yet"
+        self, condition: Callable[[], bool], device: str, within_s: float, problem: str, kind: str = "no-sample-yet"
     ) -> None:
-        """Wait until ``condition`` returns true; raise DeviceError if it does not in time.
+        """Wait until ``condition`` returns true; raise DeviceError after ``within_s`` seconds.
 
         device: the name of the device, for the error.
-        within_s: the longest wait in seconds.
-        fault, kind: the text and the kind of the error.
+        problem: the text of the error.
+        kind: the kind of the error, as in `RobotcoreError.kind`.
         """
-        self._wait_until(condition, device, within_s, lambda _place: fault, kind)
+        self._wait_until(condition, device, within_s, lambda _place: problem, kind)
 
     def _wait_until(
-        self, condition: Callable[[], bool], device: str, within_s: float, fault: Callable[[str], str], kind: str
+        self, condition: Callable[[], bool], device: str, within_s: float, explain: Callable[[str], str], kind: str
     ) -> None:
         deadline = self._clock.now() + within_s
         while not condition():
@@ -186,11 +191,14 @@ class Line:
             if self._clock.now() >= deadline:
                 if self._loss:
                     raise DeviceError(device, self._loss, kind="port-lost", place=self.place)
-                raise DeviceError(device, fault(self.place), kind=kind, place=self.place)
+                raise DeviceError(device, explain(self.place), kind=kind, place=self.place)
             self._clock.sleep_until(self._clock.now() + POLL_S)
 
     def settle(self, device: str) -> None:
-        """Wait until the last command is sent and, if possible, acknowledged; raise DeviceError after half a second."""
+        """Wait until the last command is sent, and is acknowledged if the board acknowledges commands.
+
+        Raises DeviceError after `CLOSING_S`.
+        """
 
         def is_settled() -> bool:
             self.require(device)
@@ -200,7 +208,7 @@ class Line:
         self.wait_until(is_settled, device, CLOSING_S, self._with_timeout_notice(text), "not-acknowledged")
 
     def close(self) -> None:
-        """Send the data that is due, such as the last stop, and close the port. This takes half a second at most.
+        """Send the last data, such as a stop, and close the port. It takes `CLOSING_S` at most.
 
         May be called again.
         """
@@ -209,13 +217,12 @@ class Line:
             polling.stop()
             if self._loss is None:
                 self._exchange()
-                self._drain()
+                self._wait_until_transmitted()
         self._port.close()
         if self._waker:
             self._waker.close()
 
     def _exchange(self) -> None:
-        """Wait, read, and send the data that is due. Only one thread calls this method."""
         try:
             self._wait()
             if self._loss is None:
@@ -226,11 +233,10 @@ class Line:
             self._lose(str(error))
         except Exception as defect:  # noqa: BLE001  a bug in the protocol: the next command or read raises it
             self._defect = defect
-            self._lose(f"{self.place} was closed after a defect")
+            self._lose(f"{self.place} was closed after an internal error")
             self._retry_at = math.inf
 
     def _wait(self) -> None:
-        """Wait for a byte, for `wake`, or until data is due. In simulated time, return at once."""
         if self._waker and not self._clock.is_lockstep:
             now = self._clock.now()
             due = max(self._free_at, self._protocol.next_due(now)) if self._loss is None else self._retry_at
@@ -239,7 +245,7 @@ class Line:
     def _read_and_write(self) -> None:
         was_ready, exchanged_at, self._exchanged_at = self._protocol.is_ready, self._exchanged_at, self._clock.now()
         if data := self._port.read():
-            self._has_heard = True
+            self._has_received = True
             self._protocol.receive(data, self._clock.now())
         if self._protocol.is_ready:
             self._back_off = FIRST_RETRY_S
@@ -248,7 +254,7 @@ class Line:
             self._free_at = now + len(sent) * BITS_PER_BYTE / self._protocol.baud
             self._port.write(sent)
         if was_ready and not self._protocol.is_ready:
-            self._lost_at, self._suspended_s, self._has_heard = now, self._exchanged_at - exchanged_at, False
+            self._lost_at, self._suspended_s, self._has_received = now, self._exchanged_at - exchanged_at, False
 
     def _lose(self, loss: str) -> None:
         self._loss = loss
@@ -260,26 +266,25 @@ class Line:
     def _reopen(self) -> None:
         if self._clock.now() >= self._retry_at:
             self._port.open()
-            self._free_at, self._has_heard = -math.inf, False
+            self._free_at, self._has_received = -math.inf, False
             self._protocol.begin(self._clock.now())
             self._loss = None
 
-    def _drain(self) -> None:
-        """Wait until all bytes have left the computer and were transmitted. In simulated time, return at once."""
+    def _wait_until_transmitted(self) -> None:
         end = self._clock.now() + CLOSING_S
-        while not self._clock.is_lockstep and self._clock.now() < min(end, self._drained_at()):
+        while not self._clock.is_lockstep and self._clock.now() < min(end, self._transmitted_at()):
             self._clock.sleep_until(self._clock.now() + POLL_S)
 
-    def _drained_at(self) -> float:
+    def _transmitted_at(self) -> float:
         return math.inf if self._port.unsent else self._free_at
 
     def _require_no_defect(self, device: str) -> None:
         if self._defect:
             what = f"{type(self._defect).__name__}: {self._defect}"
-            fault = f"internal error in the protocol on {self.place}: {what}. The port is closed. Please report it"
+            problem = f"internal error in the protocol on {self.place}: {what}. The port is closed. Please report it"
             raise DeviceError(
-                device, self._with_timeout_notice(fault), kind="protocol-defect", place=self.place
+                device, self._with_timeout_notice(problem), kind="protocol-defect", place=self.place
             ) from self._defect
 
-    def _with_timeout_notice(self, fault: str) -> str:
-        return f"{fault}. {self._protocol.timeout_notice}" if self._protocol.timeout_notice else fault
+    def _with_timeout_notice(self, problem: str) -> str:
+        return f"{problem}. {self._protocol.timeout_notice}" if self._protocol.timeout_notice else problem

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 
 
 USB = re.compile(r"usb:(?P<vendor>[0-9a-f]{4}):(?P<product>[0-9a-f]{4})(?::(?P<serial>.+))?", re.IGNORECASE)
-"""The pattern of a port that is given by the USB id of its board or adapter."""
+"""The pattern of the USB id of a board or adapter, which a robot's file may have in place of a path."""
 
 
 class PortMissingError(OSError):
-    """A port does not exist now. The message lists the ports of the computer."""
+    """A port does not exist. The message lists the ports of the computer."""
 
 
 def find_path(place: str) -> str:
-    """Return the path of a port; raises PortMissingError if the port does not exist.
+    """Return the path of a port; raises PortMissingError if the port does not exist, or if several ports have its id.
 
     place: the path of the port, or its USB id such as ``usb:1a86:7523``.
     """
@@ -55,9 +55,9 @@ def describe_ports() -> str:
 
 
 def find_other_users(place: str) -> tuple[str, str] | None:
-    """Return the fault and the remedy if another program has the port open too; None if no other program has.
+    """Return the problem and the remedy if another program has the port open too; else None.
 
-    Call it after this process has opened and locked the port, so that no other program opens the port later.
+    Call it after this process has locked the port. Then no other program can open the port any more.
     """
     with suppress(PortMissingError):
         if holders := describe_holders(find_path(place)):
@@ -85,20 +85,20 @@ def _usb_id(vendor: int, product: int) -> str:
 CHUNK = 4096
 
 FAILURES = (OSError, termios.error, TypeError, ValueError)
-"""The errors that pyserial raises. Its own are OSErrors, those of the system are passed on, and the use of a closed
-port is a TypeError."""
+"""The errors that pyserial raises: its own are OSErrors, and the use of a closed port is a TypeError. The others are
+errors of the operating system, which pyserial passes on."""
 
 WRITE_TIMEOUT_S = 0.05
-"""The longest time for writing a frame, in seconds. A frame that takes longer found the port's buffer full, because the
+"""The longest time for writing a frame, in seconds. A longer time means that the port's buffer is full, because the
 board does not read."""
 
 
 class PortError(OSError):
-    """A port cannot be opened, or is lost. The message has the port, the reason and the remedy."""
+    """A port cannot be opened, or was lost. The message has the port, the reason and the remedy."""
 
 
 class Port:
-    """A serial port that this process locks while it is open. It may be opened again after it was closed."""
+    """A serial port, which this process locks while it is open. A closed port may be opened again."""
 
     def __init__(self, place: str, baud: int) -> None:
         self.place, self.baud = place, baud
@@ -124,10 +124,9 @@ class Port:
         return int(self._serial.fileno()) if self._serial else None
 
     def read(self) -> bytes:
-        """Return the bytes received so far, without a wait; raises PortError.
+        """Return the bytes received so far, up to `CHUNK`, without a wait; raises PortError if the port is lost.
 
-        It reads up to `CHUNK` bytes, because pyserial's `in_waiting` fails on some pseudo-terminals. A hang-up makes
-        pyserial raise an error, which becomes a PortError.
+        It does not call pyserial's `in_waiting`, which fails on some pseudo-terminals.
         """
         assert self._serial
         try:
@@ -138,8 +137,8 @@ class Port:
     def write(self, data: bytes) -> None:
         """Send bytes; raises PortError if the port does not take them within `WRITE_TIMEOUT_S`.
 
-        It calls `os.write`, because pyserial's `write` reports a time-out wrongly if the operating system suspends this
-        thread for that time.
+        It calls `os.write`, because pyserial's `write` also reports a time-out if the operating system suspends this
+        thread for that long.
         """
         assert self._serial
         try:
@@ -160,9 +159,9 @@ class Port:
         return 0
 
     def close(self) -> None:
-        """Close the port and drop unsent bytes. May be called again.
+        """Close the port. May be called again.
 
-        With unsent bytes, closing would wait for a board that does not read.
+        Unsent bytes are dropped, because otherwise closing would wait for a board that does not read.
         """
         if serial := self._serial:
             with suppress(*FAILURES):
@@ -181,16 +180,17 @@ _BUSY_ERRORS = {errno.EAGAIN, errno.EBUSY}
 _PERMISSION_ERRORS = {errno.EACCES, errno.EPERM}
 
 ROOT = 0
-"""The number of the superuser's group, which no user should join to use a port."""
+"""The number of the group ``root``. A remedy must not tell a user to join it."""
 
 GROUP_ACCESS = stat.S_IRGRP | stat.S_IWGRP
 
 
 def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
-    """Return why pyserial could not open a port, and the remedy.
+    """Return the message for an error of opening a port: the reason and the remedy.
 
-    place: the port in the robot's file.
-    path: the path of this port now.
+    place: the port in the robot's file, a path or a USB id.
+    path: the path of the port.
+    error: the error of pyserial or `find_path`.
     """
     if isinstance(error, PortMissingError):
         return (
@@ -209,8 +209,7 @@ def explain_failure(place: str, path: str, baud: int, error: Exception) -> str:
 
 
 def _permission_remedy(path: str) -> str:
-    """Return how to get the permission for a port: join its group, which is dialout or uucp on most systems."""
-    group = "dialout"
+    group = "dialout"  # or uucp: the group of the ports on most systems
     with suppress(OSError, KeyError):
         status = os.stat(path)  # noqa: PTH116  as it is given
         if status.st_gid == ROOT or status.st_mode & GROUP_ACCESS != GROUP_ACCESS:

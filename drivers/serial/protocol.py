@@ -1,4 +1,4 @@
-"""The base class of the protocols on a serial line, which do no input or output themselves."""
+"""The base class of the protocols on a serial line."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from abc import ABC, abstractmethod
 class Protocol(ABC):
     """Converts received bytes to values, and commands to bytes. It does no input or output, and never waits.
 
-    The thread of the line calls `begin`, `receive` and `data_to_send`. Devices set commands in other threads, so a
-    command must be one value that is replaced as a whole. All times are on the robot's clock, in seconds.
+    The thread of the line calls `begin`, `receive` and `data_to_send`. Devices set commands in other threads. So a
+    command must be a single object that is replaced as a whole. All times are on the robot's clock, in seconds.
     """
 
     baud: int
     """The speed of the line in baud."""
     is_ready: bool
-    """Whether the board has answered since the line was opened, and is not silent now. If boards send no answers, it is
-    true as soon as a board accepts commands."""
+    """Whether the board has sent data since the line was opened, and is not silent now. With boards that never send
+    data: whether the boards accept commands."""
 
     @property
     def is_settled(self) -> bool:
-        """Whether the last command was sent and, if the board acknowledges commands, acknowledged."""
+        """Whether the last command was sent, and was acknowledged if the board acknowledges commands."""
         return True
 
     @property
     def timeout_notice(self) -> str:
-        """A sentence with the board's time-out, after which it stops its motors; empty if it has no time-out."""
+        """A sentence for error messages that describes the board's time-out; empty if the board has no time-out."""
         return ""
 
     @abstractmethod
@@ -38,29 +38,26 @@ class Protocol(ABC):
 
     @abstractmethod
     def receive(self, data: bytes, now: float) -> None:
-        """Process received bytes.
-
-        They arrive in pieces of any length and may have noise; no content raises an error.
-        """
+        """Process received bytes. They may be cut at any place and have noise. No content raises an error."""
 
     @abstractmethod
     def data_to_send(self, now: float) -> bytes:
-        """Return the bytes to send now, perhaps none. The line calls this if it can send, and sends all of them.
+        """Return the bytes to send now; empty if there are none. The line sends all of them.
 
-        Only the newest command is sent. There is no queue of commands.
+        The bytes have only the newest command, because commands are not queued.
         """
 
     def next_due(self, now: float) -> float:
-        """Return the time at which `data_to_send` must be called again if no new command is set; `inf` for never."""
+        """Return the time of the next call of `data_to_send` if no new command is set; `inf` for no call."""
         return math.inf
 
-    def explain_silence(self, place: str, *, has_heard: bool = False) -> str:
-        """Return the fault and the remedy for a board that has not answered since the line was opened.
+    def explain_silence(self, place: str, *, has_received: bool = False) -> str:
+        """Return the problem and the remedy if the board has sent no valid data since the line was opened.
 
         place: the port in the robot's file.
-        has_heard: whether any bytes were received.
+        has_received: whether any bytes were received.
         """
-        if has_heard:
+        if has_received:
             return (
                 f"the data on {place} at {self.baud} baud is not that of this driver's board. Check the board, its "
                 "firmware and its baud rate"

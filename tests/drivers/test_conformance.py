@@ -81,7 +81,7 @@ def _record_search() -> Recording:
 
 
 def test_every_backend_has_a_suite() -> None:
-    hardware = (raspberrypi_suites.TestRaspberryPi, virtual_pi_suites.TestVirtualPi, serial_suites.TestOurFirmware)
+    hardware = (raspberrypi_suites.TestRaspberryPi, virtual_pi_suites.TestVirtualPi, serial_suites.TestRobotcoreBridge)
     remote = (coppeliasim_suites.TestBuilt, vrep_suites.TestVrep)
     suites = (TestKinematic, TestPyBullet, TestMujoco, TestMock, TestReplay, *hardware, *remote)
     assert sorted(suite.backend.name for suite in suites) == backend_names()

@@ -1,4 +1,4 @@
-"""The base class of the protocols of motor boards, and an open board, which several devices share."""
+"""The base class of the protocols of motor boards, and the opening of a board that several devices share."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from robotcore.hardware import Host
 
 
 class BoardProtocol(Protocol):
-    """The base class of protocols for one board, which answers requests or sends data by itself.
+    """The base class of the protocols of boards that send data, on request or periodically.
 
     A board that has sent nothing for longer than `silence_s` is lost. The protocol drops the command when the board is
-    lost, and again when the board is back. So a command that was set during the loss never turns a wheel.
+    lost, and again when the board sends data again. So a command that was set during the loss never turns a wheel.
     """
 
     default_timeout_s: ClassVar[float]
@@ -28,20 +28,20 @@ class BoardProtocol(Protocol):
         self.baud, self.is_ready = baud, False
         self.command = CommandBuffer()
         self._timeouts_s: list[float] = []
-        self._heard_at = -math.inf
+        self._received_at = -math.inf
 
     @property
     @abstractmethod
     def silence_s(self) -> float:
-        """The longest time, in seconds, between two messages of a connected board."""
+        """The longest pause, in seconds, between two messages from a connected board."""
 
     def limit(self, timeout_s: float) -> None:
-        """Lower the time-out of the board to ``timeout_s`` seconds, if the time-out can be set and is longer."""
+        """Lower the board's time-out to ``timeout_s`` seconds if it is longer. A fixed time-out does not change."""
         self._timeouts_s.append(timeout_s)
 
     @property
     def timeout_s(self) -> float:
-        """The time-out in seconds: the board stops its motors after this time without a command."""
+        """The time without a command, in seconds, after which the board stops its motors."""
         return min(self._timeouts_s, default=self.default_timeout_s)
 
     @property
@@ -54,26 +54,24 @@ class BoardProtocol(Protocol):
         return math.isinf(self.command.next_due)
 
     def begin(self, now: float) -> None:
-        self._heard_at = -math.inf
+        self._received_at = -math.inf
         self._lose(now)
 
     def _lose_if_silent(self, now: float) -> None:
-        if self.is_ready and now - self._heard_at > self.silence_s:
+        if self.is_ready and now - self._received_at > self.silence_s:
             self._lose(now)
 
     def _lose(self, now: float) -> None:
-        """Drop the command: the board is lost, or was reset."""
         self.is_ready = False
         self.command.clear()
 
     def _set_ready(self) -> None:
-        """Mark the board as ready, and drop the command, so that no motor turns before a new command."""
-        self.command.clear()
+        self.command.clear()  # no motor turns before a new command
         self.is_ready = True
 
 
 def describe_timeout(timeout_s: float) -> str:
-    """Return a sentence on the time-out of a board.
+    """Return the sentence for messages and notes that describes the time-out of a board.
 
     >>> describe_timeout(0.5)
     'The board stops its motors by itself 0.5 s after the last command that it received.'
@@ -85,7 +83,7 @@ ProtocolT = TypeVar("ProtocolT", bound=Protocol)
 
 
 class Board(Generic[ProtocolT]):
-    """An open board: the line and the protocol that its devices share."""
+    """An open board: its line and its protocol, which all its devices share."""
 
     def __init__(self, line: Line, protocol: ProtocolT) -> None:
         self.line, self.protocol = line, protocol
@@ -98,13 +96,16 @@ class Board(Generic[ProtocolT]):
 
 
 class SharedBoardError(DeviceError):
-    """The board of this device failed to open for another device; that device's error has the reason."""
+    """A device cannot be opened, because opening its board already failed for another device.
+
+    The DeviceError of that other device has the reason.
+    """
 
     kind = "shared-board"
 
 
-class _Attempt(Generic[ProtocolT]):
-    """The result of opening a board. It is kept, so that other devices of a dead board fail without a wait."""
+class _OpeningResult(Generic[ProtocolT]):
+    """The result of opening a board. With it, further devices of a dead board fail without a second wait."""
 
     def __init__(self, device: str, board: Board[ProtocolT] | None, failure: DeviceError | None = None) -> None:
         self.device, self.board, self.failure = device, board, failure
@@ -119,27 +120,28 @@ def open_board(
 ) -> Board[ProtocolT]:
     """Return the board on a port; open the port if this device is the first one of the board.
 
+    If the board cannot be opened, the first device gets a DeviceError with the reason. All other devices of the board
+    get a SharedBoardError.
+
     device: the name of the device, for errors.
     place: the port in the robot's file.
     kind: the class of the board's protocol.
     make: returns a new protocol.
-    answer_s: the longest wait for the board's first answer, in seconds.
-    Raises DeviceError with the reason for the first device if the board cannot be opened, and SharedBoardError for all
-    other devices of the board.
+    answer_s: the longest wait for the board's first data, in seconds.
     """
 
-    def attempt_to_open() -> _Attempt[ProtocolT]:
+    def open_once() -> _OpeningResult[ProtocolT]:
         protocol = make()
         line = Line(place, protocol, host.clock)
         try:
             line.open(device, answer_s)
         except DeviceError as failure:
-            return _Attempt(device, None, failure)
-        return _Attempt(device, Board(line, protocol))
+            return _OpeningResult(device, None, failure)
+        return _OpeningResult(device, Board(line, protocol))
 
-    attempt = host.shared.take(_Attempt, (kind, place), attempt_to_open)
-    if attempt.board:
-        return attempt.board
-    if attempt.failure and attempt.device == device:
-        raise attempt.failure
-    raise SharedBoardError(device, f"its board on {place} could not be opened for {attempt.device} either")
+    result = host.shared.take(_OpeningResult, (kind, place), open_once)
+    if result.board:
+        return result.board
+    if result.failure and result.device == device:
+        raise result.failure
+    raise SharedBoardError(device, f"its board on {place} could not be opened; see the error of {result.device}")

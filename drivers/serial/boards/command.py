@@ -9,18 +9,18 @@ from typing import NamedTuple
 from drivers.serial.driver import Side
 
 GATHER_S = 0.001
-"""A command to one motor waits up to this many seconds for a command to the other motor, so that one frame has both."""
+"""The longest wait, in seconds, of a command to one motor for a command to the other motor. One frame then has both."""
 
 MAX_AGE_S = 0.25
-"""A command that is older than this many seconds when it is sent is replaced by 0. The program was suspended, and the
-board has stopped the motor meanwhile."""
+"""The maximum age of a command when it is sent, in seconds; an older one is replaced by 0. Such a command waited
+because the program was suspended, and the board may have stopped the motor."""
 
 STOP_REPEAT_S = 0.1
-"""The period in seconds of repeating a stop, to boards that acknowledge no commands."""
+"""The period of repeating a stop to a board that acknowledges no commands, in seconds."""
 
 
 class WheelCommand(NamedTuple):
-    """A command to the left and the right motor, in the board's own unit; positive is forward."""
+    """A command to both motors in the board's own unit, such as duty or m/s. Positive is forward."""
 
     left: float = 0.0
     right: float = 0.0
@@ -32,12 +32,12 @@ class WheelCommand(NamedTuple):
 
 
 class CommandBuffer:
-    """The newest command to both motors of a board. A new command replaces one that was not sent yet.
+    """The newest command to both motors of a board. A new command replaces an unsent one.
 
     Each command is sent only once, so that the board's own time-out measures the silence of the app. A frame has values
-    for both motors. If only one motor has a new command, the frame has the previous value of the other motor. If that
-    value is older than ``timeout_s``, the frame has 0 instead. If the new command is a stop, the limit for the other
-    motor is `MAX_AGE_S`, so that the frame does not start a motor again that the board has stopped.
+    for both motors. If only one motor has a new command, the frame has the previous value of the other motor. An old
+    previous value is replaced by 0, because the board may have stopped that motor. Old means older than ``timeout_s``,
+    or than `MAX_AGE_S` if the new command is a stop.
 
     >>> command = CommandBuffer()
     >>> command.set("left", 2.0, now=0.0)
@@ -49,7 +49,7 @@ class CommandBuffer:
     """
 
     def __init__(self) -> None:
-        """Start with the value 0 for both motors, and nothing to send."""
+        """Create a buffer with the value 0 for both motors, and without a command to send."""
         self._lock = Lock()
         self._newest = WheelCommand()
         self._set_at: dict[Side, float] = {}
@@ -62,7 +62,7 @@ class CommandBuffer:
         return f"CommandBuffer(left={self._newest.left:g}, right={self._newest.right:g}, {state})"
 
     def set(self, side: Side, value: float, now: float) -> None:
-        """Set the command of one motor; the other one keeps its newest command."""
+        """Set the command of one motor. The command of the other motor does not change."""
         with self._lock:
             self._newest = (
                 WheelCommand(value, self._newest.right) if side == "left" else WheelCommand(self._newest.left, value)
@@ -73,23 +73,25 @@ class CommandBuffer:
             self._due = min(self._due, now if is_complete else now + GATHER_S)
 
     def take(self, now: float, timeout_s: float) -> WheelCommand | None:
-        """Return the command to send now; None if there is no new one, or it waits for that of the other motor.
+        """Return the command to send now; None if there is none, or if it waits for the other motor's command.
 
         timeout_s: the board's own time-out in seconds.
         """
         with self._lock:
             if now < self._due:
                 return None
-            self._newest = WheelCommand(self._in_force("left", now, timeout_s), self._in_force("right", now, timeout_s))
+            self._newest = WheelCommand(
+                self._value_unless_old("left", now, timeout_s), self._value_unless_old("right", now, timeout_s)
+            )
             self._fresh.clear()
             self._due, self._sent_at = math.inf, now
             return self._newest
 
     def repeat_stop(self, now: float) -> WheelCommand | None:
-        """Return a stop if the newest command is a stop that was last sent `STOP_REPEAT_S` ago; else None.
+        """Return a stop if the newest command is a stop and was last sent `STOP_REPEAT_S` ago; else None.
 
-        A stop is repeated because noise may have destroyed it. No other command is repeated, because the board's
-        time-out must measure the silence of the app.
+        A stop is repeated because noise may have destroyed it. Other commands are not repeated, so that the board's
+        time-out measures the silence of the app.
         """
         with self._lock:
             if not self._newest.is_stop or now < self._sent_at + STOP_REPEAT_S:
@@ -105,20 +107,20 @@ class CommandBuffer:
 
     @property
     def newest(self) -> WheelCommand:
-        """The newest command to both motors, whether it was sent or not."""
+        """The newest command to both motors, sent or unsent."""
         return self._newest
 
     @property
     def next_due(self) -> float:
-        """The time from which `take` returns a command, on the clock of ``now``; `inf` if there is no new command."""
+        """The time in seconds from which `take` returns a command; `inf` without a new command."""
         return self._due
 
     @property
     def repeat_due(self) -> float:
-        """The time from which `repeat_stop` returns a stop; `inf` while a motor turns."""
+        """The time in seconds from which `repeat_stop` returns a stop; `inf` while a motor turns."""
         return self._sent_at + STOP_REPEAT_S if self._newest.is_stop else math.inf
 
-    def _in_force(self, side: Side, now: float, timeout_s: float) -> float:
+    def _value_unless_old(self, side: Side, now: float, timeout_s: float) -> float:
         is_turning = any(self._value(fresh) for fresh in self._fresh)
         max_age_s = timeout_s if is_turning and side not in self._fresh else MAX_AGE_S
         return 0.0 if now - self._set_at.get(side, -math.inf) > max_age_s else self._value(side)

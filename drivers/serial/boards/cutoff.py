@@ -1,8 +1,8 @@
 """Stop the motors of a board from the guardian's process, by a stop frame on the board's port.
 
-The guardian opens the port without a lock, so the app's lock does not exclude it. Both processes may write to the port,
-and the kernel does not mix the bytes of their frames. The module imports little, because the robot waits for the
-guardian's start.
+The guardian opens the port without a lock, so the app's lock does not exclude the guardian. Both processes may write to
+the port, and the kernel does not mix the bytes of their frames. The module imports few others, so that the guardian
+starts fast.
 """
 
 from __future__ import annotations
@@ -27,41 +27,40 @@ if TYPE_CHECKING:
     from robotcore.hardware import Host
 
 WRITE_TIMEOUT_S = 0.2
-"""The longest time for writing the frame, in seconds."""
+"""The longest time for writing the stop frame, in seconds."""
 
 ANSWER_TIMEOUT_S, REPEAT_S = 4.0, 0.25
-"""The longest wait for the board's answer, and the period of repeating the frame during this wait, in seconds. Opening
-the port resets an Arduino,
-and its boot loader takes up to two seconds."""
+"""The longest wait for the board's answer, and the period of repeating the frame during this wait, in seconds.
+
+Opening the port resets an Arduino, and its boot loader takes up to two seconds."""
 
 CHUNK = 4096
 
 HANG_UP_POLL_S = 0.1
-"""The longest wait for a hang-up of the port, in seconds. After each wait the thread checks whether the port was
-closed."""
+"""The period in which the hang-up thread checks whether the port was closed, in seconds."""
 
 REPEAT_PAUSE_S = 0.01
-"""The pause between the two stop frames, in seconds. For a hoverboard, a pause of a millisecond ends a frame."""
+"""The pause between the two stop frames, in seconds. A hoverboard detects the end of a frame by a pause of 1 ms."""
 
 
 class StopFrame(Cutoff):
-    """Writes the stop frame of a board twice.
+    """Stops a board's motors by writing its stop frame twice.
 
-    The first frame may be lost: noise may destroy it, or it may follow half a frame of an app that was killed.
+    The first frame may be lost: noise may destroy it, or it may follow half a frame of a killed app.
 
     The port is opened at the start of a run, because opening it later would reset an Arduino. If the board is
-    unplugged, the port is closed at once. Otherwise Linux would give the board another port name when it is plugged in
-    again. The next command opens the port again. If the port does not exist any more, the board's own time-out stops
-    the motors.
+    unplugged, the port is closed at once. Otherwise Linux would give the board another port name after replugging. The
+    next `arm` or `stop` opens the port again. If the port does not exist then, the board's own time-out stops the
+    motors.
     """
 
     def __init__(self, place: str, baud: int, frame: str, answer: str | None, *, has_owner: bool) -> None:
         """Create the cutoff; `open` opens the port.
 
         frame: the stop frame in hexadecimal digits.
-        answer: a regular expression for the board's answer to a stop; None if it does not answer.
-        has_owner: whether an app has the robot open. Without an app, `stop` raises BackendError in two cases: the board
-            does not answer, or another program has the port open and may turn the motors again.
+        answer: a regular expression for the board's answer to a stop; None if the board never answers.
+        has_owner: whether an app has the robot open. Without an app, `stop` raises BackendError if the board does not
+            answer, or if another program has the port open and may turn the motors again.
         """
         self._place, self._baud, self._frame, self._has_owner = place, baud, bytes.fromhex(frame), has_owner
         self._answer = None if answer is None else re.compile(answer.encode("latin-1"))
@@ -75,7 +74,7 @@ class StopFrame(Cutoff):
             path = find_path(self._place)
         except PortMissingError as error:
             raise BackendError(
-                f"{error}; only the board's own time-out stops it", kind="port-missing", place=self._place
+                f"{error}; only the board's own time-out stops the motors", kind="port-missing", place=self._place
             ) from error
         try:
             self._serial = Serial(path, self._baud, timeout=0, write_timeout=WRITE_TIMEOUT_S)
@@ -111,7 +110,6 @@ class StopFrame(Cutoff):
                 serial.close()
 
     def _confirm(self) -> str | None:
-        """Return None if the board has answered; raise BackendError if it should have answered but did not."""
         if holders := describe_holders(find_path(self._place)):
             raise BackendError(
                 f"the stop was sent, but {self._place} is held by {holders}, which may start the motors again. End "
@@ -145,7 +143,6 @@ class StopFrame(Cutoff):
         return False
 
     def _close_on_hang_up(self, serial: Serial, hung_up: poll) -> None:
-        """Wait until the port hangs up, and close it then."""
         while self._serial is serial:
             if hung_up.poll(HANG_UP_POLL_S * 1000):
                 with self._lock:
@@ -170,9 +167,11 @@ class StopFrame(Cutoff):
 
 
 def stop_frame(device: str, place: str, baud: int, frame: bytes, answer: str | None, host: Host) -> CutoffSpec:
-    """Return the cutoff by which the guardian or `robotcore stop` stops a board.
+    """Return the specification of a `StopFrame`, for the guardian and for `robotcore stop`.
 
-    Equal cutoffs of several devices on one port are merged, so the frame is sent once.
+    Both merge the equal cutoffs of several devices on one port, so they send the frame of a board only once.
+
+    answer: a regular expression for the board's answer; None if the board never answers.
     """
     has_owner = host.owner is not None
     parameters = {"place": place, "baud": baud, "frame": frame.hex(), "answer": answer, "has_owner": has_owner}

@@ -1,1 +1,1 @@
-"""Range sensors with their own serial line."""
+"""Range sensors on a serial line without a motor board."""

@@ -1,10 +1,10 @@
-"""Benewake's frames: nine bytes, a hundred times a second, from a TFmini, TFmini-S, TFmini Plus or TF-Luna.
+"""The frames of Benewake's TFmini, TFmini-S, TFmini Plus and TF-Luna: nine bytes, a hundred times a second.
 
-    59 59  distance  amplitude  temperature  sum        words of two bytes, the low byte first
+    59 59  distance  amplitude  temperature  sum
 
-The distance is in centimetres, and the temperature in eighths of a degree above -256 °C. The checksum is the low byte
-of the sum of the other eight bytes. The oldest model, TFmini, sends its mode, a number below 256, in place of the
-temperature.
+Distance, amplitude and temperature have two bytes, the low byte first. The distance is in centimetres, and the
+temperature in eighths of a degree above -256 °C. The sum is the low byte of the sum of the other eight bytes. The
+oldest model, TFmini, has no temperature. It sends its mode in this place, a number below 256.
 
 Source: Benewake's manuals SJ-PM-TFmini-T-01 A03, SJ-PM-TFmini-S A00, SJ-PM-TFmini Plus A04 (chapters 5.3, 5.4) and
 SJ-PM-TF-Luna A05 (chapters 6.4, 6.8, 6.9, appendix I).
@@ -22,34 +22,34 @@ SIZE = 9
 _WORDS = struct.Struct("<HHH")
 
 _FARTHEST_CM = 2000
-"""The greatest distance in the manuals, in centimetres."""
+"""The longest distance in the manuals, in centimetres. A longer one is noise."""
 
 _COLDEST, _HOTTEST = 256, 4096
-"""The range of a temperature word, from -224 °C to 256 °C. A lower number is a mode."""
+"""The range of a temperature in a frame, from -224 °C to 256 °C. A lower number is the mode of a TFmini."""
 
 _WEAK, _SATURATED, _DAZZLED = 0xFFFF, 0xFFFE, 0xFFFC
-"""The codes -1, -2 and -4, which a TFmini-S sends in place of a distance. A TFmini also sends -1; a TFmini Plus and a
-TF-Luna send 0 instead."""
+"""The codes -1, -2 and -4, which a TFmini-S sends in place of a distance. A TFmini sends only -1. A TFmini Plus and a
+TF-Luna send the distance 0 instead."""
 
 _OVEREXPOSED = 0xFFFF
-_WEAKEST, _WEAKEST_OF_THE_FIRST = 100, 20
-"""The lowest amplitude of a valid distance: of newer models, and of the TFmini."""
+_MIN_AMPLITUDE, _MIN_AMPLITUDE_TFMINI = 100, 20
+"""The lowest amplitude of a valid distance, for the newer models and for the TFmini."""
 
 
 class Detection(Enum):
     """The result of a measurement."""
 
     TARGET = auto()
-    """A target at the distance in the frame. The distance 0 means that the target is too near to be measured."""
+    """A target at the measured distance. The distance 0 means a target nearer than the sensor's minimum."""
     NOTHING = auto()
-    """Too little light came back: there is no target, or a dark one."""
+    """Too little light came back: there is no target, or a dark target."""
     UNCLEAR = auto()
-    """Too much light: a shining target, or the sun."""
+    """Too much light came back: a shining target, or the sun."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """The three words of a frame from the sensor."""
+    """The content of a frame from the sensor."""
 
     distance_cm: int
     amplitude: int
@@ -57,7 +57,7 @@ class Reading:
 
     @property
     def temperature_c(self) -> float | None:
-        """The temperature of the chip in °C; None for a TFmini, which does not send it."""
+        """The temperature of the chip in °C; None for a TFmini, which sends none."""
         return None if self.temperature < _COLDEST else self.temperature / 8 - 256
 
     @property
@@ -67,15 +67,15 @@ class Reading:
 
     @property
     def detection(self) -> Detection:
-        """The result of the measurement; the rules fit all four models."""
+        """The result of the measurement, for any of the four models."""
         if self.amplitude == _OVEREXPOSED or self.distance_cm in {_SATURATED, _DAZZLED}:
             return Detection.UNCLEAR
-        weakest = _WEAKEST_OF_THE_FIRST if self.temperature_c is None else _WEAKEST
-        return Detection.NOTHING if self.distance_cm == _WEAK or self.amplitude < weakest else Detection.TARGET
+        min_amplitude = _MIN_AMPLITUDE_TFMINI if self.temperature_c is None else _MIN_AMPLITUDE
+        return Detection.NOTHING if self.distance_cm == _WEAK or self.amplitude < min_amplitude else Detection.TARGET
 
     @property
     def is_possible(self) -> bool:
-        """Whether a sensor can send these words. If not, the nine bytes are probably parts of two frames."""
+        """Whether a sensor can send this content. If not, the nine bytes are probably parts of two frames."""
         is_distance = self.distance_cm <= _FARTHEST_CM or self.distance_cm in {_WEAK, _SATURATED, _DAZZLED}
         return is_distance and self.temperature < _HOTTEST
 
@@ -83,9 +83,9 @@ class Reading:
 class Parser:
     """Splits a stream of bytes, which arrives in pieces of any length, into frames.
 
-    The words of a frame may contain the header, and a checksum of one byte does not detect all errors. So at the
-    beginning and after noise, a frame is accepted only if another frame follows it without a gap. After that each frame
-    is accepted at once. The parser stores less than two frames.
+    Any part of a frame may look like a header, and a checksum of one byte does not detect all errors. So at the
+    beginning and after noise, the parser accepts a frame only if another frame follows it without a gap. After that it
+    accepts each frame at once. The parser stores less than two frames.
 
     >>> parser = Parser()
     >>> frame = bytes.fromhex("59 59 32 00 e8 03 c8 08 9f")
@@ -105,21 +105,20 @@ class Parser:
         """Parse received bytes; return the frames that these bytes complete."""
         stream, at, readings = self._rest + data, 0, []
         while at + SIZE <= len(stream):
-            reading = _reading(stream, at)
+            reading = _parse_frame(stream, at)
             if reading and not self._is_in_step:
                 if at + 2 * SIZE > len(stream):
                     break
-                self._is_in_step = _reading(stream, at + SIZE) is not None
+                self._is_in_step = _parse_frame(stream, at + SIZE) is not None
             if reading and self._is_in_step:
                 readings.append(reading)
                 at += SIZE
             else:
-                at = self._next_header(stream, at + 1)
+                at = self._skip_to_header(stream, at + 1)
         self._rest = stream[at:]
         return readings
 
-    def _next_header(self, stream: bytes, at: int) -> int:
-        """Return the index of the next header; if there is none, of a last byte that may begin one, or the end."""
+    def _skip_to_header(self, stream: bytes, at: int) -> int:
         self._is_in_step = False
         found = stream.find(HEADER, at)
         if found < 0:
@@ -128,8 +127,7 @@ class Parser:
         return found
 
 
-def _reading(stream: bytes, at: int) -> Reading | None:
-    """Return the frame at the index ``at``; None if there is no valid frame."""
+def _parse_frame(stream: bytes, at: int) -> Reading | None:
     if not stream.startswith(HEADER, at) or sum(stream[at : at + SIZE - 1]) & 0xFF != stream[at + SIZE - 1]:
         return None
     reading = Reading(*_WORDS.unpack_from(stream, at + len(HEADER)))

@@ -1,4 +1,4 @@
-"""Runs the conformance kit on a board's double: a rover with devices on a pty, in simulated time."""
+"""Test benches for the conformance kit: a rover with devices on the double of a board, in simulated time."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ class SerialBench(TestBench):
 
     backend = SerialBackend
     devices: ClassVar[Mapping[str, Mapping[str, Any]]]
-    """The section of each device on the board, without the port."""
+    """The table of each device on the board, without the port."""
     extra: ClassVar[tuple[Any, ...]] = ()
-    """Descriptions of more devices, such as a battery."""
+    """Descriptions of devices that the rover does not have, such as a battery."""
 
     lacks: ClassVar[Mapping[TestSupport, str]] = {
         TestSupport.WORLD: "the board turns wheels without a world",
-        TestSupport.LOST_ECHO: "nothing on the board listens for echoes",
+        TestSupport.LOST_ECHO: "no device on the board measures echoes",
         TestSupport.SLOW_HARDWARE: "in simulated time no thread waits",
     }
 
@@ -55,12 +55,12 @@ class SerialBench(TestBench):
         return connect_devices(load_robot("rover"), self.devices, self.pty.path, self.extra)
 
     @pytest.fixture(autouse=True)
-    def _on_a_pty(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    def _connect_board(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
         with Pty(tmp_path) as self.pty:
-            monkeypatch.setattr(module, "MonotonicClock", self._clock_with_a_board)
+            monkeypatch.setattr(module, "MonotonicClock", self._build_clock)
             yield
 
-    def _clock_with_a_board(self) -> Clock:
+    def _build_clock(self) -> Clock:
         clock = SteppedClock(RATE_HZ, lambda _steps: None, PERIOD_S)
         self.powered = Powered(self.board(), self.pty, clock)
         return clock
@@ -69,7 +69,7 @@ class SerialBench(TestBench):
 def connect_devices(
     robot: RobotDescription, devices: Mapping[str, Mapping[str, Any]], port: Path, extra: tuple[Any, ...] = ()
 ) -> RobotDescription:
-    """Return a robot with only these devices, on one port; it has a drive if both motors are among them."""
+    """Return the robot with only these devices, all on one port. It keeps its drive if both motors are among them."""
     connected = tuple(description for description in (*robot.devices, *extra) if description.name in devices)
     section = {name: {"port": str(port), **description} for name, description in devices.items()}
     drive = robot.drive if {"left_motor", "right_motor"} <= devices.keys() else None
@@ -79,7 +79,10 @@ def connect_devices(
 
 
 class TickingBench(SerialBench):
-    """Repeats the last command of each motor in each tick, because the kit commands once and lets seconds pass."""
+    """Repeats the last command of each motor in each tick.
+
+    The kit sends a command once and lets seconds pass, which is longer than the time-out of some boards.
+    """
 
     def open(self, setup: Setup) -> Robot:
         robot = super().open(setup)
@@ -99,7 +102,7 @@ Devices = Mapping[str, Mapping[str, Any]]
 
 
 class Rig:
-    """A board, its port, and a robot with these devices."""
+    """The double of a board, its port, and a robot with devices on it."""
 
     def __init__(self, folder: Path, board: BoardDouble, devices: Devices, extra: tuple[Any, ...] = ()) -> None:
         self.pty = Pty(folder)
@@ -127,7 +130,7 @@ class Rig:
         return encoder.read().angle
 
     def drive(self, left: float, right: float, seconds: float) -> None:
-        """Command both wheels in rad/s in each tick for some seconds."""
+        """Command both wheels in rad/s in each tick for ``seconds``."""
         for _ in range(round(seconds * RATE_HZ)):
             self.motor("left").set_velocity(left)
             self.motor("right").set_velocity(right)
@@ -138,7 +141,7 @@ class Rig:
         self.clock.sleep_until(self.clock.now() + seconds)
 
     def close(self) -> None:
-        """Close the robot and the board. Raises the errors of closing the robot."""
+        """Close the robot and the board; raises the errors of closing the robot."""
         try:
             if self._robot:
                 self._robot.close()

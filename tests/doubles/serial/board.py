@@ -1,4 +1,4 @@
-"""The base class of the boards' doubles, and a double that runs on a pty."""
+"""The base class of the doubles of boards, and their operation on a pty."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ PERIOD_S = 0.002
 
 
 class BoardDouble(ABC):
-    """A board without its port. Times are in seconds on the test's clock."""
+    """A double of a board, without its port. Times are in seconds on the test's clock."""
 
     @abstractmethod
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take received bytes, which may be cut at any place. Return the immediate answers."""
+        """Process received bytes, which may be cut at any place; return the immediate answers."""
 
     def live(self, now: float, seconds: float) -> bytes:
-        """Advance wheels and time-outs to ``now``. Return the data that the board sends by itself."""
+        """Advance wheels and time-outs by ``seconds`` to ``now``; return the data that the board sends periodically."""
         return b""
 
     def begin(self, now: float) -> None:  # noqa: B027  most boards have no state to reset
@@ -37,7 +37,7 @@ class Powered:
         self._polling: PeriodicTask = clock.every(PERIOD_S, self._pump, "board")
 
     def off(self) -> None:
-        """Switch the board off. It may be called again."""
+        """Switch the board off. May be called again."""
         self._polling.stop()
 
     def _pump(self) -> None:
@@ -61,7 +61,7 @@ LAG_S = 0.05
 
 @dataclass
 class Wheel:
-    """A wheel that follows its command with a first-order lag; rad and rad/s."""
+    """A wheel that follows its command with a first-order lag. Units are rad and rad/s."""
 
     command: float = 0.0
     velocity: float = 0.0

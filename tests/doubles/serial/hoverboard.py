@@ -21,7 +21,7 @@ RPM = math.tau / 60
 
 @dataclass
 class Firmware:
-    """The settings of config.h: coefficients in 1/16384, and the wheel speed in rad/s for one unit."""
+    """The settings in config.h. Coefficients are multiplied by 16384. The wheel speed for one unit is in rad/s."""
 
     speed_coefficient: int = 16384
     steer_coefficient: int = 8192
@@ -30,7 +30,7 @@ class Firmware:
 
 
 class Input:
-    """The rate limiter and the low-pass filter for one word of a command."""
+    """The rate limiter and the low-pass filter of the steer or the speed."""
 
     def __init__(self) -> None:
         self._limited = self._filtered = 0
@@ -59,7 +59,7 @@ class Hoverboard(BoardDouble):
         self._is_enabled = False
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Take the bytes between two pauses. The firmware ignores them unless they are a command of eight bytes."""
+        """Process the bytes between two pauses. The firmware ignores them unless they are a command of eight bytes."""
         if len(data) == 8:
             start, steer, speed, checksum = struct.unpack("<HhhH", data)
             if start == 0xABCD and checksum == (start ^ steer & 0xFFFF ^ speed & 0xFFFF):

@@ -9,34 +9,34 @@ from drivers.serial.boards.command import CommandBuffer
 from drivers.serial.protocol import Protocol
 from tests.doubles.serial.board import BoardDouble
 
-BITS_A_BYTE = 10
-"""8N1."""
+BITS_PER_BYTE = 10
+"""A start bit, eight data bits and a stop bit (8N1)."""
 
 
 class ReceivedFrame(NamedTuple):
-    """A numbered command with its times in seconds."""
+    """A numbered command that arrived at the far end of a line. Times are in seconds."""
 
     number: int
     at: float
     """The time at which the driver sent it."""
     left_at: float
-    """The time at which its last byte had left the wire."""
+    """The time at which its last byte was transmitted."""
     waited: float
-    """The time that the command waited for earlier ones on the wire."""
+    """The time that the command waited for the transmission of earlier commands."""
 
 
 class Wire(BoardDouble):
-    """The other end of a line. It measures the times of commands of ``size`` bytes at ``baud``."""
+    """The far end of a line. It records the arrival of commands of ``size`` bytes at ``baud``."""
 
     def __init__(self, baud: int, size: int) -> None:
-        self._frame_s = size * BITS_A_BYTE / baud
-        self._size, self._kept, self._free_at = size, b"", 0.0
+        self._frame_s = size * BITS_PER_BYTE / baud
+        self._size, self._unread, self._free_at = size, b"", 0.0
         self.received: list[ReceivedFrame] = []
 
     def receive(self, data: bytes, now: float) -> bytes:
-        self._kept += data
-        while len(self._kept) >= self._size:
-            frame, self._kept = self._kept[: self._size], self._kept[self._size :]
+        self._unread += data
+        while len(self._unread) >= self._size:
+            frame, self._unread = self._unread[: self._size], self._unread[self._size :]
             begins = max(now, self._free_at)
             self._free_at = begins + self._frame_s
             self.received.append(ReceivedFrame(int(frame), now, self._free_at, begins - now))
@@ -44,7 +44,7 @@ class Wire(BoardDouble):
 
 
 class NumberingProtocol(Protocol):
-    """Sends the newest command of both motors, a number, in frames of ``size`` bytes."""
+    """Sends numbers as commands to both motors, in frames of ``size`` bytes, and only the newest number."""
 
     is_ready = True
 
@@ -56,7 +56,7 @@ class NumberingProtocol(Protocol):
         self.command.clear()
 
     def receive(self, data: bytes, now: float) -> None:
-        """There are no answers."""
+        """Ignore received bytes."""
 
     def data_to_send(self, now: float) -> bytes:
         wheels = self.command.take(now, timeout_s=0.5)
@@ -66,13 +66,13 @@ class NumberingProtocol(Protocol):
         return self.command.next_due
 
     def set(self, number: int, now: float) -> None:
-        """Set the command of both motors, a number."""
+        """Set the number as the command of both motors."""
         self.command.set("left", number, now)
         self.command.set("right", number, now)
 
 
 class PollingProtocol(Protocol):
-    """Asks until the board answers, and then sends each word once. The board answers each word."""
+    """Sends ``?`` when the line opens, and then each word once. The board answers each of them."""
 
     is_settled: bool = True
     timeout_notice = "The board stops by itself after 0.5 s"
@@ -109,7 +109,7 @@ class PollingProtocol(Protocol):
 
 
 class AnsweringBoard(BoardDouble):
-    """Answers all received bytes unless it is deaf, and keeps them with their times."""
+    """Answers all received bytes unless ``is_deaf`` is true, and records them with their times."""
 
     def __init__(self) -> None:
         self.received = b""

@@ -1,4 +1,4 @@
-"""The parsers of all boards and sensors, with frames of each."""
+"""The parsers of all boards and sensors, each with a generator of random frames."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Parser(Protocol):
     """The interface of every parser."""
 
     def feed(self, data: bytes) -> Sequence[object]:
-        """Take received bytes, which may be cut at any place. Return the frames that they complete."""
+        """Parse received bytes, which may be cut at any place; return the frames that they complete."""
 
 
 class Damage(Flag):
@@ -47,10 +47,10 @@ class ParserCase:
     parser: Callable[[], Parser]
     frame: Callable[[Random], bytes]
     """Returns a random valid frame."""
-    marks: bytes
-    """Bytes that make noise look like frames."""
-    seen: Damage
-    """The damage that the format can detect. Other damage may give wrong values with any parser."""
+    start_bytes: bytes
+    """The bytes with which a frame may begin. In noise, they look like frames."""
+    detectable: Damage
+    """The damage that a checksum or the format shows. After other damage, any parser may return wrong values."""
 
     def __str__(self) -> str:
         return self.name

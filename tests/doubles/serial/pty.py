@@ -59,14 +59,14 @@ class Pty:
         return self._far >= 0
 
     def read(self, wait_s: float = 0.0) -> bytes:
-        """Return the bytes for the board. Wait up to ``wait_s`` seconds for the first one."""
+        """Return the bytes for the board; wait up to ``wait_s`` seconds for the first byte."""
         with self._lock:
             if self.is_plugged_in and select.select([self._far], [], [], wait_s)[0]:
                 return os.read(self._far, 4096)
             return b""
 
     def send(self, data: bytes) -> int:
-        """Send as the board. Return the number of bytes that the kernel took, fewer than all if its buffer is full."""
+        """Send bytes as the board; return how many bytes the kernel took. A full buffer takes fewer bytes."""
         with self._lock, suppress(BlockingIOError):
             if self.is_plugged_in:
                 return os.write(self._far, data)
@@ -117,7 +117,7 @@ class Pty:
         return int(struct.unpack("i", count)[0])
 
     def close(self) -> None:
-        """Remove the port. It may be called again."""
+        """Remove the port. May be called again."""
         if self.is_plugged_in:
             self.unplug()
 

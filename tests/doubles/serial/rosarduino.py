@@ -22,7 +22,7 @@ FULL_SPEED_RAD_S = 16.0
 
 
 class ArduinoDouble(BoardDouble):
-    """The common part of both firmwares. ``counts_per_turn`` counts edges."""
+    """The base class of both doubles. ``counts_per_turn`` counts edges."""
 
     frame_s: float
 
@@ -56,13 +56,13 @@ class ArduinoDouble(BoardDouble):
 
     @property
     def counts(self) -> tuple[int, int]:
-        """The left and the right wheel's counts since it was reset."""
+        """The counts of the left and the right wheel since the board's reset."""
         left, right = (now - zero for now, zero in zip(self._read_counts(), self._zeros, strict=True))
         return left, right
 
     @abstractmethod
     def _obey(self, line: str) -> bytes:
-        """Return the answer to a line."""
+        """Execute a line, and return the reply."""
 
     def _drive(self, letter: str, left: int, right: int) -> str:
         self._fed = self.now
@@ -86,7 +86,7 @@ class ArduinoDouble(BoardDouble):
 
 
 class RosArduinoBridgeDouble(ArduinoDouble):
-    """ROSArduinoBridge. It takes each line as a command, and an empty line as an unknown one."""
+    """A board with ROSArduinoBridge, which executes each line as a command, and rejects an empty line."""
 
     frame_s = 0.033
     echo_cm = 50
@@ -121,12 +121,12 @@ def _read(line: str) -> tuple[str, tuple[int, int]]:
 
 
 class RobotcoreBridgeDouble(ArduinoDouble):
-    """robotcore_bridge. It refuses malformed lines, and adds a checksum to an answer if the question has one."""
+    """A board with robotcore_bridge, which refuses malformed lines. Its reply has a checksum if the request has one."""
 
     frame_s = 1 / 30
     version = 1
     millimetres: int | None = 500
-    """The measured distance. None: no echo."""
+    """The measured distance in mm; None without an echo."""
     is_mute = False
 
     def __init__(self, *, millivolts: int = 7400, counts_per_turn: int = 960) -> None:

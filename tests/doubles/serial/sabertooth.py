@@ -10,7 +10,7 @@ from tests.doubles.serial.board import BoardDouble, Wheels
 
 
 class Sabertooth:
-    """A board whose M1 turns the left wheel and M2 the right one. The command 127 gives ``full_rad_s``."""
+    """A board whose M1 turns the left wheel, and whose M2 turns the right wheel. The value 127 gives ``full_rad_s``."""
 
     def __init__(self, wheels: Wheels, full_rad_s: float) -> None:
         self.wheels, self._full_rad_s = wheels, full_rad_s
@@ -40,7 +40,7 @@ class Sabertooths(BoardDouble):
         self.packets: list[tuple[int, int, int]] = []
         self.ignored = 0
         self._has_rate: bool | None = None
-        self._kept = b""
+        self._unread = b""
 
     def receive(self, data: bytes, now: float) -> bytes:
         for byte in data:
@@ -57,13 +57,13 @@ class Sabertooths(BoardDouble):
 
     def _take(self, byte: int, now: float) -> None:
         if byte >= 128:  # an address, at any place
-            self.ignored += bool(self._kept)
-            self._kept = bytes((byte,)) if byte in self.boards else b""
-        elif self._kept:
-            self._kept += bytes((byte,))
-        if len(self._kept) == 4:
-            address, command, value, checksum = self._kept
-            self._kept = b""
+            self.ignored += bool(self._unread)
+            self._unread = bytes((byte,)) if byte in self.boards else b""
+        elif self._unread:
+            self._unread += bytes((byte,))
+        if len(self._unread) == 4:
+            address, command, value, checksum = self._unread
+            self._unread = b""
             if checksum == sum((address, command, value)) % 128:
                 self.packets.append((address, command, value))
                 self.boards[address].obey(command, value, now)

@@ -37,18 +37,18 @@ def test_bytes_that_another_reader_took_are_reported(pty: Pty, monkeypatch: pyte
         pty.send_all(b"hello")
 
 
-def test_more_than_the_kernel_keeps_is_not_waited_for(pty: Pty) -> None:
+def test_more_bytes_than_the_kernel_stores_are_not_waited_for(pty: Pty) -> None:
     for _ in range(20):
         pty.send_all(bytes(FULL))
 
 
-def test_a_mark_that_the_kernel_does_not_take_is_reported(pty: Pty) -> None:
+def test_a_marker_byte_that_the_kernel_does_not_take_is_reported(pty: Pty) -> None:
     termios.tcflow(pty._near, termios.TCOOFF)
     with pytest.raises(AssertionError, match="took 0 bytes of a mark"):
         pty.read_all()
 
 
-def test_a_mark_that_does_not_come_is_reported(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_marker_byte_is_reported(pty: Pty, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Pty, "read", lambda _pty, _wait_s=0.0: b"chatter")
     with pytest.raises(AssertionError, match="reads or sends"):
         pty.read_all()

@@ -19,20 +19,26 @@ WEAK_CM, SATURATED_CM, DAZZLED_CM = 0xFFFF, 0xFFFE, 0xFFFC
 
 
 def frame(distance_cm: int, amplitude: int = STRONG, temperature: int = WARM) -> bytes:
-    """Return the nine bytes of a measurement, the temperature as it is sent. Source: SJ-PM-TFmini-S A00, 5.3."""
+    """Return the nine bytes of a measurement. Source: SJ-PM-TFmini-S A00, 5.3.
+
+    temperature: the number in the frame, in eighths of a degree above -256 °C.
+    """
     body = b"\x59\x59" + struct.pack("<HHH", distance_cm, amplitude, temperature)
     return body + bytes([sum(body) & 0xFF])
 
 
 class TFminiS(BoardDouble):
-    """Sends the distance that a function returns in metres, `inf` for none."""
+    """A double of a TFmini-S.
+
+    distance: returns the distance to the target in metres; `inf` without a target.
+    """
 
     def __init__(self, distance: Callable[[], float] = lambda: math.inf) -> None:
         self._distance, self._due = distance, 0.0
         self.is_blind = False
-        """If true, no light comes back."""
+        """Whether no light comes back."""
         self.replacement: bytes | None = None
-        """If set, these bytes replace the frames."""
+        """Bytes that are sent in place of the frames; None sends the frames."""
 
     def receive(self, data: bytes, now: float) -> bytes:
         return b""

@@ -143,7 +143,7 @@ def test_an_empty_lgpio_is_reported_with_the_command_that_replaces_it(
 
 
 @pytest.mark.parametrize("has_lgpio", [True, False])
-def test_a_machine_that_is_no_pi_is_reported_whatever_it_has(
+def test_a_machine_that_is_no_pi_is_reported(
     *, has_lgpio: bool, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     from gpiozero.exc import PinUnknownPi
@@ -159,7 +159,7 @@ def test_a_machine_that_is_no_pi_is_reported_whatever_it_has(
 
 
 @pytest.mark.parametrize("exists, is_allowed", [(False, False), (True, False), (True, True)])
-def test_a_chip_that_cannot_be_opened_is_reported_with_what_to_do(
+def test_a_chip_that_cannot_be_opened_is_reported_with_a_remedy(
     exists: bool, is_allowed: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setenv("FAKE_DEV", str(tmp_path))

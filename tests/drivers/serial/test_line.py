@@ -77,7 +77,7 @@ def test_a_command_without_acknowledgement_is_an_error_with_the_time_out(bench: 
         bench.line.settle("wheel")
 
 
-def test_no_more_is_sent_than_the_line_carries(pty: Pty) -> None:
+def test_the_line_sends_no_more_than_its_baud_rate_allows(pty: Pty) -> None:
     bench = Bench(pty, baud=300).open()
     bench.board.times.clear()
     for _ in range(3):
@@ -125,7 +125,7 @@ def test_a_sample_from_before_a_loss_is_not_read_after_it(bench: Bench, raises: 
     bench.line.require_since_lost("wheel", bench.clock.now())
 
 
-def test_a_lost_port_is_tried_ever_more_seldom(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lost_port_is_reopened_with_growing_pauses(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     bench.open().lose()
     tried: list[float] = []
 
@@ -223,7 +223,7 @@ class TestByAThread:
         yield clock
         clock.close()
 
-    def test_a_board_answers_is_lost_and_comes_back(self, pty: Pty, clock: MonotonicClock) -> None:
+    def test_a_board_is_ready_then_lost_then_ready_again(self, pty: Pty, clock: MonotonicClock) -> None:
         protocol, board = PollingProtocol(), AnsweringBoard()
         powered = Powered(board, pty, clock)
         line = Line(str(pty.path), protocol, clock)
@@ -246,7 +246,7 @@ class TestByAThread:
     ) -> None:
         protocol, wait = PollingProtocol(), Waker.wait
 
-        def suspended(waker: Waker, file: int | None, seconds: float) -> None:
+        def wait_suspended(waker: Waker, file: int | None, seconds: float) -> None:
             wait(waker, file, seconds)
             if protocol.is_ready:
                 clock.sleep_until(clock.now() + 2 * SUSPENDED_S)
@@ -256,7 +256,7 @@ class TestByAThread:
         line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 5.0)
         powered.off()
-        monkeypatch.setattr(Waker, "wait", suspended)
+        monkeypatch.setattr(Waker, "wait", wait_suspended)
         with raises(DeviceLostError, "program-suspended", device="wheel", hide=["0.6 s", "0.7 s"]):
             _require_often(line, clock)
         clock.sleep_until(clock.now() + RECOVERY_S)
@@ -281,19 +281,17 @@ class TestByAThread:
         powered.off()
         assert board.received == b"?go"
 
-    def test_a_line_that_was_given_up_waits(
-        self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_a_freed_line_waits(self, pty: Pty, clock: MonotonicClock, monkeypatch: pytest.MonkeyPatch) -> None:
         protocol, waits, wait = PollingProtocol(), list[float](), Waker.wait
 
-        def noted(waker: Waker, file: int | None, seconds: float) -> None:
+        def record_wait(waker: Waker, file: int | None, seconds: float) -> None:
             waits.extend([seconds] if file is None else [])
             wait(waker, file, seconds)
 
         powered = Powered(AnsweringBoard(), pty, clock)
         line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 5.0)
-        monkeypatch.setattr(Waker, "wait", noted)
+        monkeypatch.setattr(Waker, "wait", record_wait)
         protocol.defect = KeyError("side")
         clock.sleep_until(clock.now() + 2 * FIRST_RETRY_S)
         line.close()

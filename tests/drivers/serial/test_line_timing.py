@@ -1,4 +1,4 @@
-"""A line sends no more than it carries, and only the newest command."""
+"""A line sends no more than its baud rate allows, and only the newest command."""
 
 from __future__ import annotations
 
@@ -15,15 +15,19 @@ from tests.doubles.serial.line import NumberingProtocol, ReceivedFrame, Wire
 from tests.doubles.serial.pty import Pty
 
 SIZE = 8
-TOLD_EVERY_S = 0.005
-LASTING_S = 2.0
-LATER_S = 2 * PERIOD_S
-"""Line and far end take turns, so that a command arrives a turn later."""
+COMMAND_PERIOD_S = 0.005
+DURATION_S = 2.0
+TURN_S = 2 * PERIOD_S
+"""The longest delay of a command by the test: the line and the double run in turn."""
 
 
 @dataclass
 class Driving:
-    """Numbered commands, two hundred a second from 1 on, and those that arrived."""
+    """The results of sending commands with the numbers 1, 2 and so on, two hundred a second.
+
+    sent: the time of setting each command, by number.
+    received: the commands that arrived at the double.
+    """
 
     baud: int
     sent: dict[int, float] = field(default_factory=dict)
@@ -46,22 +50,22 @@ def driving(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Driving]
         Powered(wire, pty, clock)
         line = Line(str(pty.path), protocol, clock)
         line.open("wheel", 1.0)
-        while clock.now() < LASTING_S:
+        while clock.now() < DURATION_S:
             number = len(driving.sent) + 1
             driving.sent[number] = clock.now()
             protocol.set(number, clock.now())
-            clock.sleep_until(clock.now() + TOLD_EVERY_S)
+            clock.sleep_until(clock.now() + COMMAND_PERIOD_S)
         line.close()
         driving.received = wire.received
         yield driving
 
 
 def test_no_command_waits_for_another_one_on_the_wire(driving: Driving) -> None:
-    assert max(frame.waited for frame in driving.received) <= LATER_S
+    assert max(frame.waited for frame in driving.received) <= TURN_S
 
 
 def test_only_the_newest_command_is_sent(driving: Driving) -> None:
-    assert all(frame.number >= driving.newest_at(frame.at - LATER_S - PERIOD_S) for frame in driving.received)
+    assert all(frame.number >= driving.newest_at(frame.at - TURN_S - PERIOD_S) for frame in driving.received)
 
 
 def test_no_command_is_sent_twice_or_after_a_newer_one(driving: Driving) -> None:
@@ -70,10 +74,10 @@ def test_no_command_is_sent_twice_or_after_a_newer_one(driving: Driving) -> None
 
 
 def test_the_age_of_arriving_commands_is_bounded(driving: Driving) -> None:
-    bound = TOLD_EVERY_S + driving.frame_s + 2 * LATER_S
+    bound = COMMAND_PERIOD_S + driving.frame_s + 2 * TURN_S
     assert max(frame.left_at - driving.sent[frame.number] for frame in driving.received) <= bound
 
 
-def test_a_line_that_carries_every_command_sends_every_one_and_a_slower_one_is_never_idle(driving: Driving) -> None:
-    most = LASTING_S / max(TOLD_EVERY_S, driving.frame_s + PERIOD_S)
+def test_a_fast_line_sends_every_command_and_a_slow_line_is_never_idle(driving: Driving) -> None:
+    most = DURATION_S / max(COMMAND_PERIOD_S, driving.frame_s + PERIOD_S)
     assert len(driving.received) >= 0.95 * most

@@ -113,7 +113,7 @@ def test_a_finished_write_is_no_failure_after_a_long_suspension(
 ) -> None:
     clock, write = MonotonicClock(), os.write
 
-    def interrupted(file: int, data: bytes) -> int:
+    def write_part(file: int, data: bytes) -> int:
         written = write(file, data)
         clock.sleep_until(clock.now() + 1.2 * WRITE_TIMEOUT_S)
         return written
@@ -121,7 +121,7 @@ def test_a_finished_write_is_no_failure_after_a_long_suspension(
     with Pty(tmp_path) as pty:
         port = Port(str(pty.path), 57600)
         port.open()
-        monkeypatch.setattr(os, "write", interrupted)
+        monkeypatch.setattr(os, "write", write_part)
         port.write(b"m 20 20\r")
         monkeypatch.undo()
         port.close()

@@ -1,4 +1,4 @@
-"""The settings and drivers of a hoverboard's devices: two motors, two encoders, a battery."""
+"""The settings and drivers of the devices of a hoverboard: two motors, two encoders, a battery."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from robotcore.hardware.motor_model import Model
 
 
 class HoverboardSettings(PortSettings):
-    """The settings of a device of a hoverboard. There is no time-out, because that of the firmware is fixed (0.8 s)."""
+    """The settings of a device of a hoverboard. The firmware's time-out is always 0.8 s, so no setting has it."""
 
     protocol_name: ClassVar[str] = "Hoverboard FOC"
     default_baud: ClassVar[int] = 115200
@@ -36,7 +36,7 @@ class WheelSettings(SideSettings, HoverboardSettings):
     """The settings of a device on one of the board's two wheels."""
 
     inverted: bool = False
-    """Whether the sign of this wheel is reversed, because it turns or counts the wrong way."""
+    """Whether the wheel's velocity and angle change their sign, because it turns or counts the wrong way."""
 
     @property
     def sign(self) -> int:
@@ -46,20 +46,20 @@ class WheelSettings(SideSettings, HoverboardSettings):
 class HoverboardMotorSettings(WheelSettings):
     """The settings of a motor of a hoverboard.
 
-    Most of them repeat values of the firmware's config.h, because the board does not send these.
-    Both motors of a board have the same settings.
+    Most of them repeat values of the firmware's config.h, because the board does not send these. Both motors of a board
+    need the same values.
     """
 
     mode: Literal["speed", "duty"]
     """CTRL_MOD_REQ in config.h: "speed" is SPD_MODE, in which the board controls the velocity; "duty" is VLT_MODE."""
     max_rpm: Annotated[int, Field(ge=10, le=2000)] = 1000
-    """N_MOT_MAX."""
+    """N_MOT_MAX in config.h: the wheel's speed at the highest command value, in rpm."""
     tank_steering: bool = False
     """Whether TANK_STEERING is defined in config.h."""
     speed_coefficient: Annotated[float, Field(ge=0.1, lt=2)] = 1.0
-    """SPEED_COEFFICIENT of the mixer, divided by 16384; unused with TANK_STEERING."""
+    """SPEED_COEFFICIENT in config.h, divided by 16384. TANK_STEERING does not use it."""
     steer_coefficient: Annotated[float, Field(ge=0.1, lt=2)] = 0.5
-    """STEER_COEFFICIENT of the mixer, divided by 16384; unused with TANK_STEERING."""
+    """STEER_COEFFICIENT in config.h, divided by 16384. TANK_STEERING does not use it."""
     model: Model | None = None
     """The velocity of the wheel at each duty, for mode "duty"."""
     control: Control | None = None
@@ -75,7 +75,7 @@ class HoverboardMotorSettings(WheelSettings):
         return self.sign * LIMIT / self.max_rpm * 60 / math.tau
 
     def firmware(self) -> Connection:
-        """Return a connection with the firmware's settings. Two motors of a board conflict if their settings differ."""
+        """Return a connection that two motors of a board share, so that different firmware settings are a conflict."""
         settings = f"mode {self.mode}, {self.max_rpm} rpm, {self.mixer}"
         remedy = "give both motors the same mode, max_rpm and mixer settings"
         return Connection(
@@ -83,11 +83,11 @@ class HoverboardMotorSettings(WheelSettings):
         )
 
     def check(self, description: MotorDescription, robot: RobotDescription) -> None:
-        """Raise ValueError if the board cannot reach the maximum velocity, or a setting contradicts the mode."""
+        """Raise ValueError if the board cannot reach the maximum velocity, or if a setting contradicts the mode."""
         if self.mode == "duty":
             self._check_duty(description, robot)
         elif self.model or self.control:
-            raise ValueError("in mode speed the board controls the velocity; leave model and control out")
+            raise ValueError("in mode speed the board controls the velocity; remove model and control")
         elif description.max_velocity_rad_s > (reach := self.mixer.straight / abs(self.unit_per_rad_s)):
             raise ValueError(
                 f"the board turns a wheel at {reach:.3g} rad/s at most, but max_velocity_rad_s of {description.name} "
@@ -100,13 +100,13 @@ class HoverboardMotorSettings(WheelSettings):
         if self.model.max_duty > (straight := self.mixer.straight / LIMIT):
             raise ValueError(
                 f"the board's mixer reaches a duty of {straight:g} at most, but model.max_duty is "
-                f"{self.model.max_duty:g}; lower that, or correct speed_coefficient"
+                f"{self.model.max_duty:g}; lower model.max_duty, or correct speed_coefficient"
             )
         require_drivable(description, self.model, self.control, robot)
 
 
 ANSWER_S = 1.0
-"""The longest wait for the first feedback, in seconds. A board that is on sends feedback a hundred times a second."""
+"""The longest wait for the first feedback, in seconds. A board sends feedback a hundred times a second."""
 
 WIRING = (
     "Use the cable of one of the hoverboard's sensor boards. Connect its RX, TX (3.3 V) and ground to the adapter, but "
@@ -122,7 +122,7 @@ TURNING = (
 
 
 class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
-    """Turns a wheel at a velocity that the board controls, or with a duty that the wheel's model gives."""
+    """Opens motors. In mode "speed" the board controls the velocity. In mode "duty" the motor has a model."""
 
     name = "hoverboard-motor"
     summary = "a wheel of a hoverboard with the FOC firmware"
@@ -148,7 +148,7 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
         return (stop_frame(description.name, settings.port, settings.speed, STOP, STANDING, host),)
 
     def open(self, description: MotorDescription, settings: HoverboardMotorSettings, host: Host) -> Motor:
-        board = _board(description.name, settings, host)
+        board = _open_board(description.name, settings, host)
         board.protocol.mixer = settings.mixer
         if settings.model is None:
             output = BoardOutput(description.name, board.line, board.protocol.command, settings.side)
@@ -158,7 +158,7 @@ class HoverboardMotor(SerialDriver[MotorDescription, HoverboardMotorSettings]):
 
 
 class DutyOutput(BoardOutput):
-    """The output to one motor of a board in mode "duty"; ``unit`` is the board's value for the duty 1."""
+    """The output to one motor of a board in mode "duty". ``unit`` is the board's command value for the duty 1."""
 
     def __init__(self, device: str, line: Line, command: CommandBuffer, side: Side, unit: int) -> None:
         super().__init__(device, line, command, side)
@@ -169,16 +169,16 @@ class DutyOutput(BoardOutput):
 
 
 class HoverboardEncoder(SerialDriver[EncoderDescription, WheelSettings]):
-    """Integrates the speed that the board measures. The angle is an estimate, because the board sends no angle."""
+    """Opens encoders. The angle is the integral of the measured speed, because the board sends no angle."""
 
     name = "hoverboard-encoder"
-    summary = "the turns of a hoverboard's wheel, by its measured speed"
+    summary = "the angle of a hoverboard's wheel, integrated from its measured speed"
     described = EncoderDescription
     part = "encoder"
     settings = WheelSettings
 
     def open(self, description: EncoderDescription, settings: WheelSettings, host: Host) -> Encoder:
-        board = _board(description.name, settings, host)
+        board = _open_board(description.name, settings, host)
         is_left = settings.side == "left"
         forward = 1 if is_left else -1  # the right motor is mounted the other way round
         counter = board.protocol.left if is_left else board.protocol.right
@@ -188,7 +188,7 @@ class HoverboardEncoder(SerialDriver[EncoderDescription, WheelSettings]):
 
 
 class HoverboardBattery(SerialDriver[BatteryDescription, HoverboardSettings]):
-    """Returns the voltage that the board measures, with a resolution of 0.01 V."""
+    """Opens the battery, whose voltage the board measures with a resolution of 0.01 V."""
 
     name = "hoverboard-battery"
     summary = "the battery of a hoverboard"
@@ -197,13 +197,13 @@ class HoverboardBattery(SerialDriver[BatteryDescription, HoverboardSettings]):
     settings = HoverboardSettings
 
     def open(self, description: BatteryDescription, settings: HoverboardSettings, host: Host) -> Battery:
-        board = _board(description.name, settings, host)
+        board = _open_board(description.name, settings, host)
         battery = BoardBattery(description.name, board.line, lambda: board.protocol.voltage)
         battery.await_first(ANSWER_S)
         return battery
 
 
-def _board(device: str, settings: HoverboardSettings, host: Host) -> Board[HoverboardProtocol]:
+def _open_board(device: str, settings: HoverboardSettings, host: Host) -> Board[HoverboardProtocol]:
     return open_board(
         device, settings.port, HoverboardProtocol, partial(HoverboardProtocol, settings.speed), host, ANSWER_S
     )

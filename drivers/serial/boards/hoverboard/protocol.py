@@ -1,7 +1,8 @@
 """Frames of the Hoverboard FOC firmware: the computer sends commands of 8 bytes, the board feedback of 18 bytes.
 
-All numbers are little-endian. Source: EFeru/hoverboard-firmware-hack-FOC, `SerialCommand` in Inc/util.h,
-`SerialFeedback` in Src/main.c,
+All numbers are little-endian.
+
+Source: EFeru/hoverboard-firmware-hack-FOC, `SerialCommand` in Inc/util.h, `SerialFeedback` in Src/main.c,
 `usart_process_command` in Src/util.c.
 """
 
@@ -20,7 +21,7 @@ START = 0xABCD
 """The first word of each frame in both directions (SERIAL_START_FRAME)."""
 
 LIMIT = 1000
-"""The largest value: steer, speed and the value of a wheel are from -1000 to 1000 (INPUT_MIN, INPUT_MAX)."""
+"""The limit of steer, speed and wheel values, which are from -1000 to 1000 (INPUT_MIN, INPUT_MAX)."""
 
 _COMMAND = struct.Struct("<HhhH")
 _FEEDBACK = struct.Struct("<H6hHH")
@@ -28,21 +29,21 @@ _WORDS = struct.Struct("<9H")
 _START_BYTES = START.to_bytes(2, "little")
 
 _MAX_INPUT = 1500
-"""The largest command value in feedback of a board with field weakening (FIELD_WEAK_HI)."""
+"""The limit of the steer and the speed in feedback, which field weakening may raise (FIELD_WEAK_HI)."""
 
 _MAX_RPM = 2048
-"""The limit of a measured speed in rpm. The firmware stores a speed as a signed 16-bit number of sixteenths of an
-rpm."""
+"""The limit of a measured speed in rpm. The firmware stores a speed in sixteenths of an rpm, as a signed 16-bit
+number."""
 
 _MAX_CENTIVOLTS = 10_000
-"""The limit of a voltage in hundredths of a volt: no such board withstands 100 V."""
+"""The limit of a voltage in hundredths of a volt. No hoverboard withstands 100 V."""
 
 _MAX_LED = 0xFF
-"""The limit of the state of the sideboard's lamps, which is a byte."""
+"""The limit of the LED state in feedback, which is a byte."""
 
 
 def command(steer: int, speed: int) -> bytes:
-    """Return the frame of a command, from which the board's mixer computes the values of the wheels.
+    """Return the frame of a command. The board's mixer computes the wheel values from steer and speed.
 
     >>> command(0, 0).hex(" ")
     'cd ab 00 00 00 00 cd ab'
@@ -55,20 +56,20 @@ STOP = command(0, 0)
 """The frame that stops both wheels."""
 
 STANDING = r"\xcd\xab\0\0\0\0"
-"""A regular expression for the beginning of feedback from a board that has received the stop."""
+"""A regular expression for the first bytes of feedback with steer and speed 0, which confirms `STOP`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Feedback:
-    """A frame that the board sends a hundred times a second."""
+    """The content of a feedback frame, which the board sends a hundred times a second."""
 
     steer: int
-    """The steer of the newest command that the board received; 0 after its time-out."""
+    """The steer of the newest command that the board received; 0 after the board's time-out."""
     speed: int
-    """The speed of the newest command that the board received; 0 after its time-out."""
+    """The speed of the newest command that the board received; 0 after the board's time-out."""
     right_rpm: int
-    """The measured speed of the right motor in rpm. It is negative if the robot drives forward, as the motor is mounted
-    the other way round."""
+    """The measured speed of the right motor in rpm. The motor is mounted the other way round, so the speed is negative
+    if the robot drives forward."""
     left_rpm: int
     """The measured speed of the left motor in rpm, positive if the robot drives forward."""
     battery_v: float
@@ -77,15 +78,15 @@ class Feedback:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether the newest command that the board received is a stop, or the board's time-out has dropped it."""
+        """Whether the board's present command is a stop, received or set by the board's time-out."""
         return self.steer == self.speed == 0
 
 
 class Parser:
-    """Finds feedback in a stream of bytes that arrives in pieces of any length and has noise.
+    """Finds feedback in a stream of bytes, which arrives in pieces of any length and may have noise.
 
-    After a broken frame the search continues at the frame's second byte, so that no other frame is lost. The parser
-    stores at most one byte less than a frame.
+    After a broken frame the search continues at the frame's second byte, so that no valid frame is lost. The parser
+    stores less than one frame.
 
     >>> parser = Parser()
     >>> frame = bytes.fromhex("cd ab 00 00 00 00 d8 ff 28 00 d4 0e 2c 01 00 00 c5 5b")
@@ -95,7 +96,7 @@ class Parser:
 
     def __init__(self) -> None:
         self.dropped = 0
-        """The number of starts of a frame that were not followed by a valid frame."""
+        """The number of frame starts without a valid frame after them."""
         self._rest = b""
 
     def feed(self, data: bytes) -> list[Feedback]:
@@ -113,14 +114,13 @@ class Parser:
 
 
 def _find_start(stream: bytes, at: int) -> int:
-    """Return the index of the next start of a frame, or else of a last byte that may begin one, or else of the end."""
+    # The last byte of the stream may be the first half of a start.
     if (start := stream.find(_START_BYTES, at)) >= 0:
         return start
     return len(stream) - stream.endswith(_START_BYTES[:1], at)
 
 
 def _parse_feedback(stream: bytes, at: int) -> Feedback | None:
-    """Return the frame at the index ``at``; None if its checksum is wrong or a value is impossible."""
     if reduce(xor, _WORDS.unpack_from(stream, at)):
         return None
     _, steer, speed, right_rpm, left_rpm, centivolts, tenths_c, led, _ = _FEEDBACK.unpack_from(stream, at)
@@ -145,28 +145,28 @@ class Steering(NamedTuple):
 
 
 class Mixer(ABC):
-    """The board's mixer, which converts steer and speed to wheel values from -1000 to 1000, positive forward."""
+    """The board's mixer, which converts steer and speed to wheel values from -1000 to 1000. Positive is forward."""
 
     @property
     @abstractmethod
     def straight(self) -> float:
-        """The largest wheel value that both wheels can have on a straight path."""
+        """The largest value that both wheels can have together on a straight path."""
 
     @property
     @abstractmethod
     def turning(self) -> float:
-        """The largest wheel value on a turn on the spot, in which the wheels have opposite values."""
+        """The largest value on a turn on the spot, in which the wheels have opposite values."""
 
     @abstractmethod
     def steering(self, left: float, right: float) -> Steering:
-        """Return the command for two wheel values.
+        """Return the steer and the speed for the wheel values ``left`` and ``right``.
 
-        If one is too large, both are scaled, so that the curve stays the same.
+        If a value is too large, both are scaled down, so that the robot drives the same curve.
         """
 
 
 class TankMixer(Mixer):
-    """The mixer with TANK_STEERING, which does not mix: steer is the left wheel's value, and speed the right one's.
+    """The mixer with TANK_STEERING: steer is the left wheel's value, and speed is the right wheel's value.
 
     >>> TankMixer().steering(-2000, 1000)
     Steering(steer=-1000, speed=500)
@@ -178,15 +178,13 @@ class TankMixer(Mixer):
         return "tank steering"
 
     def steering(self, left: float, right: float) -> Steering:
-        scale = _scale(left, right)
+        scale = _scale_to_limit(left, right)
         return Steering(round(left * scale), round(right * scale))
 
 
 @dataclass(frozen=True)
 class CoefficientMixer(Mixer):
-    """The usual mixer: left is speed plus steer, and right is speed minus steer.
-
-    Before that, speed and steer are multiplied by their coefficients.
+    """The usual mixer: left is speed plus steer, and right is speed minus steer, each multiplied by its coefficient.
 
     Source: `mixerFcn` in the firmware's Src/util.c.
 
@@ -213,17 +211,17 @@ class CoefficientMixer(Mixer):
         return LIMIT * min(abs(self.steer_coefficient), 1.0)
 
     def steering(self, left: float, right: float) -> Steering:
-        scale = _scale(left, right)
+        scale = _scale_to_limit(left, right)
         steer = (left - right) * scale / 2 / self.steer_coefficient
         speed = (left + right) * scale / 2 / self.speed_coefficient
-        scale *= (again := _scale(steer, speed))
-        near = product(_neighbours(steer * again), _neighbours(speed * again))
+        scale *= (again := _scale_to_limit(steer, speed))
+        near = product(_nearby_integers(steer * again), _nearby_integers(speed * again))
         return min(
             (Steering(*words) for words in near), key=lambda words: self._error(words, left * scale, right * scale)
         )
 
     def wheels(self, steering: Steering) -> tuple[int, int]:
-        """Return the left and the right wheel value of a command, exactly as the firmware computes them."""
+        """Return the left and the right wheel value for a steer and a speed, exactly as the firmware computes them."""
         steer = steering.steer * 16 * round(self.steer_coefficient * ONE) >> 14
         speed = steering.speed * 16 * round(self.speed_coefficient * ONE) >> 14
         return _clamp(speed + steer >> 4), _clamp(speed - steer >> 4)
@@ -233,13 +231,11 @@ class CoefficientMixer(Mixer):
         return (made_left - left) ** 2 + (made_right - right) ** 2
 
 
-def _scale(*words: float) -> float:
-    """Return the factor, 1 at most, that brings all words within the limit."""
+def _scale_to_limit(*words: float) -> float:
     return min(1.0, LIMIT / max(map(abs, (*words, 1.0))))
 
 
-def _neighbours(word: float) -> range:
-    """Return the whole numbers next to ``word``, one below it and two above it, as far as a command can have them."""
+def _nearby_integers(word: float) -> range:
     below = math.floor(word)
     return range(max(below, -LIMIT), min(below + 2, LIMIT) + 1)
 

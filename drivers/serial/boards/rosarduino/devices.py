@@ -1,11 +1,11 @@
-"""The devices of an Arduino, and the conversion of its answers to their samples."""
+"""The devices of an Arduino, and the conversion of replies to samples."""
 
 from __future__ import annotations
 
 import math
 
 from drivers.serial.boards.devices import BoardMotor, BoardOutput, BoardSensor, CountAccumulator
-from drivers.serial.boards.rosarduino.protocol import Answer
+from drivers.serial.boards.rosarduino.protocol import Reply
 from drivers.serial.line import Line
 from robotcore.description import MotorDescription, RangeSensorDescription
 from robotcore.errors import DeviceError
@@ -16,20 +16,21 @@ FASTEST_HZ = 50_000
 """The most encoder edges that an Arduino can count in a second."""
 
 MISSED_S = 0.05
-"""A longer pause between two counts, in seconds, means that an answer was lost or the board was reset."""
+"""A pause between two counts that is longer than this many seconds: a reply was lost, or the board was reset."""
 
 WRAPS_AT = 2**32
-"""The number of counts after which the board's counter repeats: it has 32 bits."""
+"""The number of counts after which the board's 32-bit counter wraps around."""
 
-SAME_S = 0.02
-"""Two answers whose times differ by less than this many seconds have the same measurement. robotcore_bridge measures
+SAME_MEASUREMENT_S = 0.02
+"""Two ranges belong to one measurement if their times differ by less than this many seconds. robotcore_bridge measures
 every 0.06 s."""
 
 MUTE_S = 0.5
-"""A module that has not answered its trigger for this many seconds has failed."""
+"""An ultrasonic module that has not answered its trigger for this many seconds has failed."""
 
 MUTE_PINGS = 3
-"""After this many requests in a row without a pulse, the module has failed. Each such request takes a second."""
+"""After this many requests in a row without a pulse, an ultrasonic module of ROSArduinoBridge has failed. Each such
+request takes a second."""
 
 _MUTE = "the board's ultrasonic module does not answer its trigger; check its 5 V, its ground and its pins"
 
@@ -40,10 +41,11 @@ NOT_WIRED = (
 
 
 class Counts:
-    """Adds up the counts of a wheel's encoder, and leaves out impossible ones.
+    """Adds up the counts of a wheel's encoder, and ignores impossible counts.
 
-    A count that is too far from the last one is ignored until the next count confirms it. A count after a pause that is
-    nearer to zero than to the last count shows that the board was reset. Turns during a reset are lost.
+    A count that is too far from the last one is ignored, unless the next count confirms it. A reset sets the board's
+    counter to zero. So after a pause, a count that is nearer to zero than to the last count shows a reset. Turns
+    during a reset are lost.
     """
 
     def __init__(self) -> None:
@@ -53,10 +55,7 @@ class Counts:
         self._doubted: tuple[int, float] | None = None
 
     def take(self, count: int, time: float) -> None:
-        """Add a count of the board, if it is possible.
-
-        time: the time of arrival of the count, in seconds.
-        """
+        """Process a count that arrived at ``time``, in seconds. An impossible count is ignored."""
         if self._last and _was_reset(count, time, *self._last):
             self.restart()
         elif self._last and not _follows(count, time, *self._last):
@@ -65,10 +64,10 @@ class Counts:
                 return
             self.restart()
         self._last, self._doubted = (count, time), None
-        self.counter.count(count, time)
+        self.counter.add(count, time)
 
     def restart(self) -> None:
-        """Forget the last count, because the board was reset and its count may have any value."""
+        """Drop the last count after a reset of the board. The sum stays."""
         self._last = self._doubted = None
         self.counter.restart()
 
@@ -86,24 +85,24 @@ def _difference(count: int, before: int) -> int:
 
 
 class Ranges:
-    """Converts the answers of robotcore_bridge to samples. An answer has the newest range in mm and its age in ms.
+    """Converts the replies of robotcore_bridge to samples.
 
-    The range is -1 if there was no echo.
+    A reply has the newest range in mm, or -1 without an echo, and the age of the range in ms.
     """
 
     def __init__(self, device: str, sampler: RangeSampler) -> None:
         self._device, self._sampler = device, sampler
         self._last: float | None = None
 
-    def take(self, answer: Answer, now: float) -> None:
-        """Make a sample of an answer that arrived at ``now``, in seconds."""
-        if answer.is_refusal:
+    def take(self, reply: Reply, now: float) -> None:
+        """Convert a reply that arrived at ``now``, in seconds, to a sample."""
+        if reply.is_refusal:
             return
-        millimetres, age_ms = answer.numbers
+        millimetres, age_ms = reply.numbers
         time = now - age_ms / 1000
         if age_ms > MUTE_S * 1000:
             self._sampler.fail(DeviceError(self._device, _MUTE, kind="module-silent"))
-        elif self._last is None or time - self._last > SAME_S:
+        elif self._last is None or time - self._last > SAME_MEASUREMENT_S:
             self._last = time
             self._add(millimetres, time)
 
@@ -116,21 +115,21 @@ class Ranges:
 
 
 class Pings:
-    """Converts the answers of ROSArduinoBridge to samples. An answer has a range in cm, or 0 without a pulse.
+    """Converts the replies of ROSArduinoBridge to samples. A reply has a range in cm, or 0 without a pulse.
 
-    If no echo returns, the module ends its pulse by itself. So a range beyond the maximum means a far target, or no
-    echo.
+    If no echo returns, the module ends its pulse after its own time-out, which gives a range beyond the maximum. So
+    such a range means a far target or no echo.
     """
 
     def __init__(self, description: RangeSensorDescription, sampler: RangeSampler) -> None:
         self._description, self._sampler = description, sampler
         self._silent_pings = 0
 
-    def take(self, answer: Answer, now: float) -> None:
-        """Make a sample of an answer that arrived at ``now``, in seconds."""
-        if answer.is_refusal:
+    def take(self, reply: Reply, now: float) -> None:
+        """Convert a reply that arrived at ``now``, in seconds, to a sample."""
+        if reply.is_refusal:
             return
-        distance = answer.numbers[0] / 100
+        distance = reply.numbers[0] / 100
         self._silent_pings = 0 if distance else self._silent_pings + 1
         if self._silent_pings >= MUTE_PINGS:
             self._sampler.fail(DeviceError(self._description.name, _MUTE, kind="module-silent"))
@@ -151,11 +150,11 @@ class Voltages:
         self._newest: Voltage | None = None
         self._is_wired = True
 
-    def take(self, answer: Answer, now: float) -> None:
-        """Store the voltage of an answer, which is in mV and negative if no battery is connected."""
-        if answer.is_refusal:
+    def take(self, reply: Reply, now: float) -> None:
+        """Store the voltage in a reply. It is in mV, and negative if no battery is connected."""
+        if reply.is_refusal:
             return
-        millivolts = answer.numbers[0]
+        millivolts = reply.numbers[0]
         self._is_wired = millivolts >= 0
         if self._is_wired:
             self._newest = Voltage(millivolts / 1000, now, self._newest.sequence + 1 if self._newest else 0)
@@ -168,9 +167,10 @@ class Voltages:
 
 
 class CountingMotor(BoardMotor):
-    """A motor whose board takes only whole counts a frame, so `set_velocity` rounds to the nearest such velocity.
+    """A motor on a board that accepts only whole counts a frame.
 
-    A velocity of less than half a count a frame becomes 0. ``max_velocity`` is a whole number of counts.
+    `set_velocity` rounds to the nearest velocity of whole counts, so less than half a count a frame becomes 0.
+    ``max_velocity`` is a whole number of counts a frame too.
     """
 
     def __init__(self, description: MotorDescription, output: BoardOutput, counts_per_rad_s: float) -> None:
@@ -190,7 +190,7 @@ class CountingMotor(BoardMotor):
 
 
 class Sonar(BoardSensor[Range], RangeSensor):
-    """The ultrasonic module of a board; reading raises DeviceLostError while the line is lost."""
+    """The ultrasonic module of a board. Reading it raises DeviceLostError while the line is lost."""
 
     def __init__(self, description: RangeSensorDescription, line: Line, sampler: RangeSampler) -> None:
         RangeSensor.__init__(

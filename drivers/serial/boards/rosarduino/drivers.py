@@ -50,17 +50,17 @@ from robotcore.hardware.motor_control import open_motor, require_drivable
 from robotcore.hardware.polled_samples import RangeSampler, require_timely
 
 ANSWER_S = 4.0
-"""The longest wait for the board's first answer, in seconds. Opening the port resets an Arduino, and its boot loader
+"""The longest wait for the board's first reply, in seconds. Opening the port resets an Arduino. Its boot loader then
 waits up to two seconds for a new sketch."""
 
 FIRST_S = 1.0
-"""The longest wait for the first sample of a device after its board has answered, in seconds."""
+"""The longest wait for the first sample of a device after the first reply of its board, in seconds."""
 
 COUNT_S = 0.005
-"""The period of reading encoders in seconds. It is the shortest period of velocity control."""
+"""The period of requesting encoder counts, in seconds; equal to the shortest period of velocity control."""
 
 RANGE_S, BATTERY_S = 0.03, 0.5
-"""The periods of asking robotcore_bridge for its range and for its battery's voltage, in seconds."""
+"""The periods of requesting the range and the battery's voltage from robotcore_bridge, in seconds."""
 
 DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
 SettingsT = TypeVar("SettingsT", bound=ArduinoSettings)
@@ -76,7 +76,7 @@ class ArduinoDriver(SerialDriver[DescriptionT, SettingsT]):
 
 
 class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
-    """Turns a motor by its model with duties, or without a model at velocities that the board controls.
+    """Opens motors on an Arduino. A motor with a model gets duties; without a model, the board controls its velocity.
 
     The driver sets the time-out of robotcore_bridge. The time-out of ROSArduinoBridge is always 2 s.
     """
@@ -100,7 +100,7 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
         require_countable(description, counts_per_turn(description.name, settings, robot))
 
     def open(self, description: MotorDescription, settings: ArduinoMotorSettings, host: Host) -> Motor:
-        board = _board(description.name, settings, host)
+        board = _open_supported_board(description.name, settings, host)
         require_wheels(board, description.name)
         set_duty_mode(board, description.name, is_duty_mode=settings.model is not None)
         board.protocol.limit(settings.board_timeout_s)
@@ -117,7 +117,7 @@ class ArduinoMotor(ArduinoDriver[MotorDescription, ArduinoMotorSettings]):
 
 
 class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
-    """Reads the counts of an encoder. One answer of the board has the counts of both encoders."""
+    """Opens encoders on an Arduino. One reply of the board has the counts of both encoders."""
 
     name = ENCODER
     summary = "a wheel's encoder on an Arduino with ROSArduinoBridge or robotcore_bridge, on a serial line"
@@ -130,7 +130,7 @@ class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
         return BOARD, EDGES.format(edges=edges, counts_per_turn=description.counts_per_turn, counts=settings.counts)
 
     def open(self, description: EncoderDescription, settings: ArduinoEncoderSettings, host: Host) -> Encoder:
-        board = _board(description.name, settings, host)
+        board = _open_supported_board(description.name, settings, host)
         require_wheels(board, description.name)
         board.protocol.count_every(COUNT_S)
         counter = board.protocol.counts[settings.side].counter
@@ -142,9 +142,9 @@ class ArduinoEncoder(ArduinoDriver[EncoderDescription, ArduinoEncoderSettings]):
 
 
 class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
-    """Reads an ultrasonic module.
+    """Opens ultrasonic modules on an Arduino.
 
-    robotcore_bridge measures all the time by itself. ROSArduinoBridge measures on request, and does nothing else until
+    robotcore_bridge measures periodically. ROSArduinoBridge measures on request, and processes no other request until
     the measurement ends.
     """
 
@@ -167,7 +167,7 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
         require_timely(settings.cycles, settings.cycle, robot)
 
     def open(self, description: RangeSensorDescription, settings: ArduinoSonarSettings, host: Host) -> RangeSensor:
-        board = _board(description.name, settings, host)
+        board = _open_supported_board(description.name, settings, host)
         sampler = RangeSampler(description, settings.cycles)
         board.protocol.poll(_sonar_poll(board, description, settings, sampler))
         sonar = Sonar(description, board.line, sampler)
@@ -176,7 +176,7 @@ class ArduinoSonar(ArduinoDriver[RangeSensorDescription, ArduinoSonarSettings]):
 
 
 class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
-    """Returns the voltage that robotcore_bridge measures with a divider; ROSArduinoBridge cannot measure one."""
+    """Opens the battery that robotcore_bridge measures with a voltage divider. ROSArduinoBridge cannot measure one."""
 
     name = "ros-arduino-battery"
     summary = "the battery of an Arduino with robotcore_bridge, on a serial line"
@@ -185,7 +185,7 @@ class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
     settings = ArduinoSettings
 
     def open(self, description: BatteryDescription, settings: ArduinoSettings, host: Host) -> Battery:
-        board = _board(description.name, settings, host)
+        board = _open_supported_board(description.name, settings, host)
         require_robotcore_bridge(board, description.name, "measures no battery")
         voltages = Voltages(description.name)
         board.protocol.poll(Poll(BATTERY, BATTERY_S, voltages.take))
@@ -194,8 +194,7 @@ class ArduinoBattery(ArduinoDriver[BatteryDescription, ArduinoSettings]):
         return battery
 
 
-def _board(device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoProtocol]:
-    """Return the open board; raises DeviceError with the device's name."""
+def _open_supported_board(device: str, settings: ArduinoSettings, host: Host) -> Board[ArduinoProtocol]:
     make = partial(ArduinoProtocol, settings.speed)
     board = open_board(device, settings.port, ArduinoProtocol, make, host, ANSWER_S)
     require_known_version(board, device)
@@ -208,10 +207,9 @@ def _sonar_poll(
     settings: ArduinoSonarSettings,
     sampler: RangeSampler,
 ) -> Poll:
-    """Return the poll that asks for ranges; raises DeviceError if the board runs ROSArduinoBridge and no pin is set."""
     if settings.pin is None:
-        instead = f"set that pin in the section of {description.name}, such as [serial.{description.name}] with pin = 4"
-        require_robotcore_bridge(board, description.name, "needs the pin of its module with each question", instead)
+        instead = f"set the module's pin in the robot's file, such as pin = 4 in [serial.{description.name}]"
+        require_robotcore_bridge(board, description.name, "needs the module's pin in each request", instead)
     if board.protocol.firmware.is_robotcore_bridge:
         return Poll(RANGE, RANGE_S, Ranges(description.name, sampler).take)
     assert settings.pin

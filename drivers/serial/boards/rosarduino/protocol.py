@@ -1,8 +1,9 @@
 """The ASCII lines of ROSArduinoBridge, and of robotcore_bridge, which adds a checksum to each line.
 
-A question ends in CR, an answer in CR LF. An answer does not contain the question that it belongs to. Sources:
-ROSArduinoBridge.ino and
-commands.h of hbrobotics' ros_arduino_bridge; `firmware/` for the commands of robotcore_bridge.
+A request ends in CR, a reply in CR LF. A reply does not name its request.
+
+Sources: ROSArduinoBridge.ino and commands.h of hbrobotics' ros_arduino_bridge; `firmware/` for the commands of
+robotcore_bridge.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from functools import reduce
 from operator import xor
 
 LONGEST_LINE = 40
-"""The length of the longest answer in bytes. A longer line is noise, and is dropped."""
+"""The length of the longest reply in bytes. The parser drops longer lines, which are noise."""
 
 REFUSED = "Invalid Command"
 
@@ -31,7 +32,7 @@ class Parser:
         self._kept = b""
         self._is_spoilt = False
         self.dropped = 0
-        """The number of dropped lines, which were too long or had bytes that no answer has."""
+        """The number of dropped lines: too long, or with bytes that are not printable ASCII."""
 
     def feed(self, data: bytes) -> list[str]:
         """Parse received bytes; return the lines that these bytes complete, without CR LF."""
@@ -55,41 +56,42 @@ class Parser:
 
 
 @dataclass(frozen=True)
-class Answer:
-    """An answer of the board."""
+class Reply:
+    """A reply from the board."""
 
     numbers: tuple[int, ...] = ()
-    """The numbers in the answer; the answer OK has none."""
+    """The numbers in the reply. The reply ``OK`` has none."""
     is_refusal: bool = False
-    """Whether the board did not understand the question."""
+    """Whether the board rejected the request as an invalid command."""
 
 
 @dataclass(frozen=True)
-class Question:
-    """A question to a board."""
+class Request:
+    """A request to a board."""
 
     text: str
-    """The text of the question, without checksum and CR."""
+    """The text of the request, without checksum and CR."""
     shape: re.Pattern[str]
-    """The pattern of the answer. Its groups match the numbers of the answer."""
+    """The pattern of the reply. Its groups match the numbers of the reply."""
     timeout_s: float = 0.1
-    """After this many seconds, no answer to the question is expected any more."""
+    """The longest wait for the reply, in seconds."""
     raw: bytes = b""
-    """Bytes to send in place of ``text``; empty for most questions. If it is set, no other question has an answer of
-    this shape. So the answer shows that no late answer to an earlier question can follow."""
+    """The bytes of a request with a unique reply; sent in place of ``text``. Empty for all other requests.
+
+    The board replies in the order of the requests. So no late reply to an earlier request follows a unique reply."""
 
     def frame(self, *, is_summed: bool) -> bytes:
-        """Return the bytes to send, with a checksum if ``is_summed``."""
+        """Return the bytes of the request, with a checksum if ``is_summed``."""
         return self.raw or frame_line(self.text, is_summed=is_summed)
 
-    def answer(self, line: str) -> Answer | None:
-        """Return the answer that a line contains; None if the line is no answer to this question."""
+    def parse_reply(self, line: str) -> Reply | None:
+        """Return the reply in a line; None if the line is no reply to this request."""
         if line == REFUSED:
-            return None if self.raw else Answer(is_refusal=True)
+            return None if self.raw else Reply(is_refusal=True)
         if not (match := self.shape.fullmatch(line)):
             return None
         numbers = tuple(int(number) for number in match.groups() if number is not None)
-        return Answer(numbers) if all(-(2**31) <= number < 2**31 for number in numbers) else None
+        return Reply(numbers) if all(-(2**31) <= number < 2**31 for number in numbers) else None
 
 
 _OK = re.compile("OK")
@@ -98,59 +100,62 @@ _PAIR = re.compile(f"{_LONG} {_LONG}")
 _NUMBER = re.compile(_LONG)
 _NAME = r"robotcore-bridge (\d{1,4})"
 
-COUNTS = Question("e", _PAIR)
-"""The question for the counts of the left and the right encoder, which are signed 32-bit numbers."""
+COUNTS = Request("e", _PAIR)
+"""The request for the counts of the left and the right encoder, which are signed 32-bit numbers."""
 
-RANGE = Question("z", _PAIR)
-"""The question for the newest range in mm, -1 without an echo, and its age in ms; robotcore_bridge only."""
+RANGE = Request("z", _PAIR)
+"""The request for the newest range in mm (-1 without an echo) and its age in ms. Only robotcore_bridge has it."""
 
-BATTERY = Question("y", _NUMBER)
-"""The question for the battery's voltage in mV, -1 if no battery is connected; robotcore_bridge only."""
+BATTERY = Request("y", _NUMBER)
+"""The request for the battery's voltage in mV (-1 without a battery). Only robotcore_bridge has it."""
 
 PING_S = 1.0
-"""The longest time that ROSArduinoBridge waits for an echo, in seconds. It does nothing else during this time
-(Arduino's pulseIn)."""
+"""The longest time that ROSArduinoBridge waits for an echo, in seconds. It processes no request during this time.
+Source: Arduino's pulseIn."""
 
 
 FASTEST = 1000
-"""The highest speed that robotcore_bridge accepts, in counts a frame. ROSArduinoBridge accepts 32767, more than a board
-can count."""
+"""The highest speed that robotcore_bridge accepts, in counts a frame. ROSArduinoBridge accepts up to 32767, which no
+encoder reaches."""
 
 
-def ping(pin: int) -> Question:
-    """Return the question for a range in cm, which is 0 if there is no echo within `PING_S`; ROSArduinoBridge only."""
-    return Question(f"p {pin}", re.compile(r"(\d{1,4}|1[0-7]\d{3})"), PING_S + 0.2)
+def ping(pin: int) -> Request:
+    """Return the request for the range of the module at a pin, in cm. Only ROSArduinoBridge has it.
+
+    The range is 0 if there is no echo within `PING_S`.
+    """
+    return Request(f"p {pin}", re.compile(r"(\d{1,4}|1[0-7]\d{3})"), PING_S + 0.2)
 
 
-def speeds(left: int, right: int) -> Question:
+def speeds(left: int, right: int) -> Request:
     """Return the command that sets the speeds of both motors, in counts a frame of about 1/30 s."""
-    return Question(f"m {left} {right}", _OK)
+    return Request(f"m {left} {right}", _OK)
 
 
-def duties(left: int, right: int) -> Question:
+def duties(left: int, right: int) -> Request:
     """Return the command that sets the duties of both motors, from -255 to 255.
 
     robotcore_bridge and some builds of ROSArduinoBridge have this command.
     """
-    return Question(f"o {left} {right}", _OK)
+    return Request(f"o {left} {right}", _OK)
 
 
-def deadman(milliseconds: int) -> Question:
-    """Return the command that sets the time-out of the motors, from 100 to 5000 ms; robotcore_bridge only."""
-    return Question(f"k {milliseconds}", _OK)
+def deadman(milliseconds: int) -> Request:
+    """Return the command that sets the time-out of the motors, from 100 to 5000 ms. Only robotcore_bridge has it."""
+    return Request(f"k {milliseconds}", _OK)
 
 
 STOP = speeds(0, 0)
 STOP_NOW = b"\rm 0 0\r"
-"""The bytes that end a half-written line and stop both motors. Both firmwares accept them, with or without
-checksums."""
+"""The bytes that end a half-written line and stop both motors. Both firmwares accept them at any time, although they
+have no checksum."""
 
 STOP_CONFIRMED = r"OK\r\n"
-"""The answer of both firmwares to `STOP_NOW`."""
+"""The reply of both firmwares to `STOP_NOW`."""
 
 
 def frame_line(text: str, *, is_summed: bool) -> bytes:
-    r"""Return the bytes of a question, with CR and, if ``is_summed``, a checksum.
+    r"""Return a request as bytes, with a checksum if ``is_summed``, and with CR.
 
     >>> frame_line("e", is_summed=True), frame_line("m 20 -20", is_summed=False)
     (b'e*65\r', b'm 20 -20\r')
@@ -173,20 +178,20 @@ def _sum(text: str) -> int:
 
 
 GREETING_S = 0.3
-"""The period of asking a starting board for its firmware, and the longest wait for a slow answer, in seconds."""
+"""The period of requesting the firmware from a starting board, in seconds; also the longest wait for a slow reply."""
 
 
-def identity_question(baud: int) -> Question:
-    """Return the question that stops the motors and asks which firmware the board runs.
+def identity_request(baud: int) -> Request:
+    """Return the request that stops the motors and detects the firmware. Its reply is unique.
 
-    robotcore_bridge answers with its version, and ROSArduinoBridge with its baud rate. ROSArduinoBridge takes ``v*76``
-    as one unknown letter.
+    robotcore_bridge replies with its version, and ROSArduinoBridge with its baud rate. ROSArduinoBridge rejects
+    ``v*76``, the request for the version.
     """
     raw = STOP_NOW + frame_line("v", is_summed=True) + frame_line("b", is_summed=False)
-    return Question("v", re.compile(f"{_NAME}|({baud})"), GREETING_S, raw)
+    return Request("v", re.compile(f"{_NAME}|({baud})"), GREETING_S, raw)
 
 
-def presence_question(baud: int, timeout_s: float, *, is_summed: bool) -> Question:
-    """Return a question whose answer no other question has, to be asked after an answer was lost."""
+def presence_request(baud: int, timeout_s: float, *, is_summed: bool) -> Request:
+    """Return the request to send after a lost reply. Its reply is unique, and shows that the board is connected."""
     shape, text = (_NAME, "v") if is_summed else (f"({baud})", "b")
-    return Question(text, re.compile(shape), timeout_s, b"\r" + frame_line(text, is_summed=is_summed))
+    return Request(text, re.compile(shape), timeout_s, b"\r" + frame_line(text, is_summed=is_summed))

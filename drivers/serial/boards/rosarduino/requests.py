@@ -1,4 +1,4 @@
-"""Send requests to an Arduino, one at a time because answers do not contain their question, and detect its firmware."""
+"""The queue and the schedule of requests to an Arduino, and the detection of its firmware."""
 
 from __future__ import annotations
 
@@ -10,92 +10,89 @@ from typing import TypeAlias, cast
 from drivers.serial.boards.rosarduino.protocol import (
     GREETING_S,
     STOP,
-    Answer,
     Parser,
-    Question,
+    Reply,
+    Request,
     duties,
-    identity_question,
+    identity_request,
     remove_sum,
 )
 
-AnswerHandler = Callable[[Answer, float], None]
-"""A function that takes an answer and its time of arrival in seconds."""
+ReplyHandler = Callable[[Reply, float], None]
+"""A function that handles a reply. Its second argument is the time of arrival in seconds."""
 
 
 class RequestQueue:
-    """Sends one question at a time, and passes its answer to a handler. All other lines are dropped.
+    """Keeps one pending request at a time, because a reply does not contain its request. It drops all other lines.
 
-    The answer to a question that timed out may still arrive, and look like the answer to the next question. So the next
-    question must be one whose answer no other question has (`Question.raw`). After a time-out the board may be slow.
-    Then the time-out of each question is at least `GREETING_S`, until an answer arrives in time.
+    After a time-out, the late reply may look like the reply to the next request. So the next request must be one with
+    a unique reply. The board may also be slow then. So each request waits at least `GREETING_S` for its reply, until a
+    reply arrives in time.
     """
 
     def __init__(self) -> None:
         self.is_summed: bool | None = None
-        """Whether every answer has a checksum; None until the firmware is known."""
-        self.is_sure = True
-        """Whether it is certain that no answer to an earlier question can arrive."""
+        """Whether every reply has a checksum; None until the firmware is known."""
+        self.is_synchronized = True
+        """Whether no late reply to an earlier request can arrive any more."""
         self._parser = Parser()
-        self._asked: tuple[Question, AnswerHandler] | None = None
+        self._asked: tuple[Request, ReplyHandler] | None = None
         self._asked_at = self._grace_s = 0.0
 
     @property
-    def until(self) -> float | None:
-        """The time at which the pending question times out; None if no question is pending."""
+    def times_out_at(self) -> float | None:
+        """The time at which the pending request times out; None if no request is pending."""
         return self._asked_at + max(self._asked[0].timeout_s, self._grace_s) if self._asked else None
 
-    def ask(self, question: Question, on_answer: AnswerHandler, now: float) -> bytes:
-        """Make ``question`` the pending one, and return the bytes to send.
-
-        on_answer: is called with the answer and its time.
-        """
-        self._asked, self._asked_at = (question, on_answer), now
-        return question.frame(is_summed=bool(self.is_summed))
+    def ask(self, request: Request, on_reply: ReplyHandler, now: float) -> bytes:
+        """Make ``request`` the pending request, and return its bytes. The caller sends them."""
+        self._asked, self._asked_at = (request, on_reply), now
+        return request.frame(is_summed=bool(self.is_summed))
 
     def receive(self, data: bytes, now: float) -> bool:
-        """Parse received bytes; return whether they answered the pending question."""
-        answers = [self._take_line(line, now) for line in self._parser.feed(data)]
-        return any(answers)
+        """Parse received bytes; return whether they contain the reply to the pending request."""
+        replies = [self._take_line(line, now) for line in self._parser.feed(data)]
+        return any(replies)
 
-    def is_waiting(self, now: float) -> bool:
-        """Return whether a question is pending; drop it if it has timed out."""
-        if self.until is not None and now >= self.until:
+    def drop_if_timed_out(self, now: float) -> None:
+        """Drop the pending request if its reply did not arrive in time."""
+        if self.times_out_at is not None and now >= self.times_out_at:
             self._grace_s = GREETING_S
-            self.give_up()
+            self.drop()
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether a request is pending."""
         return self._asked is not None
 
     def is_overdue(self, now: float, timeout_s: float) -> bool:
-        """Return whether a question has been pending for longer than ``timeout_s``."""
+        """Return whether a request has been pending for longer than ``timeout_s``."""
         return self._asked is not None and now - self._asked_at > timeout_s
 
-    def give_up(self) -> None:
-        """Drop the pending question, whose answer may still arrive."""
-        self._asked, self.is_sure = None, False
+    def drop(self) -> None:
+        """Drop the pending request. Its reply may still arrive."""
+        self._asked, self.is_synchronized = None, False
 
     def interrupt(self) -> None:
-        """Drop the pending question, because other data was sent, unless no other question has its answer."""
+        """Drop the pending request, because other data was sent. A request with a unique reply stays pending."""
         if self._asked and not self._asked[0].raw:
-            self.give_up()
+            self.drop()
 
     def _take_line(self, line: str, now: float) -> bool:
         text = self._remove_sum(line)
         if self._asked is None or text is None:
             return False
-        question, on_answer = self._asked
-        if (answer := question.answer(text)) is None:
+        request, on_reply = self._asked
+        if (reply := request.parse_reply(text)) is None:
             return False
         self._asked = None
-        self.is_sure = self.is_sure or bool(question.raw)
-        if not question.raw and now - self._asked_at <= question.timeout_s:
+        self.is_synchronized = self.is_synchronized or bool(request.raw)
+        if not request.raw and now - self._asked_at <= request.timeout_s:
             self._grace_s = 0.0
-        on_answer(answer, now)
+        on_reply(reply, now)
         return True
 
     def _remove_sum(self, line: str) -> str | None:
-        """Return a line without its checksum; None if the checksum is wrong or is missing.
-
-        If `is_summed` is not true, a line without a checksum is returned as it is.
-        """
         if self.is_summed is None:
             return remove_sum(line) or line
         return remove_sum(line) if self.is_summed else line
@@ -103,17 +100,17 @@ class RequestQueue:
 
 @dataclass
 class Poll:
-    """A question that is asked periodically, and the handler of its answers."""
+    """A request that is sent periodically, and the handler of its replies."""
 
-    question: Question
+    request: Request
     period_s: float
-    on_answer: AnswerHandler
+    on_reply: ReplyHandler
     due: float = -math.inf
-    """The time at which the question is asked next, in seconds."""
+    """The time at which the request is sent next, in seconds."""
 
 
 class PollSchedule:
-    """Selects the poll that has been due for the longest time, so that frequent polls do not block rare ones."""
+    """Selects the poll that was due first, so that frequent polls do not block rare ones."""
 
     def __init__(self, *polls: Poll) -> None:
         self._polls = polls
@@ -123,7 +120,7 @@ class PollSchedule:
         self._polls = (*self._polls, poll)
 
     def take(self, now: float) -> Poll | None:
-        """Return the poll to ask now; None if none is due."""
+        """Return the poll whose request is sent now; None if no poll is due."""
         poll = min(self._polls, key=lambda poll: poll.due)
         if now < poll.due:
             return None
@@ -132,13 +129,13 @@ class PollSchedule:
 
     @property
     def next_due(self) -> float:
-        """The time from which `take` returns a poll."""
+        """The time from which `take` returns a poll, in seconds."""
         return min(poll.due for poll in self._polls)
 
     @property
     def slowest_s(self) -> float:
-        """The longest time-out of the polls' questions, in seconds."""
-        return max(poll.question.timeout_s for poll in self._polls)
+        """The longest time-out among the requests of all polls, in seconds."""
+        return max(poll.request.timeout_s for poll in self._polls)
 
 
 VERSION = 1
@@ -147,80 +144,76 @@ VERSION = 1
 
 @dataclass(frozen=True)
 class Firmware:
-    """The firmware of a board and its abilities, as found by its answers."""
+    """The firmware of a board and its abilities."""
 
     is_robotcore_bridge: bool
     """Whether the firmware is robotcore_bridge."""
     frame_s: float
-    """The duration of a frame in seconds; speeds are in counts a frame."""
+    """The period of the firmware's velocity control in seconds. Speeds are encoder counts in this period."""
     has_wheels: bool = True
     takes_duties: bool = True
-    fault: str = ""
-    """Why this driver does not support the firmware, and the remedy; empty if it is supported."""
+    problem: str = ""
+    """Why this driver does not support the firmware, and the remedy; empty if the driver supports it."""
 
 
 UNKNOWN = Firmware(is_robotcore_bridge=False, frame_s=1 / 30, has_wheels=False, takes_duties=False)
 """The value for a board whose firmware is not known yet."""
 
-_Probe: TypeAlias = Generator[Question, Answer, Firmware]
-"""A generator that yields questions, gets the answer to each, and returns the firmware."""
+_Probe: TypeAlias = Generator[Request, Reply, Firmware]
+"""A generator that yields requests, receives the reply to each, and returns the firmware."""
 
 
 class FirmwareProbe:
-    """Detects the firmware of a board by a series of questions. The first question stops the motors."""
+    """Detects the firmware of a board by several requests. The first request stops the motors."""
 
     def __init__(self, baud: int) -> None:
         self._baud = baud
-        self._meeting: _Probe | None = None
-        self._next: Question | None = None
+        self._probe: _Probe | None = None
+        self._next: Request | None = None
 
-    def question(self) -> Question:
-        """Return the next question. If the last question was not answered, start again with the first one."""
-        question, self._next = self._next, None
-        if question is None:
-            self._meeting = _probe(self._baud)
-            question = next(self._meeting)
-        return question
+    def next_request(self) -> Request:
+        """Return the next request. If the last request got no reply, return the first request again."""
+        request, self._next = self._next, None
+        if request is None:
+            self._probe = _detect(self._baud)
+            request = next(self._probe)
+        return request
 
-    def take(self, answer: Answer) -> Firmware | None:
-        """Process the answer to the last question; return the firmware if it is known now."""
-        assert self._meeting
+    def take(self, reply: Reply) -> Firmware | None:
+        """Process the reply to the last request; return the firmware, or None if more requests are necessary."""
+        assert self._probe
         try:
-            self._next = self._meeting.send(answer)
+            self._next = self._probe.send(reply)
         except StopIteration as end:
             return cast("Firmware", end.value)
         return None
 
 
-def _probe(baud: int) -> _Probe:
-    """Yield the questions that detect the firmware, and return the firmware.
-
-    A board that answers twice with its baud rate runs ROSArduinoBridge. One such answer is not enough, because noise
-    may have destroyed the part of the question to which robotcore_bridge answers with its version.
-    """
+def _detect(baud: int) -> _Probe:
+    # robotcore_bridge replies with its version, ROSArduinoBridge with its baud rate. One baud rate is no proof of
+    # ROSArduinoBridge, because noise may have destroyed the half of the request that asks for the version.
     for _ in range(2):
-        number = (yield identity_question(baud)).numbers[0]
+        number = (yield identity_request(baud)).numbers[0]
         if number != baud:
             return _describe_robotcore_bridge(number)
-    has_wheels = yield from _ask_twice(STOP)
-    takes_duties = has_wheels and (yield from _ask_twice(duties(0, 0)))
+    has_wheels = yield from _is_accepted(STOP)
+    takes_duties = has_wheels and (yield from _is_accepted(duties(0, 0)))
     # A frame of the firmware has a whole number of milliseconds, 33.
     return Firmware(is_robotcore_bridge=False, frame_s=0.033, has_wheels=has_wheels, takes_duties=takes_duties)
 
 
-def _ask_twice(question: Question) -> Generator[Question, Answer, bool]:
-    """Return whether the board accepts a command. Send it again after a refusal, which noise may have caused."""
-    for _ in range(2):
-        if not (yield question).is_refusal:
+def _is_accepted(command: Request) -> Generator[Request, Reply, bool]:
+    for _ in range(2):  # noise may cause one refusal
+        if not (yield command).is_refusal:
             return True
     return False
 
 
 def _describe_robotcore_bridge(version: int) -> Firmware:
-    fault = (
+    problem = (
         ""
         if version == VERSION
         else f"its firmware has version {version} of the protocol, and this robotcore supports {VERSION}; flash the "
         "firmware of this robotcore: robotcore firmware flash"
     )
-    return Firmware(is_robotcore_bridge=True, frame_s=1 / 30, fault=fault)
+    return Firmware(is_robotcore_bridge=True, frame_s=1 / 30, problem=problem)

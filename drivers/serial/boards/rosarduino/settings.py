@@ -1,4 +1,4 @@
-"""The settings of an Arduino's devices, the notes for their wiring, and the checks of settings and firmware."""
+"""The settings of an Arduino's devices, their checks, and the notes that `robotcore wiring` prints."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BRIDGE_CYCLE_S = 0.06
 """The period in which robotcore_bridge triggers its ultrasonic module, in seconds."""
 
 ECHO_FREE_S = 0.6
-"""By default, nothing is in range if there is no echo for this many seconds."""
+"""The default time without an echo, in seconds, after which nothing is in range."""
 
 BOARD = (
     "The board runs ROSArduinoBridge, or robotcore_bridge, which robotcore firmware flash writes to it. "
@@ -62,9 +62,10 @@ class ArduinoEncoderSettings(SideSettings, ArduinoSettings):
     """The settings of an encoder on an Arduino."""
 
     counts: Literal["cycles", "edges"] = "cycles"
-    """The unit of the description's ``counts_per_turn``, which counts a turn of the wheel, behind any gear. "cycles"
-    are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of both
-    channels, four in each cycle, often called CPR."""
+    """The unit of ``counts_per_turn`` in the robot's description.
+
+    "cycles" are the cycles of one channel: the PPR of a data sheet, or the slots of a disc. "edges" are the edges of
+    both channels, four in each cycle, often called CPR. A turn is one of the wheel, not of the motor before a gear."""
 
 
 class ArduinoMotorSettings(SideSettings, TimeoutSettings, ArduinoSettings):
@@ -74,9 +75,9 @@ class ArduinoMotorSettings(SideSettings, TimeoutSettings, ArduinoSettings):
     """
 
     model: Model | None = None
-    """The velocity of the wheel at each duty. If it is set, the driver sends duties."""
+    """The velocity of the wheel at each duty. With a model, the driver sends duties."""
     control: Control | None = None
-    """The settings of velocity control in this process, by the wheel's encoder. It needs ``model``."""
+    """The settings of velocity control by this process and the wheel's encoder. They need ``model``."""
 
 
 class ArduinoSonarSettings(ArduinoSettings):
@@ -87,27 +88,31 @@ class ArduinoSonarSettings(ArduinoSettings):
     cycle_s: Annotated[float, Field(ge=0.05, le=1)] = 0.1
     """The period of measuring with ROSArduinoBridge, in seconds. The period of robotcore_bridge is always 0.06 s."""
     echo_free_cycles: Annotated[int, Field(ge=0, le=100)] | None = None
-    """After this many cycles in a row without an echo, nothing is in range. None means the number of cycles in 0.6 s.
-    With 0, only an echo from beyond the maximum range means that nothing is in range."""
+    """After this many cycles in a row without an echo, the distance is `inf`. None: the number of cycles in 0.6 s.
+
+    With 0, only an echo from beyond the maximum range makes the distance `inf`."""
 
     @property
     def cycle(self) -> float:
-        """The period of measuring in seconds, with either firmware."""
+        """The period of measuring in seconds: that of robotcore_bridge if no pin is set, else ``cycle_s``."""
         return BRIDGE_CYCLE_S if self.pin is None else self.cycle_s
 
     @property
     def cycles(self) -> int:
-        """The number of cycles in a row without an echo after which nothing is in range."""
+        """The number of cycles in a row without an echo after which the distance is `inf`."""
         return max(1, round(ECHO_FREE_S / self.cycle)) if self.echo_free_cycles is None else self.echo_free_cycles
 
 
 def edges_per_turn(description: EncoderDescription, counts: object) -> int:
-    """Return how many counts the board adds in a turn of the wheel. It counts all four edges of each cycle."""
+    """Return the edges in a turn of the wheel. The board counts all edges, four in each cycle.
+
+    counts: the setting ``counts`` of the encoder, "cycles" or "edges".
+    """
     return description.counts_per_turn * (1 if counts == "edges" else 4)
 
 
 ENCODER = "ros-arduino-encoder"
-"""The name of the driver of encoders on an Arduino, by which the board controls velocities."""
+"""The name of the driver of encoders on an Arduino."""
 
 FRAMES_PER_SECOND = 30
 
@@ -115,9 +120,9 @@ FLASH_REMEDY = "flash robotcore_bridge: robotcore firmware flash"
 
 
 def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDescription) -> int:
-    """Return how many counts the board adds in a turn of a motor's wheel, by the settings of the wheel's encoder.
+    """Return the board's counts in a turn of a motor's wheel, from the settings of the wheel's encoder.
 
-    Raises ValueError if the robot's file has no such encoder on the same port.
+    Raises ValueError if the robot's file has no encoder of this wheel on the motor's port.
     """
     name, elsewhere = encoder_of(motor, robot), ""
     for description in robot.all_of(EncoderDescription):
@@ -139,7 +144,7 @@ def counts_per_turn(motor: str, settings: ArduinoMotorSettings, robot: RobotDesc
 
 
 def require_countable(description: MotorDescription, counts: int) -> None:
-    """Raise ValueError if the motor's maximum velocity is below one count a frame, or above the board's limit.
+    """Raise ValueError if the motor's maximum velocity is below one count a frame, or above `FASTEST`.
 
     counts: the board's counts in a turn of the wheel.
     """
@@ -158,10 +163,10 @@ def require_countable(description: MotorDescription, counts: int) -> None:
 
 def require_known_version(board: Board[ArduinoProtocol], device: str) -> None:
     """Raise DeviceError if the driver does not support the version of the firmware."""
-    if fault := board.protocol.firmware.fault:
+    if problem := board.protocol.firmware.problem:
         raise DeviceError(
             device,
-            f"the board on {board.line.place} is not supported: {fault}",
+            f"the board on {board.line.place} is not supported: {problem}",
             kind="firmware-version",
             place=board.line.place,
         )
@@ -170,10 +175,10 @@ def require_known_version(board: Board[ArduinoProtocol], device: str) -> None:
 def require_wheels(board: Board[ArduinoProtocol], device: str) -> None:
     """Raise DeviceError if the firmware was built without motors and encoders."""
     if not board.protocol.firmware.has_wheels:
-        fault = f"the ROSArduinoBridge on {board.line.place} was built without wheels"
+        problem = f"the ROSArduinoBridge on {board.line.place} was built without wheels"
         raise DeviceError(
             device,
-            f"{fault}. Define USE_BASE and flash it again, or {FLASH_REMEDY}",
+            f"{problem}. Define USE_BASE and flash it again, or {FLASH_REMEDY}",
             kind="board-without-wheels",
             place=board.line.place,
         )
@@ -182,15 +187,15 @@ def require_wheels(board: Board[ArduinoProtocol], device: str) -> None:
 def require_robotcore_bridge(board: Board[ArduinoProtocol], device: str, lacks: str, instead: str = "") -> None:
     """Raise DeviceError if the board does not run robotcore_bridge.
 
-    lacks: why ROSArduinoBridge is not sufficient, as the end of the sentence "The board runs ROSArduinoBridge, which".
-    instead: a remedy other than flashing robotcore_bridge.
+    lacks: the missing ability of ROSArduinoBridge, for the message, such as ``measures no battery``.
+    instead: a remedy other than flashing robotcore_bridge; empty if there is none.
     """
     if not board.protocol.firmware.is_robotcore_bridge:
-        fault = f"the board on {board.line.place} runs ROSArduinoBridge, which {lacks}"
+        problem = f"the board on {board.line.place} runs ROSArduinoBridge, which {lacks}"
         remedy = f"{instead}, or {FLASH_REMEDY}" if instead else FLASH_REMEDY
         raise DeviceError(
             device,
-            f"{fault}. {remedy[0].upper()}{remedy[1:]}",
+            f"{problem}. {remedy[0].upper()}{remedy[1:]}",
             kind="firmware-lacks",
             place=board.line.place,
             lacks=lacks,
@@ -198,15 +203,15 @@ def require_robotcore_bridge(board: Board[ArduinoProtocol], device: str, lacks: 
 
 
 def set_duty_mode(board: Board[ArduinoProtocol], motor: str, *, is_duty_mode: bool) -> None:
-    """Set whether the motors of a board get duties or counts.
+    """Set whether both motors of a board get duties or counts a frame.
 
-    Raises DeviceError if the board takes no duties, or the other motor has another setting.
+    Raises DeviceError if the firmware has no command for duties, or if only one motor of the board has a model.
     """
     if is_duty_mode and not board.protocol.firmware.takes_duties:
-        require_robotcore_bridge(board, motor, "takes no duties", "leave model out of both motors")
+        require_robotcore_bridge(board, motor, "takes no duties", "remove model from both motors")
     if board.protocol.is_duty_mode not in (None, is_duty_mode):
-        fault = f"one motor on {board.line.place} has a model, and the other has none"
+        problem = f"one motor on {board.line.place} has a model, and the other has none"
         raise DeviceError(
-            motor, f"{fault}. Give both motors a model, or neither", kind="motors-differ", place=board.line.place
+            motor, f"{problem}. Give both motors a model, or neither", kind="motors-differ", place=board.line.place
         )
     board.protocol.is_duty_mode = is_duty_mode

@@ -28,7 +28,7 @@ from robotcore.hardware.motor_control import Control, open_motor, require_drivab
 from robotcore.hardware.motor_model import Model
 
 BAUDS = (2400, 9600, 19200, 38400, 115200)
-"""The baud rates of the Sabertooths; each model has some of them."""
+"""The baud rates of all Sabertooth models. Each model has some of them."""
 
 SIDES: dict[MotorNumber, Side] = {1: "left", 2: "right"}
 """The side of each motor in a `WheelCommand`."""
@@ -38,8 +38,8 @@ WIRING = (
     "packetized serial and the board's address."
 )
 UNHEARD = (
-    "The board never answers. Without encoders on the wheels, robotcore cannot find out if it is connected, is "
-    "switched on and has received a command."
+    "The board never answers. Without encoders on the wheels, robotcore cannot detect whether the board is "
+    "connected, is switched on and has received a command."
 )
 SWITCHING_ON = (
     "Switch its battery on two seconds before the program starts; restart the program if the battery was off since. "
@@ -58,13 +58,13 @@ class SabertoothSettings(TimeoutSettings):
     address: Annotated[int, Field(ge=LOWEST_ADDRESS, le=HIGHEST_ADDRESS)] = LOWEST_ADDRESS
     motor: MotorNumber
     model: Model
-    """The velocity of the wheel by duty."""
+    """The velocity of the wheel at each duty."""
     control: Control | None = None
-    """The controller that holds the velocity by the wheel's encoder; none if it is None."""
+    """The settings of velocity control by the wheel's encoder. If it is None, the model alone gives the duty."""
 
 
 class SabertoothMotor(SerialDriver[MotorDescription, SabertoothSettings]):
-    """Sends duties in 127 steps each way."""
+    """Opens motors, whose duty has 127 steps in each direction."""
 
     name = "sabertooth-motor"
     summary = "a motor on a Sabertooth or SyRen in packet serial mode"

@@ -1,4 +1,4 @@
-"""Sabertooth packet serial: frames of four bytes without answers, and the protocol of a line with several boards.
+"""The frames of Sabertooth packet serial, and the protocol of a line with several boards, which never answer.
 
 Source: Dimension Engineering's manuals of the Sabertooth 2x5, 2x12 and 2x25, mode 4, packetized serial.
 """
@@ -16,14 +16,13 @@ MotorNumber = Literal[1, 2]
 """The number of a motor on its board: M1 or M2."""
 
 BAUD_DETECTION = b"\xaa"
-"""The first byte on the line, by which a board detects the baud rate. A board that has a baud rate ignores this
-byte."""
+"""The first byte on the line, by which a board detects the baud rate. A board ignores this byte afterwards."""
 
 LOWEST_ADDRESS, HIGHEST_ADDRESS = 128, 135
-"""The addresses that the board's switches can set."""
+"""The lowest and the highest address that a board's switches can set."""
 
 FULL_DUTY = 127
-"""The value in a frame for the duty 1."""
+"""The value of the duty 1 in a frame."""
 
 MAX_TIMEOUT_S = 12.7
 
@@ -34,7 +33,7 @@ _TIMEOUT = 14
 def packet(address: int, command: int, value: int) -> bytes:
     """Return a frame: the address, a command, its value and a checksum.
 
-    Only the address has its top bit set, so that a board finds the beginning of a frame.
+    Only the address byte has its top bit set, so that a board detects the beginning of a frame.
 
     >>> list(packet(130, 0, 64))  # the manual's example: half speed forward
     [130, 0, 64, 66]
@@ -53,12 +52,12 @@ def drive(address: int, motor: MotorNumber, duty: float) -> bytes:
 
 
 def stop(address: int) -> bytes:
-    """Return the frames that stop both motors."""
+    """Return the frames that stop both motors of a board."""
     return drive(address, 1, 0.0) + drive(address, 2, 0.0)
 
 
 def round_timeout(seconds: float) -> float:
-    """Return a time-out in whole tenths of a second, rounded up, from 0.1 s to `MAX_TIMEOUT_S`.
+    """Return a time-out rounded up to tenths of a second, and limited to 0.1 s up to `MAX_TIMEOUT_S`.
 
     >>> round_timeout(0.25)
     0.3
@@ -67,9 +66,9 @@ def round_timeout(seconds: float) -> float:
 
 
 def timeout(address: int, seconds: float) -> bytes:
-    """Return the frame that sets the time-out of a board, after which the board stops its motors if it gets no command.
+    """Return the frame that sets a board's time-out. Without a command for this time, the board stops its motors.
 
-    A board has no time-out when it is switched on. The time is rounded by `round_timeout`.
+    After power-on a board has no time-out. The time is rounded by `round_timeout`.
 
     >>> list(timeout(128, 0.5))
     [128, 14, 5, 19]
@@ -78,11 +77,11 @@ def timeout(address: int, seconds: float) -> bytes:
 
 
 SETTLING_S = 0.5
-"""The time in seconds that a board needs after the first byte to set its baud rate."""
+"""The time that a board needs after the first byte to set its baud rate, in seconds."""
 
 
 class AddressedBoard:
-    """One board on the line; M1 is its left motor and M2 its right one."""
+    """One board on the line. M1 is its left motor, and M2 is its right motor."""
 
     def __init__(self, address: int) -> None:
         self.address = address
@@ -90,7 +89,7 @@ class AddressedBoard:
         self.timeout_s = MAX_TIMEOUT_S
 
     def build_frames(self, wheels: WheelCommand) -> bytes:
-        """Return the frames for both motors, and the frame of the time-out, because the board may have been off."""
+        """Return the frames for both motors and the time-out, which a board loses when it is switched off."""
         motors = drive(self.address, 1, wheels.left) + drive(self.address, 2, wheels.right)
         return motors + timeout(self.address, self.timeout_s)
 
@@ -98,9 +97,8 @@ class AddressedBoard:
 class SabertoothProtocol(Protocol):
     """Sends the newest command to each board on the line. Stops are sent before other commands.
 
-    No board answers, so the protocol is ready `SETTLING_S` after the first byte. While all motors stand, the stops are
-    repeated. While a motor turns, nothing is repeated, because any frame on the line may restart the time-out of its
-    board.
+    No board answers, so the protocol is ready `SETTLING_S` after the first byte. The stops are repeated only while the
+    commands of all boards are stops, because any frame on the line may restart the time-out of a turning motor's board.
     """
 
     def __init__(self, baud: int) -> None:
@@ -110,7 +108,7 @@ class SabertoothProtocol(Protocol):
         self.is_ready = self._is_new = False
 
     def board(self, address: int, timeout_s: float) -> AddressedBoard:
-        """Return the board with an address, and lower its time-out to ``timeout_s`` seconds if it is longer."""
+        """Return the board with an address. Its time-out is lowered to ``timeout_s`` seconds if it is longer."""
         board = self._boards.get(address) or AddressedBoard(address)
         board.timeout_s = min(board.timeout_s, round_timeout(timeout_s))
         self._boards = {**self._boards, address: board}
@@ -123,7 +121,7 @@ class SabertoothProtocol(Protocol):
         self._clear_commands()
 
     def receive(self, data: bytes, now: float) -> None:
-        """Ignore received bytes, which are an echo or noise."""
+        """Do nothing: received bytes are an echo or noise, because no board sends data."""
 
     def data_to_send(self, now: float) -> bytes:
         if self._is_new:
@@ -158,7 +156,6 @@ class SabertoothProtocol(Protocol):
         return all(board.command.newest.is_stop for board in self._boards.values())
 
     def _command_frames(self, now: float) -> bytes:
-        """Return the frames for one board. Those for the next board are sent when the line is free again."""
         for board in sorted(self._boards.values(), key=lambda board: not board.command.newest.is_stop):
             if (wheels := board.command.take(now, board.timeout_s)) is not None:
                 return board.build_frames(wheels)

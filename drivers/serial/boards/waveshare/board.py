@@ -1,4 +1,4 @@
-"""The protocol of a Waveshare board, and an odometer with a finer resolution than the board's whole centimetres."""
+"""The protocol of a Waveshare board, and an odometer that is finer than the board's whole centimetres."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ JITTER_S = 0.1
 """The largest difference between the delays of two lines from the board, in seconds."""
 
 FASTEST_M_S = 3.0
-"""The highest possible speed of a track in m/s, also downhill."""
+"""The highest speed of a track that is possible, also downhill, in m/s. Faster feedback is noise."""
 
 
 class Odometer:
-    """Refines the board's odometer of whole centimetres by the integral of the measured speed.
+    """Estimates the position of a track from the board's odometer, in whole centimetres, and from the measured speed.
 
-    The position is always within the centimetre that the board sends, so its error is less than 1 cm and does not grow.
+    The estimate is always within the centimetre that the board sends. So its error is below 1 cm, and does not grow.
 
     >>> odometer = Odometer()
     >>> for time, centimetres in ((0.0, 0), (0.05, 0), (0.1, 2)):
@@ -34,19 +34,23 @@ class Odometer:
 
     def __init__(self) -> None:
         self.counter = CountAccumulator()
-        """The distance that the track has moved since the first line from the board, in metres."""
+        """The distance of the track since the first feedback, in metres."""
         self._last: _Position | None = None
 
     def __repr__(self) -> str:
         return f"Odometer({self.counter!r})"
 
     def restart(self) -> None:
-        """Forget the last position, because the board was reset and its odometer may have any value."""
+        """Drop the last position after a reset of the board. The distance does not change."""
         self.counter.restart()
         self._last = None
 
-    def is_likely(self, track: Track, time: float) -> bool:
-        """Return whether a line is plausible. If the track cannot have moved so far, a digit of the line is wrong."""
+    def is_plausible(self, track: Track, time: float) -> bool:
+        """Return whether the track can have moved to this distance since the last feedback.
+
+        track: the distance and the speed in new feedback. A wrong digit makes the distance impossible.
+        time: the time of arrival of the feedback, in seconds.
+        """
         if self._last is None:
             return True
         low, high = _centimetre_bounds(track.centimetres)
@@ -54,16 +58,17 @@ class Odometer:
         return low - farthest <= self._last.metres <= high + farthest
 
     def move(self, track: Track, time: float) -> None:
-        """Update the position by the distance and the speed of the track in a line.
+        """Update the position by new feedback.
 
-        time: the time of arrival of the line, in seconds.
+        track: the distance and the speed in the feedback.
+        time: the time of arrival of the feedback, in seconds.
         """
         low, high = _centimetre_bounds(track.centimetres)
         guess = (low + high) / 2
         if last := self._last:
             guess = last.metres + (last.speed + track.speed) / 2 * (time - last.time)
         self._last = _Position(min(max(guess, low), high), track.speed, time)
-        self.counter.count(self._last.metres, time)
+        self.counter.add(self._last.metres, time)
 
 
 class _Position(NamedTuple):
@@ -73,30 +78,30 @@ class _Position(NamedTuple):
 
 
 def _centimetre_bounds(centimetres: int) -> tuple[float, float]:
-    """Return the smallest and the largest distance in metres that the board sends as this number of centimetres."""
+    # The board rounds towards zero.
     low = centimetres if centimetres > 0 else centimetres - 1
     high = centimetres if centimetres < 0 else centimetres + 1
     return low / 100, high / 100
 
 
 SILENCE_S = 0.3
-"""A board that has sent nothing for this many seconds is unplugged or was reset.
-A reset board cannot receive during this time."""
+"""A board that has sent nothing for this many seconds is unplugged or was reset. A board cannot receive during its
+reset."""
 
 GREETING_S = 0.5
-"""The period of sending the greeting until the board answers, in seconds."""
+"""The period of sending the greeting until the board sends feedback, in seconds."""
 
 
 class WaveshareProtocol(BoardProtocol):
     """Sends a greeting until the board sends feedback, and then each new command once. Commands are in m/s.
 
-    The line that sets the board's time-out is sent before each command, because a short reset of the board may not have
-    been detected. If the board falls silent, the protocol drops the command and sends the greeting again.
+    Before each command it sends the line that sets the board's time-out, because it may not detect a short reset of the
+    board. If the board falls silent, the protocol drops the command and sends the greeting again.
     """
 
     silence_s = SILENCE_S
     default_timeout_s = 0.5
-    """The time-out in seconds if no motor is open. It stops motors that another program has turned."""
+    """The time-out in seconds if no motor is open. It stops motors that another program turns."""
 
     def __init__(self, baud: int) -> None:
         super().__init__(baud)
@@ -122,11 +127,11 @@ class WaveshareProtocol(BoardProtocol):
     def next_due(self, now: float) -> float:
         if not self.is_ready:
             return self._greet_at
-        return min(self.command.next_due, self.command.repeat_due, self._heard_at + SILENCE_S)
+        return min(self.command.next_due, self.command.repeat_due, self._received_at + SILENCE_S)
 
-    def explain_silence(self, place: str, *, has_heard: bool = False) -> str:
+    def explain_silence(self, place: str, *, has_received: bool = False) -> str:
         if not self.parser.is_older:
-            return super().explain_silence(place, has_heard=has_heard)
+            return super().explain_silence(place, has_received=has_received)
         return (
             f"the board on {place} runs ugv_base_general, which has no odometer and does not control the speed of most "
             "rovers. Flash Waveshare's ugv_base_ros"
@@ -150,12 +155,12 @@ class WaveshareProtocol(BoardProtocol):
         if not self.is_ready:
             for odometer in self.odometers.values():
                 odometer.restart()
-        elif not all(odometer.is_likely(feedback.track(side), now) for side, odometer in self.odometers.items()):
+        elif not all(odometer.is_plausible(feedback.track(side), now) for side, odometer in self.odometers.items()):
             self.parser.dropped += 1
             return
         for side, odometer in self.odometers.items():
             odometer.move(feedback.track(side), now)
         self.voltage = Voltage(feedback.centivolts / 100, now, self.voltage.sequence + 1 if self.voltage else 0)
-        self._heard_at = now
+        self._received_at = now
         if not self.is_ready:
             self._set_ready()

@@ -1,4 +1,4 @@
-"""The settings and drivers of a Waveshare UGV board's devices."""
+"""The settings and drivers of the devices on a Waveshare UGV board."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from robotcore.hal.devices import Battery, Encoder, Motor
 from robotcore.hardware import Host
 
 ANSWER_S = 20.0
-"""The longest wait for the board's first answer, in seconds. After it is switched on, the board searches for a Wi-Fi
-network for 15 s, and does not answer."""
+"""The longest wait for the board's first feedback, in seconds. After power-on the board searches for a Wi-Fi network
+for 15 s, and sends nothing."""
 
 FIRMWARE = (
     "The board must run Waveshare's ugv_base_ros. Set the rover once: send "
@@ -32,8 +32,9 @@ FIRMWARE = (
     "Beast; module is 1 for an arm and 2 for a camera on a gimbal."
 )
 WIFI = (
-    "The board opens its own Wi-Fi, by default UGV with the password 12345678. It obeys everyone in it, past every "
-    'stop of this program. Switch the Wi-Fi off for good: send {"T":401,"cmd":0} to the board, and restart it.'
+    "The board opens its own Wi-Fi, by default UGV with the password 12345678. It obeys every computer in it, even "
+    "while this program stops the motors. Switch the Wi-Fi off for good: send "
+    '{"T":401,"cmd":0} to the board, and restart it.'
 )
 
 DescriptionT = TypeVar("DescriptionT", bound=StrictModel)
@@ -43,7 +44,7 @@ SettingsT = TypeVar("SettingsT", bound="WaveshareSettings")
 class WaveshareSettings(PortSettings):
     """The settings of a device on a Waveshare board.
 
-    On the header of a Raspberry Pi the port is /dev/serial0, and on that of a Pi 5 /dev/ttyAMA0. On USB it is a CP2102.
+    On the header of a Raspberry Pi, the port is /dev/serial0 (Pi 5: /dev/ttyAMA0). On USB, the board has a CP2102.
     """
 
     protocol_name: ClassVar[str] = "Waveshare UGV"
@@ -68,7 +69,7 @@ class WaveshareDriver(SerialDriver[DescriptionT, SettingsT]):
 
 
 class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
-    """Sends the wheel's velocity as a speed in m/s, which the board controls with its own encoders."""
+    """Opens motors. The board controls their velocities by its own encoders."""
 
     name = "waveshare-motor"
     summary = "a motor of a Waveshare UGV board on a serial line; the board controls its velocity"
@@ -85,7 +86,7 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
             )
 
     def open(self, description: MotorDescription, settings: WaveshareMotorSettings, host: Host) -> Motor:
-        board = _board(description.name, settings, host)
+        board = _open_board(description.name, settings, host)
         board.protocol.limit(settings.board_timeout_s)
         output = BoardOutput(description.name, board.line, board.protocol.command, settings.side)
         return BoardMotor(description, output, _wheel_radius_m(host.robot))
@@ -97,7 +98,7 @@ class WaveshareMotor(WaveshareDriver[MotorDescription, WaveshareMotorSettings]):
 
 
 class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSettings]):
-    """Converts the board's odometer to the angle of a wheel, by the wheel's radius; see `Odometer`."""
+    """Opens encoders, whose angle is the distance of an `Odometer` divided by the wheel's radius."""
 
     name = "waveshare-encoder"
     summary = "a wheel's encoder on a Waveshare UGV board on a serial line"
@@ -111,7 +112,7 @@ class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSetti
         _wheel_radius_m(robot)
 
     def open(self, description: EncoderDescription, settings: WaveshareEncoderSettings, host: Host) -> Encoder:
-        board = _board(description.name, settings, host)
+        board = _open_board(description.name, settings, host)
         return BoardEncoder(
             description.name,
             board.line,
@@ -121,7 +122,7 @@ class WaveshareEncoder(WaveshareDriver[EncoderDescription, WaveshareEncoderSetti
 
 
 class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
-    """Returns the voltage that the board measures every 10 s."""
+    """Opens the battery, whose voltage the board measures every 10 s."""
 
     name = "waveshare-battery"
     summary = "the battery of a Waveshare UGV board on a serial line"
@@ -130,22 +131,17 @@ class WaveshareBattery(WaveshareDriver[BatteryDescription, WaveshareSettings]):
     settings = WaveshareSettings
 
     def open(self, description: BatteryDescription, settings: WaveshareSettings, host: Host) -> Battery:
-        board = _board(description.name, settings, host)
+        board = _open_board(description.name, settings, host)
         return BoardBattery(description.name, board.line, lambda: board.protocol.voltage)
 
 
-def _board(device: str, settings: WaveshareSettings, host: Host) -> Board[WaveshareProtocol]:
-
+def _open_board(device: str, settings: WaveshareSettings, host: Host) -> Board[WaveshareProtocol]:
     return open_board(
         device, settings.port, WaveshareProtocol, lambda: WaveshareProtocol(settings.speed), host, ANSWER_S
     )
 
 
 def _wheel_radius_m(robot: RobotDescription) -> float:
-    """Return the radius of the robot's wheels in metres, which converts the board's metres to radians.
-
-    Raises ValueError if the robot has no drive.
-    """
     if robot.drive is None:
-        raise ValueError("the board takes m/s, but the robot has no wheel radius; add [drive] to its file")
+        raise ValueError("the board takes m/s, but the robot has no wheel radius; add [drive] to the robot's file")
     return robot.drive.wheel_radius_m

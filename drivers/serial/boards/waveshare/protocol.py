@@ -1,8 +1,8 @@
-"""The JSON lines that a Waveshare UGV board takes and sends.
+"""The JSON lines that a Waveshare UGV board receives and sends.
 
 Each line is one JSON object, at 115200 baud 8N1. A line to the board ends in LF, and a line from the board in CR LF.
-Source: Waveshare's firmware
-ugv_base_ros of September 2024 (json_cmd.h, uart_ctrl.h, movtion_module.h, ugv_advance.h).
+
+Source: Waveshare's firmware ugv_base_ros of September 2024 (json_cmd.h, uart_ctrl.h, movtion_module.h, ugv_advance.h).
 """
 
 from __future__ import annotations
@@ -16,18 +16,18 @@ from drivers.serial.driver import Side
 BAUD = 115200
 
 FASTEST_M_S = 2.0
-"""The highest speed of a command in m/s. If a line has a higher speed for either side, the board ignores the line, and
-continues with the previous command."""
+"""The highest speed of a command in m/s. The board ignores a line with a higher speed, and continues with the previous
+command."""
 
 FEEDBACK_S = 0.05
 """The period of feedback in seconds. A shorter one would slow down the board's loop, which waits 17 ms for each
 line."""
 
 BEGINNING = b'{"T":1001,'
-"""The beginning of a line with feedback."""
+"""The first bytes of a line with feedback."""
 
 LONGEST = 512
-"""Each line of the board has fewer bytes than this; the longest one, with an arm, has 330."""
+"""The parser drops lines of this many bytes or more. The longest line of a board, one with an arm, has 330 bytes."""
 
 _Speed = Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
 _Centimetres = Annotated[int, Field(ge=-(10**8), le=10**8)]
@@ -37,7 +37,7 @@ class Track(NamedTuple):
     """The distance and the speed of the track on one side; positive is forward."""
 
     centimetres: int
-    """The distance since the board was switched on, in centimetres, rounded towards zero."""
+    """The distance since power-on in centimetres, rounded towards zero."""
     speed: float
     """The speed in m/s."""
 
@@ -56,24 +56,24 @@ class Feedback(BaseModel):
     """The speed of the left track in m/s, measured in the last cycle of the board's loop."""
     right_m_s: _Speed = Field(alias="R")
     left_cm: _Centimetres = Field(alias="odl")
-    """The distance of the left track since the board was switched on, in whole centimetres, rounded towards zero."""
+    """The distance of the left track since power-on, in whole centimetres, rounded towards zero."""
     right_cm: _Centimetres = Field(alias="odr")
     centivolts: int = Field(alias="v", ge=-100, le=6000)
     """The voltage of the battery in hundredths of a volt, measured every 10 s."""
 
     def track(self, side: Side) -> Track:
-        """Return the values of one side."""
+        """Return the distance and the speed of the track on one side."""
         return Track(self.left_cm, self.left_m_s) if side == "left" else Track(self.right_cm, self.right_m_s)
 
 
 class Parser:
-    """Finds feedback in a stream of bytes that arrives in pieces of any length."""
+    """Finds feedback in a stream of bytes, which arrives in pieces of any length."""
 
     def __init__(self) -> None:
         self.dropped = 0
-        """The number of lines that were no feedback: echoes, messages of a starting board, and lines with noise."""
+        """The number of lines that are no feedback: echoes, messages of a starting board, and lines with noise."""
         self.is_older = False
-        """Whether any line was feedback of the older firmware ugv_base_general, which has no odometers."""
+        """Whether a line was feedback of the older firmware ugv_base_general, which has no odometers."""
         self._rest = b""
 
     def feed(self, data: bytes) -> list[Feedback]:
@@ -83,7 +83,7 @@ class Parser:
         return [found for line in lines if (found := self._feedback(line))]
 
     def restart(self) -> None:
-        """Drop the beginning of an incomplete line."""
+        """Drop the stored part of an incomplete line."""
         self._rest = b""
 
     def _feedback(self, line: bytes) -> Feedback | None:
@@ -97,10 +97,9 @@ class Parser:
 
 
 def greeting(timeout_s: float) -> bytes:
-    """Return the lines that prepare a board.
+    """Return the lines that prepare a board: stop its motors, set its time-out and request feedback.
 
-    The lines stop the motors and set the board's time-out. They also switch the scaling of speeds and the echo off, and
-    set the period of feedback to `FEEDBACK_S`.
+    The period of the feedback is `FEEDBACK_S`. The lines also switch off the scaling of speeds and the echo.
     """
     period_ms = round(1000 * FEEDBACK_S)
     return (
@@ -111,9 +110,9 @@ def greeting(timeout_s: float) -> bytes:
 
 
 def heartbeat(timeout_s: float) -> bytes:
-    """Return the line that sets the time-out in seconds.
+    """Return the line that sets the board's time-out in seconds.
 
-    The motors stop if the board gets no line from `speeds` for this time.
+    The board stops its motors if it receives no line of `speeds` for this time.
     """
     return b'{"T":136,"cmd":%d}\n' % round(1000 * timeout_s)
 
@@ -130,8 +129,8 @@ def speeds(left_m_s: float, right_m_s: float) -> bytes:
 STOP = b"\n" + speeds(0.0, 0.0)
 """The line that stops both tracks. It begins with LF, because another program may have written half a line.
 
-Type 0, the board's emergency stop, would stop an arm too, and the older firmware does not have it.
+It is not the board's emergency stop (type 0), which also stops an arm, and which the older firmware does not have.
 """
 
 STANDING = r'\{"T":1001,"L":-?0(\.0\d*)?,"R":-?0(\.0\d*)?,'
-"""A regular expression for feedback after the board has received `STOP`: both tracks are slower than 0.1 m/s."""
+"""A regular expression for feedback with both tracks slower than 0.1 m/s, which confirms `STOP`."""

@@ -60,7 +60,7 @@ def test_read_returns_the_newest_picture(clock: LabClock, source: FakeSource) ->
     assert frame.sequence == pytest.approx(0.5 * 30 * 2, abs=1)  # polled twice as often as the camera gives pictures
 
 
-def test_no_picture_but_the_newest_is_kept(clock: LabClock, source: FakeSource) -> None:
+def test_only_the_newest_picture_is_stored(clock: LabClock, source: FakeSource) -> None:
     import gc
     import weakref
 

@@ -92,7 +92,7 @@ class TestTimes:
         webcam.stamp_offset_s = 1.7e9
         assert open_camera(webcam).read().time == webcam.clock.now()
 
-    def test_of_old_pictures_are_kept_if_the_first_stamp_was_fresh(self, webcam: FakeWebcam) -> None:
+    def test_of_old_pictures_are_used_if_the_first_timestamp_was_recent(self, webcam: FakeWebcam) -> None:
         eye = open_camera(webcam)
         webcam.stamp_offset_s = -3.0
         webcam.clock.let_pass(5.0)
@@ -110,7 +110,7 @@ class TestExposure:
         webcam.clock.let_pass(0.1)
         assert eye.read().image[0, 0, 2] == RED_BGR[2] // 2
 
-    def test_follows_the_light_without_lock(self, webcam: FakeWebcam) -> None:
+    def test_exposure_follows_the_light_without_lock(self, webcam: FakeWebcam) -> None:
         eye = open_camera(webcam, lock=False)
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == APERTURE_PRIORITY
         webcam.lamp = 0.5
@@ -132,14 +132,14 @@ class TestExposure:
             cv2.CAP_PROP_GAIN: 7,
         }
 
-    def test_that_a_camera_refuses_is_logged(
+    def test_a_control_that_the_camera_refuses_is_logged(
         self, webcam: FakeWebcam, caplog: pytest.LogCaptureFixture, check_text: CheckText
     ) -> None:
         webcam.controls.clear()
         assert open_camera(webcam, exposure_s=0.02, gain=7).read()
         check_text("\n".join(caplog.messages))
 
-    def test_that_a_camera_does_not_report_stays_automatic(self, webcam: FakeWebcam) -> None:
+    def test_a_control_that_the_camera_does_not_report_stays_automatic(self, webcam: FakeWebcam) -> None:
         del webcam.controls[cv2.CAP_PROP_EXPOSURE]
         open_camera(webcam)
         assert webcam.controls[cv2.CAP_PROP_AUTO_EXPOSURE] == APERTURE_PRIORITY

@@ -29,7 +29,7 @@ def test_the_board_is_reported_with_the_width_of_its_programs(
     check_findings([*check_board(pi_4), *check_board(pi_5)], "board", "board")
 
 
-def test_a_python_of_32_bits_is_a_warning_whatever_the_kernel_is(broken: Path, check_findings: CheckFindings) -> None:
+def test_a_python_of_32_bits_is_a_warning_with_any_kernel(broken: Path, check_findings: CheckFindings) -> None:
     check_findings(check_board(broken), "python-32-bit")
 
 
@@ -69,7 +69,7 @@ def test_each_bit_is_reported_with_its_remedy(word: str, kind: str, check_findin
     check_findings(read_power(word), kind)
 
 
-def test_a_present_fault_is_not_repeated_as_an_earlier_one(check_findings: CheckFindings) -> None:
+def test_a_present_problem_is_not_repeated_as_an_earlier_one(check_findings: CheckFindings) -> None:
     check_findings(read_power("0x50005"), "voltage-low-now")
     check_findings(read_power("0xD0001"), "voltage-low-now", "throttled-earlier")
 

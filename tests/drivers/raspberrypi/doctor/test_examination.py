@@ -59,7 +59,7 @@ def test_a_good_pi_has_only_ok_findings(pi_4: Path, pi_5: Path, monkeypatch: pyt
         )
 
 
-def test_every_fault_of_a_broken_pi_is_reported(broken: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_problem_of_a_broken_pi_is_reported(broken: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     bind_devices(monkeypatch)
     found = list(examine(load_robot("rover"), "raspberrypi", broken))
     wrong = {each.subject: each.level for each in found if each.level is not Level.OK}

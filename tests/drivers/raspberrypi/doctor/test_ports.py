@@ -47,14 +47,14 @@ def test_each_held_pin_is_reported_with_its_device_and_its_holder(check_findings
     check_findings(check_pins([NOSE, MOTOR], lambda _: {26: "process 812 (python3)"}), "gpio-held")
 
 
-def test_without_pins_the_kernel_is_not_asked() -> None:
+def test_without_pins_no_line_information_is_read() -> None:
     def never(_: Collection[int]) -> Mapping[int, str]:
         pytest.fail("there is nothing to ask")
 
     assert list(check_pins([EYE], never)) == []
 
 
-def test_the_kernel_is_asked_which_lines_are_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_kernel_reports_the_lines_in_use(monkeypatch: pytest.MonkeyPatch) -> None:
     closed: list[int] = []
     lgpio = ModuleType("lgpio")
     lgpio.gpiochip_open = lambda _: 7  # type: ignore[attr-defined]

@@ -119,7 +119,7 @@ def test_an_encoder_that_fails_stops_the_motor_and_the_next_command_raises(raise
     assert rig.duty() == 0.0
 
 
-def test_it_works_again_when_the_encoder_does() -> None:
+def test_a_motor_works_again_when_its_encoder_works() -> None:
     rig = Rig(CONTROLLED)
     drive(rig, SPEED)
     whole, rig.encoder._newest = rig.encoder._newest, broken  # type: ignore[method-assign]

@@ -83,7 +83,7 @@ def test_pulses_have_the_frequency_of_the_settings() -> None:
     assert [rig.pins.pin(number).frequency for number in (FORWARD, BACKWARD)] == [1000, 1000]
 
 
-def test_opening_turns_nothing() -> None:
+def test_opening_turns_no_motor() -> None:
     rig = Rig()
     assert levels(rig) == (0, 0)
 

@@ -173,7 +173,7 @@ def test_after_five_triggers_without_an_answer_read_raises_until_the_module_answ
     assert (sensor.read().distance, sensor.read().sequence) == pytest.approx((0.8, 1))
 
 
-def test_single_triggers_without_an_answer_are_no_fault() -> None:
+def test_single_triggers_without_an_answer_are_no_error() -> None:
     bench = Bench([echo_at(1.0), *[*[NO_ANSWER] * 4, NO_ECHO] * 3])
     sensor = bench.open()
     for _ in range(14):

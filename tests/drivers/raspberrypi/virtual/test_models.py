@@ -62,7 +62,7 @@ def test_one_channel_changes_with_every_edge_of_a_cycle(pins: VirtualPins) -> No
 
 
 @pytest.mark.parametrize("edges", [10, -10])
-def test_slots_rise_and_fall_whatever_the_direction(edges: int, pins: VirtualPins) -> None:
+def test_slots_rise_and_fall_in_both_directions(edges: int, pins: VirtualPins) -> None:
     wheel = FakeEncoder()
     disc = SlottedDisc(wheel, EDGE, pins.pin(5))
     heard: list[bool] = []

@@ -1,4 +1,4 @@
-"""Rules of every board that answers, or sends data by itself."""
+"""Rules of the protocols of all boards that send data."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ LONG_S = 3.0
 """Longer than any board takes to be lost, or to be ready."""
 
 BOARDS: dict[str, tuple[Callable[[], BoardProtocol], Callable[[], BoardDouble], float]] = {
-    "ours": (lambda: ArduinoProtocol(57600), RobotcoreBridgeDouble, 20.0),
-    "the true one": (lambda: ArduinoProtocol(57600), RosArduinoBridgeDouble, 20.0),
+    "robotcore_bridge": (lambda: ArduinoProtocol(57600), RobotcoreBridgeDouble, 20.0),
+    "ROSArduinoBridge": (lambda: ArduinoProtocol(57600), RosArduinoBridgeDouble, 20.0),
     "waveshare": (lambda: WaveshareProtocol(115200), WaveshareBoard, 0.2),
     "hoverboard": (lambda: HoverboardProtocol(115200), lambda: Hoverboard(Wheels()), 100.0),
 }
-"""A protocol, its board, and a command that turns a motor."""
+"""For each board: its protocol, its double, and a command value that turns a motor."""
 
 
-class Wired:
-    """A protocol and its board; the wire between them may be cut."""
+class WiredBoard:
+    """A protocol and its board's double. The wire between them can be cut."""
 
     def __init__(self, protocol: BoardProtocol, board: BoardDouble, turning: float) -> None:
         self.protocol, self._board, self._turning = protocol, board, turning
@@ -51,15 +51,15 @@ class Wired:
 
     def step(self) -> None:
         self.now += STEP_S
-        said = self._board.live(self.now, STEP_S)
+        received = self._board.live(self.now, STEP_S)
         sent = self.protocol.data_to_send(self.now)
         if not self.is_cut:
-            self.protocol.receive(said + self._board.receive(sent, self.now), self.now)
+            self.protocol.receive(received + self._board.receive(sent, self.now), self.now)
         wheels = self._board.wheels  # type: ignore[attr-defined]
         self.has_turned |= bool(wheels.left.command or wheels.right.command)
 
-    def until(self, *, is_ready: bool) -> None:
-        """Let time pass until the board is ready, or is lost."""
+    def wait_until(self, *, is_ready: bool) -> None:
+        """Let time pass until the board is ready or lost."""
         end = self.now + LONG_S
         while self.protocol.is_ready is not is_ready:
             self.step()
@@ -71,27 +71,27 @@ class Wired:
 
 
 @pytest.fixture(params=BOARDS)
-def connect_devices(request: pytest.FixtureRequest) -> Wired:
-    make_talk, make_board, turning = BOARDS[request.param]
-    connect_devices = Wired(make_talk(), make_board(), turning)
-    connect_devices.until(is_ready=True)
-    return connect_devices
+def wired(request: pytest.FixtureRequest) -> WiredBoard:
+    make_protocol, make_board, turning = BOARDS[request.param]
+    wired = WiredBoard(make_protocol(), make_board(), turning)
+    wired.wait_until(is_ready=True)
+    return wired
 
 
-def test_a_board_that_is_reported_to_turn_turns(connect_devices: Wired) -> None:
-    connect_devices.set()
-    connect_devices.pass_time(0.1)
-    assert connect_devices.has_turned
+def test_a_commanded_board_turns(wired: WiredBoard) -> None:
+    wired.set()
+    wired.pass_time(0.1)
+    assert wired.has_turned
 
 
-def test_a_command_during_a_loss_turns_no_wheel_after_it(connect_devices: Wired) -> None:
-    connect_devices.is_cut = True
-    connect_devices.until(is_ready=False)
-    connect_devices.set()  # another thread has checked the line just before the loss
-    connect_devices.is_cut = False
-    connect_devices.until(is_ready=True)
-    connect_devices.pass_time(1.0)
-    assert not connect_devices.has_turned
+def test_a_command_during_a_loss_turns_no_wheel_after_it(wired: WiredBoard) -> None:
+    wired.is_cut = True
+    wired.wait_until(is_ready=False)
+    wired.set()  # another thread has checked the line just before the loss
+    wired.is_cut = False
+    wired.wait_until(is_ready=True)
+    wired.pass_time(1.0)
+    assert not wired.has_turned
 
 
 def test_the_shortest_time_out_of_all_motors_applies(check_text: CheckText) -> None:
@@ -112,7 +112,7 @@ BATTERY = BatteryDescription(kind="battery", name="battery")
 
 
 def devices(board: str, motor: dict[str, Any], **others: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the sections of two motors, their encoders, and others, on one board."""
+    """Return the tables of two motors, their encoders and ``others`` on one board."""
     return {
         **{f"{side}_motor": {"driver": f"{board}-motor", "side": side, **motor} for side in ("left", "right")},
         **{f"{side}_encoder": {"driver": f"{board}-encoder", "side": side} for side in ("left", "right")},
@@ -124,7 +124,7 @@ def devices(board: str, motor: dict[str, Any], **others: dict[str, Any]) -> dict
 
 
 DEVICES_OF_BOARDS: dict[str, tuple[Callable[[], BoardDouble], dict[str, dict[str, Any]]]] = {
-    "our firmware": (RobotcoreBridgeDouble, devices("ros-arduino", {}, nose={}, battery={})),
+    "robotcore_bridge": (RobotcoreBridgeDouble, devices("ros-arduino", {}, nose={}, battery={})),
     "ROSArduinoBridge": (RosArduinoBridgeDouble, devices("ros-arduino", {}, nose={"pin": 7})),
     "waveshare": (WaveshareBoard, devices("waveshare", {}, battery={})),
     "hoverboard": (lambda: Hoverboard(Wheels()), devices("hoverboard", {"mode": "speed"}, battery={})),

@@ -1,4 +1,4 @@
-"""Programs that leave a motor on a board turning, with a real guardian and its stop frame on a pty."""
+"""A guardian stops the board of a killed or suspended program by a stop frame on a pty."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ class Bench:
         pipe = subprocess.PIPE
         self.program = subprocess.Popen(command, cwd=ROOT, stdin=pipe, stderr=pipe, text=True)
 
-    def until_heard(self, frame: bytes, do: Callable[[], object] = bool) -> None:
-        """Call a function, and wait until the board has received these bytes."""
+    def wait_for_frame(self, frame: bytes, action: Callable[[], object] = bool) -> None:
+        """Call ``action``, and wait until the board has received ``frame`` since then."""
         before = len(self.board.received)
-        do()
+        action()
         while frame not in self.board.received[before:]:
             self.clock.sleep_until(self.clock.now() + 0.005)
             assert self.clock.now() < END_S, self.board.received[-50:]
 
-    def over(self) -> str:
-        """Return the output after the program and its guardian have ended."""
+    def wait_for_end(self) -> str:
+        """Wait until the program and its guardian have ended; return their standard error."""
         return self.program.communicate(timeout=END_S)[1]
 
     def close(self) -> None:
@@ -65,46 +65,46 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 
 def test_the_guardian_stops_the_board_of_a_killed_program(bench: Bench, check_text: CheckText) -> None:
-    bench.until_heard(TURN)
-    bench.until_heard(STOP, bench.program.kill)
-    said = bench.over()
+    bench.wait_for_frame(TURN)
+    bench.wait_for_frame(STOP, bench.program.kill)
+    output = bench.wait_for_end()
     assert bench.board.received.endswith(STOP)
-    check_text(said, hide=[bench.program.pid])
+    check_text(output, hide=[bench.program.pid])
 
 
 def test_a_suspended_programs_board_is_stopped_and_turns_when_it_resumes(bench: Bench) -> None:
-    bench.until_heard(TURN)
-    bench.until_heard(STOP, partial(bench.program.send_signal, signal.SIGSTOP))
-    bench.until_heard(TURN, partial(bench.program.send_signal, signal.SIGCONT))
+    bench.wait_for_frame(TURN)
+    bench.wait_for_frame(STOP, partial(bench.program.send_signal, signal.SIGSTOP))
+    bench.wait_for_frame(TURN, partial(bench.program.send_signal, signal.SIGCONT))
 
 
-def test_a_board_that_was_plugged_in_again_is_reported_to_stop(bench: Bench) -> None:
-    bench.until_heard(TURN)
+def test_a_replugged_board_is_stopped(bench: Bench) -> None:
+    bench.wait_for_frame(TURN)
     bench.pty.unplug()
-    bench.until_heard(TURN, bench.pty.plug_in)
-    bench.until_heard(STOP, bench.program.kill)
-    bench.over()
+    bench.wait_for_frame(TURN, bench.pty.plug_in)
+    bench.wait_for_frame(STOP, bench.program.kill)
+    bench.wait_for_end()
     assert bench.board.received.endswith(STOP)
 
 
 def test_an_unplugged_board_is_left_to_its_own_time_out(bench: Bench, check_text: CheckText) -> None:
-    bench.until_heard(TURN)
+    bench.wait_for_frame(TURN)
     bench.pty.unplug()
     bench.program.kill()
-    said = bench.over()
-    check_text(said)
+    output = bench.wait_for_end()
+    check_text(output)
 
 
-def test_a_port_that_is_unplugged_is_let_go_lest_the_board_come_back_by_another_name(tmp_path: Path) -> None:
+def test_an_unplugged_port_is_closed_so_that_the_board_keeps_its_name(tmp_path: Path) -> None:
     with Pty(tmp_path) as pty:
         cutoff = StopFrame(str(pty.path), 57600, STOP.hex(), "!", has_owner=True)
         cutoff.open()
         name = str(pty.path.resolve())
         pty.unplug()
-        _until(lambda: not _times_open(f"{name} (deleted)"))
+        _wait_until(lambda: not _count_open_files(f"{name} (deleted)"))
         pty.plug_in()
         cutoff.arm()
-        assert _times_open(str(pty.path.resolve())) == 2, "one of them the double's"
+        assert _count_open_files(str(pty.path.resolve())) == 2, "one of them the double's"
         cutoff.stop()
         cutoff.close()
         assert pty.read_all() == 2 * STOP
@@ -119,8 +119,8 @@ def powered(tmp_path: Path) -> Iterator[Powered]:
     clock.close()
 
 
-def stopping(path: Path, answer: str | None) -> str | None:
-    """Stop as a process without a run."""
+def stop_without_run(path: Path, answer: str | None) -> str | None:
+    """Stop the board like `robotcore stop`, which has no run."""
     cutoff = StopFrame(str(path), 57600, STOP.hex(), answer, has_owner=False)
     cutoff.open()
     try:
@@ -130,7 +130,7 @@ def stopping(path: Path, answer: str | None) -> str | None:
 
 
 def test_a_stop_without_a_run_is_confirmed_by_the_board(tmp_path: Path, powered: Powered) -> None:
-    assert stopping(tmp_path / "board", "!") is None
+    assert stop_without_run(tmp_path / "board", "!") is None
     assert isinstance(powered.board, AnsweringBoard)
     assert powered.board.received == 2 * STOP
 
@@ -143,7 +143,7 @@ def test_a_stop_that_the_board_does_not_confirm_is_an_error(
     assert isinstance(powered.board, AnsweringBoard)
     powered.board.is_deaf = is_deaf
     with raises(BackendError, "stop-not-confirmed"):
-        stopping(tmp_path / "board", "what another board says")
+        stop_without_run(tmp_path / "board", "the answer of another board")
 
 
 def test_a_stop_is_sent_again_until_the_board_has_started(tmp_path: Path, powered: Powered) -> None:
@@ -151,7 +151,7 @@ def test_a_stop_is_sent_again_until_the_board_has_started(tmp_path: Path, powere
     powered.board.is_deaf = True
     clock = MonotonicClock()
     clock.call_at(0.4, lambda: setattr(powered.board, "is_deaf", False))
-    assert stopping(tmp_path / "board", "!") is None
+    assert stop_without_run(tmp_path / "board", "!") is None
     assert clock.now() > 0.4
     clock.close()
 
@@ -159,7 +159,7 @@ def test_a_stop_is_sent_again_until_the_board_has_started(tmp_path: Path, powere
 def test_the_stop_of_a_board_that_never_answers_is_unconfirmed(tmp_path: Path, check_text: CheckText) -> None:
     with Pty(tmp_path) as pty:
         clock = MonotonicClock()
-        unconfirmed = stopping(pty.path, None)
+        unconfirmed = stop_without_run(pty.path, None)
         assert clock.now() >= REPEAT_PAUSE_S
         assert isinstance(unconfirmed, Unconfirmed)
         check_text(unconfirmed)
@@ -167,7 +167,7 @@ def test_the_stop_of_a_board_that_never_answers_is_unconfirmed(tmp_path: Path, c
 
 
 def test_a_program_that_has_the_port_open_is_reported_after_the_stop(bench: Bench, check_text: CheckText) -> None:
-    bench.until_heard(TURN)
+    bench.wait_for_frame(TURN)
     cutoff = StopFrame(str(bench.pty.path), 57600, STOP.hex(), "!", has_owner=False)
     cutoff.open()
 
@@ -180,27 +180,27 @@ def test_a_program_that_has_the_port_open_is_reported_after_the_stop(bench: Benc
         assert holders.endswith(" (the guardian of a run)")
         check_text(caught.value, hide=[holders])
 
-    bench.until_heard(STOP, stop)
+    bench.wait_for_frame(STOP, stop)
     cutoff.close()
 
 
 def test_a_port_that_cannot_be_opened_is_reported_with_a_remedy(tmp_path: Path, raises: Raises) -> None:
     (tmp_path / "board").touch()
     with raises(BackendError, "port-not-opened"):
-        stopping(tmp_path / "board", None)
+        stop_without_run(tmp_path / "board", None)
 
 
-def _until(is_so: Callable[[], bool]) -> None:
+def _wait_until(condition: Callable[[], bool]) -> None:
     clock = MonotonicClock()
-    while not is_so():
+    while not condition():
         clock.sleep_until(clock.now() + 0.005)
         assert clock.now() < END_S
 
 
-def _times_open(name: str) -> int:
-    """Return how often this process has a file open."""
-    found = 0
+def _count_open_files(name: str) -> int:
+    """Return how often this process has the file ``name`` open."""
+    count = 0
     for file in Path("/proc/self/fd").iterdir():
         with suppress(OSError):  # closed meanwhile
-            found += str(file.readlink()) == name
-    return found
+            count += str(file.readlink()) == name
+    return count

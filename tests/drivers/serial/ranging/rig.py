@@ -22,18 +22,18 @@ NOSE = _NOSE.model_copy(update={"min_range_m": 0.1, "cone_rad": 0.063})
 
 
 def robot_with(*noses: RangeSensorDescription, **wires: Mapping[str, Any]) -> RobotDescription:
-    """Return the rover with these range sensors in place of its own, and these tables in [serial]."""
+    """Return the rover with these range sensors in place of its own, and with these tables in [serial]."""
     rover = load_robot("rover")
     others = [device for device in rover.devices if not isinstance(device, RangeSensorDescription)]
     return rover.model_copy(update={"devices": (*others, *noses), "backends": {"serial": wires}})
 
 
 class Rig:
-    """A sensor that sends 0.5 m until `sends` changes its frames."""
+    """A sensor that sends the distance 0.5 m until `set_frames` changes its frames."""
 
     def __init__(self, folder: Path) -> None:
         self.pty, self.clock, self.double = Pty(folder), SteppedClock(500, lambda _steps: None), TFminiS()
-        self.sends(frame(50))
+        self.set_frames(frame(50))
         self._opened = ExitStack()
         self._opened.enter_context(self.pty)
         self._opened.callback(Powered(self.double, self.pty, self.clock).off)
@@ -44,8 +44,8 @@ class Rig:
         self._opened.callback(sensor.close)
         return sensor
 
-    def sends(self, *frames: bytes, cycles: int = 0) -> None:
-        """Send these frames together every hundredth of a second from now on; let ``cycles`` of these pass."""
+    def set_frames(self, *frames: bytes, cycles: int = 0) -> None:
+        """Set the frames that the sensor sends together in each cycle of 10 ms; let ``cycles`` cycles pass."""
         self.double.replacement = b"".join(frames)
         self.cycles(cycles)
 

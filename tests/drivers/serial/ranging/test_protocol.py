@@ -5,8 +5,8 @@ import pytest
 from drivers.serial.ranging.protocol import Detection, Parser
 from tests.doubles.serial.tfmini import DAZZLED_CM, SATURATED_CM, STRONG, WEAK, WEAK_CM, frame
 
-OF_THE_FIRST = 7
-"""The first TFmini sends its mode in place of the temperature."""
+TFMINI_MODE = 7
+"""A mode, which a TFmini sends in place of the temperature."""
 
 FRAMES = [
     # TFmini-S manual, 5.3: header, distance, amplitude, temperature, sum; low bytes first
@@ -36,8 +36,8 @@ def test_frames_are_parsed_as_in_the_manuals(
     [
         (frame(50, 100), Detection.TARGET),
         (frame(50, 99), Detection.NOTHING),
-        (frame(50, 20, OF_THE_FIRST), Detection.TARGET),
-        (frame(50, 19, OF_THE_FIRST), Detection.NOTHING),
+        (frame(50, 20, TFMINI_MODE), Detection.TARGET),
+        (frame(50, 19, TFMINI_MODE), Detection.NOTHING),
         (frame(0, 0xFFFF), Detection.UNCLEAR),
         (frame(50, 0xFFFF), Detection.UNCLEAR),
         (frame(WEAK_CM, 100), Detection.NOTHING),
@@ -51,13 +51,13 @@ def test_a_distance_needs_enough_light(sent: bytes, seen: Detection) -> None:
     assert [reading.detection for reading in Parser().feed(2 * sent)] == [seen, seen]
 
 
-def test_a_frame_is_believed_at_once_after_two_in_a_row() -> None:
+def test_a_frame_is_accepted_at_once_after_two_in_a_row() -> None:
     parser = Parser()
-    said = [parser.feed(frame(distance)) for distance in (50, 51, 52)]
-    assert [[reading.distance_cm for reading in readings] for readings in said] == [[], [50, 51], [52]]
+    batches = [parser.feed(frame(distance)) for distance in (50, 51, 52)]
+    assert [[reading.distance_cm for reading in readings] for readings in batches] == [[], [50, 51], [52]]
 
 
-def test_a_frame_cut_short_is_dropped_and_none_after_it() -> None:
+def test_a_cut_frame_is_dropped_and_no_later_frame() -> None:
     parser = Parser()
     parser.feed(frame(50) + frame(51))
     assert parser.feed(frame(52)[:6]) == []
@@ -65,28 +65,28 @@ def test_a_frame_cut_short_is_dropped_and_none_after_it() -> None:
     assert parser.skipped == 6
 
 
-def test_a_frame_with_a_wrong_sum_is_dropped_and_none_after_it() -> None:
+def test_a_frame_with_a_wrong_checksum_is_dropped_and_no_later_frame() -> None:
     parser = Parser()
     broken = frame(52)[:-1] + b"\x00"
     assert _distances(parser, frame(50) + frame(51) + broken + frame(53) + frame(54)) == [50, 51, 53, 54]
 
 
 @pytest.mark.parametrize("cut", range(9))
-def test_a_header_in_the_words_costs_no_more_than_two_frames(cut: int) -> None:
+def test_a_header_inside_a_frame_loses_two_frames_at_most(cut: int) -> None:
     headers = frame(0x59, 0x5959) + frame(0x59, 0x0359)
     distances = _distances(Parser(), (headers * 3)[cut:])
     assert set(distances) == {0x59}
     assert len(distances) >= 4
 
 
-def test_a_frame_cut_out_of_two_that_never_change_is_not_believed() -> None:
-    """The checksum is right in every rotation of the frame; only the words are impossible."""
+def test_a_frame_cut_out_of_two_equal_frames_is_rejected() -> None:
+    """The checksum is right for every rotation of this frame, so the parser must reject the impossible values."""
     still = frame(0x59, 0xF805, 0x08C9)
     assert still[-1] == 0x59 + 0x80
     assert {reading.amplitude for reading in Parser().feed(still[1:] + still * 3)} == {0xF805}
 
 
-def test_a_lone_frame_in_noise_is_not_believed() -> None:
+def test_a_single_frame_in_noise_is_rejected() -> None:
     parser = Parser()
     assert parser.feed(b"\x00" + frame(50) + b"noise" + frame(51) + b"\x59") == []
 

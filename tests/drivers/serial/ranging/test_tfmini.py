@@ -50,7 +50,7 @@ def test_an_open_sensor_has_a_sample(rig: Rig) -> None:
 def test_each_frame_is_a_sample_with_its_arrival_time(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.sends(frame(120), cycles=5)
+    rig.set_frames(frame(120), cycles=5)
     after = sensor.read()
     assert (after.distance, after.sequence) == (1.2, before.sequence + 5)
     assert after.time == pytest.approx(before.time + 0.05)
@@ -60,26 +60,26 @@ def test_each_frame_is_a_sample_with_its_arrival_time(rig: Rig) -> None:
 def test_the_newest_of_frames_that_come_at_once_counts(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.sends(frame(60), frame(70), frame(80), cycles=1)
+    rig.set_frames(frame(60), frame(70), frame(80), cycles=1)
     assert (sensor.read().distance, sensor.read().sequence) == (0.8, before.sequence + 1)
 
 
 def test_a_sensor_that_falls_silent_is_lost_until_its_next_frames(rig: Rig, raises: Raises) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.sends(cycles=30)
+    rig.set_frames(cycles=30)
     assert sensor.read() == before
-    rig.sends(cycles=20)
+    rig.set_frames(cycles=20)
     with raises(DeviceLostError, "board-silent", device="nose"):
         sensor.read()
-    rig.sends(frame(70), cycles=3)
+    rig.set_frames(frame(70), cycles=3)
     assert (sensor.read().distance, sensor.read().time > before.time) == (0.7, True)
 
 
 def test_only_a_row_of_dark_frames_means_nothing_in_range(rig: Rig) -> None:
     sensor = rig.open(echo_free_cycles=10)
     before = sensor.read()
-    rig.sends(DARK, cycles=9)
+    rig.set_frames(DARK, cycles=9)
     assert sensor.read() == before
     rig.cycles()
     assert sensor.read().distance == math.inf
@@ -89,52 +89,52 @@ def test_only_a_row_of_dark_frames_means_nothing_in_range(rig: Rig) -> None:
 def test_another_frame_restarts_the_row_of_dark_frames(rig: Rig, between: bytes) -> None:
     sensor = rig.open(echo_free_cycles=10)
     for _ in range(5):
-        rig.sends(DARK, cycles=8)
-        rig.sends(between, DARK, cycles=1)
+        rig.set_frames(DARK, cycles=8)
+        rig.set_frames(between, DARK, cycles=1)
     assert sensor.read().distance == 0.5
 
 
 def test_too_much_light_is_no_sample(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.sends(DAZZLED, cycles=200)
+    rig.set_frames(DAZZLED, cycles=200)
     assert sensor.read() == before
 
 
 @pytest.mark.parametrize("centimetres, expected", [(201, math.inf), (1200, math.inf), (3, 0.1), (0, 0.1)])
 def test_distances_out_of_range_read_as_every_range_sensors(rig: Rig, centimetres: int, expected: float) -> None:
     sensor = rig.open()
-    rig.sends(frame(centimetres), cycles=1)
+    rig.set_frames(frame(centimetres), cycles=1)
     assert sensor.read().distance == expected
 
 
 def test_dark_at_the_opening_is_an_error_without_echo_free_cycles(rig: Rig, raises: Raises) -> None:
-    rig.sends(DARK)
+    rig.set_frames(DARK)
     with raises(DeviceError, "no-sample-yet", device="nose"):
         rig.open(echo_free_cycles=0)
     assert rig.open().read().distance == math.inf
 
 
 def test_a_wrong_speed_is_reported_by_the_bytes_without_frames(rig: Rig, raises: Raises) -> None:
-    rig.sends(random.Random(1).randbytes(9))
+    rig.set_frames(random.Random(1).randbytes(9))
     with raises(DeviceError, "board-silent", device="nose"):
         rig.open(baud=9600)
 
 
 def test_a_silent_sensor_is_refused_with_a_remedy(rig: Rig, raises: Raises) -> None:
-    rig.sends()
+    rig.set_frames()
     with raises(DeviceError, "board-silent", device="nose"):
         rig.open()
 
 
 def test_a_missing_port_is_not_reported_as_a_silent_sensor(rig: Rig, raises: Raises) -> None:
-    rig.sends()
+    rig.set_frames()
     rig.pty.unplug()
     with raises(DeviceError, "port-not-opened", device="nose", hide=[describe_ports()]):
         rig.open()
 
 
-def test_nothing_is_ever_sent_to_it(rig: Rig) -> None:
+def test_the_driver_sends_nothing(rig: Rig) -> None:
     rig.open().close()
     assert rig.pty.read() == b""
 
@@ -142,9 +142,9 @@ def test_nothing_is_ever_sent_to_it(rig: Rig) -> None:
 def test_frames_from_a_full_buffer_make_no_sample(rig: Rig) -> None:
     sensor = rig.open()
     before = sensor.read()
-    rig.sends(*[frame(90)] * 455, cycles=1)
+    rig.set_frames(*[frame(90)] * 455, cycles=1)
     assert sensor.read() == before
-    rig.sends(frame(95), cycles=1)
+    rig.set_frames(frame(95), cycles=1)
     assert sensor.read().distance == 0.95
 
 
@@ -156,13 +156,13 @@ def test_an_unplugged_sensor_is_lost_and_comes_back(rig: Rig, raises: Raises) ->
     with raises(DeviceLostError, "port-lost", device="nose"):
         sensor.read()
     rig.pty.plug_in()
-    rig.sends(cycles=20)
+    rig.set_frames(cycles=20)
     with raises(DeviceLostError, "board-silent", device="nose"):
         sensor.read()
-    rig.sends(DARK, cycles=2)
+    rig.set_frames(DARK, cycles=2)
     with raises(DeviceLostError, "no-sample-yet", device="nose"):
         sensor.read()
-    rig.sends(frame(70), cycles=1)
+    rig.set_frames(frame(70), cycles=1)
     after = sensor.read()
     assert (after.distance, after.sequence) == (0.7, before.sequence + 1)
 

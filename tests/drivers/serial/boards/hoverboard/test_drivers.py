@@ -24,7 +24,7 @@ FULL_RAD_S = 40.0
 
 
 def devices(**motor: Any) -> dict[str, dict[str, Any]]:
-    """Return the sections of both motors, both encoders and the battery."""
+    """Return the tables of both motors, both encoders and the battery."""
     motors = {f"{side}_motor": {"driver": "hoverboard-motor", "side": side, **motor} for side in SIDES}
     encoders = {f"{side}_encoder": {"driver": "hoverboard-encoder", "side": side} for side in SIDES}
     return {**motors, **encoders, "battery": {"driver": "hoverboard-battery"}}
@@ -52,7 +52,7 @@ MODEL = {"forward_rad_s": FULL_RAD_S, "backward_rad_s": FULL_RAD_S}
 
 
 class Robots:
-    """Opens robots, and closes them all."""
+    """Opens robots, and closes all of them."""
 
     def __init__(self, folder: Path) -> None:
         self._folder, self._rigs = folder, ExitStack()
@@ -84,7 +84,7 @@ def test_wheels_turn_at_their_commands_and_encoders_agree(robots: Robots) -> Non
     assert board.ignored == 0
 
 
-def test_a_board_built_for_other_rpm_is_reported_so_many_units_more(robots: Robots) -> None:
+def test_a_board_built_for_another_rpm_is_reported_with_the_measured_factor(robots: Robots) -> None:
     board = Hoverboard(Wheels(), Firmware(rad_s_per_unit=0.5 * Firmware().rad_s_per_unit))
     robots.on(board, mode="speed", max_rpm=500).drive(4.0, 4.0, 1.0)
     assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
@@ -105,7 +105,7 @@ def test_a_wheel_with_a_wrong_model_is_controlled_by_the_measured_speed(robots: 
     assert board.wheels.right.velocity == pytest.approx(4.0, rel=0.05)
 
 
-def test_wheels_against_each_other_beyond_the_mixer_turn_slower_alike(robots: Robots) -> None:
+def test_opposite_wheels_beyond_the_mixer_are_slowed_down_equally(robots: Robots) -> None:
     board = Hoverboard(Wheels(), Firmware(rad_s_per_unit=FULL_RAD_S / 1000))
     rig = robots.on(board, mode="duty", model={"forward_rad_s": 18.0, "backward_rad_s": 18.0})
     rig.drive(12.0, -12.0, 1.0)

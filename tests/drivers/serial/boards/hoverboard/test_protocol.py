@@ -48,7 +48,7 @@ def test_a_frame_with_a_broken_byte_is_dropped_and_the_next_is_found(at: int) ->
 
 
 @pytest.mark.parametrize("kept", range(1, 18))
-def test_a_frame_that_was_cut_costs_no_other(kept: int) -> None:
+def test_a_cut_frame_does_not_lose_the_next_frame(kept: int) -> None:
     parser = Parser()
     assert parser.feed(STANDING[:kept] + TURNING + STANDING) == [FEEDBACK[TURNING], FEEDBACK[STANDING]]
 

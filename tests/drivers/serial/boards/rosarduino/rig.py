@@ -38,7 +38,7 @@ MODEL = {"model": {"forward_rad_s": 16.0, "backward_rad_s": 16.0}}
 
 
 class Rig:
-    """Opens a robot; ``board`` and ``pty`` are the far end of its line."""
+    """Opens a robot on a double of a board, which is connected by ``pty``."""
 
     def __init__(self, folder: Path, patch: pytest.MonkeyPatch) -> None:
         self.pty = Pty(folder)
@@ -46,11 +46,11 @@ class Rig:
 
     def open(self, board: ArduinoDouble, devices: Mapping[str, Mapping[str, Any]]) -> Robot:
         self._patch.setattr(module, "MonotonicClock", lambda: self._clock(board))
-        robot = self.described(devices)
+        robot = self.describe(devices)
         names = frozenset(device.name for device in robot.devices)
         return SerialBackend().open(Setup(robot, worlds.empty(), names, RATE_HZ))
 
-    def described(self, devices: Mapping[str, Mapping[str, Any]]) -> RobotDescription:
+    def describe(self, devices: Mapping[str, Mapping[str, Any]]) -> RobotDescription:
         return connect_devices(load_robot("rover"), devices, self.pty.path, (BATTERY,))
 
     def _clock(self, board: ArduinoDouble) -> Clock:
@@ -59,62 +59,65 @@ class Rig:
         return clock
 
 
-def let_pass(robot: Robot, seconds: float) -> None:
+def pass_time(robot: Robot, seconds: float) -> None:
     robot.clock.sleep_until(robot.clock.now() + seconds)
 
 
 BAUD = 57600
 STEP_S = 0.002
 
-HELLO = b"\rm 0 0\rv*76\rb\r"
-OURS = b"OK\r\nrobotcore-bridge 1*5C\r\n57600\r\n"
-TRUE = b"Invalid Command\r\nOK\r\nInvalid Command\r\n57600\r\n"
+PROBE = b"\rm 0 0\rv*76\rb\r"
+ROBOTCORE_BRIDGE_REPLY = b"OK\r\nrobotcore-bridge 1*5C\r\n57600\r\n"
+ROS_ARDUINO_BRIDGE_REPLY = b"Invalid Command\r\nOK\r\nInvalid Command\r\n57600\r\n"
 
 
-def asked(text: str) -> bytes:
+def encode_request(text: str) -> bytes:
     return frame_line(text, is_summed=True)
 
 
-def answered(text: str) -> bytes:
+def encode_reply(text: str) -> bytes:
     return frame_line(text, is_summed=True) + b"\n"
 
 
-class Conversation:
-    """A protocol, with the test as the board; ``now`` advances by a step with each exchange."""
+class ScriptedBoard:
+    """A protocol, with the test as the board. ``now`` advances by `STEP_S` with each exchange."""
 
     def __init__(self) -> None:
         self.protocol = ArduinoProtocol(BAUD)
         self.now = 10.0
         self.protocol.begin(self.now)
 
-    def sent(self, after: float = STEP_S) -> bytes:
-        """Return the data to send after some seconds."""
+    def next_data(self, after: float = STEP_S) -> bytes:
+        """Return the data that the protocol sends ``after`` seconds from now."""
         self.now += after
         return self.protocol.data_to_send(self.now)
 
-    def answer(self, data: bytes) -> None:
+    def reply(self, data: bytes) -> None:
         self.now += STEP_S
         self.protocol.receive(data, self.now)
 
-    def goes(self, *turns: tuple[bytes, bytes]) -> None:
-        """Check a sequence of frames, each with its answer."""
-        for sent, received in turns:
-            assert self.sent() == sent
-            self.answer(received)
+    def exchange(self, *turns: tuple[bytes, bytes]) -> None:
+        """Expect requests one after another, and reply to each.
 
-    def meet_ours(self) -> None:
-        """Exchange frames until robotcore_bridge is identified and only counts are left to ask."""
-        self.goes(
-            (HELLO, OURS),
-            (asked("m 0 0"), answered("OK")),
-            (asked("k 2000"), answered("OK")),
-            (asked("e"), answered("0 0")),
+        turns: the expected request and the reply, several times.
+        """
+        for sent, received in turns:
+            assert self.next_data() == sent
+            self.reply(received)
+
+    def identify_robotcore_bridge(self) -> None:
+        """Exchange frames until robotcore_bridge is identified, and the protocol only polls counts."""
+        self.exchange(
+            (PROBE, ROBOTCORE_BRIDGE_REPLY),
+            (encode_request("m 0 0"), encode_reply("OK")),
+            (encode_request("k 2000"), encode_reply("OK")),
+            (encode_request("e"), encode_reply("0 0")),
         )
 
-    def meet_the_true_one(self) -> None:
-        self.goes(
-            (HELLO, TRUE),
-            (HELLO, TRUE),
+    def identify_ros_arduino_bridge(self) -> None:
+        self.exchange(
+            (PROBE, ROS_ARDUINO_BRIDGE_REPLY),
+            (PROBE, ROS_ARDUINO_BRIDGE_REPLY),
             (b"m 0 0\r", b"OK\r\n"),
             (b"o 0 0\r", b"Invalid Command\r\n"),
             (b"o 0 0\r", b"Invalid Command\r\n"),
@@ -129,7 +132,7 @@ class Conversation:
 
     @property
     def angle(self) -> float:
-        """The turns of the left wheel in counts."""
+        """The angle of the left wheel in counts."""
         sample = self.protocol.counts["left"].counter.angle(1.0)
         assert sample
         return sample.angle

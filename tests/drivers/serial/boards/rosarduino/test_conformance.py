@@ -11,7 +11,7 @@ from tests.doubles.serial.rosarduino import ArduinoDouble, RobotcoreBridgeDouble
 
 COUNTS = {"counts": "edges"}
 LONG = {"board_timeout_s": 5.0}
-"""The kit lets a wheel turn for seconds after one command."""
+"""The kit lets a wheel turn for seconds after one command, so the board must not stop it earlier."""
 
 SIDES: dict[str, dict[str, Any]] = {
     "left_motor": {"driver": "ros-arduino-motor", "side": "left", **LONG},
@@ -22,7 +22,7 @@ SIDES: dict[str, dict[str, Any]] = {
 MODEL = {"model": {"forward_rad_s": 16.0, "backward_rad_s": 16.0}}
 
 
-class TestOurFirmware(SerialBench, ConformanceSuite):
+class TestRobotcoreBridge(SerialBench, ConformanceSuite):
     devices: ClassVar = {
         **SIDES,
         "nose": {"driver": "ros-arduino-sonar"},
@@ -34,7 +34,7 @@ class TestOurFirmware(SerialBench, ConformanceSuite):
         return RobotcoreBridgeDouble()
 
 
-class TestTheTrueOne(SerialBench, ConformanceSuite):
+class TestRosArduinoBridge(SerialBench, ConformanceSuite):
     devices: ClassVar = {**SIDES, "nose": {"driver": "ros-arduino-sonar", "pin": 7}}
 
     def board(self) -> ArduinoDouble:

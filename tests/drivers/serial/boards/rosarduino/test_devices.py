@@ -5,7 +5,7 @@ import math
 import pytest
 
 from drivers.serial.boards.rosarduino.devices import Counts, Pings, Ranges
-from drivers.serial.boards.rosarduino.protocol import Answer
+from drivers.serial.boards.rosarduino.protocol import Reply
 from robotcore.description import RangeSensorDescription, load_robot
 from robotcore.errors import DeviceError
 from robotcore.hal.devices import Range
@@ -16,7 +16,7 @@ NOSE = load_robot("rover").first_of(RangeSensorDescription)
 assert NOSE
 
 
-def pluralize(*counts: tuple[float, int]) -> float | None:
+def sum_counts(*counts: tuple[float, int]) -> float | None:
     """Return the total after these counts at their times."""
     wheel = Counts()
     for time, count in counts:
@@ -39,13 +39,24 @@ def pluralize(*counts: tuple[float, int]) -> float | None:
         ([(0.0, 100_000), (0.01, 20), (0.02, 25)], 0),
         ([(0.0, 100_000), (0.01, 20), (0.02, 25), (0.03, 30)], 5),
     ],
-    ids=["first", "on", "wraps up", "wraps down", "lost digit", "not confirmed", "reset", "pause", "anew", "goes on"],
+    ids=[
+        "first",
+        "on",
+        "wraps up",
+        "wraps down",
+        "lost digit",
+        "not confirmed",
+        "reset",
+        "pause",
+        "anew",
+        "continued",
+    ],
 )
 def test_counts_are_added_up(counts: list[tuple[float, int]], turned: float) -> None:
-    assert pluralize(*counts) == turned
+    assert sum_counts(*counts) == turned
 
 
-def test_a_count_that_is_not_believed_is_no_new_sample() -> None:
+def test_an_implausible_count_makes_no_sample() -> None:
     wheel = Counts()
     wheel.take(1234, 0.0)
     wheel.take(134, 0.005)
@@ -72,61 +83,61 @@ def pings(sampler: RangeSampler) -> Pings:
 
 
 def test_a_range_has_the_age_that_the_board_sends(ranges: Ranges, sampler: RangeSampler) -> None:
-    ranges.take(Answer((830, 24)), 10.0)
+    ranges.take(Reply((830, 24)), 10.0)
     assert sampler.newest.get() == Range(0.83, 10.0 - 0.024, 0)
 
 
 def test_a_repeated_range_is_one_sample(ranges: Ranges, sampler: RangeSampler) -> None:
-    ranges.take(Answer((830, 4)), 10.0)
-    ranges.take(Answer((830, 36)), 10.03)
+    ranges.take(Reply((830, 4)), 10.0)
+    ranges.take(Reply((830, 36)), 10.03)
     assert sampler.newest.get().sequence == 0
-    ranges.take(Answer((831, 6)), 10.06)
+    ranges.take(Reply((831, 6)), 10.06)
     assert sampler.newest.get().sequence == 1
 
 
-def test_a_row_of_cycles_without_an_echo_is_nothing_in_range(ranges: Ranges, sampler: RangeSampler) -> None:
-    ranges.take(Answer((830, 0)), 10.0)
+def test_several_cycles_without_an_echo_are_nothing_in_range(ranges: Ranges, sampler: RangeSampler) -> None:
+    ranges.take(Reply((830, 0)), 10.0)
     for cycle in (1, 2):
-        ranges.take(Answer((-1, 0)), 10.0 + 0.06 * cycle)
+        ranges.take(Reply((-1, 0)), 10.0 + 0.06 * cycle)
     assert sampler.newest.get().distance == 0.83
-    ranges.take(Answer((-1, 0)), 10.18)
+    ranges.take(Reply((-1, 0)), 10.18)
     assert sampler.newest.get().distance == math.inf
 
 
-@pytest.mark.parametrize("answer", [Answer((-1, 65535)), Answer((830, 501))])
-def test_a_module_that_does_not_answer_is_a_fault(
-    ranges: Ranges, sampler: RangeSampler, answer: Answer, raises: Raises
+@pytest.mark.parametrize("reply", [Reply((-1, 65535)), Reply((830, 501))])
+def test_a_module_that_does_not_answer_is_an_error(
+    ranges: Ranges, sampler: RangeSampler, reply: Reply, raises: Raises
 ) -> None:
-    ranges.take(answer, 70.0)
+    ranges.take(reply, 70.0)
     with raises(DeviceError, "module-silent", device="nose"):
         sampler.newest.get()
-    ranges.take(Answer((830, 0)), 71.0)
+    ranges.take(Reply((830, 0)), 71.0)
     assert sampler.newest.get().distance == 0.83
 
 
 def test_a_refusal_is_no_sample(ranges: Ranges, pings: Pings, sampler: RangeSampler) -> None:
-    ranges.take(Answer(is_refusal=True), 10.0)
-    pings.take(Answer(is_refusal=True), 10.0)
+    ranges.take(Reply(is_refusal=True), 10.0)
+    pings.take(Reply(is_refusal=True), 10.0)
     assert not sampler.has_result
 
 
 def test_a_ping_is_in_centimetres(pings: Pings, sampler: RangeSampler) -> None:
-    pings.take(Answer((52,)), 10.0)
+    pings.take(Reply((52,)), 10.0)
     assert sampler.newest.get() == Range(0.52, 10.0, 0)
 
 
-def test_a_row_of_pings_from_beyond_is_nothing_in_range(pings: Pings, sampler: RangeSampler) -> None:
+def test_several_pings_beyond_the_maximum_are_nothing_in_range(pings: Pings, sampler: RangeSampler) -> None:
     for cycle in range(3):
         assert not sampler.has_result
-        pings.take(Answer((655,)), 10.0 + cycle)
+        pings.take(Reply((655,)), 10.0 + cycle)
     assert sampler.newest.get().distance == math.inf
 
 
-def test_a_row_of_pings_without_a_pulse_is_a_fault(pings: Pings, sampler: RangeSampler, raises: Raises) -> None:
+def test_several_pings_without_a_pulse_are_an_error(pings: Pings, sampler: RangeSampler, raises: Raises) -> None:
     for cycle in range(3):
         assert not sampler.has_result
-        pings.take(Answer((0,)), 10.0 + cycle)
+        pings.take(Reply((0,)), 10.0 + cycle)
     with raises(DeviceError, "module-silent", device="nose"):
         sampler.newest.get()
-    pings.take(Answer((52,)), 14.0)
+    pings.take(Reply((52,)), 14.0)
     assert sampler.newest.get().distance == 0.52

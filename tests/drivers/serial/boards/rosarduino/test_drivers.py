@@ -10,14 +10,14 @@ from robotcore.errors import DescriptionError, DeviceError, DeviceGroupError, De
 from robotcore.hal.devices import Battery, Encoder, Motor, RangeSensor
 from robotcore.hal.robot import Robot
 from tests.doubles.serial.rosarduino import ArduinoDouble, RobotcoreBridgeDouble, RosArduinoBridgeDouble
-from tests.drivers.serial.boards.rosarduino.rig import ENCODERS, MODEL, MOTORS, WHEELS, Rig, let_pass
+from tests.drivers.serial.boards.rosarduino.rig import ENCODERS, MODEL, MOTORS, WHEELS, Rig, pass_time
 from tests.texts import CheckText, Raises
 
-COUNT_RAD_S = math.tau / 960 * 30
-"""The velocity of one count in a frame of robotcore_bridge."""
+ROBOTCORE_BRIDGE_COUNT_RAD_S = math.tau / 960 * 30
+"""The velocity of one count a frame of robotcore_bridge, in rad/s."""
 
-TRUE_COUNT_RAD_S = math.tau / 960 / 0.033
-"""The velocity of one count in a frame of ROSArduinoBridge, which has 33 ms."""
+ROS_ARDUINO_BRIDGE_COUNT_RAD_S = math.tau / 960 / 0.033
+"""The velocity of one count a frame of ROSArduinoBridge, whose frame has 33 ms, in rad/s."""
 
 
 def motor(robot: Robot, side: str) -> Motor:
@@ -37,13 +37,17 @@ def angle(robot: Robot, side: str) -> float:
 
 
 @pytest.mark.parametrize(
-    "board, unit", [(RobotcoreBridgeDouble(), COUNT_RAD_S), (RosArduinoBridgeDouble(), TRUE_COUNT_RAD_S)]
+    "board, unit",
+    [
+        (RobotcoreBridgeDouble(), ROBOTCORE_BRIDGE_COUNT_RAD_S),
+        (RosArduinoBridgeDouble(), ROS_ARDUINO_BRIDGE_COUNT_RAD_S),
+    ],
 )
 def test_set_velocity_returns_the_velocity_of_whole_counts(rig: Rig, board: ArduinoDouble, unit: float) -> None:
     with rig.open(board, WHEELS) as robot:
         assert motor(robot, "left").set_velocity(4.0) == pytest.approx(round(4.0 / unit) * unit)
         assert motor(robot, "right").set_velocity(-0.6 * unit) == pytest.approx(-unit)
-        let_pass(robot, 0.02)
+        pass_time(robot, 0.02)
         assert board.commands[-1] != "m 0 0"
         assert [line for line in board.commands if line[0] == "m"][-1] == f"m {round(4.0 / unit)} -1"
 
@@ -51,24 +55,26 @@ def test_set_velocity_returns_the_velocity_of_whole_counts(rig: Rig, board: Ardu
 def test_less_than_half_a_count_becomes_zero(rig: Rig) -> None:
     board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
-        assert motor(robot, "left").set_velocity(0.4 * COUNT_RAD_S) == 0
-        let_pass(robot, 0.02)
+        assert motor(robot, "left").set_velocity(0.4 * ROBOTCORE_BRIDGE_COUNT_RAD_S) == 0
+        pass_time(robot, 0.02)
     assert {line for line in board.commands if line[0] == "m"} == {"m 0 0"}
 
 
 def test_the_maximum_is_a_whole_number_of_counts_within_the_description(rig: Rig) -> None:
     with rig.open(RobotcoreBridgeDouble(), WHEELS) as robot:
-        assert motor(robot, "left").max_velocity == pytest.approx(math.floor(12.0 / COUNT_RAD_S) * COUNT_RAD_S)
+        assert motor(robot, "left").max_velocity == pytest.approx(
+            math.floor(12.0 / ROBOTCORE_BRIDGE_COUNT_RAD_S) * ROBOTCORE_BRIDGE_COUNT_RAD_S
+        )
 
 
 def test_robotcore_bridge_stops_after_the_time_out_of_the_settings(rig: Rig) -> None:
     board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
-        let_pass(robot, 0.4)
+        pass_time(robot, 0.4)
         assert board.deadman_s == 0.5
         assert board.wheels.left.command > 0
-        let_pass(robot, 0.2)
+        pass_time(robot, 0.2)
         assert board.wheels.left.command == 0
 
 
@@ -77,7 +83,7 @@ def test_closing_leaves_no_wheel_turning(rig: Rig) -> None:
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
         motor(robot, "right").set_velocity(4.0)
-        let_pass(robot, 0.1)
+        pass_time(robot, 0.1)
         assert board.wheels.left.command > 0 < board.wheels.right.command
     assert board.commands[-1] == "m 0 0" or board.wheels.left.command == board.wheels.right.command == 0
 
@@ -87,7 +93,7 @@ def test_the_motors_of_a_tick_share_one_line(rig: Rig) -> None:
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
         motor(robot, "right").set_velocity(-4.0)
-        let_pass(robot, 0.05)
+        pass_time(robot, 0.05)
         assert [line for line in board.commands if line[0] == "m"][-2:] == ["m 0 0", "m 20 -20"]
 
 
@@ -95,28 +101,28 @@ def test_an_unplugged_board_stands_until_a_new_command_and_its_angles_go_on(rig:
     board = RobotcoreBridgeDouble()
     with rig.open(board, WHEELS) as robot:
         motor(robot, "left").set_velocity(4.0)
-        let_pass(robot, 0.4)
+        pass_time(robot, 0.4)
         before = angle(robot, "left")
         rig.pty.unplug()
-        let_pass(robot, 0.1)
+        pass_time(robot, 0.1)
         with raises(DeviceLostError, "port-lost", device="left_motor"):
             motor(robot, "left").set_velocity(4.0)
         rig.pty.plug_in()
-        let_pass(robot, 1.0)
+        pass_time(robot, 1.0)
         assert board.wheels.left.command == 0
         assert angle(robot, "left") == pytest.approx(before, abs=0.25)  # it coasts
         motor(robot, "left").set_velocity(4.0)
-        let_pass(robot, 0.2)
+        pass_time(robot, 0.2)
         assert angle(robot, "left") > before + 0.5
 
 
 def test_the_shipped_rover_and_firmware_agree_on_the_speed(rig: Rig) -> None:
-    """The double's wheel has the counts per turn of FULL_SPEED in the firmware's config.h."""
+    """FULL_SPEED in the firmware's config.h is for the counts per turn of the double's wheel."""
     board, shipped = RobotcoreBridgeDouble(), load_robot("rover").backends["serial"]
     on_board = {name: {**table, "port": str(rig.pty.path)} for name, table in shipped.items() if name != "eye"}
     with rig.open(board, on_board) as robot:
         motor(robot, "left").set_velocity(4.0)
-        let_pass(robot, 0.1)
+        pass_time(robot, 0.1)
         assert board.wheels.left.command == pytest.approx(4.0, rel=0.03)
 
 
@@ -125,7 +131,7 @@ def test_cycles_are_four_counts_each(rig: Rig) -> None:
     board = RobotcoreBridgeDouble(counts_per_turn=3840)
     with rig.open(board, {**MOTORS, **cycles}) as robot:
         motor(robot, "left").set_velocity(4.0)
-        let_pass(robot, 0.5)
+        pass_time(robot, 0.5)
         assert angle(robot, "left") == pytest.approx(board.wheels.left.angle, abs=0.05)
         assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.02)
 
@@ -137,7 +143,7 @@ def test_a_motor_by_duty_is_held_by_its_encoder(rig: Rig) -> None:
     with rig.open(board, {**motors, **ENCODERS}) as robot:
         for _ in range(60):
             motor(robot, "left").set_velocity(4.0)
-            let_pass(robot, 0.05)
+            pass_time(robot, 0.05)
         assert board.wheels.left.velocity == pytest.approx(4.0, rel=0.1)
         assert board.commands[-2][0] in "oe"
 

@@ -8,14 +8,14 @@ from drivers.serial.boards.rosarduino.protocol import (
     BATTERY,
     COUNTS,
     STOP,
-    Answer,
     Parser,
-    Question,
+    Reply,
+    Request,
     deadman,
     frame_line,
-    identity_question,
+    identity_request,
     ping,
-    presence_question,
+    presence_request,
     remove_sum,
     speeds,
 )
@@ -24,30 +24,30 @@ REFUSED = "Invalid Command"
 
 
 @pytest.mark.parametrize(
-    "question, sent, line, answer",
+    "entry, sent, line, reply",
     [
-        (COUNTS, b"e\r", "118 -120", Answer((118, -120))),
+        (COUNTS, b"e\r", "118 -120", Reply((118, -120))),
         (COUNTS, b"e\r", "118", None),
         (COUNTS, b"e\r", "118 ", None),
         (COUNTS, b"e\r", "OK", None),
-        (COUNTS, b"e\r", REFUSED, Answer(is_refusal=True)),
-        (speeds(20, -3), b"m 20 -3\r", "OK", Answer()),
+        (COUNTS, b"e\r", REFUSED, Reply(is_refusal=True)),
+        (speeds(20, -3), b"m 20 -3\r", "OK", Reply()),
         (STOP, b"m 0 0\r", "0 0", None),
-        (BATTERY, b"y\r", "-1", Answer((-1,))),
-        (deadman(500), b"k 500\r", "OK", Answer()),
-        (ping(7), b"p 7\r", "52", Answer((52,))),
+        (BATTERY, b"y\r", "-1", Reply((-1,))),
+        (deadman(500), b"k 500\r", "OK", Reply()),
+        (ping(7), b"p 7\r", "52", Reply((52,))),
         (ping(7), b"p 7\r", "57600", None),
         (ping(7), b"p 7\r", "-1", None),
-        (identity_question(57600), b"\rm 0 0\rv*76\rb\r", "57600", Answer((57600,))),
-        (identity_question(57600), b"\rm 0 0\rv*76\rb\r", "robotcore-bridge 1", Answer((1,))),
-        (identity_question(57600), b"\rm 0 0\rv*76\rb\r", REFUSED, None),
-        (presence_question(57600, 1.0, is_summed=False), b"\rb\r", "5760", None),
-        (presence_question(57600, 1.0, is_summed=True), b"\rv*76\r", "57600", None),
+        (identity_request(57600), b"\rm 0 0\rv*76\rb\r", "57600", Reply((57600,))),
+        (identity_request(57600), b"\rm 0 0\rv*76\rb\r", "robotcore-bridge 1", Reply((1,))),
+        (identity_request(57600), b"\rm 0 0\rv*76\rb\r", REFUSED, None),
+        (presence_request(57600, 1.0, is_summed=False), b"\rb\r", "5760", None),
+        (presence_request(57600, 1.0, is_summed=True), b"\rv*76\r", "57600", None),
     ],
 )
-def test_an_answer_is_matched_by_its_shape(question: Question, sent: bytes, line: str, answer: Answer | None) -> None:
-    assert question.frame(is_summed=False) == sent
-    assert question.answer(line) == answer
+def test_a_reply_is_matched_by_its_pattern(entry: Request, sent: bytes, line: str, reply: Reply | None) -> None:
+    assert entry.frame(is_summed=False) == sent
+    assert entry.parse_reply(line) == reply
 
 
 @pytest.mark.parametrize("text", ["e", "m 20 -20", "118 -120", "OK"])

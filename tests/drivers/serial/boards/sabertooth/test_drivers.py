@@ -1,4 +1,4 @@
-"""Motors on a Sabertooth pass the conformance kit; the double's wheels measure the turns, for the board sends none."""
+"""Motors on a Sabertooth pass the conformance kit. The kit reads the double's wheels, as the board sends nothing."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class TestSabertooth(TickingBench, ConformanceSuite):
 
 
 def motors(**right: Any) -> dict[str, dict[str, Any]]:
-    """Return the sections of both motors, with other settings for the right one."""
+    """Return the tables of both motors, with other settings of the right motor."""
     motor = {"driver": "sabertooth-motor", "model": MODEL}
     return {"left_motor": {**motor, "motor": 1}, "right_motor": {**motor, "motor": 2, **right}}
 

@@ -34,7 +34,7 @@ PACKETS = {
 
 
 @pytest.mark.parametrize("what", PACKETS)
-def test_packets_are_as_the_board_takes_them(what: str) -> None:
+def test_packets_equal_those_of_the_manuals(what: str) -> None:
     made, expected = PACKETS[what]
     assert list(made) == expected
 
@@ -50,8 +50,8 @@ def protocol() -> SabertoothProtocol:
     return protocol
 
 
-def begun(protocol: SabertoothProtocol) -> SabertoothProtocol:
-    """Let a board take its baud rate and its first stop."""
+def begin(protocol: SabertoothProtocol) -> SabertoothProtocol:
+    """Let the protocol send the byte for the baud rate and the first stops."""
     assert [protocol.data_to_send(0.0), protocol.data_to_send(SETTLING_S)] == [BAUD_DETECTION, STANDING]
     return protocol
 
@@ -67,13 +67,13 @@ def test_the_baud_rate_goes_first_and_is_given_time(protocol: SabertoothProtocol
 
 
 def test_a_stop_is_repeated(protocol: SabertoothProtocol) -> None:
-    begun(protocol)
+    begin(protocol)
     assert protocol.next_due(1.0) == SETTLING_S + STOP_REPEAT_S
     assert protocol.data_to_send(SETTLING_S + STOP_REPEAT_S) == STANDING
 
 
 def test_a_command_that_turns_is_sent_once_with_the_boards_time_out(protocol: SabertoothProtocol) -> None:
-    command = begun(protocol).board(128, 0.5).command
+    command = begin(protocol).board(128, 0.5).command
     command.set("left", 1.0, 1.0)
     assert not protocol.is_settled
     command.set("right", -0.5, 1.0)
@@ -83,8 +83,8 @@ def test_a_command_that_turns_is_sent_once_with_the_boards_time_out(protocol: Sa
     assert protocol.next_due(5.0) == math.inf
 
 
-def test_of_commands_that_came_while_the_line_was_busy_the_newest_is_sent(protocol: SabertoothProtocol) -> None:
-    command = begun(protocol).board(128, 0.5).command
+def test_the_newest_command_set_while_the_line_was_busy_is_sent(protocol: SabertoothProtocol) -> None:
+    command = begin(protocol).board(128, 0.5).command
     for duty in (0.2, 0.4, 1.0):
         command.set("left", duty, 1.0)
         command.set("right", duty, 1.0)
@@ -122,12 +122,12 @@ def test_while_one_board_turns_no_other_is_repeated(protocol: SabertoothProtocol
 
 
 def test_a_command_from_before_a_loss_is_dropped(protocol: SabertoothProtocol) -> None:
-    begun(protocol).board(128, 0.5).command.set("left", 1.0, 1.0)
+    begin(protocol).board(128, 0.5).command.set("left", 1.0, 1.0)
     protocol.begin(2.0)
     assert not protocol.is_ready
     assert [protocol.data_to_send(2.0), protocol.data_to_send(2.0 + SETTLING_S)] == [BAUD_DETECTION, STANDING]
 
 
 def test_received_bytes_are_ignored(protocol: SabertoothProtocol) -> None:
-    begun(protocol).receive(bytes(range(256)), 1.0)
+    begin(protocol).receive(bytes(range(256)), 1.0)
     assert protocol.data_to_send(1.0) == STANDING

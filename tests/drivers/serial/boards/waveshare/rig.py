@@ -23,7 +23,7 @@ RADIUS_M = 0.04
 
 
 def devices(**motors: Any) -> dict[str, Mapping[str, Any]]:
-    """Return a section with all devices on one board; ``settings`` are added to the motors."""
+    """Return the tables of all devices on one board. ``motors`` are further settings of the motors."""
     return {
         **{f"{side}_motor": {"driver": "waveshare-motor", "side": side, **motors} for side in ("left", "right")},
         **{f"{side}_encoder": {"driver": "waveshare-encoder", "side": side} for side in ("left", "right")},
@@ -40,7 +40,7 @@ def rover(port: Path, **motors: Any) -> RobotDescription:
 
 
 class Rig:
-    """The board, its port, and the robot once it is open."""
+    """A board, its port, and a robot that `open` opens on it."""
 
     def __init__(self, folder: Path) -> None:
         self.pty, self.board = Pty(folder), WaveshareBoard()
@@ -49,13 +49,13 @@ class Rig:
         self.robot: Robot | None = None
 
     def open(self, **motors: Any) -> Rig:
-        described = rover(self.pty.path, **motors)
-        names = frozenset(device.name for device in described.devices)
-        self.robot = open_robot(Setup(described, worlds.empty(), names, 20.0), SECTION, self.clock)
+        description = rover(self.pty.path, **motors)
+        names = frozenset(device.name for device in description.devices)
+        self.robot = open_robot(Setup(description, worlds.empty(), names, 20.0), SECTION, self.clock)
         return self
 
     def drive(self, left: float, right: float, seconds: float = 0.0) -> None:
-        """Command both wheels in rad/s at 20 Hz for some seconds, once at least."""
+        """Command both wheels in rad/s at 20 Hz for ``seconds``, once at least."""
         for _ in range(max(1, round(20 * seconds))):
             self.motor("left").set_velocity(left)
             self.motor("right").set_velocity(right)
@@ -65,19 +65,19 @@ class Rig:
         self.clock.sleep_until(self.clock.now() + seconds)
 
     def motor(self, side: str) -> Motor:
-        motor = self._opened[f"{side}_motor"]
+        motor = self._robot[f"{side}_motor"]
         assert isinstance(motor, Motor)
         return motor
 
     def angles(self) -> tuple[float, float]:
         """Return both encoders' angles, in rad."""
-        left, right = self._opened["left_encoder"], self._opened["right_encoder"]
+        left, right = self._robot["left_encoder"], self._robot["right_encoder"]
         assert isinstance(left, Encoder)
         assert isinstance(right, Encoder)
         return left.read().angle, right.read().angle
 
-    def volts(self) -> float:
-        battery = self._opened["battery"]
+    def read_voltage(self) -> float:
+        battery = self._robot["battery"]
         assert isinstance(battery, Battery)
         return battery.read().voltage
 
@@ -88,6 +88,6 @@ class Rig:
         self.pty.close()
 
     @property
-    def _opened(self) -> Robot:
+    def _robot(self) -> Robot:
         assert self.robot
         return self.robot

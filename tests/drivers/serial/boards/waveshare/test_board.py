@@ -67,12 +67,12 @@ def test_the_odometer_continues_after_a_restart() -> None:
     assert angle.angle == pytest.approx(0.4, abs=0.011)
 
 
-@pytest.mark.parametrize("centimetres, is_likely", [(15, True), (-15, True), (1000, False), (-1000, False)])
-def test_an_impossible_way_is_not_likely(centimetres: int, is_likely: bool) -> None:
+@pytest.mark.parametrize("centimetres, is_plausible", [(15, True), (-15, True), (1000, False), (-1000, False)])
+def test_an_impossible_distance_is_not_plausible(centimetres: int, is_plausible: bool) -> None:
     odometer = Odometer()
-    assert odometer.is_likely(Track(1000, 0.0), 0.0)
+    assert odometer.is_plausible(Track(1000, 0.0), 0.0)
     odometer.move(Track(0, 0.0), 0.0)
-    assert odometer.is_likely(Track(centimetres, 0.0), 0.05) is is_likely
+    assert odometer.is_plausible(Track(centimetres, 0.0), 0.05) is is_plausible
 
 
 @pytest.fixture
@@ -131,7 +131,7 @@ def test_angles_are_those_of_the_wheels(rig: Rig) -> None:
 
 def test_the_battery_is_reported_in_volts(rig: Rig) -> None:
     rig.board.centivolts = 1102
-    assert rig.open().volts() == 11.02
+    assert rig.open().read_voltage() == 11.02
 
 
 def test_a_board_that_echoes_is_understood(rig: Rig) -> None:
@@ -191,7 +191,7 @@ def test_an_unplugged_port_is_lost_and_comes_back(rig: Rig, raises: Raises) -> N
     with raises(DeviceLostError, "port-lost", device="left_encoder"):
         rig.angles()
     with raises(DeviceLostError, "port-lost", device="battery"):
-        rig.volts()
+        rig.read_voltage()
     rig.pass_time(0.6)
     assert rig.board.wheels.left.command == 0.0, "its own time-out has stopped it"
     rig.pty.plug_in()

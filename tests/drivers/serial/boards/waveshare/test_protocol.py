@@ -8,7 +8,7 @@ from tests.doubles.serial.waveshare import WaveshareBoard
 FEEDBACK_LINE = WaveshareBoard().feedback()
 
 OLDER = b'{"T":1001,"L":0,"R":0,"r":-89.1,"p":1.5,"y":36.5,"temp":40.2,"v":12.05}\r\n'
-"""Feedback of ugv_base_general of July 2024: volts, and no odometer."""
+"""Feedback of ugv_base_general of July 2024: its voltage is in volts, and it has no odometer."""
 
 
 @pytest.mark.parametrize(
