@@ -164,7 +164,7 @@ def _measure_missing_s(file: Path, kills: int, moments: random.Random) -> Iterat
             yield None
         else:
             ticks = recording.ticks
-            assert recording.is_replayable or not ticks, recording.why_not
+            assert recording.is_replayable or not ticks, recording.missing_inputs
             yield last - (ticks[-1].time if ticks else 0.0)
 
 

@@ -1,1 +1,1 @@
-"""The built-in backend: exact differential-drive motion, ray-cast ranges, a painted camera."""
+"""The built-in simulator ``kinematic``."""

@@ -1,4 +1,4 @@
-"""The built-in simulator, with exact motion, ray-cast ranges and painted camera pictures. It needs no installation."""
+"""The backend ``kinematic``: the built-in simulator, which needs no installation."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from robotcore.hal.robot import Robot
 
 
 class KinematicOptions(StrictModel):
-    """The options of the backend. There are none, because the descriptions hold all settings."""
+    """The options of the backend. It has none."""
 
 
 class KinematicBackend(Backend):
-    """Opens robots in an exact, fast simulation without mass and friction.
+    """Opens a robot in a fast simulation without mass and friction.
 
     >>> from robotcore.description import load_robot, load_world
     >>> setup = Setup(load_robot("rover"), load_world("open"), devices=frozenset({"nose", "eye"}))
@@ -36,14 +36,14 @@ class KinematicBackend(Backend):
     """
 
     name = "kinematic"
-    summary = "built in: exact differential drive, ray-cast ranges, a painted camera"
+    summary = "built in: exact motion, ray-cast ranges and painted pictures, without mass and friction"
     capabilities = frozenset({Capability.CONTACTS, Capability.POSE, Capability.LOCKSTEP})
     needs_world = True
 
     def open(self, setup: Setup) -> Robot:
         setup = setup.without_batteries()
         if setup.world is None:
-            raise UsageError("the kinematic backend needs a world; name one with --world", kind="world-missing")
+            raise UsageError("the backend 'kinematic' needs a world. Name one with --world", kind="world-missing")
         setup.options_as(KinematicOptions)
         simulation = Simulation(setup, setup.world)
         _require_wheels(setup, simulation)
@@ -52,10 +52,11 @@ class KinematicBackend(Backend):
 
 
 def _require_wheels(setup: Setup, simulation: Simulation) -> None:
-    """Raise DeviceGroupError if an encoder is on no wheel of the drive."""
-    fault = "sits on no wheel; name it as left_encoder or right_encoder of the drive, or leave it out"
+    problem = "the encoder is on no wheel. Name it as left_encoder or right_encoder of the drive, or leave it out"
     encoders = [device.name for device in setup.chosen_devices if isinstance(device, EncoderDescription)]
-    if stray := [DeviceError(name, fault, kind="no-wheel") for name in encoders if name not in simulation.encoded]:
+    if stray := [
+        DeviceError(name, problem, kind="no-wheel") for name in encoders if name not in simulation.encoded_wheels
+    ]:
         raise DeviceGroupError(f"opening {setup.robot.name}", stray)
 
 
@@ -64,7 +65,7 @@ def _open_device(description: SimulatedDevice, simulation: Simulation) -> Device
     if isinstance(description, MotorDescription):
         return KinematicMotor(description, simulation.wheels[name])
     if isinstance(description, EncoderDescription):
-        return KinematicEncoder(description, simulation.encoded[name], simulation.clock)
+        return KinematicEncoder(description, simulation.encoded_wheels[name], simulation.clock)
     if isinstance(description, RangeSensorDescription):
         return KinematicRangeSensor(description, simulation)
     if isinstance(description, CameraDescription):

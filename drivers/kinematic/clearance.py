@@ -1,4 +1,4 @@
-"""Measure the gaps between the robot and other bodies, prevent overlaps, and count contacts."""
+"""The gaps between the robot and other bodies: prevent overlaps, and count contacts."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from robotcore.simulation.painter.planes import Array, half_planes, nearest_on, 
 
 
 class Bumper:
-    """Permits moves of the robot that cause no overlap, and counts contacts. A contact that lasts is counted as one.
+    """Decides whether the robot may move without overlapping a body, and counts contacts.
 
-    The gaps are measured again only if the robot may have moved as far as the smallest gap since the last time.
+    A contact counts once, however long it lasts. To save time, the gaps are measured only if the robot may have
+    travelled as far as the smallest gap since the last measurement.
     """
 
     def __init__(self, clearances: Clearance, start: Pose) -> None:
@@ -28,13 +29,12 @@ class Bumper:
         self._measure(clearances.gaps(start))
 
     def permits(self, here: Pose, there: Pose, distance: float, turn: float) -> bool:
-        """Return whether the robot may move from one pose to another.
+        """Return whether the robot may move from the pose ``here`` to ``there``, and count a contact if not.
 
         A robot that overlaps a body may move out of it, but not deeper into it.
 
-        here, there: the poses before and after the move.
-        distance: the length of the move in metres, 0 or more.
-        turn: the turn of the move in radians, 0 or more.
+        distance: the length of the path in metres, 0 or more.
+        turn: the change of the heading in radians, 0 or more.
         """
         travel = distance + turn * self._reach
         if self._travelled + travel < self._clearance:
@@ -64,14 +64,12 @@ class Bumper:
 
 
 class Clearance:
-    """Measures the gaps between a convex footprint and a world's prisms and targets, in the plane of the floor.
-
-    ``reach`` is the distance in metres from the footprint's origin to its farthest corner.
-    """
+    """Measures the horizontal gaps between a robot's convex footprint and the prisms and targets of a world."""
 
     def __init__(self, footprint: Outline, world: WorldDescription) -> None:
         outlines = [prism.outline for prism in world.prisms]
         self.reach = max(math.hypot(x, y) for x, y in footprint)
+        """The distance from the robot's origin to the farthest corner of its footprint, in metres."""
         self._footprint = np.array(footprint)
         self._sides = edges_of([footprint])
         self._side_normals, self._side_offsets = half_planes(self._sides)
@@ -84,7 +82,7 @@ class Clearance:
     def gaps(self, pose: Pose) -> Array:
         """Return the gap between the robot at ``pose`` and each body, as (n,) in metres; negative for an overlap.
 
-        The sign of a gap is exact. The amount may be less than the true distance, but never more.
+        A gap may be smaller than the true distance, but its sign is exact.
         """
         cos, sin = math.cos(pose.heading), math.sin(pose.heading)
         to_world = np.array(((cos, sin), (-sin, cos)))
@@ -95,7 +93,7 @@ class Clearance:
         return np.concatenate((self._gaps_to_prisms(body, corners), self._gaps_to_balls(centres)))
 
     def _gaps_to_prisms(self, body: Array, corners: Array) -> Array:
-        """Return the gaps to the prisms, by the method of separating axes."""
+        """Return the gaps to the prisms by the separating axis theorem."""
         if not len(self._starts):
             return np.empty(0)
         past_things = (self._normals @ body.T).min(axis=1) - self._offsets

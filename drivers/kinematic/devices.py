@@ -1,4 +1,4 @@
-"""The devices of a simulated robot. A sensor measures when it is read."""
+"""The devices of a simulated robot. A sensor measures only when it is read."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from robotcore.simulation.sampling import SampleCache
 
 
 class KinematicMotor(Motor):
-    """A simulated motor, which sets the target velocity of a wheel."""
+    """A simulated motor that sets the target velocity of its wheel."""
 
     def __init__(self, description: MotorDescription, wheel: Wheel) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -37,7 +37,7 @@ class KinematicMotor(Motor):
 
 
 class KinematicEncoder(Encoder):
-    """A simulated encoder, which returns the angle of a wheel, rounded to whole counts."""
+    """A simulated encoder that returns the angle of its wheel in whole counts."""
 
     def __init__(self, description: EncoderDescription, wheel: Wheel, clock: Clock) -> None:
         super().__init__(description.name)
@@ -53,7 +53,7 @@ class KinematicEncoder(Encoder):
 
 
 class KinematicRangeSensor(RangeSensor):
-    """A simulated range sensor, which casts a fan of rays."""
+    """A simulated range sensor that casts a fan of rays."""
 
     def __init__(self, description: RangeSensorDescription, simulation: Simulation) -> None:
         super().__init__(
@@ -75,7 +75,7 @@ class KinematicRangeSensor(RangeSensor):
 
 
 class KinematicCamera(Camera):
-    """A simulated camera, which paints a picture when it is read."""
+    """A simulated camera that paints a picture when it is read."""
 
     def __init__(self, description: CameraDescription, simulation: Simulation) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -98,16 +98,16 @@ Point = tuple[float, float, float]
 
 
 class Echo(NamedTuple):
-    """A measured distance, and the point that was measured."""
+    """The distance of an echo, and the point that it came from."""
 
     distance: float
     """The distance in metres; ``inf`` if nothing is within the sensor's range."""
     point: Point | None
-    """The point at that distance, in the sensor's frame and in metres; None if nothing is within range."""
+    """The point in the sensor's frame, in metres; None if nothing is within the sensor's range."""
 
 
 class Sonar:
-    """Casts a sensor's fan of rays at all bodies that have a part at the height of the sensor."""
+    """Casts the fan of rays of a range sensor at all bodies at the height of the sensor."""
 
     def __init__(self, sensor: RangeSensorDescription, world: WorldDescription) -> None:
         mount = sensor.mount
@@ -119,7 +119,7 @@ class Sonar:
         ).reshape(-1, 3)
 
     def measure(self, robot: Pose) -> Echo:
-        """Return what the sensor measures if its robot is at the pose ``robot``."""
+        """Return the echo that the sensor receives if the robot has the pose ``robot``."""
         sensor = robot.compose(self._mount)
         x, y = sensor.to_world(-FAN_SETBACK_M, 0.0)
         dx, dy = self._fan.directions(sensor)
@@ -128,7 +128,7 @@ class Sonar:
 
 
 def cast_at_circles(x: float, y: float, dx: Array, dy: Array, circles: Array) -> Array:
-    """Return for each ray the distance to the first circle that it hits, as (n,) in metres; ``inf`` for no hit.
+    """Return the distance along each ray to the first circle, as (n,) in metres; ``inf`` without a hit.
 
     x, y: the common start of all rays, in metres.
     dx, dy: the unit vectors of the rays, each (n,).

@@ -1,12 +1,11 @@
-"""The robot's motion: wheels with a first-order lag, and the exact arc of the body.
+"""The motion of the wheels, which have a first-order lag, and of the body.
 
-The motion is not integrated numerically, so it has no integration error. After a step of h seconds, a wheel with the
-lag τ and the command u has
+The motion is computed in closed form, without the error of a numerical integration. After a step of h seconds, a wheel
+with the lag τ, the start velocity ω₀, the start angle φ₀ and the commanded velocity u has the velocity and the angle
 
     ω(h) = u + (ω₀ - u)·e^(-h/τ)        φ(h) = φ₀ + u·h + (ω₀ - u)·τ·(1 - e^(-h/τ))
 
-and the body follows the circular arc of the two wheels' turns. While the ratio of the wheels' velocities is constant,
-many short steps give the same pose as one long step.
+In each step, the body moves along the circular arc that the turns of both wheels define.
 """
 
 from __future__ import annotations
@@ -18,9 +17,10 @@ from robotcore.geometry import DifferentialGeometry, Pose, Twist, Wheels
 
 
 class Wheel:
-    """A simulated motor and its wheel.
+    """A wheel with a motor. ``target`` is its commanded velocity and ``velocity`` its velocity, in rad/s.
 
-    ``target`` is the commanded velocity and ``velocity`` the actual one, in rad/s. ``angle`` is in rad.
+    lag: the time constant of the motor, in seconds.
+    step: the length of a simulation step, in seconds.
 
     >>> wheel = Wheel(lag=0.0, step=0.5)
     >>> wheel.target = 4.0
@@ -38,7 +38,7 @@ class Wheel:
         self.target = self.velocity = self.angle = 0.0
 
     def next_turn(self) -> float:
-        """Return the angle in rad by which the wheel turns in the next step if nothing blocks it."""
+        """Return the angle in rad by which the wheel turns in the next step if it does not stall."""
         return self.target * self._step + (self.velocity - self.target) * self._reach
 
     def roll(self, turn: float) -> None:
@@ -51,12 +51,12 @@ class Wheel:
         self.velocity = 0.0
 
     def advance(self) -> None:
-        """Make a step of a wheel that nothing blocks."""
+        """Make a step in which the wheel does not stall."""
         self.roll(self.next_turn())
 
 
 class Chassis:
-    """The robot's body on two wheels. If a step would cause an overlap with another body, the wheels stall."""
+    """The body of a robot on the wheels of its drive. The wheels stall if the body would overlap another body."""
 
     def __init__(self, start: Pose, geometry: DifferentialGeometry, left: Wheel, right: Wheel, bumper: Bumper) -> None:
         self.pose = start
@@ -66,7 +66,7 @@ class Chassis:
 
     @property
     def twist(self) -> Twist:
-        """The present velocity of the body, linear and angular."""
+        """The linear and the angular velocity of the body."""
         return self._geometry.to_twist(Wheels(self._left.velocity, self._right.velocity))
 
     def advance(self) -> None:

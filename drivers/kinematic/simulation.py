@@ -1,4 +1,4 @@
-"""The simulation of a robot: the clock, the motion and the true state."""
+"""The simulation of a robot in a world: its clock, its motion and its ground truth."""
 
 from __future__ import annotations
 
@@ -14,17 +14,16 @@ from robotcore.simulation.painter import Painter
 
 
 class Simulation:
-    """A robot in its world. The simulation's clock advances it in steps. It is also the run's `TruthSource`.
-
-    ``wheels`` maps the names of motors to their wheels, and ``encoded`` maps the names of encoders to their wheels.
-    """
+    """A robot in a world, which advances with ``clock``. It is the `TruthSource` of the run."""
 
     def __init__(self, setup: Setup, world: WorldDescription) -> None:
         robot = setup.robot
         self.world = world
         self.clock = SteppedClock(setup.rate_hz, self._advance)
         self.wheels = {motor.name: Wheel(motor.lag_s, self.clock.step) for motor in robot.all_of(MotorDescription)}
-        self.encoded: dict[str, Wheel] = {}
+        """The wheel of each motor, by the name of the motor."""
+        self.encoded_wheels: dict[str, Wheel] = {}
+        """The wheel of each encoder, by the name of the encoder."""
         self._start = world.start.pose
         self._bumper = Bumper(Clearance(robot.body.footprint, world), self._start)
         self._chassis = self._build_chassis(robot.drive) if robot.drive else None
@@ -35,7 +34,7 @@ class Simulation:
 
     @cached_property
     def painter(self) -> Painter:
-        """The painter of pictures for all cameras. It is created when the first picture is read."""
+        """The painter of the pictures of all cameras. It is created when a camera is first read."""
         return Painter(self.world)
 
     def pose(self) -> Pose:
@@ -50,7 +49,7 @@ class Simulation:
     def _build_chassis(self, drive: Drive) -> Chassis:
         left, right = self.wheels[drive.left], self.wheels[drive.right]
         if drive.left_encoder and drive.right_encoder:
-            self.encoded = {drive.left_encoder: left, drive.right_encoder: right}
+            self.encoded_wheels = {drive.left_encoder: left, drive.right_encoder: right}
         return Chassis(self._start, drive.geometry, left, right, self._bumper)
 
     def _advance(self, steps: int) -> None:

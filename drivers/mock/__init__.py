@@ -1,7 +1,4 @@
-"""The mock backend: scripted readings, recorded commands, and a clock that the test steps.
-
-Tests of apps take it from `robotcore.testing`.
-"""
+"""The backend ``mock`` for unit tests of apps. Tests import `MockRobot` from `robotcore.testing`."""
 
 from robotcore.testing.mock.backend import MockBackend
 from robotcore.testing.mock.devices import LOST

@@ -1,4 +1,4 @@
-"""The backend `replay`, whose robot returns the samples of a recorded run to an app."""
+"""The backend ``replay``: a robot whose sensors return the samples of a recorded run."""
 
 from __future__ import annotations
 
@@ -38,25 +38,28 @@ from robotcore.runtime.plan import RunRequest
 
 
 class ReplayOptions(StrictModel):
-    """The options of the backend: either ``file``, a recording's path, or ``recording``, which a program has read.
-
-    ``is_held``: whether the safety rules of the recorded run stay in force, to verify its recorded decisions.
-    """
+    """The options of the backend. Either ``file`` or ``recording`` must be set."""
 
     file: Path | None = None
+    """The file of the recording."""
     recording: InstanceOf[Recording] | None = None
+    """The recording, if a program has read it already."""
     is_held: bool = False
+    """Whether the robot has the safety rules of the recorded run, to verify their recorded interventions.
+
+    Otherwise two rules are relaxed, see `_relax_rules`.
+    """
 
 
 class ReplayBackend(Backend):
     """Opens the robot of a recording. Its sensors return the recorded samples, and its motors ignore commands.
 
-    The description of the robot is that of the recording, with relaxed safety rules; see `_relax_rules`. The backend
-    does not show what happens if the app drives differently, because the samples are those of the recorded path.
+    The samples do not depend on the app's commands: an app that drives another path still reads those of the recorded
+    path.
     """
 
     name = "replay"
-    summary = "replays the sensors of a recorded run to an app: --option file=RUN.mcap"
+    summary = "returns the sensor samples of a recorded run: --option file=RUN.mcap"
     modules = ("mcap",)
 
     def __init__(self) -> None:
@@ -67,12 +70,12 @@ class ReplayBackend(Backend):
         return "pip install 'robotcore[record]'"
 
     def load_robot(self, robot: str, options: Mapping[str, Any]) -> RobotDescription:
-        """Return the description of the recorded robot; raises UsageError if the user names another robot."""
+        """Return the description of the recorded robot. Raises UsageError if the user names another robot."""
         recording = self._recording(options)
         recorded = recording.metadata
         if robot not in (RunRequest.robot, recorded.request.robot, recorded.description.name):
             raise UsageError(
-                f"--robot {robot}: a replay has the robot of its recording, {recorded.description.name!r}. "
+                f"--robot {robot}: a replay uses the robot of its recording, {recorded.description.name!r}. "
                 "Leave --robot out",
                 kind="replay-robot",
                 robot=robot,
@@ -93,7 +96,6 @@ class ReplayBackend(Backend):
         return Robot(setup.robot.name, clock, _build_devices(setup, recording, clock))
 
     def _recording(self, options: Mapping[str, Any]) -> Recording:
-        """Return the recording that the options name. Its file is read only once."""
         if isinstance(given := options.get("recording"), Recording):
             return given
         if "file" not in options:
@@ -105,10 +107,10 @@ class ReplayBackend(Backend):
 
 
 def _relax_rules(recording: Recording) -> RobotDescription:
-    """Return the recorded robot, with the limits of two safety rules longer than the recording, so they never act.
+    """Return the recorded robot with two time limits of safety rules longer than the recording, so they never expire.
 
-    ``follow_s`` cannot be kept, because the recorded wheels do not follow the commands of the replayed app.
-    ``max_age_s`` cannot be kept, because a sample that the recorded app did not read is not in the recording.
+    ``follow_s`` would expire, because the recorded wheels do not follow the commands of another app.
+    ``max_age_s`` would expire, because a sample that the recorded app did not read is not in the recording.
     """
     description, ticks = recording.metadata.description, recording.ticks
     lasts = ticks[-1].time - ticks[0].time if ticks else 0.0
@@ -132,11 +134,11 @@ def _build_devices(setup: Setup, recording: Recording, clock: ReplayClock) -> It
         else:
             battery: BatteryDescription = device  # the type checker reports a new kind of device here
             yield ReplayBattery(battery.name, SamplePlayer(name, recording, clock))
-    yield from _build_lone_motors(setup, recording)
+    yield from _build_other_motors(setup, recording)
 
 
-def _build_lone_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
-    """Yield the motors that the recorded run commanded and that the app has not chosen."""
+def _build_other_motors(setup: Setup, recording: Recording) -> Iterator[Device]:
+    """Yield the motors that the recorded run commanded and that are not in the setup."""
     chosen = {device.name for device in setup.chosen_devices}
     limits = {device.name: device.max_velocity_rad_s for device in setup.robot.all_of(MotorDescription)}
     for name in sorted({ask.device for tick in recording.ticks for ask in tick.motor_asks} - chosen):
@@ -147,8 +149,8 @@ def _require_rate(setup: Setup, recording: Recording) -> None:
     recorded = recording.metadata.request.rate_hz
     if setup.rate_hz != recorded:
         raise UsageError(
-            f"--rate {setup.rate_hz:g}: a run recorded at {recorded:g} Hz can only be replayed at that rate. "
-            f"Take --rate {recorded:g}",
+            f"--rate {setup.rate_hz:g}: a run recorded at {recorded:g} Hz can be replayed only at this rate. "
+            f"Use --rate {recorded:g}",
             kind="replay-rate",
             rate_hz=setup.rate_hz,
             recorded_hz=recorded,
@@ -156,14 +158,13 @@ def _require_rate(setup: Setup, recording: Recording) -> None:
 
 
 def _require_recorded(setup: Setup, recording: Recording) -> None:
-    """Raise UnmetNeedError if the recorded run had not opened a needed sensor."""
     sensors = {device.name for device in setup.chosen_devices if device.kind not in ("motor", "display")}
     opened = recording.metadata.devices
     if missing := sorted(sensors.difference(opened)):
         names, app = ", ".join(missing), recording.metadata.request.app
         raise UnmetNeedError(
-            f"the recording has no samples of {names}: its run, of {app!r}, had opened {', '.join(opened)}. "
-            f"Record a run of an app that needs {names} too",
+            f"the recording has no samples of {names}. The recorded app {app!r} opened only {', '.join(opened)}: "
+            f"record a run of an app that needs {names} too",
             kind="not-recorded",
             devices=missing,
             opened=list(opened),

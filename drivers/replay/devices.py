@@ -27,14 +27,16 @@ from robotcore.hal.devices import (
 from robotcore.recording import Read, Recording, SampleKey
 
 _SAME_S = 1e-9
-"""The tolerance in seconds for rounding errors in sums of periods."""
+"""Times that differ by less are equal, in seconds. Sums of periods have rounding errors."""
 
 
 class ReplayClock(Clock):
-    """A clock that advances only in a sleep, from tick to tick of a recording. ``times`` are the ticks in seconds.
+    """A clock that has the times of the recorded ticks. It advances only in a sleep, by at least one tick.
 
-    A sleep ends at the last tick before its deadline, so a loop at the recorded rate runs once in each tick. A sleep
-    after the last tick raises RecordingEndedError.
+    A sleep ends at the last tick that is not after its deadline. After the last tick of the recording, a sleep raises
+    RecordingEndedError.
+
+    times: the times of the ticks, in seconds.
     """
 
     def __init__(self, times: Sequence[float]) -> None:
@@ -61,7 +63,6 @@ class ReplayClock(Clock):
         self._calls.clear()
 
     def _advance(self) -> None:
-        """Advance to the next tick, and make the calls that are due by then."""
         if self.tick + 1 == len(self._times):
             raise RecordingEndedError(len(self._times), self._now)
         self.tick += 1
@@ -75,10 +76,10 @@ RecordedT = TypeVar("RecordedT", Range, Frame, Angle, Voltage)
 
 
 class SamplePlayer(Generic[RecordedT]):
-    """Returns the recorded samples of one sensor, or raises its recorded errors, in the order of the recorded reads.
+    """Repeats the recorded reads of one sensor: it returns their samples or raises their errors.
 
-    If the app reads more often in a tick than the recorded run did, the last read of the tick is repeated. If the tick
-    has no recorded read, or the sample is not in the recording, it returns the newest earlier sample.
+    After the last recorded read of a tick, this read is repeated. In a tick without a recorded read, the newest earlier
+    sample is returned, and also if the sample was not recorded.
     """
 
     def __init__(self, device: str, recording: Recording, clock: ReplayClock) -> None:
@@ -89,7 +90,7 @@ class SamplePlayer(Generic[RecordedT]):
         self._tick, self._count = -1, 0
 
     def __call__(self) -> RecordedT:
-        """Return the sample of the next read; raises DeviceError if there is no sample yet, or if it is damaged."""
+        """Return the sample of the next read. Raises its recorded error, or DeviceError if there is no sample."""
         read = self._take_read()
         if read and read.error:
             raise read.error.rebuild()
@@ -100,7 +101,6 @@ class SamplePlayer(Generic[RecordedT]):
             raise DeviceError(self._device, str(error), kind="recording-damaged") from error
 
     def _take_read(self) -> Read | None:
-        """Return the next recorded read of this tick; None if the tick has no recorded read."""
         reads = self._reads[self._clock.tick]
         self._count = self._count + 1 if self._tick == self._clock.tick else 0
         self._tick = self._clock.tick
@@ -111,7 +111,7 @@ class SamplePlayer(Generic[RecordedT]):
         if not at:
             raise DeviceError(
                 self._device,
-                f"the recorded run had not read this device by {self._clock.now():g} s, so there is no sample yet",
+                f"the recorded run did not read this device until {self._clock.now():g} s, so there is no sample",
                 kind="no-sample-yet",
             )
         return self._given[at - 1][1]
@@ -174,7 +174,7 @@ class ReplayBattery(Battery):
 
 
 class ReplayDisplay(Display):
-    """A display that shows nothing, and raises the errors of the recorded display."""
+    """A display that shows nothing, and raises the recorded errors of the display."""
 
     def __init__(self, name: str, recording: Recording, clock: ReplayClock) -> None:
         super().__init__(name)

@@ -37,9 +37,10 @@ __all__ = [
 
 
 def read(path: Path) -> Recording:
-    """Read a recording. If the file is cut or damaged, read the part before the cut or the damage.
+    """Read a recording. Of a file that is cut or damaged, the intact part at its beginning is read.
 
-    Raises BackendMissingError if the extra ``record`` is not installed, and RecordingError if the file is no recording.
+    Raises BackendMissingError if the extra ``record`` is not installed, and RecordingError if the file is not a
+    recording.
 
     >>> from tempfile import TemporaryDirectory
     >>> from robotcore import RunRequest, run

@@ -1,4 +1,7 @@
-"""Read the chunks and records of an MCAP file, which may be hostile. The format: https://mcap.dev/spec."""
+"""Read the chunks and the records of an MCAP file, which may be hostile.
+
+The format is https://mcap.dev/spec.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +29,11 @@ _MESSAGE = struct.Struct("<HIQQ")
 
 
 class Message(NamedTuple):
-    """A message of a channel."""
+    """A message in a channel of the file."""
 
     channel_id: int
     sequence: int
-    """The number of the message in its channel. The first message has the number 1."""
+    """The sequence number of the message in its channel. The first message has 1."""
     data: memoryview
 
 
@@ -39,60 +42,61 @@ Record = Schema | Channel | Message
 
 @dataclass(frozen=True)
 class ChunkLocation:
-    """The place of a chunk's packed data in the file."""
+    """The place, the size and the compression of a chunk's data in the file."""
 
     offset: int
-    """The offset in the file, in bytes."""
+    """The offset of the packed data in the file, in bytes."""
     length: int
     """The length of the packed data, in bytes."""
     size: int
     """The length of the unpacked data, in bytes."""
     crc: int
-    """The CRC-32 of the unpacked data; 0 if there is none."""
+    """The CRC-32 of the unpacked data; 0 if the file has no checksum for it."""
     compression: str
     """The name of the compression; empty if the data are not packed."""
 
 
 class Lz4Error(ValueError):
-    """A chunk is packed with lz4.
+    """A chunk is packed with lz4, which robotcore neither writes nor reads.
 
-    Such a chunk is not read, because the lz4 library cannot limit the size of its output. Robotcore never writes lz4.
+    The lz4 library cannot limit the size of its output, so a hostile file could fill the memory.
     """
 
 
 def unpack(location: ChunkLocation, packed: bytes | memoryview) -> bytes | memoryview:
     """Return the unpacked data of a chunk.
 
-    Raises ValueError or ZstdError if the data are too large, or if the size or the checksum is not the stated one.
+    Raises ValueError or ZstdError if the data are too large, or have another size or checksum than the location.
     """
     if location.size > MAX_RECORD_BYTES:
-        raise ValueError(f"a chunk claims {location.size} bytes, more than {MAX_RECORD_BYTES}")
+        raise ValueError(f"the size of a chunk is {location.size} bytes, above the limit of {MAX_RECORD_BYTES}")
     if location.compression == "zstd":
         packed = _unpack_zstd(packed, location.size)
     elif location.compression == "lz4":
-        raise Lz4Error("it is packed with lz4")
+        raise Lz4Error("a chunk is packed with lz4")
     elif location.compression:
-        raise ValueError(f"a chunk is packed with {location.compression!r}")
+        raise ValueError(f"a chunk is packed with the unknown method {location.compression!r}")
     if len(packed) != location.size:
-        raise ValueError(f"a chunk has {len(packed)} bytes, and claims {location.size}")
+        raise ValueError(f"a chunk has {len(packed)} bytes instead of {location.size}")
     if location.crc and zlib.crc32(packed) != location.crc:
         raise ValueError("the checksum of a chunk is wrong")
     return packed
 
 
 def _unpack_zstd(packed: bytes | memoryview, size: int) -> bytes:
-    """Unpack a Zstandard frame to at most ``size`` bytes.
+    """Unpack a Zstandard frame of ``size`` bytes.
 
-    The size in the frame's header is checked first, because the library prefers it to the limit in its argument.
+    The size in the frame's header is checked first, because zstandard ignores ``max_output_size`` for such
+    a header.
     """
     claimed = get_frame_parameters(packed).content_size
     if claimed not in (size, CONTENTSIZE_UNKNOWN):
-        raise ValueError(f"a frame claims {claimed} bytes in a chunk that claims {size}")
+        raise ValueError(f"a Zstandard frame states {claimed} bytes instead of {size}")
     return ZstdDecompressor().decompress(packed, max_output_size=size)
 
 
 def read_records(data: bytes | memoryview, allowance: Allowance | None = None) -> Iterator[Record]:
-    """Yield the schemas, channels and messages of a chunk. Other records are left out."""
+    """Yield the schemas, channels and messages in the unpacked data of a chunk."""
     view, at = memoryview(data), 0
     while at < len(view):
         opcode, length = RECORD.unpack_from(view, at)
@@ -115,41 +119,42 @@ def read_records(data: bytes | memoryview, allowance: Allowance | None = None) -
 
 MAGIC = b"\x89MCAP0\r\n"
 
-_PIECE = 2**20
-"""The most bytes that are read at once to compute a checksum."""
-_NO_KIND = 0
-"""An opcode that no record has."""
+_PIECE_BYTES = 2**20
+_INVALID_OPCODE = 0
 _CHUNK = struct.Struct("<QQQII")
-"""The head of a chunk: first and last message time, unpacked size, checksum, length of the compression's name."""
+"""The header of a chunk: first and last message time, unpacked size, checksum, length of the compression's name."""
 _LENGTH = struct.Struct("<Q")
 
 
 class ChunkedFile:
-    """The chunks of an MCAP file."""
+    """Reads the chunks of an MCAP file."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self.is_whole = False
-        """Whether `chunks` reached the end of the file without damage."""
+        """Whether `chunks` has reached the end of an intact file."""
         self.damage = ""
-        """The place and the kind of the first damage; empty if there is none. A missing end is not damage."""
+        """The first damage and its place; empty if there is none. A missing end is not damage."""
         self.allowance = Allowance()
 
     def chunks(self) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
-        """Yield each chunk with its records, until the end of the file or the first damaged chunk.
+        """Yield each chunk with an iterator of its records, until the end of the file or the first damaged chunk.
 
-        Reading the records of a chunk raises one of `DAMAGE` if they are malformed. Raises RecordingError if the file
-        cannot be read, or is no MCAP file.
+        The iterator raises one of the errors in `DAMAGE` if a record is malformed. Raises RecordingError if the file
+        cannot be read or is not an MCAP file.
         """
         with _open_regular(self._path) as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise RecordingError(
-                    self._path, "it is no MCAP file", "Name one that robotcore has recorded", kind="not-a-recording"
+                    self._path,
+                    "the file is not an MCAP file",
+                    "Name a file that robotcore has recorded",
+                    kind="not-a-recording",
                 )
             yield from self._chunks(file)
 
     def read_again(self, location: ChunkLocation) -> Iterator[Record]:
-        """Return the records of a chunk. Raises RecordingError if the file has changed."""
+        """Return the records of a chunk that `chunks` has yielded. Raises RecordingError if the file has changed."""
         try:
             with _open_regular(self._path) as file:
                 file.seek(location.offset)
@@ -158,7 +163,7 @@ class ChunkedFile:
             raise
         except DAMAGE as error:
             raise RecordingError(
-                self._path, "it has changed since it was opened", "Open it again", kind="recording-changed"
+                self._path, "the file has changed since it was opened", "Open it again", kind="recording-changed"
             ) from error
 
     def _chunks(self, file: BinaryIO) -> Iterator[tuple[ChunkLocation, Iterator[Record]]]:
@@ -167,9 +172,9 @@ class ChunkedFile:
         while len(head := file.read(RECORD.size)) == RECORD.size:
             opcode, length = RECORD.unpack(head)
             at = file.tell()
-            if length > size - at or opcode == _NO_KIND:
-                if opcode == _NO_KIND or _has_end_magic(file):
-                    self._set_damage(at, "a record is of no kind, or longer than the file")
+            if length > size - at or opcode == _INVALID_OPCODE:
+                if opcode == _INVALID_OPCODE or _has_end_magic(file):
+                    self._set_damage(at, "a record has an invalid type or length")
                 return
             if opcode == Opcode.DATA_END:
                 self._check_file_checksum(file, crc, at)
@@ -186,12 +191,11 @@ class ChunkedFile:
                     self.allowance.grow(length)
                 crc = _skip_record(file, length, crc)
         if size > len(MAGIC) and _has_end_magic(file):
-            self._set_damage(size + RECORD.size, "the end of its data is missing")
+            self._set_damage(size + RECORD.size, "the record that ends the data is missing")
 
     def _read_chunk(
         self, file: BinaryIO, length: int, at: int
     ) -> tuple[ChunkLocation, memoryview, bytes | memoryview] | None:
-        """Return the location, the body and the unpacked data of a chunk; None if it is damaged."""
         self.allowance.grow(length)
         try:
             body = _read_body(file, length)
@@ -199,7 +203,9 @@ class ChunkedFile:
             return location, body, unpack(location, packed)
         except Lz4Error as error:
             remedy = "Pack it with Zstandard: mcap compress --compression zstd"
-            raise RecordingError(self._path, "it is packed with lz4", remedy, kind="recording-compression") from error
+            raise RecordingError(
+                self._path, "the file is packed with lz4", remedy, kind="recording-compression"
+            ) from error
         except DAMAGE as error:
             self.damage = format_damage(at - RECORD.size, error)
             return None
@@ -217,12 +223,14 @@ class ChunkedFile:
 
 @contextmanager
 def _open_regular(path: Path) -> Iterator[BinaryIO]:
-    """Open a regular file. Raises RecordingError at once for a FIFO or a device."""
     try:
-        with open(path, "rb", opener=_open_nonblocking) as file:
+        with open(path, "rb", opener=_open_nonblocking) as file:  # a FIFO without a writer must not block
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise RecordingError(
-                    path, "it is no regular file", "Name one that robotcore has recorded", kind="not-a-regular-file"
+                    path,
+                    "the path is not a regular file",
+                    "Name a file that robotcore has recorded",
+                    kind="not-a-regular-file",
                 )
             yield file
     except OSError as error:
@@ -232,31 +240,27 @@ def _open_regular(path: Path) -> Iterator[BinaryIO]:
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
-    """Open a file. If the file is a FIFO, do not wait until another process opens it."""
     return os.open(path, flags | os.O_NONBLOCK | os.O_NOCTTY)
 
 
 def _skip_record(file: BinaryIO, length: int, crc: int | None) -> int | None:
-    """Move to the end of a record. Return the file's checksum up to that place; None if the record is too long."""
+    """Move to the end of a record, and return the file's checksum so far; None if the record is too long to read."""
     if crc is None or length > MAX_RECORD_BYTES:
         file.seek(length, os.SEEK_CUR)
         return None
-    while length and (piece := file.read(min(length, _PIECE))):
+    while length and (piece := file.read(min(length, _PIECE_BYTES))):
         crc, length = zlib.crc32(piece, crc), length - len(piece)
     return crc
 
 
 def _read_body(file: BinaryIO, length: int) -> memoryview:
     if length > MAX_RECORD_BYTES:
-        raise ValueError(f"a chunk has {length} bytes, more than {MAX_RECORD_BYTES}")
+        raise ValueError(f"a chunk has {length} bytes, above the limit of {MAX_RECORD_BYTES}")
     return memoryview(file.read(length))
 
 
 def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:
-    """Return the location of a chunk's data, and the packed data.
-
-    at: the offset of the record's body in the file, in bytes.
-    """
+    """Return the location of a chunk's data, and the packed data. ``at`` is the offset of ``body`` in the file."""
     *_, size, crc, name_length = _CHUNK.unpack_from(body)
     name_end = _CHUNK.size + name_length
     begin = name_end + _LENGTH.size
@@ -266,6 +270,5 @@ def _parse_chunk(body: memoryview, at: int) -> tuple[ChunkLocation, memoryview]:
 
 
 def _has_end_magic(file: BinaryIO) -> bool:
-    """Return whether the file ends with the magic bytes that follow the index."""
     file.seek(-len(MAGIC), os.SEEK_END)
     return file.read() == MAGIC

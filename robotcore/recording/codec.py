@@ -1,9 +1,9 @@
 """Convert events to JSON and back, and decode the protobuf messages of pictures.
 
-A double has the same bits after it was written and read. In JSON, ``inf`` and ``nan`` are strings. None and empty
-tuples are left out.
-The encoding of protobuf: https://protobuf.dev/programming-guides/encoding/. The definitions of the picture messages,
-RawImage.proto and CompressedImage.proto: https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
+A number that was written and read has the same bits. In JSON, ``inf`` and ``nan`` are strings. Fields with None or an
+empty tuple are left out.
+Protobuf: https://protobuf.dev/programming-guides/encoding/. RawImage.proto and CompressedImage.proto:
+https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto/foxglove.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ _SURROGATE = re.compile(rb"\\u[dD][89a-fA-F]")
 
 
 def to_json(event: Any) -> bytes:
-    """Return an event as JSON. A double has the fewest digits from which the same double can be read."""
+    """Return an event, such as a tick or the metadata, as JSON."""
     return json.dumps(to_plain(event), allow_nan=False, separators=(",", ":")).encode()
 
 
 def from_json(kind: type[T], content: bytes) -> T:
-    """Return the event in a JSON text that `to_json` wrote. Raises ValueError if the JSON is no event of this class."""
+    """Return the event of the class ``kind`` that `to_json` wrote. Raises ValueError for any other text."""
     adapter: TypeAdapter[T] = _adapter(cast("Any", kind))
     return adapter.validate_python(parse_json(content))
 
@@ -43,7 +43,7 @@ def from_json(kind: type[T], content: bytes) -> T:
 def parse_json(content: bytes) -> Any:
     """Return the value of a JSON text.
 
-    Raises ValueError if a string in it has a lone surrogate, because libraries cannot encode it.
+    Raises ValueError if a string has a surrogate code point without its pair, because UTF-8 cannot encode it.
     """
     payload = json.loads(content.decode())
     if _SURROGATE.search(content):
@@ -53,9 +53,9 @@ def parse_json(content: bytes) -> Any:
 
 @singledispatch
 def to_plain(value: Any) -> Any:
-    """Return a value as JSON types.
+    """Return a value as numbers, strings, lists and dicts, which JSON supports.
 
-    A dataclass or a named tuple becomes a dict of its fields. A value of an unknown type becomes its text.
+    A dataclass or a named tuple becomes a dict of its fields. A value of any other class becomes ``str(value)``.
     """
     if is_dataclass(value):
         return _drop_empty({field.name: getattr(value, field.name) for field in fields(value)})
@@ -70,7 +70,6 @@ def _keep(value: Any) -> Any:
 
 @to_plain.register
 def _to_text(value: str) -> str:
-    """Return a text of type str, even if its class is a subclass of str. Escape lone surrogates."""
     return str.encode(value, errors="backslashreplace").decode()
 
 
@@ -117,10 +116,10 @@ _JPEG = 2
 _CHANNELS = {b"bgr8": 3, b"mono8": 1}
 
 _MAX_FIELDS = 64
-"""The most fields of a protobuf message. A message with a picture has seven."""
+"""The maximum number of fields of a protobuf message. A picture's message has seven."""
 
 _MAX_PIXELS = 2**24
-"""The most pixels of a JPEG. A small file can claim any size. No camera has more pixels."""
+"""The maximum number of pixels of a JPEG. The header of a small JPEG can state any size."""
 
 _JPEG_BEGIN = b"\xff\xd8"
 _SEGMENT = struct.Struct(">BBH")
@@ -132,7 +131,7 @@ _BEFORE_SIZE = {0xC4, 0xDB, 0xDD, 0xFE, *range(0xE0, 0xF0)}
 
 
 def decode_raw_image(message: bytes | memoryview) -> Image:
-    """Return the picture in a RawImage message, read-only. Raises ValueError if the message has none."""
+    """Return the read-only picture of a RawImage message. Raises ValueError if the message has none."""
     values = dict(read_fields(message))
     width, height = (int.from_bytes(values[field], "little") for field in (_WIDTH, _HEIGHT))
     _require_pixels(width, height)
@@ -142,35 +141,35 @@ def decode_raw_image(message: bytes | memoryview) -> Image:
 
 
 def decode_compressed_image(message: bytes | memoryview) -> Image:
-    """Return the picture in a CompressedImage message, read-only. Raises ValueError if the message has none."""
+    """Return the read-only picture of a CompressedImage message. Raises ValueError if the message has none."""
     content = dict(read_fields(message))[_JPEG]
     width, height = _read_jpeg_size(content)
     _require_pixels(width, height)
     if width * height > _MAX_PIXELS:
-        raise ValueError(f"a JPEG claims {width} x {height} pixels")
+        raise ValueError(f"the header of a JPEG states {width} x {height} pixels, which is too large")
     try:
         image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     except cv2.error as error:
-        raise ValueError("it holds no JPEG") from error
+        raise ValueError("a compressed picture is not a JPEG") from error
     if image is None or image.shape[:2] != (height, width):
-        raise ValueError("it holds no JPEG")
+        raise ValueError("a compressed picture is not a JPEG")
     image.flags.writeable = False
     return np.asarray(image, np.uint8)
 
 
 def _require_pixels(width: int, height: int) -> None:
     if not (width and height):
-        raise ValueError(f"a picture has {width} x {height} pixels")
+        raise ValueError(f"a picture has the size {width} x {height} pixels")
 
 
 def _read_jpeg_size(content: memoryview) -> tuple[int, int]:
-    """Return the width and height in the header of a baseline JPEG, the type that robotcore writes.
+    """Return the width and the height in the header of a baseline JPEG, the type that robotcore writes.
 
-    A decoder must find the same size, so this function reads the header strictly. Segments must follow each other
-    without other bytes, even without fill bytes, which a decoder skips. The segments: ITU-T T.81, annex B.
+    Only a header without fill bytes between its segments is accepted, so that a decoder finds the same size.
+    The format is ITU-T T.81, annex B.
     """
     if content[:2] != _JPEG_BEGIN:
-        raise ValueError("it holds no JPEG")
+        raise ValueError("a compressed picture is not a JPEG")
     at = len(_JPEG_BEGIN)
     while at + _SEGMENT.size <= len(content):
         marker, kind, length = _SEGMENT.unpack_from(content, at)
@@ -180,13 +179,13 @@ def _read_jpeg_size(content: memoryview) -> tuple[int, int]:
         if marker != 0xFF or kind not in _BEFORE_SIZE or length < _LENGTH_BYTES:
             break
         at += 2 + length
-    raise ValueError("it holds no baseline JPEG")
+    raise ValueError("a compressed picture is not a baseline JPEG")
 
 
 def read_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]:
     """Yield the number and the bytes of each field of a protobuf message.
 
-    Raises ValueError if the message is incomplete, or has more than `_MAX_FIELDS` fields.
+    Raises ValueError if the message is incomplete or has too many fields.
     """
     left = memoryview(message)
     for _ in range(_MAX_FIELDS):
@@ -195,23 +194,20 @@ def read_fields(message: bytes | memoryview) -> Iterator[tuple[int, memoryview]]
         tag, left = _read_varint(left)
         length, left = _read_length(tag & 7, left)
         if length > len(left):
-            raise ValueError("a message ends too early")
+            raise ValueError("a message ends before the end of a field")
         yield tag >> 3, left[:length]
         left = left[length:]
     if left:
         raise ValueError(f"a message has more than {_MAX_FIELDS} fields")
 
 
-def _read_length(kind: int, left: memoryview) -> tuple[int, memoryview]:
-    """Return the length of a field's content in bytes, and the message without the bytes before that content.
-
-    kind: the wire type of the field.
-    """
-    if kind == BYTES:
+def _read_length(wire_type: int, left: memoryview) -> tuple[int, memoryview]:
+    """Return the length of a field in bytes, and the rest of the message, which begins with the field's bytes."""
+    if wire_type == BYTES:
         return _read_varint(left)
-    if kind == VARINT:
+    if wire_type == VARINT:
         return len(left) - len(_read_varint(left)[1]), left
-    return {FIXED32: 4, FIXED64: 8}[kind], left
+    return {FIXED32: 4, FIXED64: 8}[wire_type], left
 
 
 def _read_varint(left: memoryview) -> tuple[int, memoryview]:

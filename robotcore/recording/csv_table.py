@@ -15,7 +15,7 @@ from robotcore.recording.recording import Recording
 from robotcore.recording.summary import find_last_reads
 
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""A text that begins with one of these is a formula for a spreadsheet.
+"""A spreadsheet runs a text that begins with one of these characters as a formula.
 
 Source: https://owasp.org/www-community/attacks/CSV_Injection.
 """
@@ -26,12 +26,12 @@ _UNITS = {"range_sensor": "m", "encoder": "rad", "battery": "v"}
 
 
 def write_csv(recording: Recording, where: Path, name: str) -> Path:
-    """Write the table to the file ``where``, and return the file.
+    """Write the table, and return its file. Raises RecordingError if the file cannot be written.
 
-    If ``where`` is a folder, the file is ``NAME.csv`` in it.
+    A spreadsheet runs no text of the table as a formula, because an apostrophe precedes such a text.
 
-    A cell without a value is empty. A text that a spreadsheet would run as a formula gets an apostrophe in front.
-    Raises RecordingError if the file cannot be written.
+    where: the file, or the folder of the file.
+    name: the name of the file in a folder, without ``.csv``.
     """
     file = where / f"{name}.csv" if where.is_dir() else where
     try:
@@ -44,13 +44,16 @@ def write_csv(recording: Recording, where: Path, name: str) -> Path:
             writer.writerows(_build_rows(recording))
     except OSError as error:
         raise RecordingError(
-            file, str(error.strerror), "Name a file that can be written, where there is room", kind="file-not-writable"
+            file,
+            str(error.strerror),
+            "Name a file that can be written, on a disk with free space",
+            kind="file-not-writable",
         ) from error
     return file
 
 
 def _build_header(recording: Recording) -> list[str]:
-    wheels = [f"{what}_{side}_rad_s" for what in ("asked", "sent") for side in ("left", "right")]
+    wheels = [f"{command}_{side}_rad_s" for command in ("asked", "sent") for side in ("left", "right")]
     true = [f"true_{name}" for name in _POSE] if recording.truth else []
     devices = [column for name, unit in _list_sensors(recording) for column in (f"{name}_{unit}", f"{name}_time_s")]
     return ["tick", "time_s", "state", *wheels, *_POSE, *true, *devices, "interventions", "error"]
@@ -68,7 +71,6 @@ def _build_rows(recording: Recording) -> Iterator[list[Any]]:
 
 
 def _list_sensors(recording: Recording) -> Iterator[tuple[str, str]]:
-    """Yield the name and the unit of each open sensor. The column of a camera has sequence numbers of frames."""
     for device in recording.metadata.description.devices:
         if device.name in recording.metadata.devices and device.kind in (*_UNITS, "camera"):
             yield device.name, _UNITS.get(device.kind, _PICTURE)
@@ -97,7 +99,6 @@ def _build_sample_cells(recording: Recording, read: Read | None, unit: str) -> t
 
 
 def _escape_formula(text: str) -> str:
-    """Return a text with an apostrophe in front if a spreadsheet would run it as a formula."""
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 

@@ -1,4 +1,4 @@
-"""The text log of a run. Each lasting state has a line when it begins and a line when it ends."""
+"""The text log of a run: milestones, faults, errors, interventions and dropped pictures."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robotcore.runtime.result import RunResult
 
 
 class Level(Enum):
-    """The level of a line. The names are those of the levels in Foxglove's Log message."""
+    """The level of a log line, with the names of Foxglove's log levels."""
 
     Info = 2
     Warning = 3
@@ -20,67 +20,65 @@ class Level(Enum):
 
 
 class LogLine(NamedTuple):
-    """A line of the log."""
+    """A line of the text log."""
 
     level: Level
     text: str
 
 
 class RunLog:
-    """Lists the new events of each tick, such as a milestone, a fault or an error.
+    """Yields the log lines of each tick.
 
-    A lasting state has a line only in the tick in which it begins and in the tick in which it ends.
+    A fault, an error or an intervention that lasts for many ticks has a line in its first and in its last tick only.
     """
 
     def __init__(self, milestones: Iterable[str], faults: Sequence[PlannedFault] = ()) -> None:
         self._awaited = set(milestones)
         self._planned = faults
         self._present: set[int] = set()
-        self._failures: dict[str, str] = {}
+        self._device_errors: dict[str, str] = {}
         self._causes: set[str] = set()
         self._dropped = 0
         self._error: RecordedError | None = None
 
     def list_new(self, tick: Tick) -> Iterator[LogLine]:
-        """Yield the lines for the new events of a tick."""
+        """Yield the log lines of the next tick."""
         if tick.state in self._awaited:
             self._awaited.discard(tick.state)
             yield LogLine(Level.Info, f"milestone: {tick.state}")
-        yield from self._changed_faults(tick.time)
-        yield from self._changed_failures(tick)
-        yield from self._changed_causes(tick)
-        yield from self._drops(tick)
+        yield from self._list_fault_changes(tick.time)
+        yield from self._list_device_errors(tick)
+        yield from self._list_interventions(tick)
+        yield from self._list_drops(tick)
         yield from (LogLine(Level.Warning, warning) for warning in tick.warnings)
-        yield from self._changed_error(tick.error)
+        yield from self._list_error_changes(tick.error)
 
-    def _changed_error(self, error: RecordedError | None) -> Iterator[LogLine]:
-        """Yield a line if the error differs from that of the previous tick, or if there is no error any more."""
+    def _list_error_changes(self, error: RecordedError | None) -> Iterator[LogLine]:
         if error and error != self._error:
             yield LogLine(Level.Error, f"{error.kind}: {error.message}")
         if self._error and not error:
             yield LogLine(Level.Info, "the run continues")
         self._error = error
 
-    def _changed_faults(self, time: float) -> Iterator[LogLine]:
-        """Yield a line for each injected fault that begins or ends."""
+    def _list_fault_changes(self, time: float) -> Iterator[LogLine]:
         for fault in self._planned:
             if (is_on := fault.is_on(time)) is not (fault.position in self._present):
                 self._present ^= {fault.position}
                 yield LogLine(Level.Warning if is_on else Level.Info, f"fault {'begins' if is_on else 'ends'}: {fault}")
 
-    def _changed_failures(self, tick: Tick) -> Iterator[LogLine]:
+    def _list_device_errors(self, tick: Tick) -> Iterator[LogLine]:
         failed = {read.device: read.error.message for read in tick.reads if read.error}
         for device, message in failed.items():
-            if self._failures.get(device) != message:
+            if self._device_errors.get(device) != message:
                 yield LogLine(Level.Error, message)
-        for device in [name for name in self._failures if name not in failed]:
+        for device in [name for name in self._device_errors if name not in failed]:
             if any(read.device == device for read in tick.reads):
                 yield LogLine(Level.Info, f"{device}: returns samples again")
             else:
-                failed[device] = self._failures[device]
-        self._failures = failed
+                failed[device] = self._device_errors[device]
+        self._device_errors = failed
 
-    def _changed_causes(self, tick: Tick) -> Iterator[LogLine]:
+    def _list_interventions(self, tick: Tick) -> Iterator[LogLine]:
         causes = {each.cause for each in tick.interventions}
         for each in tick.interventions:
             if each.cause not in self._causes:
@@ -92,19 +90,19 @@ class RunLog:
             yield LogLine(Level.Info, f"{cause}: ended")
         self._causes = causes
 
-    def _drops(self, tick: Tick) -> Iterator[LogLine]:
+    def _list_drops(self, tick: Tick) -> Iterator[LogLine]:
         before, self._dropped = self._dropped, self._dropped + len(list_dropped(tick))
         if self._dropped and not before:
             yield LogLine(Level.Warning, "pictures are dropped, because the disk is too slow")
 
 
 def list_dropped(tick: Tick) -> list[str]:
-    """Return the devices that were read in a tick, and whose samples are missing in the recording."""
+    """Return the device of each read in a tick whose picture was dropped."""
     return [read.device for read in tick.reads if read.number is None and not read.error]
 
 
 def build_last_line(result: RunResult) -> LogLine:
-    """Return the line for the end of a run."""
+    """Return the last log line of a run: its outcome, its number of ticks and the reason."""
     text = f"{result.outcome.value}, {result.ticks} ticks" + (f": {result.reason}" if result.reason else "")
     return LogLine(Level.Error if result.exit_status else Level.Info, text)
 

@@ -1,7 +1,7 @@
-"""The events of a run: everything that the app read, and everything that the app decided.
+"""The recorded events of a run: the reads and the decisions of the app in each tick.
 
-Times are in seconds on the robot's clock, velocities in rad/s, angles in rad. Every number has exactly the bits that
-it had in the run. The names of the fields are the JSON keys in the file.
+Times are in seconds on the robot's clock, velocities in rad/s, angles in rad. The names of the fields are the JSON keys
+in the file.
 """
 
 from __future__ import annotations
@@ -18,30 +18,30 @@ from robotcore.hal.devices import Angle, Frame, Range, Voltage
 from robotcore.safety import Intervention
 
 RecordedSample = Range | Angle | Voltage | Frame
-"""A recorded sample."""
+"""A recorded sample of a sensor. A picture on a display is recorded as a Frame."""
 
 GUARD, ODOMETRY = "guard", "odometry"
-"""The values of ``Read.by``: the parts other than the app that read sensors."""
+"""The values of ``Read.by``: the range guard and the odometry, which read sensors too."""
 
 Value = float | int | str | bool | None
 
 _T = TypeVar("_T")
 
 Events = Annotated[tuple[_T, ...], Field(max_length=10_000)]
-"""The events of one kind in a tick. There may be thousands if an app polls a sensor in a loop."""
+"""The events of one kind in a tick. A hostile file may not have more of them."""
 
 
 class SampleKey(NamedTuple):
-    """Identifies a sample in a recording."""
+    """The key of a sample in a recording."""
 
     device: str
     number: int
-    """The number of the sample of this device. The first one is 0. Pictures on a display count as samples."""
+    """The number of the sample among those of the device, from 0. A picture on a display is a sample too."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedError:
-    """A recorded error.
+    """The class, the message and the attributes of an error in a recording.
 
     >>> from robotcore.errors import DeviceError
     >>> RecordedError.of(DeviceError("nose", "no echo")).rebuild().device
@@ -55,15 +55,15 @@ class RecordedError:
 
     @classmethod
     def of(cls, error: RobotcoreError | Interrupted) -> RecordedError:
-        """Return the record of an error. If an app defined its class, the record names the base class in robotcore."""
+        """Return the record of an error. For a class of an app, ``kind`` is its base class in robotcore."""
         kind, _, state = error.__reduce__()[1]
         attributes = {name: value for name, value in state.items() if isinstance(value, Value) and name != "kind"}
         return cls(kind.__name__, str(error), attributes)
 
     def rebuild(self) -> RobotcoreError | Interrupted:
-        """Build the error from its record. If this version lacks the class, build a RobotcoreError.
+        """Return the error as an exception. An unknown class becomes RobotcoreError.
 
-        The record cannot change attributes of the class, because a file must not decide on exit statuses.
+        A recorded attribute does not replace an attribute of the class, so a file cannot change an exit status.
         """
         kind: type[RobotcoreError | Interrupted] = RobotcoreError
         named = getattr(errors, self.kind, None)
@@ -84,16 +84,16 @@ class Read:
     sequence: int | None = None
     """The sequence number of the sample."""
     time: float | None = None
-    """The capture time of the sample."""
+    """The capture time of the sample, in seconds."""
     number: int | None = None
-    """The number of the sample in the recording; None if its picture was dropped."""
+    """The number of the sample in its `SampleKey`; None if its picture was dropped."""
     error: RecordedError | None = None
     by: str | None = None
-    """The part that read the sensor, `GUARD` or `ODOMETRY`; None for the app."""
+    """Who read the sensor: `GUARD`, `ODOMETRY`, or None for the app."""
 
     @property
     def key(self) -> SampleKey | None:
-        """The key of the sample in the recording."""
+        """The key of the sample in the recording; None if it was not recorded."""
         return None if self.number is None else SampleKey(self.device, self.number)
 
 
@@ -103,41 +103,41 @@ class ShownPicture:
 
     device: str
     number: int | None = None
-    """The number of the picture in the recording; None if it was dropped, or if the display failed."""
+    """The number of the picture in its `SampleKey`; None if it was dropped or the display failed."""
     error: RecordedError | None = None
 
     @property
     def key(self) -> SampleKey | None:
-        """The key of the picture in the recording."""
+        """The key of the picture in the recording; None if it was not recorded."""
         return None if self.number is None else SampleKey(self.device, self.number)
 
 
 @dataclass(frozen=True, slots=True)
 class DriveCommand:
-    """A command of the app to the drive, with the velocities that were allowed, or the error."""
+    """A command of the app to the drive, with the allowed velocities or the raised error."""
 
     asked: Wheels | None = None
-    """The velocities that the app asked for; None is a stop."""
+    """The velocities that the app commanded, in rad/s; None is a stop."""
     given: Wheels | None = None
-    """The velocities that the safety stage allowed."""
+    """The velocities that the safety stage allowed, in rad/s."""
     error: RecordedError | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class MotorCommand:
-    """A command of the app to a motor outside the drive, with the velocity that was accepted, or the error."""
+    """A command of the app to a motor outside the drive, with the accepted velocity or the raised error."""
 
     device: str
     asked: float | None = None
-    """The velocity that the app asked for; None is a stop."""
+    """The velocity that the app commanded, in rad/s; None is a stop."""
     given: float | None = None
-    """The velocity that the motor accepted."""
+    """The velocity that the motor accepted, in rad/s."""
     error: RecordedError | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class WheelAngles:
-    """The wheel angles that the odometry read, or the error of that read."""
+    """The wheel angles that the odometry read, or the raised error."""
 
     angles: Wheels | None = None
     error: RecordedError | None = None
@@ -145,7 +145,7 @@ class WheelAngles:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """One tick: the inputs of the app and its decisions. The events of each kind are in their order."""
+    """One tick: the inputs and the decisions of the app. The events of each kind are in the order of time."""
 
     number: int
     time: float
@@ -155,30 +155,30 @@ class Tick:
     motor_asks: Events[MotorCommand] = ()
     turned: Events[WheelAngles] = ()
     standing: Events[Wheels] = ()
-    """The current command of the drive each time the app read it. An app that commands a single wheel reads it."""
+    """The drive's current command, each time it was read to command a single wheel."""
     pose: Pose | None = None
-    """The pose of the odometry; None without a drive."""
+    """The pose by odometry, relative to the start; None without a drive."""
     asked: Wheels | None = None
-    """The command of the app that was in force at the end of the tick."""
+    """The last command of the app to the drive, in rad/s."""
     sent: Wheels | None = None
-    """The command that the safety stage sent to the wheels."""
+    """The velocities that the safety stage sent to the motors at the end of the tick, in rad/s."""
     interventions: Events[Intervention] = ()
-    """The changes that the safety stage made to the command."""
+    """The changes of the command by the safety stage."""
     commit_error: RecordedError | None = None
-    """The error that prevented the command from being sent; None if it was sent."""
+    """The error that occurred when the command was sent; None if there was none."""
     shown: Events[ShownPicture] = ()
     error: RecordedError | None = None
-    """The error that aborted the tick. It ended the run, unless the run waited for a lost device."""
+    """The error that aborted the tick. It ended the run, unless the run waited for a lost device to return."""
     warnings: Events[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class GroundTruthSample:
-    """The ground truth of the simulator after a tick. A replay does not use it."""
+    """The ground truth of a simulator after a tick. A replay does not use it."""
 
     tick: int
     time: float
     pose: Pose
-    """The true pose in the world."""
+    """The true pose of the robot in the world."""
     contacts: int | None = None
-    """The number of contacts so far; None if the simulator does not count them."""
+    """The number of contacts since the start; None if the simulator does not count them."""

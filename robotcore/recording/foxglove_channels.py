@@ -1,4 +1,4 @@
-"""The channels and coordinate frames of a recording, as Foxglove displays them."""
+"""The channels and the coordinate frames of a recording, in the messages of Foxglove."""
 
 from __future__ import annotations
 
@@ -35,38 +35,33 @@ if TYPE_CHECKING:
 
 
 ODOMETRY, TRUE, BODY = "odom", "truth", "base_link"
-"""The coordinate frames: the robot's start, the world of a simulator, and the robot's body.
+"""The coordinate frames: the start of the odometry, the world of a simulator, and the robot's body.
 
-The names of the first and the last are those of REP 105.
+``odom`` and ``base_link`` are names of REP 105.
 """
 
 TRUE_BODY = f"{BODY}_true"
-"""The coordinate frame of the robot's body at its true pose in the simulator."""
+"""The coordinate frame of the robot's body at its true pose."""
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
 def to_nanoseconds(seconds: float) -> int:
-    """Return a time on the robot's clock, given in seconds, as nanoseconds.
-
-    A time that is negative, infinite or NaN becomes 0.
-    """
+    """Return a time in nanoseconds; 0 if it is negative, infinite or NaN."""
     return round(1e9 * seconds) if 0 < seconds < math.inf else 0
 
 
 def to_timestamp(seconds: float) -> Timestamp:
-    """Return a time as Foxglove's message."""
+    """Return Foxglove's message for a time in seconds."""
     from foxglove.messages import Timestamp
 
     return Timestamp(*divmod(to_nanoseconds(seconds), 1_000_000_000))
 
 
 def to_quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return a rotation as a quaternion.
+    """Return the quaternion of a rotation about x, then y, then z, in radians.
 
     Source: J. Diebel, Representing Attitude (2006), section 5.8.
-
-    roll, pitch, yaw: the angles about x, then y, then z, in radians.
     """
     from foxglove.messages import Quaternion
 
@@ -81,7 +76,7 @@ def to_quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def to_pose_message(pose: Pose) -> FoxglovePose:
-    """Return a pose in the plane as Foxglove's message for a pose in space."""
+    """Return Foxglove's message for a pose on the floor."""
     from foxglove.messages import Pose as FoxglovePose
     from foxglove.messages import Vector3
 
@@ -90,10 +85,7 @@ def to_pose_message(pose: Pose) -> FoxglovePose:
 
 
 def build_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTransform:
-    """Return the message for the pose of the frame ``child`` in its ``parent`` frame.
-
-    time: the time on the robot's clock, in seconds.
-    """
+    """Return Foxglove's message for the pose of the frame ``child`` in the frame ``parent``, at a time in seconds."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
@@ -106,7 +98,7 @@ def build_transform(parent: str, child: str, pose: Pose, time: float) -> FrameTr
 
 
 def build_mount_transform(device: str, mount: Mount) -> FrameTransform:
-    """Return the transform from the robot's body to a device."""
+    """Return Foxglove's message for the mount of a device on the robot's body."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
@@ -119,7 +111,7 @@ def build_mount_transform(device: str, mount: Mount) -> FrameTransform:
 
 
 def build_optical_transform(device: str) -> FrameTransform:
-    """Return the transform from a camera to its pictures. In a picture, x is right, y down, z ahead (REP 103)."""
+    """Return Foxglove's message for a camera's optical frame: x to the right, y down, z ahead (REP 103)."""
     from foxglove.messages import FrameTransform, Vector3
 
     return FrameTransform(
@@ -132,38 +124,38 @@ def build_optical_transform(device: str) -> FrameTransform:
 
 
 def build_optical_name(device: str) -> str:
-    """Return the name of the coordinate frame of a camera's pictures."""
+    """Return the name of a camera's optical frame."""
     return f"{device}_optical"
 
 
 DEVICE = "device"
-"""The key of a channel's metadata that names the device."""
+"""The key in a channel's metadata that has the name of its device."""
 
 RUN, TICKS, RESULT, END, TRUTH, LOG, POSE = "/run", "/ticks", "/result", "/end", "/truth", "/log", "/pose"
 TRANSFORMS, STATIC_TRANSFORMS = "/tf", "/tf_static"
-"""Poses have two topics, as in ROS. A viewer that starts in the middle gets the last message of each topic."""
+"""The topics of moving and of fixed transforms, as in ROS."""
 
 RESERVED = {RUN, TICKS, RESULT, END, TRUTH, LOG, POSE, TRANSFORMS, STATIC_TRANSFORMS}
 
 RAYS = 9
-"""The number of rays that show an ultrasonic sensor's cone as an arc."""
+"""The number of rays of the scan that shows a range sensor's cone."""
 
 JPEG_QUALITY = 90
 
 Write = Callable[[Any, float], None]
-"""A function that writes a sample with its time on the robot's clock, in seconds."""
+"""A function that writes a sample, at a time in seconds."""
 
 
 def build_topic(device: str) -> str:
-    """Return the topic of a device: its name, with ``_device`` at the end if another channel has that topic."""
+    """Return the topic of a device: its name, followed by ``_device`` if the topic is in `RESERVED`."""
     topic = f"/{device}"
     return f"{topic}_device" if topic in RESERVED else topic
 
 
 def open_channel(file: McapFile, device: Device, *, is_jpeg: bool) -> Write | None:
-    """Open the channels of a device. Return the function that writes its samples; None if it has no samples.
+    """Open the channels of a device, and return the function that writes its samples; None for a motor.
 
-    is_jpeg: whether to write the camera's pictures as JPEG.
+    is_jpeg: whether to write the pictures of a camera as JPEGs.
     """
     match device:
         case Camera():
@@ -263,7 +255,7 @@ def _open_ranges(file: McapFile, sensor: RangeSensor) -> Write:
 
 
 def _build_scan(sensor: RangeSensor, reading: Range) -> LaserScan:
-    """Return a reading as an arc across the sensor's cone, because the direction of the echo is unknown."""
+    """Return a scan with the same distance across the cone, because the echo may come from any direction in it."""
     from foxglove.messages import LaserScan
 
     return LaserScan(

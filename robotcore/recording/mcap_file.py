@@ -1,7 +1,4 @@
-"""Write an MCAP file with channels, attachments and metadata.
-
-After a flush, a crash of the process does not lose the messages before the flush.
-"""
+"""Write an MCAP file: channels, attachments and metadata."""
 
 from __future__ import annotations
 
@@ -15,16 +12,17 @@ from robotcore.errors import BackendMissingError, RecordingError
 from robotcore.files import require_regular
 
 CHUNK_BYTES = 2**20
-"""The size of a chunk before compression, in bytes. A reader must unpack a whole chunk for one picture."""
+"""The size of a chunk before compression, in bytes. A reader must unpack a whole chunk to read one picture."""
 
-ROOM = "Make room, or name a file elsewhere"
-"""The remedy for a file that cannot be written."""
+ROOM = "Free disk space, or name a file on another disk"
+"""The remedy if a file cannot be written."""
 
 
 class McapFile:
-    """Writes an MCAP file with foxglove-sdk. The first write error raises RecordingError, and later writes do nothing.
+    """Writes an MCAP file with foxglove-sdk: compressed chunks of messages, with checksums.
 
-    Messages are compressed in chunks, each with its checksum. `flush` ends a chunk and passes it to the system.
+    The first write error raises RecordingError. Nothing is written after it. If the process crashes, only the messages
+    since the last flush are lost.
     """
 
     def __init__(self, path: Path) -> None:
@@ -40,13 +38,13 @@ class McapFile:
 
     @property
     def size(self) -> int:
-        """The number of bytes written so far, without the unfinished chunk."""
+        """The number of bytes in the file so far, without the unfinished chunk."""
         return self._sink.size
 
     def json(
         self, topic: str, schema: Mapping[str, Any], metadata: Mapping[str, str] | None = None
     ) -> Callable[[bytes, int], None]:
-        """Open a channel of JSON messages. Return a function that writes a message with its time in ns."""
+        """Open a channel of JSON messages, and return a function that writes a message with its time in ns."""
         from foxglove import Channel
 
         entries = dict(metadata or {})
@@ -54,17 +52,17 @@ class McapFile:
         return lambda content, at: channel.log(content, log_time=at)
 
     def attach(self, name: str, media_type: str, content: bytes) -> None:
-        """Write a file as an attachment."""
+        """Write an attachment: a file inside the MCAP file."""
         self._try(
             lambda: self._writer.attach(log_time=0, create_time=0, name=name, media_type=media_type, data=content)
         )
 
     def write_metadata(self, name: str, entries: Mapping[str, str]) -> None:
-        """Write a metadata record."""
+        """Write a metadata record: a named map of texts."""
         self._try(lambda: self._writer.write_metadata(name, dict(entries)))
 
     def flush(self) -> None:
-        """Pass all messages to the operating system. Raises RecordingError if some could not be written."""
+        """Write all messages to the file. Raises RecordingError if the file cannot be written."""
         self._try(self._writer.flush)
 
     def close(self) -> None:
@@ -79,7 +77,7 @@ class McapFile:
             write()
         except Exception as error:
             raise RecordingError(
-                self._path, f"it cannot be written: {error}", ROOM, kind="file-not-writable"
+                self._path, f"the file cannot be written: {error}", ROOM, kind="file-not-writable"
             ) from error
         if cause := self._sink.error:
             raise RecordingError(self._path, str(cause.strerror), ROOM, kind="file-not-writable") from cause
@@ -88,8 +86,8 @@ class McapFile:
 class _Sink:
     """The file object to which foxglove-sdk writes.
 
-    After the first error, the object stores the error and discards all bytes. If `write` raised the error, the library
-    would print it on stderr for each message.
+    `write` stores the first error in ``error`` instead of raising it, and then discards all bytes. If it raised the
+    error, foxglove-sdk would print the error for each message.
     """
 
     def __init__(self, path: Path) -> None:
@@ -115,27 +113,26 @@ class _Sink:
             left = left[self._file.write(left) or 0 :]
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Move to an offset, and return it. After an error, the file itself does not move."""
         self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self.size}[whence]
         if not self.error:
             self._file.seek(self._at)
         return self._at
 
     def flush(self) -> None:
-        """Do nothing, because the file has no buffer."""
+        """Do nothing. The file has no buffer."""
 
     def close(self) -> None:
         self._file.close()
 
 
 def require_recordable(path: Path) -> None:
-    """Raise an error if a recording cannot be written to this file.
+    """Raise RecordingError if a recording cannot be written to this file.
 
-    The check opens the file and keeps its content. It deletes a file that it created.
+    An existing file keeps its content. If the file did not exist, it does not exist afterwards.
     """
     require_extra()
     if path.suffix.lower() != ".mcap":
-        raise RecordingError(path, "a recording is an .mcap file", "Give it that ending", kind="file-ending")
+        raise RecordingError(path, "the name of a recording must end in .mcap", "Name another file", kind="file-ending")
     existed = path.exists()
     try:
         require_regular(path)
@@ -148,9 +145,12 @@ def require_recordable(path: Path) -> None:
 
 
 def build_unwritable_error(path: Path, error: OSError) -> RecordingError:
-    """Return the error for a file that cannot be written."""
+    """Return the error for a recording that cannot be written, with the cause in ``error``."""
     return RecordingError(
-        path, str(error.strerror), "Name a file that can be written, where there is room", kind="file-not-writable"
+        path,
+        str(error.strerror),
+        "Name a file that can be written, on a disk with free space",
+        kind="file-not-writable",
     )
 
 
@@ -158,6 +158,6 @@ REMEDY = "pip install 'robotcore[record]'"
 
 
 def require_extra() -> None:
-    """Raise BackendMissingError if a library of the extra ``record`` is missing. The check imports no library."""
+    """Raise BackendMissingError if a library of the extra ``record`` is not installed."""
     if missing := [name for name in ("foxglove", "mcap") if find_spec(name) is None]:
-        raise BackendMissingError(f"recordings need {' and '.join(missing)}. {REMEDY}")
+        raise BackendMissingError(f"{' and '.join(missing)} must be installed to record or read runs. {REMEDY}")

@@ -1,6 +1,6 @@
-"""The JSON schemas of a recording's messages. Empty fields are left out of a message.
+"""The JSON schemas of a recording's messages.
 
-NaN and infinite numbers are strings.
+A message leaves out empty fields, and has NaN and infinite numbers as strings.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Read a recording. If the file is cut or damaged, read the part before the cut or the damage."""
+"""Read a recording from its file, or the intact part of a file that is cut or damaged."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from robotcore.recording.validation import UnknownFormatError, parse_metadata, p
 from robotcore.runtime.result import RunResult
 
 CACHED_CHUNKS = 2
-"""The number of unpacked chunks to keep in memory. Two are enough to read pictures in the order of the run."""
+"""The number of unpacked chunks in memory. Two are enough to read all pictures in order."""
 
 Unpack = Callable[[memoryview], Image]
 """A function that decodes the message of a picture."""
@@ -36,16 +36,16 @@ class Picture:
     chunk: ChunkLocation
     channel: int
     message: int
-    """The number of the message in its channel. The first message has the number 1."""
+    """The sequence number of its message in the channel. The first message has 1."""
     unpack: Unpack
     time: float
-    """The capture time of its Frame, in seconds."""
+    """The capture time in seconds on the robot's clock."""
     sequence: int
-    """The sequence number of its Frame."""
+    """The sequence number of the frame."""
 
 
 class FileSamples(Mapping[SampleKey, RecordedSample]):
-    """The samples of a file by their keys. Reading a damaged picture raises RecordingError."""
+    """The samples of a file by key. Getting a damaged picture raises RecordingError."""
 
     def __init__(
         self, path: Path, numbers: Mapping[SampleKey, RecordedSample], pictures: Mapping[SampleKey, Picture]
@@ -68,7 +68,7 @@ class FileSamples(Mapping[SampleKey, RecordedSample]):
         return Frame(image, picture.time, picture.sequence)
 
     def __contains__(self, key: object) -> bool:
-        """Return whether the file has a sample. No picture is read."""
+        """Return whether the file has a sample. The file is not read."""
         return key in self._numbers or key in self._pictures
 
     def __iter__(self) -> Iterator[SampleKey]:
@@ -114,8 +114,6 @@ def read_file(path: Path) -> Recording:
 
 
 class _PictureLocation(NamedTuple):
-    """The location of a picture's message, and the function that decodes the message."""
-
     chunk: ChunkLocation
     channel: int
     message: int
@@ -123,24 +121,17 @@ class _PictureLocation(NamedTuple):
 
 
 class _End(NamedTuple):
-    """The message of a recording that ended before its run."""
-
     reason: str
 
 
 class _Channel(NamedTuple):
-    """A channel of the file."""
-
     topic: str
     device: str | None
-    """The device whose samples are in the channel; None for a channel without samples."""
+    """The device whose samples the channel has; None if it has no samples."""
     schema: str
-    """The name of the channel's schema."""
 
 
 class _RecordingBuilder:
-    """Collects the content of a file, and builds the recording from it."""
-
     def __init__(self, path: Path) -> None:
         self._path = path
         self._schemas: dict[int, str] = {}
@@ -154,7 +145,7 @@ class _RecordingBuilder:
         self._ended_early = ""
 
     def add_chunk(self, chunk: ChunkLocation, records: Iterable[Record], allowance: Allowance) -> None:
-        """Add the records of a chunk. Raises one of `DAMAGE` if they are malformed or contradict earlier records."""
+        """Add the records of a chunk. Malformed or contradictory records raise one of the errors in `DAMAGE`."""
         for record in records:
             if isinstance(record, Message):
                 self._add_message(chunk, self._channels[record.channel_id], record, allowance)
@@ -204,11 +195,10 @@ class _RecordingBuilder:
             ended_early=self._ended_early,
             is_cut=not (is_whole and (self._result or self._ended_early)),
             damage=damage,
-            why_not=explain_gaps(self._ticks, samples, self._jpegs()),
+            missing_inputs=explain_missing_inputs(self._ticks, samples, self._jpegs()),
         )
 
     def _list_pictures(self) -> Iterator[tuple[SampleKey, Picture]]:
-        """Yield the key and the location of each picture that the run read or showed."""
         for tick in self._ticks:
             captured = [(read.key, read.time or 0.0, read.sequence or 0) for read in tick.reads if read.key]
             captured += [(each.key, tick.time, each.key.number) for each in tick.shown if each.key]
@@ -223,26 +213,29 @@ class _RecordingBuilder:
 def _build_no_run_error(path: Path, damage: str, *, is_whole: bool) -> RecordingError:
     if is_whole:
         return RecordingError(
-            path, "it holds no run", "Name a file that robotcore has recorded", kind="recording-without-run"
+            path,
+            "the file has no recorded run",
+            "Name a file that robotcore has recorded",
+            kind="recording-without-run",
         )
-    what, where = ("damaged", f" ({damage})") if damage else ("cut", "")
-    problem = f"it is {what} before it says what was run, so nothing in it can be read{where}"
+    problem = f"is damaged ({damage})" if damage else "ends"
+    problem = f"the file {problem} before the metadata of its run, so it cannot be read"
     kind = "recording-damaged" if damage else "recording-cut"
-    return RecordingError(path, problem, "Take another copy of it, or record the run again", kind=kind)
+    return RecordingError(path, problem, "Use another copy of the file, or record the run again", kind=kind)
 
 
-def explain_gaps(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:
-    """Return a text about the inputs of the app that are missing; empty if no input is missing.
+def explain_missing_inputs(ticks: list[Tick], samples: FileSamples, jpegs: set[str]) -> str:
+    """Return a text about the missing inputs of the app; empty if no input is missing.
 
-    jpegs: the cameras whose pictures are compressed.
+    jpegs: the cameras whose pictures are JPEGs, which differ from the pictures that the app read.
     """
     reads = [read for tick in ticks for read in tick.reads if not read.error]
     if not ticks:
-        return "it holds no tick"
+        return "the recording has no tick"
     if dropped := {(read.device, read.sequence) for read in reads if read.number is None}:
-        return f"{len(dropped)} picture(s) were dropped: the disk was too slow"
+        return f"{len(dropped)} picture(s) are missing, because the disk was too slow"
     if lossy := sorted(jpegs & {read.device for read in reads}):
-        return f"{', '.join(lossy)}: JPEG is not what the app saw"
+        return f"the pictures of {', '.join(lossy)} are JPEGs, which differ from those that the app read"
     if missing := {read.key for read in reads if read.key not in samples}:
         return f"{len(missing)} sample(s) are missing"
     return ""

@@ -1,4 +1,4 @@
-"""Record a run with an observer, a bounded queue, and a thread that writes the file."""
+"""Record a run: an observer puts its ticks into a queue, and a thread writes them to a file."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ from robotcore.threads import start_thread
 T = TypeVar("T")
 
 QUEUE_BYTES = 32 * 2**20
-"""The size of the queue in bytes. It has room for about 140 pictures of 320 x 240 pixels."""
+"""The size of the queue in bytes, which is about 140 pictures of 320 x 240 pixels."""
 
 POLL_S = 0.02
-"""The interval at which each thread checks the queue, in seconds.
+"""The interval at which both threads check the queue, in seconds.
 
-If each tick woke the writer thread, a tick would cost 2 ms on a busy machine. The rest of its recording takes 0.002 ms.
+If each tick woke the writer thread, recording a tick would take 2 ms on a busy machine instead of 0.002 ms.
 """
 
 
 class WriteQueue(Generic[T]):
-    """A queue from the control thread to the writer thread. `put` may wait for room, but it never rejects an entry.
+    """A queue from the control thread to the writer thread. A full queue still accepts entries.
 
-    room: the size in bytes from which on `has_room` returns False.
+    room: the size of the queue in bytes.
     """
 
     def __init__(self, room: int = QUEUE_BYTES) -> None:
@@ -48,15 +48,11 @@ class WriteQueue(Generic[T]):
         self._put_bytes = self._taken_bytes = 0
 
     def has_room(self) -> bool:
-        """Return whether the queue has room for another picture."""
+        """Return whether the queue is not full."""
         return self._put_bytes - self._taken_bytes < self._room
 
     def put(self, entry: T, size: int, *, waits: bool) -> None:
-        """Add an entry.
-
-        size: the approximate size of the entry, in bytes.
-        waits: whether to wait until the queue has room again.
-        """
+        """Add an entry of about ``size`` bytes. If ``waits`` is True, wait until the queue has room again."""
         if self._ended.is_set():
             return
         self._put_bytes += size
@@ -65,17 +61,17 @@ class WriteQueue(Generic[T]):
             pass
 
     def end(self) -> None:
-        """Make `put` discard all further entries, and wake a `put` that waits."""
+        """End the queue: `put` discards further entries, and stops waiting."""
         self._ended.set()
 
     def abandon(self) -> None:
-        """Discard further entries and those in the queue. Only the thread that calls `get` may call this method."""
+        """End the queue and discard its entries. Only the thread that calls `get` may call this method."""
         self.end()
         while not self.is_over:
             self.get()
 
     def get(self) -> T | None:
-        """Return the oldest entry. If the queue stays empty for `POLL_S` seconds, return None."""
+        """Return the oldest entry; None if the queue is empty, after a wait of `POLL_S` seconds."""
         if not self._entries:
             self._ended.wait(POLL_S)
             return None
@@ -90,30 +86,29 @@ class WriteQueue(Generic[T]):
 
 
 FLUSH_S = 0.5
-"""The interval of flushes, in seconds. A killed process loses at most the messages of one interval."""
+"""The interval of flushes, in seconds. A killed process loses the messages since the last flush."""
 
 JOIN_S = 60.0
-"""The longest wait at the end of a run for a disk that does not respond, in seconds."""
+"""The longest wait for the writer thread at the end of a run, in seconds."""
 
 
 class Recorder:
-    """An observer that writes an ``.mcap`` file. Use: ``session.run(request, [recorder], [recorder.layer])``.
+    """An observer that records a run: ``session.run(request, [recorder], [recorder.layer])``.
 
-    Simulated time waits for the disk. A real robot cannot wait, so the recorder drops pictures if the disk is too slow,
-    and counts them in ``dropped``. If the file cannot be written, the recording ends, and the run continues.
+    A simulated run waits for a slow disk. A real robot cannot wait, so the recorder then drops pictures.
+    If the file cannot be written, the recording ends and the run continues.
 
-    path: the file, which is overwritten.
-    is_jpeg: whether to write the camera's pictures as JPEG. Such a recording cannot be replayed.
-    limit: the file size in bytes at which the recording ends. The file becomes larger by one tick, the last chunk and
-    the index.
-    room: the size of the queue, in bytes.
+    path: the ``.mcap`` file, which is overwritten.
+    is_jpeg: whether to write pictures of cameras as JPEGs. Such a recording cannot be replayed.
+    limit: the file size at which the recording ends, in bytes. The last chunk and the index come on top of it.
+    room: the size of the queue in bytes.
     """
 
     def __init__(self, path: Path, *, is_jpeg: bool = False, limit: int | None = None, room: int = QUEUE_BYTES) -> None:
         self.failure: RobotcoreError | None = None
         """The error that ended the recording; None if there is none."""
         self.ended_early = ""
-        """Why the recording ended before the run; empty if it did not."""
+        """Why the recording ended before its run; empty if it did not."""
         self.path, self._is_jpeg, self._limit = path, is_jpeg, limit
         self._queue: WriteQueue[Entry] = WriteQueue(room)
         self._is_stepped = False
@@ -129,12 +124,12 @@ class Recorder:
 
     @property
     def has_begun(self) -> bool:
-        """Whether the file has the metadata of the run."""
+        """Whether the metadata of the run are in the file."""
         return self._thread is not None
 
     @property
     def is_writing(self) -> bool:
-        """Whether the writer thread still writes."""
+        """Whether the writer thread is alive."""
         return self._thread is not None and self._thread.is_alive()
 
     @property
@@ -143,7 +138,7 @@ class Recorder:
         return self.layer.dropped
 
     def complete(self, result: RunResult) -> RunResult:
-        """Return the result with the number of dropped pictures added."""
+        """Return the result with the number of dropped pictures."""
         return replace(result, dropped_pictures=self.dropped)
 
     def begin(self, run: Run) -> None:
@@ -162,25 +157,27 @@ class Recorder:
                 undo.pop_all()
 
     def tick(self, record: TickRecord) -> None:
-        """Put the tick into the queue."""
+        """Put a tick into the queue."""
         entry = Entry(record, self.layer.take(), self._read_truth(record), self._find_error(record))
         self._queue.put(entry, entry.size, waits=self._is_stepped)
 
     def end(self, result: RunResult) -> None:
-        """Write the result, and wait for the writer thread."""
+        """Let the writer thread write the result, and wait for its end."""
         self._result = self.complete(result)
         self._queue.end()
         if self._thread:
             self._thread.join(JOIN_S)
             if self._thread.is_alive():
                 self._set_failure(
-                    RecordingError(self.path, "the disk takes no more", "Take another one", kind="disk-hangs")
+                    RecordingError(
+                        self.path, f"the disk has not responded for {JOIN_S:g} s", "Use another disk", kind="disk-hangs"
+                    )
                 )
 
     def _find_error(self, record: TickRecord) -> RecordedError | None:
         """Return the error that ends the run in this tick; None if the run continues.
 
-        The loop calls this observer while the error propagates. An error of the latch takes precedence.
+        The loop calls `tick` while it handles the error, so ``sys.exc_info`` has it. The latch's error has precedence.
         """
         error = self.layer.find_latched(record.interventions) or sys.exc_info()[1]
         if error is self._outer or not isinstance(error, (RobotcoreError, Interrupted)):
@@ -188,14 +185,12 @@ class Recorder:
         return RecordedError.of(error)
 
     def _read_truth(self, record: TickRecord) -> GroundTruthSample | None:
-        """Return the ground truth; None if there is none, or if the simulator has died."""
         if self._run and (truth := self._run.truth):
-            with suppress(RobotcoreError):
+            with suppress(RobotcoreError):  # the simulator may have died
                 return GroundTruthSample(record.tick, record.time, truth.pose, truth.contacts)
         return None
 
     def _build_writer(self, file: McapFile, run: Run, metadata: Metadata) -> RecordingWriter | None:
-        """Write the start of the file, and return the writer of the file; None if writing failed."""
         try:
             return RecordingWriter(file, run, metadata, is_jpeg=self._is_jpeg)
         except Exception as error:  # noqa: BLE001  any error must end only the recording, not the run
@@ -212,8 +207,7 @@ class Recorder:
             self._close(file)
 
     def _write_all(self, file: McapFile, writer: RecordingWriter) -> None:
-        """Write entries until the queue ends. The first tick is flushed at once, so a crash leaves a usable file."""
-        clock, due, unsaved = MonotonicClock(), 0.0, 0
+        clock, due, unsaved = MonotonicClock(), 0.0, 0  # due at once, so that a crash leaves a file with a tick
         while not self._queue.is_over:
             if entry := self._queue.get():
                 writer.write(entry)
@@ -230,7 +224,7 @@ class Recorder:
 
     def _end_early(self, writer: RecordingWriter, last: Entry) -> None:
         size, time = f"{(self._limit or 0) / 1e6:g} MB", f"{last.record.time:.1f} s"
-        self.ended_early = f"its limit of {size} was reached after {time}, and the run went on"
+        self.ended_early = f"the recording reached its size limit of {size} at {time}, before the end of the run"
         writer.end_early(self.ended_early)
         self._queue.abandon()
 

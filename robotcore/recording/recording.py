@@ -20,58 +20,58 @@ from robotcore.runtime.session import Run
 from robotcore.runtime.versions import libraries
 
 FORMAT = 1
-"""The file format that this version writes. This version also reads files of earlier formats."""
+"""The number of the file format that this version of robotcore writes."""
 
 
 @dataclass(frozen=True)
 class Metadata:
-    """The description of a run. It is enough to run or replay the run, unless the app is a user's file."""
+    """The request, robot, world and app of a recorded run."""
 
     request: RunRequest
     description: RobotDescription
-    """The robot of the run, after the seed drew and randomised its values."""
+    """The robot of the run, with the values that were randomised by the seed."""
     is_stepped: bool
-    """Whether the clock waits for the app."""
+    """Whether the clock is stepped: it waits for the app, as a simulator's clock does."""
     world: WorldDescription | None = None
-    """The world of the run, after the seed drew and randomised its values."""
+    """The world of the run, with the values that were randomised by the seed; None without a world."""
     devices: tuple[str, ...] = ()
     """The names of the devices that the run opened."""
     settings: Mapping[str, Any] = field(default_factory=dict)
-    """All settings of the app, with their values in the run."""
+    """The value of each setting of the app in the run, by name."""
     milestones: tuple[str, ...] = ()
-    """The milestones of the app."""
+    """The names of the app's milestones."""
     platform: Mapping[str, str] = field(default_factory=dict)
-    """The machine and the versions of the libraries. The digests of a run depend on them."""
+    """The machine, the system and the versions of libraries. The numbers of a run depend on them."""
     source: str | None = None
-    """The source text of an app from a user's file."""
+    """The source text of the app if it is a user's file, else None."""
     started: str = ""
-    """The time of day at the start, ISO 8601."""
+    """The date and time of the start in UTC, as ISO 8601."""
     format: int = FORMAT
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A recorded run."""
+    """A recorded run in memory. Pictures are read from the file when they are used."""
 
     metadata: Metadata
     ticks: Sequence[Tick]
     samples: Mapping[SampleKey, RecordedSample]
-    """The samples of each device by key. Each picture on a display is a Frame.
+    """The recorded samples, and the pictures on displays as frames.
 
-    A sample equals that of the run, unless it is a compressed picture. Reading a picture may raise RecordingError.
+    A JPEG differs from the picture of the run. Getting a picture raises RecordingError if the file is damaged there.
     """
     result: RunResult | None = None
-    """The result of the run; None if the file ends or is damaged before the result."""
+    """The result of the run; None if the file is cut or damaged before the result."""
     truth: Sequence[GroundTruthSample] = ()
-    """The ground truth; empty if no simulator provided it."""
+    """The ground truth after each tick; empty if no simulator measured it."""
     ended_early: str = ""
-    """Why the recording ended before the run did, for example its size limit."""
+    """Why the recording ended before its run, such as its size limit; empty if it did not."""
     is_cut: bool = False
-    """Whether the end of the file is missing, even if only the index is missing."""
+    """Whether the end of the file is missing: the result, or the index after it."""
     damage: str = ""
-    """The place and the kind of the first damage, in one line. The file was not read beyond it."""
-    why_not: str = ""
-    """Why the recording cannot be replayed; empty if it can."""
+    """The first damage of the file, with its place; empty if there is none. Nothing after it was read."""
+    missing_inputs: str = ""
+    """Which inputs of the app are missing, so that the recording cannot be replayed; empty if none is missing."""
 
     def __repr__(self) -> str:
         request, outcome = self.metadata.request, self.result.outcome.value if self.result else "no result"
@@ -83,12 +83,12 @@ class Recording:
 
     @property
     def is_replayable(self) -> bool:
-        """Whether the recording has every input of the app up to its last tick."""
-        return not self.why_not
+        """Whether the recording has every input of the app."""
+        return not self.missing_inputs
 
 
 def build_metadata(run: Run) -> Metadata:
-    """Return the metadata of a run. It must be called before the first tick."""
+    """Return the metadata of a run that has not begun its first tick."""
     request = run.request
     return Metadata(
         request=request,
@@ -111,13 +111,13 @@ def _read_settings(behaviour: Behaviour) -> dict[str, Any]:
 
 
 def read_platform(backend: str) -> dict[str, str]:
-    """Return the machine, the system and the versions of the libraries. The exact numbers of a run depend on them."""
+    """Return the names of this machine and system, and the versions of the libraries of a backend."""
     machine = {"machine": platform.machine(), "system": platform.system(), "libc": " ".join(platform.libc_ver())}
     return {"robotcore": version("robotcore"), **machine, **libraries([backend])}
 
 
 def read_app_source(app: str) -> str | None:
-    """Return the current text of an app's file; None if the app is not a file, or if the file is missing."""
+    """Return the text of an app's file; None if the app is not a file or the file cannot be read."""
     if is_app_file(app):
         with suppress(OSError, UnicodeDecodeError):
             return app_path(app).read_text(encoding="utf-8")

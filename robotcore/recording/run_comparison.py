@@ -1,4 +1,4 @@
-"""Compare two recordings: milestones, states, outcome and measurements."""
+"""Compare two recordings: milestones, states, outcomes and measurements."""
 
 from __future__ import annotations
 
@@ -22,34 +22,34 @@ from robotcore.recording.summary import (
 from robotcore.runtime.result import RunResult
 
 Room = tuple[Sequence[object], ...]
-"""The length and the width of the floor, and the outline of each object, in metres."""
+"""The floor's length and width, and the outline of each object, in metres."""
 
 _DIGITS = 4
-"""The number of decimals of numbers in JSON. Lengths are rounded to a tenth of a millimetre."""
+"""The number of decimals in JSON, so that lengths are rounded to 0.1 mm."""
 
 
 @dataclass(frozen=True)
 class RunSummary:
-    """The measurements of a recording. Lengths are in metres, poses in world coordinates, rates in Hz."""
+    """The measurements of a recorded run. Poses are in world coordinates."""
 
     name: str
     recording: Recording
 
     @cached_property
     def result(self) -> RunResult:
-        """The result of the run. If the file has none, it is computed from the ticks."""
+        """The result of the run. If the recording has none, it is computed from the ticks."""
         return build_result(self.recording)
 
     @property
     def outcome(self) -> str:
-        """The outcome of the run; ``cut`` or ``damaged`` if the file has no outcome."""
+        """The outcome of the run; ``cut`` or ``damaged`` if the recording has no result."""
         if self.recording.result:
             return self.result.outcome.value
         return "damaged" if self.recording.is_damaged else "cut"
 
     @cached_property
     def odometry(self) -> PosePath:
-        """The path of the odometry."""
+        """The path by odometry; empty without a drive."""
         return build_odometry_path(self.recording)
 
     @cached_property
@@ -59,7 +59,7 @@ class RunSummary:
 
     @property
     def room(self) -> Room | None:
-        """The objects of the world from above; None without a world."""
+        """The floor and the objects of the world, seen from above; None without a world."""
         world = self.recording.metadata.world
         if world is None:
             return None
@@ -67,12 +67,12 @@ class RunSummary:
 
     @property
     def path(self) -> list[Pose]:
-        """The true path; without a simulator, the path by odometry."""
+        """The true poses; without a simulator, the poses by odometry."""
         return list((self.truth or self.odometry).values())
 
     @property
     def rate_hz(self) -> float | None:
-        """The number of ticks per second of the robot's clock."""
+        """The number of ticks per second; None if the run took no time."""
         return measure_rate(self.recording)
 
     @property
@@ -81,7 +81,7 @@ class RunSummary:
 
     @property
     def drift(self) -> float | None:
-        """The distance between the pose by odometry and the true pose at the end of the run, in metres."""
+        """The distance in metres between the last pose by odometry and the true pose; None if one is unknown."""
         both = self.truth.keys() & self.odometry.keys()
         if not both:
             return None
@@ -89,7 +89,7 @@ class RunSummary:
         return self.truth[last].distance_to(*self.odometry[last][:2])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON fields; an unknown value is null."""
+        """Return the JSON fields; an unknown value is None."""
         result = self.result
         return {
             "file": self.name,
@@ -128,7 +128,7 @@ DIFFERS = 1
 
 @dataclass(frozen=True)
 class StateDifference:
-    """The first tick in which two runs have different states. A state is None if its run had already ended."""
+    """The first tick in which two runs have different states. A state is None if its run has already ended."""
 
     tick: int
     time_s: float
@@ -138,24 +138,24 @@ class StateDifference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two recordings. They are alike if they have the same milestones in the same order, and the same outcome."""
+    """A comparison of two runs. They are alike if the order of their milestones and their outcome are equal."""
 
     first: RunSummary
     second: RunSummary
 
     @property
     def milestones(self) -> tuple[dict[str, float], dict[str, float]]:
-        """The milestones of both runs with their times in seconds. Each dict is in the order of its run."""
+        """The milestones of each run, in their order, with the times in seconds."""
         return self.first.result.milestones, self.second.result.milestones
 
     @property
     def first_other_milestone(self) -> tuple[str | None, str | None] | None:
-        """The first pair of milestones that differ; None if all are the same. A missing milestone is None."""
+        """The first pair of milestones that differ; None if all are equal. A missing milestone is None."""
         return next((pair for pair in zip_longest(*self.milestones) if pair[0] != pair[1]), None)
 
     @property
     def first_difference(self) -> StateDifference | None:
-        """The first tick with different states; None if all states are the same."""
+        """The first tick with different states; None if all states are equal."""
         for one, other in zip_longest(self.first.recording.ticks, self.second.recording.ticks):
             first, second = _get_state(one), _get_state(other)
             if first != second:
@@ -164,8 +164,8 @@ class Comparison:
         return None
 
     @property
-    def do_rooms_differ(self) -> bool:
-        """Whether both worlds are known and differ in their floors or objects."""
+    def has_other_room(self) -> bool:
+        """Whether the worlds of the runs differ in the floor or an object; False if a world is unknown."""
         rooms = self.first.room, self.second.room
         return None not in rooms and rooms[0] != rooms[1]
 
@@ -184,7 +184,7 @@ class Comparison:
             "alike": self.is_alike,
             "first_other_milestone": self.first_other_milestone,
             "parting": asdict(self.first_difference) if self.first_difference else None,
-            "rooms_differ": self.do_rooms_differ,
+            "rooms_differ": self.has_other_room,
             "first": {**self.first.to_dict(), "milestones": first},
             "second": {**self.second.to_dict(), "milestones": second},
             "exit_status": self.exit_status,

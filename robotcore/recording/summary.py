@@ -1,4 +1,4 @@
-"""Summarise a recording: its result, the robot's path and the reads of its devices."""
+"""Summarise a recording: its result, the robot's path, and the reads of each device."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robotcore.runtime.trace import TickRecord, Trace
 
 
 def build_result(recording: Recording) -> RunResult:
-    """Return the recorded result. If the file has none, build a result from the ticks."""
+    """Return the result of a recorded run. If the file has none, compute it from the ticks."""
     if recording.result:
         return recording.result
     trace = _build_trace(recording)
@@ -45,7 +45,7 @@ def build_result(recording: Recording) -> RunResult:
 
 
 def explain_missing_end(recording: Recording) -> str:
-    """Return why a recording has no result; empty if it has a result."""
+    """Return why a recording has no result; an empty text if it has one."""
     if recording.result:
         return ""
     if recording.ended_early:
@@ -53,7 +53,7 @@ def explain_missing_end(recording: Recording) -> str:
     if not recording.is_damaged:
         return "the file was cut before the run ended"
     at = recording.ticks[-1].time if recording.ticks else 0.0
-    return f"the file is damaged at {at:.1f} s: what comes after is not read ({recording.damage})"
+    return f"the file is damaged, and was read until {at:.1f} s only ({recording.damage})"
 
 
 def _build_trace(recording: Recording) -> Trace:
@@ -72,29 +72,28 @@ def _build_trace(recording: Recording) -> Trace:
 
 
 def _read_voltages(tick: Tick, recording: Recording, batteries: Container[str]) -> dict[str, float]:
-    """Return the voltage of each battery that was read in a tick, in volts."""
     keys = [read.key for read in tick.reads if read.key and read.device in batteries]
     samples = {key.device: recording.samples.get(key) for key in keys}
     return {device: sample.voltage for device, sample in samples.items() if isinstance(sample, Voltage)}
 
 
 PosePath = dict[int, Pose]
-"""Poses by the number of the tick. They are in world coordinates, or relative to the start if there is no world."""
+"""Poses by tick number, in world coordinates; without a world relative to the start."""
 
 
 _MAX_M = 1e6
-"""The largest coordinate of a valid pose, in metres. An invalid encoder value can give a pose beyond it."""
+"""Poses with a larger coordinate, in metres, are left out. An invalid encoder value can cause them."""
 
 
 def build_odometry_path(recording: Recording) -> PosePath:
-    """Return the path by odometry; an empty dict if the robot has no drive."""
+    """Return the path by odometry; empty if the robot has no drive."""
     world = recording.metadata.world
     start = world.start.pose if world else Pose(0.0, 0.0, 0.0)
     return {tick.number: start.compose(tick.pose) for tick in recording.ticks if tick.pose and _is_place(tick.pose)}
 
 
 def build_true_path(recording: Recording) -> PosePath:
-    """Return the true path; an empty dict if no simulator recorded it."""
+    """Return the true path; empty if no simulator measured it."""
     return {sample.tick: sample.pose for sample in recording.truth if _is_place(sample.pose)}
 
 
@@ -103,28 +102,28 @@ def _is_place(pose: Pose) -> bool:
 
 
 def measure_path(path: Iterable[Pose]) -> float:
-    """Return the length of a path, in metres."""
+    """Return the length of a path in metres."""
     return sum(one.distance_to(other.x, other.y) for one, other in pairwise(path))
 
 
 _SHORTEST_S = 1e-6
-"""The shortest duration for which a rate can be computed, in seconds."""
+"""A rate is computed only for a longer duration, in seconds."""
 
 
 @dataclass(frozen=True)
 class DeviceContents:
-    """The numbers of samples, reads and errors of one device."""
+    """How many samples, reads and errors of a device a recording has."""
 
     name: str
     kind: str
     samples: int
-    """The number of different samples."""
+    """The number of samples. A sample that was read several times counts once."""
     reads: int
     """The number of reads that returned a sample."""
     errors: int
     """The number of reads that raised an error."""
     rate_hz: float | None
-    """The number of samples per second; None if the run took no time."""
+    """The number of samples per second; None without samples, or if the run took no time."""
 
 
 def measure_duration(recording: Recording) -> float:
@@ -134,18 +133,18 @@ def measure_duration(recording: Recording) -> float:
 
 
 def measure_rate(recording: Recording) -> float | None:
-    """Return the number of ticks per second; None if no time passed."""
+    """Return the number of ticks per second; None if the run took no time."""
     duration = measure_duration(recording)
     return (len(recording.ticks) - 1) / duration if duration > _SHORTEST_S else None
 
 
 def count_interventions(recording: Recording) -> dict[str, int]:
-    """Return the number of commands that each rule of the safety stage changed, by the rule's name."""
+    """Return how many commands each rule of the safety stage changed, by the rule's name."""
     return dict(Counter(each.cause for tick in recording.ticks for each in tick.interventions))
 
 
 def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
-    """Yield the numbers of each open device, in the order of the robot's description."""
+    """Yield the contents for each device that the run opened, in the order of the robot's description."""
     duration, opened = measure_duration(recording), set(recording.metadata.devices)
     sequences: defaultdict[str, set[int | None]] = defaultdict(set)
     reads, shown, errors = Counter[str](), Counter[str](), Counter[str]()
@@ -166,7 +165,7 @@ def summarise_devices(recording: Recording) -> Iterator[DeviceContents]:
 
 
 def summarise_contents(recording: Recording) -> dict[str, Any]:
-    """Return the contents of a recording as JSON fields; an unknown value is null."""
+    """Return the JSON fields of ``robotcore info``; an unknown value is None."""
     about, result = recording.metadata, build_result(recording)
     return {
         "app": result.app,
@@ -193,10 +192,10 @@ def summarise_contents(recording: Recording) -> dict[str, Any]:
         "whole": not recording.is_cut,
         "damaged": recording.is_damaged,
         "replayable": recording.is_replayable,
-        "why_not": recording.why_not or None,
+        "why_not": recording.missing_inputs or None,
     }
 
 
 def find_last_reads(tick: Tick) -> dict[str, Read]:
-    """Return the last successful read of each device in a tick, by the device's name."""
+    """Return the last successful read of each device in a tick, by device name."""
     return {read.device: read for read in tick.reads if not read.error}

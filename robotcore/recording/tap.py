@@ -1,4 +1,4 @@
-"""The tap that records what an app reads and commands, tick by tick."""
+"""The tap that records the reads and the commands of an app in each tick."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from robotcore.safety import CommandFilter, Commit, Intervention, Latch
 
 @dataclass(slots=True)
 class TickEvents:
-    """The events of one tick, in the fields of `Tick`. ``samples`` has each new sample and displayed picture once."""
+    """The events of one tick, with the fields of `Tick`."""
 
     reads: list[Read] = field(default_factory=list)
     asks: list[DriveCommand] = field(default_factory=list)
@@ -36,37 +36,37 @@ class TickEvents:
     standing: list[Wheels] = field(default_factory=list)
     shown: list[ShownPicture] = field(default_factory=list)
     samples: list[tuple[SampleKey, Sample]] = field(default_factory=list)
+    """The new samples, and copies of the displayed pictures."""
     commit_error: RecordedError | None = None
 
 
 class TickBuffer:
-    """Collects the events of the current tick. A picture is dropped if ``has_room`` returns False.
-
-    ``dropped`` is the number of dropped pictures. ``reader`` is the name of the part that reads sensors at the moment;
-    None for the app. ``latch`` is the latch of the run.
-    """
+    """Collects the events of the current tick. A picture is dropped if ``has_room`` returns False."""
 
     def __init__(self, has_room: Callable[[], bool]) -> None:
         self.events = TickEvents()
         self.dropped = 0
+        """The number of dropped pictures."""
         self.reader: str | None = None
+        """The part that reads sensors now, `GUARD` or `ODOMETRY`; None for the app."""
         self.latch = Latch()
+        """The latch of the run."""
         self._has_room = has_room
 
     def take(self) -> TickEvents:
-        """Return the events since the last call."""
+        """Return the events since the last call, and begin a new tick."""
         events, self.events = self.events, TickEvents()
         return events
 
     def must_drop(self, sample: Sample) -> bool:
-        """Return whether a picture must be dropped, and count it."""
+        """Return whether ``sample`` is a picture without room in the queue. Such a picture counts as dropped."""
         is_dropped = isinstance(sample, Frame) and not self._has_room()
         self.dropped += is_dropped
         return is_dropped
 
     @contextmanager
     def set_reader(self, reader: str) -> Iterator[None]:
-        """Name the part that reads sensors within the ``with`` block."""
+        """Set ``reader`` within the ``with`` block."""
         self.reader = reader
         try:
             yield
@@ -75,7 +75,7 @@ class TickBuffer:
 
 
 class RecordedSensor(Generic[SampleT]):
-    """Records the reads of one sensor. If the app reads the same sample several times, the sample is stored once."""
+    """Records the reads of one sensor. A sample that is read several times is stored once."""
 
     def __init__(self, buffer: TickBuffer, device: str, read: Reader[SampleT]) -> None:
         self._buffer, self._device, self._read = buffer, device, read
@@ -104,7 +104,7 @@ class RecordedSensor(Generic[SampleT]):
 
 
 class RecordedDisplay:
-    """Records a copy of each displayed picture, because the app may draw into the original later."""
+    """Records a copy of each displayed picture, because the app may change the picture later."""
 
     def __init__(self, buffer: TickBuffer, device: str, show: Show) -> None:
         self._buffer, self._device, self._show = buffer, device, show
@@ -119,7 +119,6 @@ class RecordedDisplay:
         self._buffer.events.shown.append(ShownPicture(self._device, self._keep(image)))
 
     def _keep(self, image: Image) -> int | None:
-        """Store a copy of a picture, and return its number; None if the picture is dropped."""
         number, picture = self._count, Frame(image.copy(), 0.0, self._count)
         if self._buffer.must_drop(picture):
             return None
@@ -129,7 +128,7 @@ class RecordedDisplay:
 
 
 class RecordedStage:
-    """Records the commands to the drive, and the velocities that the safety stage allows."""
+    """Records the commands of the app to the drive, and the velocities that the safety stage allows."""
 
     def __init__(self, buffer: TickBuffer, inner: CommandFilter) -> None:
         self._buffer, self._inner = buffer, inner
@@ -168,9 +167,9 @@ class RecordedStage:
 
 
 class RecordedMotor:
-    """Records the commands to a motor outside the drive, and the velocities that the motor accepts.
+    """Records the commands of the app to a motor outside the drive, and the velocities that the motor accepts.
 
-    After the latch has tripped, stops are not recorded, because the framework itself stops the motors too.
+    Stops after the latch has tripped are not recorded, because they may come from the framework instead of the app.
     """
 
     def __init__(self, buffer: TickBuffer, motor: MotorOutput) -> None:
@@ -178,11 +177,11 @@ class RecordedMotor:
 
     @property
     def output(self) -> MotorOutput:
-        """The output that passes commands on to the motor and records them."""
+        """A motor output that records each command and sends it to the motor."""
         return MotorOutput(self._motor.name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:
-        """Send a velocity in rad/s to the motor. Record and return the accepted velocity, or record the error."""
+        """Send a velocity in rad/s, and return the velocity that the motor accepts. Record both, or the error."""
         with self._record_failure(rad_s):
             given = self._motor.set_velocity(rad_s)
         self._buffer.events.motor_asks.append(MotorCommand(self._motor.name, rad_s, given))
@@ -219,11 +218,11 @@ class RecordingTap(Tap):
         return self._buffer.dropped
 
     def take(self) -> TickEvents:
-        """Return the events since the last call."""
+        """Return the events of the tick, and begin a new one."""
         return self._buffer.take()
 
     def find_latched(self, interventions: Iterable[Intervention]) -> RobotcoreError | None:
-        """Return the error of the latch if an intervention with the latch's cause is given, else None."""
+        """Return the error of the latch if the latch caused one of the interventions, else None."""
         latch = self._buffer.latch
         return latch.error if latch.error and latch.cause in {each.cause for each in interventions} else None
 

@@ -1,7 +1,7 @@
-"""Check that a recording describes a possible run, with increasing times, a valid rate and known errors.
+"""Parse the JSON messages of a recording, and check that they describe a possible run.
 
-Each function raises ValueError with the problem. Measured and commanded numbers are not checked. A driver may return
-NaN, and the recording must show it.
+Each function raises ValueError if a message is malformed or impossible, such as a tick before the previous one. Samples
+and commands may have any value: a driver may return NaN, and the recording must show it.
 """
 
 from __future__ import annotations
@@ -25,34 +25,32 @@ from robotcore.runtime.result import RunResult
 from robotcore.text import escape
 
 MAX_SECONDS = 1e9
-"""The longest time of a run: thirty years."""
+"""The longest possible run, in seconds: thirty years."""
 
 _MAX_TICKS = 2**53
 _MAX_ANGLE = 1e12
 _MAX_NAMES = 1000
-"""The most milestones, and the most devices. Each of them becomes a row of a table."""
+"""The maximum number of milestones and of devices. Each becomes a row of a table."""
 _DEVICE_ERRORS = (BackendError, DeviceError, SafetyStop, UsageError)
-"""The errors that reading or commanding a device may raise. A later version may add other subclasses.
-
-A scripted device raises UsageError for an invalid script.
-"""
+"""The base classes of the errors of devices. UsageError is that of a mock device with an invalid script."""
 _FORMAT_LENGTH = 40
-"""The most characters of an unknown format's name that an error message shows."""
 _SIGNALS = range(129, 193)
-"""The exit statuses of a process that a signal ended."""
+"""The exit statuses 128 + N of a process that the signal N ended."""
 _BATTERY_KEYS = {"lowest_v", "last_v"}
 
 
 class UnknownFormatError(ValueError):
-    """The recording has a format that this version cannot read."""
+    """The recording has a file format that this version of robotcore cannot read."""
 
 
 def parse_metadata(content: bytes) -> Metadata:
-    """Return the metadata of a run. Raises UnknownFormatError if a later version of robotcore wrote them."""
+    """Parse the metadata of a run. Raises UnknownFormatError if a later version of robotcore wrote them."""
     payload = parse_json(content)
     written = payload.get("format", FORMAT) if isinstance(payload, dict) else FORMAT
     if written != FORMAT:
-        raise UnknownFormatError(f"its format is {escape(repr(written)[:_FORMAT_LENGTH])}; this version reads {FORMAT}")
+        raise UnknownFormatError(
+            f"its format is {escape(repr(written)[:_FORMAT_LENGTH])}. This robotcore reads only format {FORMAT}"
+        )
     metadata = from_json(Metadata, content)
     if not MIN_RATE_HZ <= metadata.request.rate_hz <= MAX_RATE_HZ:
         raise ValueError(f"rate_hz is {metadata.request.rate_hz:g}, outside of {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}")
@@ -63,28 +61,25 @@ def parse_metadata(content: bytes) -> Metadata:
 
 
 def parse_tick(content: bytes, before: Tick | None) -> Tick:
-    """Return a tick that was read from a file.
-
-    before: the tick before it; None for the first tick. The tick must be a possible successor of it.
-    """
+    """Parse a tick. ``before`` is the previous tick in the file; None for the first tick."""
     tick = from_json(Tick, content)
     if not 0 <= tick.number < _MAX_TICKS or (before and tick.number != before.number + 1):
-        raise ValueError(f"tick {tick.number} comes {f'after tick {before.number}' if before else 'first'}")
+        raise ValueError(f"tick {tick.number} follows {f'tick {before.number}' if before else 'no tick'}")
     _require_seconds(f"the time of tick {tick.number}", tick.time)
     if before and tick.time < before.time:
-        raise ValueError(f"tick {tick.number} is at {tick.time:g} s, before tick {before.number}")
+        raise ValueError(f"tick {tick.number} at {tick.time:g} s is earlier than tick {before.number}")
     for turned in tick.turned:
         for angle in turned.angles or ():
             _require_angle(angle)
     if invalid := {error.kind for error in _list_device_errors(tick) if not _is_device_error(error)}:
-        raise ValueError(f"a device raised {', '.join(sorted(invalid))} in tick {tick.number}")
+        raise ValueError(f"tick {tick.number} has a device error of an unknown class: {', '.join(sorted(invalid))}")
     if tick.error and tick.error.kind == Interrupted.__name__ and not _is_signal(tick.error):
-        raise ValueError(f"tick {tick.number} has an interruption without a signal number")
+        raise ValueError(f"tick {tick.number} has an interruption without the exit status of a signal")
     return tick
 
 
 def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range | Angle | Voltage:
-    """Return a sample of a range sensor, an encoder or a battery, read from JSON."""
+    """Parse a sample of a range sensor, an encoder or a battery."""
     sample = from_json(kind, content)
     if isinstance(sample, Angle):
         _require_angle(sample.angle)
@@ -92,7 +87,7 @@ def parse_number(kind: type[Range | Angle | Voltage], content: bytes) -> Range |
 
 
 def parse_result(content: bytes) -> RunResult:
-    """Return the result of a run, read from JSON. Unknown keys are ignored."""
+    """Parse the result of a run. Unknown keys are ignored."""
     valid = _build_result_model().model_validate(parse_json(content))
     result = RunResult(**{name: getattr(valid, name) for name in type(valid).model_fields})
     for name in ("sim_time_s", "wall_time_s"):
@@ -109,7 +104,6 @@ def parse_result(content: bytes) -> RunResult:
 
 @cache
 def _build_result_model() -> type[BaseModel]:
-    """Return the pydantic model of a result. It has all fields except the exception, which no file contains."""
     kinds = get_type_hints(RunResult)
     recorded = [field for field in fields(RunResult) if field.name != "error"]
     types = {field.name: (kinds[field.name], _get_default(field)) for field in recorded}
@@ -140,19 +134,18 @@ def _is_signal(error: RecordedError) -> bool:
 
 
 def _require_angle(angle: float) -> None:
-    """Raise ValueError if an angle is too large. NaN is valid. An infinite angle ends a run before it is recorded."""
     if abs(angle) > _MAX_ANGLE:
-        raise ValueError(f"an angle is {angle:g} rad")
+        raise ValueError(f"a wheel angle of {angle:g} rad is above the limit of {_MAX_ANGLE:g} rad")
 
 
-def _require_seconds(what: str, seconds: float) -> None:
+def _require_seconds(name: str, seconds: float) -> None:
     if not abs(seconds) <= MAX_SECONDS:
-        raise ValueError(f"{what} is {seconds:g} s")
+        raise ValueError(f"{name} is {seconds:g} s")
 
 
-def _require_few(what: str, named: Sized) -> None:
+def _require_few(kind: str, named: Sized) -> None:
     if len(named) > _MAX_NAMES:
-        raise ValueError(f"{len(named)} {what}, more than {_MAX_NAMES}")
+        raise ValueError(f"the run has {len(named)} {kind}, above the limit of {_MAX_NAMES}")
 
 
 def _require_faults(faults: Any) -> None:

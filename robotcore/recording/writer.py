@@ -1,4 +1,4 @@
-"""Convert the events of a run to messages, in the writer thread."""
+"""Write a run to its file, in the writer thread: metadata, ticks, samples and result."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ if TYPE_CHECKING:
 
 
 TICK_BYTES = 4096
-"""The approximate size of a tick without pictures, in bytes."""
+"""The assumed size of a tick without pictures, in bytes."""
 
 
 class Entry(NamedTuple):
-    """A tick that the control thread puts into the queue of the writer thread."""
+    """A tick in the queue from the control thread to the writer thread."""
 
     record: TickRecord
     events: TickEvents
@@ -53,13 +53,13 @@ class Entry(NamedTuple):
 
     @property
     def size(self) -> int:
-        """The approximate size of the entry, in bytes."""
+        """The approximate size in memory, in bytes."""
         pictures = (sample.image.nbytes for _, sample in self.events.samples if isinstance(sample, Frame))
         return TICK_BYTES + sum(pictures)
 
 
 class RecordingWriter:
-    """Writes one run into a file: its metadata, its ticks and its result."""
+    """Writes one run to a file. It writes the metadata when it is created."""
 
     def __init__(self, file: McapFile, run: Run, metadata: Metadata, *, is_jpeg: bool) -> None:
         from foxglove.channels import FrameTransformsChannel, LogChannel, PoseInFrameChannel
@@ -82,7 +82,7 @@ class RecordingWriter:
         self._begin(metadata)
 
     def write(self, entry: Entry) -> None:
-        """Write the samples of a tick, then the tick. If the file is cut, each tick in it has all its samples."""
+        """Write the samples of a tick, then the tick, so that a tick in a cut file has all its samples."""
         self._now = entry.record.time
         for key, sample in entry.events.samples:
             self._write[key.device](sample, self._now)
@@ -94,13 +94,13 @@ class RecordingWriter:
         self._write_poses(tick.pose, entry.truth)
 
     def end(self, result: RunResult) -> None:
-        """Write the result."""
+        """Write the result of the run, and the last log line."""
         self._write_log([build_last_line(result)])
         self._file.json(channels.RESULT, RESULT_SCHEMA)(result.to_json().encode(), to_nanoseconds(self._now))
         self._file.write_metadata("robotcore.result", {"outcome": result.outcome.value, "reason": result.reason})
 
     def end_early(self, why: str) -> None:
-        """Write the reason why the recording ends before its run."""
+        """Write ``why`` the recording ends before its run."""
         self._write_log([LogLine(Level.Info, why)])
         self._file.json(channels.END, END_SCHEMA)(json.dumps({"reason": why}).encode(), to_nanoseconds(self._now))
 
@@ -118,7 +118,6 @@ class RecordingWriter:
         self._file.flush()
 
     def _write_poses(self, odometry_pose: Pose | None, truth: GroundTruthSample | None) -> None:
-        """Write the robot's pose by odometry, and its true pose if the simulator knows it."""
         from foxglove.messages import FrameTransforms, PoseInFrame
 
         transforms = []
@@ -144,7 +143,6 @@ class RecordingWriter:
 
 
 def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
-    """Yield the robot's start in the world, the mounts of the sensors, and the coordinate frames of their pictures."""
     if metadata.world:
         yield build_transform(TRUE, ODOMETRY, metadata.world.start.pose, 0.0)
     for device in metadata.description.devices:
@@ -155,7 +153,6 @@ def _build_static_transforms(metadata: Metadata) -> Iterator[FrameTransform]:
 
 
 def _format_request(metadata: Metadata) -> dict[str, str]:
-    """Return the request as a dict of texts, for the metadata of the MCAP file."""
     request = to_plain(metadata.request)
     return {name: value if isinstance(value, str) else json.dumps(value) for name, value in request.items()}
 
@@ -165,16 +162,13 @@ def _to_readable_json(description: object) -> bytes:
 
 
 class TickBuilder:
-    """Builds the ticks of a run for the file. `build` is called once for each tick, in their order."""
+    """Builds the recorded ticks of a run, one after the other, with the poses of the odometry."""
 
     def __init__(self, description: RobotDescription) -> None:
         self._odometry = OdometryTracker(description.drive.geometry) if description.drive else None
 
     def build(self, record: TickRecord, events: TickEvents, error: RecordedError | None) -> Tick:
-        """Return a tick for the file.
-
-        error: the error that ended the run in this tick; None if the run continues.
-        """
+        """Return the recorded tick. ``error`` is the error that ends the run in this tick, or None."""
         return Tick(
             number=record.tick,
             time=record.time,
@@ -196,7 +190,7 @@ class TickBuilder:
 
 
 class OdometryTracker:
-    """Computes the robot's pose from the recorded wheel angles, as the odometry of the drive does."""
+    """Computes the robot's pose by odometry from the recorded wheel angles."""
 
     def __init__(self, geometry: DifferentialGeometry) -> None:
         self._angles = Wheels(0.0, 0.0)
@@ -204,7 +198,7 @@ class OdometryTracker:
         self._pose = Pose(0.0, 0.0, 0.0)
 
     def advance(self, turned: Iterable[WheelAngles]) -> Pose:
-        """Add the wheel angles of a tick, and return the pose after it."""
+        """Return the pose after a tick with these wheel angles."""
         for each in turned:
             if each.angles:
                 self._angles = each.angles

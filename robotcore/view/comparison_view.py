@@ -41,7 +41,7 @@ def draw_comparison(comparison: Comparison) -> Image:
     verdict, colour = ("alike", GOOD) if comparison.is_alike else ("differ", BAD)
     canvas.write_text((_EDGE, 66), "  and  ".join(build_titles(comparison)), INK, 25, bold=True)
     width = canvas.write_text((_EDGE, 108), verdict, colour, 17, bold=True)
-    if comparison.do_rooms_differ:
+    if comparison.has_other_room:
         canvas.write_text(
             (_EDGE + width + 18, 108), "the rooms differ: the map shows the room of the first run", FADED, 17
         )
@@ -113,7 +113,7 @@ def format_comparison(comparison: Comparison) -> RenderableType:
     verdict = Text("alike", "bold green") if comparison.is_alike else Text("differ", "bold red")
     verdict += Text(f"  {escape(_format_finding(comparison))}")
     first_difference = Text(f"  {escape(_format_state_difference(comparison))}")
-    if comparison.do_rooms_differ:
+    if comparison.has_other_room:
         first_difference += Text(f"\n  {ROOMS_DIFFER}")
     table = Table(box=box.SIMPLE_HEAD, show_edge=False, pad_edge=False, header_style="bold")
     for index, title in enumerate(("", *build_titles(comparison))):

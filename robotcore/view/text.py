@@ -97,7 +97,7 @@ def format_contents(recording: Recording, file: Path) -> RenderableType:
 def _list_states(recording: Recording, file: Path) -> Iterator[str]:
     yield _format_size(file.stat().st_size)
     yield _format_wholeness(recording)
-    yield "replayable" if recording.is_replayable else f"not replayable: {recording.why_not}"
+    yield "replayable" if recording.is_replayable else f"not replayable: {recording.missing_inputs}"
 
 
 def _format_wholeness(recording: Recording) -> str:

@@ -1,7 +1,6 @@
-"""Decide whether the app that a recording names may run.
+"""Decide whether a replay may run the app that a recording names.
 
-A recording may come from anybody, so it must not make a replay run an arbitrary file. If the user names the app's
-file, that file runs with any recording.
+A recording may be hostile, so it must not make a replay run an arbitrary file. An app that the user names always runs.
 """
 
 from __future__ import annotations
@@ -24,34 +23,43 @@ from robotcore.text import escape
 
 _PACKAGES = {"site-packages", "dist-packages"}
 _HARMLESS = (int, float, Enum, NoneType)
-"""Types of settings whose values cannot name a file, a command or a host."""
+"""The types of settings whose values cannot be the name of a file, a command or a host."""
 
 
 def require_recorded_app(recording: Recording, file: Path | str, given: Container[str] = ()) -> None:
-    """Raise RecordingError if the recorded app must not run unless the user names it.
+    """Raise RecordingError if a replay must not run the app that a recording names.
 
-    An installed app may run. A user's file may run if it is below the current folder and not among installed packages.
-    Its text must be the recorded one, and the recording must not set a setting of the app to a free text.
+    An installed app may run. A user's file may run if all of this holds:
+
+    - It is below the current folder, and not in a folder of installed packages.
+    - Its text is the recorded source.
+    - The recording changes none of its settings that can be any text.
 
     file: the name of the recording in error messages.
-    given: the names of the settings that the user sets. Their values do not come from the recording.
+    given: the names of the settings that the user sets, so that their recorded values are not used.
     """
     app = recording.metadata.request.app
     if not is_app_file(app):
         return
     called, shown = file or "the recording", escape(app)
     if not app_path(app).is_file():
-        remedy = "Replay it from the folder that it was run in, or name the app's file: --app FILE.py"
-        raise RecordingError(called, f"its app, {shown}, is not here", remedy, kind="app-not-here", app=app)
-    if problem := _find_problem(recording, given):
-        remedy = f"To run it, name it: --app {shlex.quote(shown)}"
+        remedy = "Replay it from the folder of the recorded run, or name the app's file: --app FILE.py"
         raise RecordingError(
-            called, f"its app, {shown}, {problem}, so replay did not run it", remedy, kind="app-not-permitted", app=app
+            called, f"the file of its app, {shown}, does not exist", remedy, kind="app-not-here", app=app
+        )
+    if problem := _find_problem(recording, given):
+        remedy = f"If you trust the app, name it: --app {shlex.quote(shown)}"
+        raise RecordingError(
+            called,
+            f"replay does not run its app, {shown}, because {problem}",
+            remedy,
+            kind="app-not-permitted",
+            app=app,
         )
 
 
 def is_recorded_file(recording: Recording, app: str) -> bool:
-    """Return whether ``app`` is the file of the recorded app. Its name or its text must be the recorded one."""
+    """Return whether a file has the name or the source of the recorded app."""
     recorded = recording.metadata.request.app
     if not (is_app_file(app) and is_app_file(recorded)):
         return False
@@ -59,29 +67,32 @@ def is_recorded_file(recording: Recording, app: str) -> bool:
 
 
 def has_app_changed(recording: Recording, app: str) -> bool | None:
-    """Return whether the text of a file differs from the recorded text; None if no text was recorded."""
+    """Return whether the text of an app's file differs from the recorded source; None if no source was recorded."""
     recorded = recording.metadata.source
     return None if recorded is None else read_app_source(app) != recorded
 
 
 def _find_problem(recording: Recording, given: Container[str]) -> str:
-    """Return why the recorded app's file must not run; empty if it may. All other checks precede its import."""
+    """Return why the recorded app's file must not run; empty if it may run.
+
+    The file is imported only for the last check, after all other checks have passed.
+    """
     app = recording.metadata.request.app
     path = app_path(app).resolve()
     if not path.is_relative_to(Path.cwd().resolve()):
-        return "is outside of the current folder"
+        return "the file is outside of the current folder"
     if path.is_relative_to(Path(sys.prefix).resolve()) or not _PACKAGES.isdisjoint(path.parts):
-        return "is among installed packages"
+        return "the file is in a folder of installed packages"
     if has_app_changed(recording, app) is not False:
         is_known = recording.metadata.source is not None
-        return "has changed since it was recorded" if is_known else "was recorded without its text"
+        return "the file has changed since it was recorded" if is_known else "its source was not recorded"
     if name := _find_open_setting(recording, given):
-        return f"would get the setting {escape(repr(name))} from the recording, which is no number and no fixed choice"
+        return f"the recording changes its setting {escape(repr(name))}, which can be any text"
     return ""
 
 
 def _find_open_setting(recording: Recording, given: Container[str]) -> str | None:
-    """Return the name of a setting that the recording sets to a free text other than the app's default; else None."""
+    """Return the name of a setting that can be any text and that the recording changes; None if there is none."""
     request = recording.metadata.request
     recorded = {name: value for name, value in request.settings.items() if name not in given}
     if all(isinstance(value, (int, float, NoneType)) for value in recorded.values()):
@@ -96,7 +107,6 @@ def _is_open(setting: Setting, value: Any) -> bool:
 
 
 def _is_harmless(kind: Any) -> bool:
-    """Return whether each value of a type is a number, a boolean, None, or one of a fixed set."""
     origin = get_origin(kind)
     if origin is Annotated:
         return _is_harmless(get_args(kind)[0])

@@ -1,4 +1,4 @@
-"""The tap that compares each command of a replay with the recorded command, and returns the recorded answer."""
+"""The tap of a replay: it compares each command with the recorded one, and returns the recorded answer."""
 
 from __future__ import annotations
 
@@ -24,22 +24,24 @@ Command = tuple[float, ...]
 """The velocity of one motor, or of both wheels, in rad/s."""
 
 PLATFORM_TOLERANCE = 1e-9
-"""The tolerance for commands from another processor or library, in rad/s."""
+"""The tolerance in rad/s if the platform differs from the recorded one."""
 
 
 class CommandComparator:
-    """Compares commands bit for bit, or with a ``tolerance`` in rad/s. ``largest`` is the largest accepted difference.
+    """Compares commands, with a ``tolerance`` in rad/s. With the tolerance 0, their bits must be equal.
 
-    ``is_exact`` is True if all commands so far were equal bit for bit. Two NaN count as equal.
+    Two NaN are equal.
     """
 
     def __init__(self, tolerance: float = 0.0) -> None:
         self._tolerance = tolerance
         self.largest = 0.0
+        """The largest difference within the tolerance so far, in rad/s."""
         self.is_exact = True
+        """Whether all equal commands so far had equal bits."""
 
     def __call__(self, one: Command | None, other: Command | None) -> bool:
-        """Return whether two commands are equal. None, which is a stop or no command, equals only None."""
+        """Return whether two commands are equal. None is a stop or no command."""
         if one is None or other is None:
             return one is other
         if all(map(_is_same, one, other)):
@@ -56,7 +58,7 @@ def _is_same(one: float, other: float) -> bool:
 
 
 def _difference(one: float, other: float) -> float:
-    """Return the difference of two numbers. If one is NaN or infinite, return 0 if they are the same, else infinity."""
+    """Return the absolute difference of two numbers; infinity if only one is NaN, or if an infinite one differs."""
     if _is_same(one, other) or one == other:
         return 0.0
     return abs(one - other) if math.isfinite(one - other) else math.inf
@@ -66,9 +68,9 @@ _NO_COMMAND = "no command"
 
 
 class ReplayedStage:
-    """Replaces the safety stage, and returns its recorded answers and errors.
+    """Replaces the safety stage: it compares each command with the recorded one, and returns the recorded answer.
 
-    Between ticks it accepts every stop. The loop and the closing of the robot send stops that are not recorded.
+    Between ticks it ignores stops, because the framework sends stops that are not recorded.
     """
 
     def __init__(self, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
@@ -76,14 +78,15 @@ class ReplayedStage:
         self._asked: Wheels | None = None
         self._is_in_tick = False
         self.is_committed = False
+        """Whether the command of the current tick was compared."""
 
     def begin_tick(self) -> None:
-        """Begin to compare the commands of a tick. Further calls in the same tick do nothing."""
+        """Begin to compare the commands of a tick. Further calls in the tick do nothing."""
         if not self._is_in_tick:
             self._asked, self._is_in_tick, self.is_committed = None, True, False
 
     def end_tick(self) -> None:
-        """Stop comparing commands until the next tick begins."""
+        """Ignore stops until the next tick begins."""
         self._is_in_tick = False
 
     @property
@@ -121,12 +124,11 @@ class ReplayedStage:
         return Commit(self._asked, tick.sent, tick.interventions)
 
     def require_all(self) -> None:
-        """Report a difference if the recorded run gave a command in this tick that the replay has not given."""
+        """Report a difference if a recorded command of this tick is missing in the replay."""
         if left := self._cursor.current.commands:
             self._cursor.report_difference("the command", format_wheels(left[0].asked), _NO_COMMAND)
 
     def _find_answer(self, wheels: Wheels | None) -> DriveCommand:
-        """Return the recorded command after checking that it equals ``wheels``; None is a stop."""
         self._cursor.raise_if_ended()
         recorded = self._cursor.current.next_command()
         if recorded is None:
@@ -136,17 +138,14 @@ class ReplayedStage:
         return recorded
 
     def _fail(self, recorded: RecordedError) -> NoReturn:
-        """Raise the error that ended the recorded run in this tick.
-
-        If that error came before the command, the replay differs, because it has given the command.
-        """
+        """Raise the recorded error of this tick; report a difference if it was raised before the command."""
         if not (self._cursor.current.tick.commit_error or isinstance(recorded.rebuild(), SafetyStop)):
             self._cursor.report_difference("the end", f"raised {recorded.kind}: {recorded.message}", "the app goes on")
         raise_recorded(recorded, self._latch)
 
 
 def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
-    """Raise a recorded error; a safety stop trips the latch."""
+    """Raise a recorded error. If it is a SafetyStop, trip the latch first."""
     error = recorded.rebuild()
     if isinstance(error, SafetyStop):
         latch.trip(error)
@@ -154,9 +153,9 @@ def raise_recorded(recorded: RecordedError, latch: Latch) -> NoReturn:
 
 
 class ReplayedMotor:
-    """Compares the commands to a motor with the recorded ones.
+    """Compares the commands to a motor outside the drive with the recorded ones, and returns the recorded answers.
 
-    After the latch has tripped, stops are ignored, because closing the robot stops its motors too.
+    After the latch has tripped, stops are ignored, because they may come from the framework instead of the app.
     """
 
     def __init__(self, name: str, cursor: ReplayCursor, comparator: CommandComparator, latch: Latch) -> None:
@@ -164,11 +163,11 @@ class ReplayedMotor:
 
     @property
     def output(self) -> MotorOutput:
-        """The motor output that returns the recorded answers."""
+        """The motor output for the app."""
         return MotorOutput(self._name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:
-        """Compare a velocity in rad/s with the recorded one, and return the velocity that the motor accepted."""
+        """Compare a velocity in rad/s with the recorded one, and return the recorded accepted velocity."""
         given = self._find_answer(MotorCommand(self._name, rad_s)).given
         return 0.0 if given is None else given
 
@@ -178,7 +177,6 @@ class ReplayedMotor:
             self._find_answer(MotorCommand(self._name))
 
     def _find_answer(self, ask: MotorCommand) -> MotorCommand:
-        """Return the recorded command after checking that it equals ``ask``, or raise the recorded error."""
         self._cursor.raise_if_ended()
         asks = self._cursor.current.motor_commands
         if not asks:
@@ -192,9 +190,9 @@ class ReplayedMotor:
 
 
 def require_all_motor_commands(cursor: ReplayCursor) -> None:
-    """Report a difference if the recorded run gave a motor command that the replay has not given in this tick.
+    """Report a difference if a recorded motor command of this tick is missing in the replay.
 
-    There is no difference if the recording ended within this tick.
+    A tick that an error aborted is not checked.
     """
     if (left := cursor.current.motor_commands) and not cursor.current.tick.error:
         cursor.report_difference("the command", format_motor_command(left[0]), _NO_COMMAND)
@@ -205,10 +203,10 @@ def _get_velocity(ask: MotorCommand) -> tuple[float] | None:
 
 
 class ReplayTap(Tap):
-    """A tap and an observer that raise DeviationError at the first difference, which ends the replay.
+    """A tap and an observer that end a replay with DeviationError at the first difference.
 
-    The replay backend's devices return the recorded samples. This tap returns the answers of the safety stage and the
-    wheel angles.
+    The tap returns the recorded answers of the safety stage and the recorded wheel angles. The devices of the replay
+    backend return the recorded samples.
     """
 
     def __init__(self, recording: Recording, comparator: CommandComparator) -> None:
@@ -221,9 +219,9 @@ class ReplayTap(Tap):
         self._latch = latch
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return a reader that reports a difference if the recorded run did not read the sensor.
+        """Return a reader that reports a difference if the recorded run did not read the sensor in this tick.
 
-        The reader of a battery is not wrapped, because the framework reads batteries at times of its own.
+        The reads of a battery are not compared, because the framework decides when to read it.
         """
         if isinstance(sensor, Battery):
             return read
@@ -232,7 +230,7 @@ class ReplayTap(Tap):
             self.cursor.raise_if_ended()
             self._raise_emergency_stop()
             if not self.cursor.current.was_read(sensor.name):
-                self.cursor.report_missing(f"what is read of {sensor.name}", "not read in this tick", "read")
+                self.cursor.report_missing(f"the reading of {sensor.name}", "not read in this tick", "read")
             for _ in range(self.cursor.current.count_other_failures(sensor.name)):
                 with suppress(RobotcoreError):
                     read()
@@ -262,10 +260,10 @@ class ReplayTap(Tap):
         return reader
 
     def begin(self, run: Run) -> None:
-        """Do nothing, because the comparison begins with the first tick."""
+        """Do nothing. The comparison begins with the first tick."""
 
     def tick(self, record: TickRecord) -> None:
-        """Compare a tick with the recorded tick. `check_end` compares an error of the app."""
+        """Compare a tick with the recorded tick. An error is compared by `check_end`."""
         cursor, tick = self.cursor, self.cursor.current.tick
         if self._stage:
             self._stage.end_tick()
@@ -284,9 +282,8 @@ class ReplayTap(Tap):
             self._latch.set(error)
 
     def _raise_emergency_stop(self) -> None:
-        """Trip the e-stop at the command at which it tripped in the recorded run."""
         if error := self.cursor.current.emergency_stop:
             self._latch.set(error)
 
     def end(self, result: RunResult) -> None:
-        """Do nothing, because `check_end` compares the end of the run."""
+        """Do nothing. `check_end` compares the end of the run."""

@@ -1,4 +1,4 @@
-"""The current tick of a replay in its recording, and the first difference between both."""
+"""The current tick of a replay, and the first difference between a replay and its recording."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ class Deviation:
 
     tick: int
     time: float
-    """The robot's time, in seconds."""
+    """The time of the tick on the robot's clock, in seconds."""
     subject: str
-    """What differs, such as ``the command``."""
+    """The decision that differs, such as ``the command``."""
     recorded: str
     replayed: str
     reads: tuple[str, ...]
-    """Texts about the sensor reads of the recorded run in this tick."""
+    """A text about each read of a sensor in the recorded tick."""
 
     @classmethod
     def of(
         cls, tick: Tick, subject: str, recorded: str, replayed: str, samples: Mapping[SampleKey, RecordedSample]
     ) -> Deviation:
-        """Return a difference in a tick, with texts about the samples that the recorded run read in this tick."""
+        """Return a difference in a recorded tick, with texts about the reads of the tick."""
         reads = dict.fromkeys(_format_read(read, samples) for read in tick.reads)
         return cls(tick.number, tick.time, subject, recorded, replayed, tuple(reads))
 
@@ -65,7 +65,7 @@ class Deviation:
         return payload
 
     def lines(self) -> Iterator[str]:
-        """Yield the lines of a message about the difference, one fact in each line."""
+        """Yield the lines of a text about the difference."""
         yield f"tick {self.tick}, at {self.time:g} s, {self.subject} differs"
         yield f"  recorded: {self.recorded}"
         yield f"  replayed: {self.replayed}"
@@ -73,12 +73,12 @@ class Deviation:
 
 
 def format_wheels(wheels: Wheels | None) -> str:
-    """Return the text of a drive command with all digits; ``stop`` for None."""
+    """Return a command to the drive as text with all digits; ``stop`` for None."""
     return "stop" if wheels is None else f"left {wheels.left!r}, right {wheels.right!r} rad/s"
 
 
 def format_motor_command(ask: MotorCommand) -> str:
-    """Return the text of a motor command with all digits."""
+    """Return a command to a motor as text with all digits."""
     return f"{ask.device} stop" if ask.asked is None else f"{ask.device} {ask.asked!r} rad/s"
 
 
@@ -110,10 +110,7 @@ EventT = TypeVar("EventT")
 
 
 class TickReader:
-    """Returns the events of one recorded tick in their order.
-
-    If the replay reads more wheel angles or current drive commands than were recorded, it gets the last one again.
-    """
+    """Returns the events of one recorded tick, one after the other."""
 
     def __init__(self, tick: Tick) -> None:
         self.tick = tick
@@ -127,13 +124,13 @@ class TickReader:
 
     @property
     def is_cut_short(self) -> bool:
-        """Whether a signal or a watchdog ended the run in this tick, so that the rest of the tick is unknown."""
+        """Whether a signal or the watchdog ended the run in this tick, so that its other events were not recorded."""
         is_signalled = self.tick.error is not None and self.tick.error.kind == Interrupted.__name__
         return is_signalled or any(each.cause == WatchdogError.cause for each in self.tick.interventions)
 
     @property
     def early_error(self) -> RobotcoreError | None:
-        """The error that tripped the latch before this tick began, such as an e-stop; None if there is none."""
+        """The error of a latch that tripped before the first event of this tick, such as an e-stop; else None."""
         tick = self.tick
         has_begun = tick.reads or tick.asks or tick.motor_asks or tick.turned or not tick.interventions
         error = None if has_begun or tick.error is None else tick.error.rebuild()
@@ -141,13 +138,13 @@ class TickReader:
 
     @property
     def emergency_stop(self) -> RobotcoreError | None:
-        """The e-stop that tripped within this tick. The recorded answers of the drive show at which command."""
+        """The error of an e-stop that tripped before the command of this tick was sent; None if there is none."""
         error = self.tick.error.rebuild() if self.tick.error and not self.was_committed else None
         return error if isinstance(error, EmergencyStopError) else None
 
     @property
     def was_committed(self) -> bool:
-        """Whether the run sent a command at the end of this tick. An error of the tick then came after the command."""
+        """Whether the run sent the command of this tick, so that an error of the tick occurred later."""
         return self.tick.asked is not None or self.tick.sent is not None
 
     def was_read(self, device: str) -> bool:
@@ -155,7 +152,7 @@ class TickReader:
         return device in self._devices
 
     def count_other_failures(self, device: str) -> int:
-        """Return how often reads by the range guard or the odometry failed before the app's next read of the device."""
+        """Take the app's next read of a device. Return how many reads by the guard or the odometry failed before it."""
         left, failed = self._reads[device], 0
         while left and left[0].by and left[0].error:
             left.popleft()
@@ -165,15 +162,15 @@ class TickReader:
         return failed
 
     def next_command(self) -> DriveCommand | None:
-        """Return the next recorded drive command; None if all have been returned."""
+        """Return the next recorded command to the drive; None after the last one."""
         return self.commands.popleft() if self.commands else None
 
     def next_angles(self) -> WheelAngles | None:
-        """Return the recorded wheel angles; None if the run had no drive."""
+        """Return the next recorded wheel angles, or the last ones again; None if none were recorded."""
         return _take(self._angles)
 
     def next_held_command(self) -> Wheels:
-        """Return the next recorded value of the drive's current command. An app reads it to command a single wheel."""
+        """Return the next recorded value of the drive's current command, or the last one again."""
         return _take(self._held_commands) or STOPPED
 
 
@@ -184,29 +181,29 @@ def _take(left: deque[EventT]) -> EventT | None:
 
 
 class ReplayCursor:
-    """The current tick of a replay in its recording.
+    """The current tick of a replay, and the error that ended the replay.
 
-    After the replay has ended, each call of `raise_if_ended` raises the same error. An app cannot suppress the error.
+    The app may catch this error. The next call of `raise_if_ended` raises it again.
     """
 
     def __init__(self, recording: Recording) -> None:
         self.recording = recording
         self.current = TickReader(recording.ticks[0])
-        """The recorded tick with which the replay is compared."""
+        """The recorded tick that is compared with the current tick of the replay."""
         self.deviation: Deviation | None = None
         """The first difference; None if there is none so far."""
         self.trace = Trace(())
-        """The trace of the ticks that are equal to the recorded ones."""
+        """The trace of the equal ticks."""
         self._ended_by: RobotcoreError | None = None
 
     @property
     def equal_ticks(self) -> int:
-        """The number of ticks so far that are equal to the recorded ones."""
+        """The number of ticks that were equal to the recorded ones."""
         return self.trace.ticks
 
     @property
     def is_at_end(self) -> bool:
-        """Whether the recording ended within this tick, so that the app's next input or answer is missing."""
+        """Whether the replay ended because the recording has no more events."""
         return isinstance(self._ended_by, RecordingEndedError)
 
     def raise_if_ended(self) -> None:
@@ -215,24 +212,24 @@ class ReplayCursor:
             raise self._ended_by
 
     def report_difference(self, subject: str, recorded: str, replayed: str) -> NoReturn:
-        """Store the first difference, and raise DeviationError."""
+        """Store a difference and raise DeviationError, which ends the replay."""
         self.raise_if_ended()
         self.deviation = Deviation.of(self.current.tick, subject, recorded, replayed, self.recording.samples)
         self._end_with(DeviationError(str(self.deviation)))
 
     def report_missing(self, subject: str, recorded: str, replayed: str) -> NoReturn:
-        """Report an event that the recording lacks. If the recording ended within this tick, end the replay."""
+        """Report an event of the replay that was not recorded. If the recording ends in this tick, end the replay."""
         if self.current.is_cut_short:
             self.end()
         self.report_difference(subject, recorded, replayed)
 
     def end(self) -> NoReturn:
-        """Raise RecordingEndedError, because the recording ended within this tick."""
+        """End the replay with RecordingEndedError, because the recording ends in this tick."""
         self.raise_if_ended()
         self._end_with(RecordingEndedError(self.equal_ticks, self.current.tick.time))
 
     def advance(self, record: TickRecord) -> None:
-        """Count this tick as equal, and continue with the next recorded tick."""
+        """Add an equal tick to the trace, and continue with the next recorded tick."""
         self.trace.add(record)
         if self.equal_ticks < len(self.recording.ticks):
             self.current = TickReader(self.recording.ticks[self.equal_ticks])

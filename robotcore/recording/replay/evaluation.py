@@ -1,4 +1,4 @@
-"""Evaluate another app, or other settings, on the samples of a recording."""
+"""Evaluate an app or other settings on the samples of a recording."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ from robotcore.safety import Latch
 
 @dataclass(frozen=True)
 class DecisionDifference:
-    """The first tick in which the evaluated app decides differently from the recorded app."""
+    """The first decision of the evaluated app that differs from the recorded decision."""
 
     tick: int
     time: float
-    """The robot's time, in seconds."""
+    """The time of the tick on the robot's clock, in seconds."""
     subject: str
-    """What differs, such as ``the command``."""
+    """The decision: ``the state`` or ``the command``."""
     recorded: str
     evaluated: str
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON fields of the ``parting`` key."""
+        """Return the JSON fields."""
         return {
             "tick": self.tick,
             "time": self.time,
@@ -50,43 +50,43 @@ class DecisionDifference:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """The result of an app that ran on the samples of a recording."""
+    """The result of an app on the samples of a recording."""
 
     recording: Recording
     result: RunResult
     first_difference: DecisionDifference | None
-    """The first decision that differs; None if all decisions are the same."""
+    """The first decision that differs; None if all are equal."""
     differing: int
-    """The number of ticks with a different state or command."""
+    """The number of ticks in which the state or the command differs."""
     late_reads: Mapping[str, int]
-    """For each device, the number of ticks in which only the evaluated app read it, not the recorded run.
+    """The number of ticks in which the app read a device that the recorded run did not read, by device name.
 
-    The app then received the newest earlier sample, with the time of that sample.
+    In such a tick, the app receives the last recorded sample of the device.
     """
     states: Sequence[str]
-    """The state of the app in each tick."""
+    """The state of the evaluated app in each tick."""
 
     def __repr__(self) -> str:
         return f"<Evaluation of {self.result.app}: {self.differing} of {self.ticks} ticks differ>"
 
     @property
     def ticks(self) -> int:
-        """The number of ticks that the app ran."""
+        """The number of ticks of the evaluation."""
         return len(self.states)
 
     @property
     def is_at_end(self) -> bool:
-        """Whether the recording ended before the app did."""
+        """Whether the recording ended before the evaluated app did."""
         return isinstance(self.result.error, RecordingEndedError)
 
     @property
     def warning(self) -> str:
-        """A text about the inputs of the run that the recording lacks; empty if it has all."""
-        return self.recording.why_not
+        """Which inputs of the run are missing in the recording; empty if none is missing."""
+        return self.recording.missing_inputs
 
     @property
     def exit_status(self) -> int:
-        """The exit status: 0 even if decisions differ, or the status of the app's error."""
+        """The exit status of the app's error; without an error 0, even if decisions differ."""
         return self.result.exit_status if self.result.error and not self.is_at_end else 0
 
     def to_dict(self) -> dict[str, Any]:
@@ -118,12 +118,12 @@ def evaluate(
     file: Path | str = "",
     observers: Sequence[Observer] = (),
 ) -> Evaluation:
-    """Run an app on the samples of a recording, with a real command filter. A different decision is no error.
+    """Run an app on the samples of a recording, and compare its decisions with the recorded ones.
 
-    app: the app; None for the recorded app.
-    settings: new settings of the app. The recorded app also has its recorded values for all other settings.
+    app: the name or the file of the app; None for the recorded app.
+    settings: settings of the app by name. The recorded app has its recorded values for all others.
     file: the name of the recording in error messages.
-    observers: observers of the evaluation. They receive the run, each tick and the result.
+    observers: observers of the evaluation run.
     """
     require_ticks(recording, file)
     if app is None:
@@ -142,7 +142,7 @@ def evaluate(
 class DecisionComparator(Tap):
     """A tap and an observer that compare the decisions of an app with the recorded ones.
 
-    The odometry reads the recorded wheel angles, because the robot moved by the commands of the recorded app.
+    The odometry receives the recorded wheel angles, so it computes the path of the recorded run.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -179,7 +179,7 @@ class DecisionComparator(Tap):
         return reader
 
     def begin(self, run: Run) -> None:
-        """Do nothing: the comparison begins with the first tick."""
+        """Do nothing. The comparison begins with the first tick."""
 
     def tick(self, record: TickRecord) -> None:
         tick, motor_asks = self._current.tick, self._recorder.take().motor_asks
@@ -196,10 +196,10 @@ class DecisionComparator(Tap):
             self._current = TickReader(self._recording.ticks[len(self._states)])
 
     def end(self, result: RunResult) -> None:
-        """Do nothing: `build_evaluation` takes the result."""
+        """Do nothing. `build_evaluation` receives the result."""
 
     def build_evaluation(self, result: RunResult) -> Evaluation:
-        """Return the result of the evaluation."""
+        """Return the evaluation of a run with this result."""
         late = {device: count for device, count in self._late.items() if count}
         return Evaluation(self._recording, result, self._first_difference, self._differing, late, self._states)
 

@@ -1,4 +1,4 @@
-"""Verify a recording: run its app again on the recorded samples, and compare each tick with the recorded tick."""
+"""Verify a recording: run its app on the recorded samples, and compare each decision with the recorded one."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ class ReplayResult:
     recording: Recording
     result: RunResult
     ticks: int
-    """The number of ticks that are equal to the recorded ones."""
+    """The number of ticks before the first difference."""
     deviation: Deviation | None
-    """The first difference; None if there is none."""
+    """The first difference from the recording; None if there is none."""
     is_exact: bool
-    """Whether all commands are equal bit for bit."""
+    """Whether all commands have the recorded bits."""
     largest_difference: float
-    """The largest difference of a command that still counts as equal, in rad/s. It is 0 on the same platform."""
+    """The largest difference of a command within the tolerance, in rad/s; 0 on the recorded platform."""
     trace_sha256: str
     platform: tuple[str, ...] = ()
-    """The differences between the recorded platform and this one."""
+    """The differences between this platform and the recorded one, as texts."""
     has_app_changed: bool | None = None
-    """Whether the app's file differs from the recorded text; None if no text was recorded."""
+    """Whether the app's file differs from the recorded source; None if no source was recorded."""
 
     def __repr__(self) -> str:
         verdict = (
@@ -59,29 +59,29 @@ class ReplayResult:
 
     @property
     def ended_by(self) -> str:
-        """The external cause that ended the recording, such as a signal or a cut file; empty if there is none."""
+        """The external cause of the recording's end, such as a signal or a cut file; empty if there is none."""
         return explain_external_end(self.recording)
 
     @property
     def states(self) -> list[str]:
-        """The app's state in each tick that is equal to the recorded one."""
+        """The app's states in the ticks before the first difference."""
         return [tick.state for tick in self.recording.ticks[: self.ticks]]
 
     @property
     def recorded_sha256(self) -> str | None:
-        """The digest in the file; None if the run ended within a tick, or if the file has no result."""
+        """The recorded digest of the trace; None if the recording has none, or if not all its ticks were replayed."""
         recorded = self.recording.result
         return recorded.trace_sha256 if recorded and self.ticks == recorded.ticks else None
 
     @property
     def is_equal(self) -> bool:
-        """Whether all decisions are equal. If they are equal bit for bit, the digests must be equal too."""
+        """Whether all decisions are equal, and the digests too if all commands have the recorded bits."""
         is_comparable = self.is_exact and self.recorded_sha256 is not None
         return self.deviation is None and not (is_comparable and self.recorded_sha256 != self.trace_sha256)
 
     @property
     def exit_status(self) -> int:
-        """The exit status: 0 if everything is equal, else 1."""
+        """The exit status: 0 if all decisions are equal, else 1; that of the signal if a signal ended the replay."""
         if isinstance(self.result.error, Interrupted):
             return self.result.exit_status
         return 0 if self.is_equal else DIFFERS
@@ -111,24 +111,23 @@ BACKEND = "replay"
 def replay(
     recording: Recording, file: Path | str = "", observers: Sequence[Observer] = (), *, app: str | None = None
 ) -> ReplayResult:
-    """Run the recorded app on its recorded samples, and compare each tick with the recorded tick.
+    """Run the recorded app on the recorded samples, and compare each decision with the recorded one.
 
-    Raises RecordingError if the recording does not hold all inputs of its run. If the app cannot be loaded, its error
-    is raised.
+    Raises RecordingError if an input of the app is missing in the recording, or if the recorded app must not run, see
+    `require_recorded_app`.
 
     file: the name of the recording in error messages.
-    observers: observers of the replay. They receive the run, each tick and the result.
-    app: the file of the app to run. It may differ from the recorded app. If None, the recorded app runs. If that is a
-    user's file, the file must not have changed since the recording.
+    observers: observers of the replayed run.
+    app: the file of another app to run; None for the recorded app.
     """
     require_ticks(recording, file)
     if not recording.is_replayable:
         raise RecordingError(
             file or "the recording",
-            f"it cannot be replayed: {recording.why_not}",
-            "robotcore replay FILE --app APP runs an app on what it has",
+            f"a replay is not possible: {recording.missing_inputs}",
+            "To run an app on the recorded samples: robotcore replay FILE --app APP",
             kind="recording-not-replayable",
-            why_not=recording.why_not,
+            why_not=recording.missing_inputs,
         )
     if app is None:
         require_recorded_app(recording, file)
@@ -147,20 +146,20 @@ def replay(
 
 
 def require_ticks(recording: Recording, file: Path | str) -> None:
-    """Raise RecordingError if a recording has no tick to replay."""
+    """Raise RecordingError if a recording has no tick."""
     if not recording.ticks:
         raise RecordingError(
             file or "the recording",
-            "it ends before the first tick",
-            "Record a run that begins",
+            "no tick was recorded",
+            "Record another run",
             kind="recording-without-tick",
         )
 
 
 def build_request(recording: Recording, *, is_held: bool = False) -> RunRequest:
-    """Return the request that runs the recorded app, with its recorded settings, on its recording.
+    """Return the request that runs the recorded app with its recorded settings on its recording.
 
-    is_held: whether the drive returns the recorded velocities. Otherwise a command filter computes them.
+    is_held: whether the replay backend keeps the safety rules of the recorded run, see `ReplayOptions`.
     """
     recorded = recording.metadata.request
     return RunRequest(
@@ -200,15 +199,15 @@ _GOES_ON = "the app goes on"
 
 
 def check_end(cursor: ReplayCursor, result: RunResult) -> None:
-    """Report a difference if the replay ended differently from the recorded run."""
+    """Store a difference in the cursor if the end of the replay differs from that of the recorded run."""
     with suppress(DeviationError, RecordingEndedError):
         _compare_end(cursor, result)
 
 
 def explain_external_end(recording: Recording) -> str:
-    """Return the external cause that ended the recording; empty if the app itself ended it.
+    """Return the external cause of the recording's end; empty if the app or its time limit ended the run.
 
-    Examples are a signal, a simulator that died, and a file that ends early.
+    Examples are a signal, a simulator that died, and a file that was cut.
     """
     result, last = recording.result, recording.ticks[-1]
     if result is None:
@@ -233,10 +232,9 @@ def _compare_end(cursor: ReplayCursor, result: RunResult) -> None:
 
 
 def _is_same_end(recording: Recording, result: RunResult) -> bool:
-    """Return whether the outcome is the same, and the error's class and fields.
+    """Return whether the outcomes are equal, and the classes and the attributes of the errors.
 
-    The texts of robotcore's errors do not count, because another version may word them in another way. The text of an
-    app's own exception counts.
+    The messages are compared only for exceptions of the app. Another version of robotcore may change its own messages.
     """
     recorded, replayed = recording.ticks[-1].error, result.error
     if not recording.result or recording.result.outcome != result.outcome:
@@ -258,12 +256,12 @@ def _format_replayed_end(result: RunResult) -> str:
 
 def _format_recorded_end(recording: Recording) -> str:
     result, last = recording.result, recording.ticks[-1]
-    assert result, "it did not end from outside"
+    assert result, "a run that ended by an external cause has no recorded end"
     return _format_end(result.outcome, last.error.message if last.error else result.reason)
 
 
 def _format_end(outcome: Outcome, reason: str) -> str:
-    """Return the outcome and its reason. Object addresses and line numbers of the app are removed."""
+    """Return the outcome and its reason, without object addresses and line numbers, which change."""
     same = re.sub(r", at \S+\.py:\d+", "", re.sub(r"\b0x[0-9a-fA-F]+\b", "0x…", reason))
     return f"{outcome.value}: {same}" if same else outcome.value
 
@@ -272,13 +270,13 @@ _MACHINE = ("machine", "system", "libc")
 
 
 def compare_platforms(recorded: Mapping[str, str], backend: str) -> list[str]:
-    """Return a text for each difference between the recorded machine and libraries and those of this process.
+    """Return a text for each difference between the recorded platform and this one.
 
-    The simulator is ignored, because a replay does not use it.
+    A platform is the machine, the system and the versions of libraries, without the simulator.
     """
     here = read_platform(backend)
     return [
-        f"{name} {recorded.get(name, 'unknown')} there, {here[name]} here"
+        f"{name} {recorded.get(name, 'unknown')} recorded, {here[name]} here"
         for name in (*_MACHINE, *libraries([]))
         if recorded.get(name) != here[name]
     ]

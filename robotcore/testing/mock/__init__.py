@@ -1,1 +1,1 @@
-"""A robot for unit tests of apps. It plays scripted readings, records commands, and its clock advances by ticks."""
+"""A robot for unit tests of apps: its sensors return scripted readings, and its motors record their commands."""

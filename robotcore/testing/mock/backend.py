@@ -1,4 +1,4 @@
-"""The mock backend: its devices play scripts and record commands."""
+"""The mock backend, which opens mock devices."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ from robotcore.testing.mock.devices import (
 
 
 class MockOptions(StrictModel):
-    """The options of the mock backend, which has none."""
+    """The options of the mock backend. It has none."""
 
 
 class MockBackend(Backend):
-    """A backend whose sensors return the readings of scripts.
+    """A backend whose sensors return scripted readings.
 
-    scripts: the scripts by the sensors' names.
+    Without a script, a range sensor returns inf, a camera returns a grey picture, and an encoder returns the angle of a
+    wheel that turns as commanded. A battery without a script is not opened.
 
-    Without a script, a range sensor returns inf, a camera returns a grey picture, and an encoder returns the angle of
-    its wheel. The wheel turns exactly at the commanded velocity. A battery without a script is not opened.
+    scripts: the script of each sensor, by the sensor's name.
     """
 
     name = "mock"
@@ -93,7 +93,6 @@ class MockBackend(Backend):
 
 
 def _find_motor(encoder: str, drive: Drive | None) -> str:
-    """Return the name of the motor on an encoder's wheel, or "" if there is none."""
     return drive.wheel_motors.get(encoder, "") if drive else ""
 
 

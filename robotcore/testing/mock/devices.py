@@ -1,4 +1,4 @@
-"""Devices that play scripts or record their commands."""
+"""Mock devices: sensors that return scripted readings, and motors and displays that record."""
 
 from __future__ import annotations
 
@@ -36,37 +36,35 @@ class _Lost(Enum):
 
 
 LOST = _Lost.LOST
-"""A value for scripts. In a tick with this value, the sensor has no new sample and returns its last one again."""
+"""A reading for scripts: in this tick, the sensor has no new sample and returns its last one again."""
 
 Script = Any | Sequence[Any] | Callable[[float], Any]
-"""The readings of a sensor: a constant, or a list with one reading per tick, or a function of the time in seconds.
+"""The readings of a sensor: a constant, a list with one reading per tick, or a function of the time in seconds.
 
-After the end of a list, its last reading is repeated. If a reading is an exception, the device raises it.
+After the end of a list, its last reading is repeated. If a reading is an exception, the sensor raises DeviceError.
 """
 
 
 @dataclass(frozen=True)
 class PlayedSample(Generic[ValueT]):
-    """A sample that was made from a reading of a script."""
+    """A sample of a scripted reading."""
 
     value: ValueT
-    """The converted reading."""
+    """The reading as the value of a sample, such as a distance in metres."""
 
     time: float
-    """The time in seconds on the robot's clock."""
+    """The time of the reading on the robot's clock, in seconds."""
 
     sequence: int
-    """The number of the sample, from 0."""
+    """The sequence number of the sample, from 0."""
 
 
 class Playback(Generic[ValueT]):
-    """Plays a script: it makes a sample from one reading in each tick.
+    """Plays the script of a sensor: each tick has one reading.
 
-    device: the device's name, for errors.
-    script: the readings.
-    clock: the robot's clock.
-    rate_hz: the number of ticks in a second.
-    convert: a function that checks a reading and returns its value.
+    device: the sensor's name, for error messages.
+    rate_hz: the number of ticks per second.
+    convert: checks a reading, and returns it as the value of a sample.
     """
 
     def __init__(
@@ -81,9 +79,9 @@ class Playback(Generic[ValueT]):
         self._failure: Exception | None = None
 
     def newest(self) -> PlayedSample[ValueT]:
-        """Play the script until the present tick, and return the newest sample.
+        """Play the script until the current tick, and return the newest sample.
 
-        Raises DeviceError if the present reading is an exception, or if there has been no reading yet.
+        Raises DeviceError if the current reading is an exception, or if all readings so far are `LOST`.
         """
         now = self._clock.now()
         tick = math.floor(now * self._rate_hz + 1e-6)
@@ -93,7 +91,9 @@ class Playback(Generic[ValueT]):
             raise DeviceError(self._device, str(self._failure)) from self._failure
         if self._newest is None:
             raise DeviceError(
-                self._device, "the script has no reading yet. Let it begin with a reading", kind="nothing-read"
+                self._device,
+                "all readings of the script are LOST so far. Begin the script with a reading",
+                kind="nothing-read",
             )
         return self._newest
 
@@ -117,7 +117,7 @@ GREY = 128
 
 
 class Command(NamedTuple):
-    """A command to a motor.
+    """A command that a motor received.
 
     >>> Command(0.05, 4.0).velocity
     4.0
@@ -131,7 +131,7 @@ class Command(NamedTuple):
 
 
 class MockMotor(Motor):
-    """A motor that records its commands, and turns exactly at the commanded velocity."""
+    """A motor that records its commands in ``commands``, and turns exactly at the commanded velocity."""
 
     def __init__(self, description: MotorDescription, clock: Clock) -> None:
         super().__init__(description.name, description.max_velocity_rad_s)
@@ -141,7 +141,7 @@ class MockMotor(Motor):
 
     @property
     def velocity(self) -> float:
-        """The last commanded velocity in rad/s."""
+        """The last commanded velocity in rad/s; 0 before the first command."""
         return self.commands[-1].velocity if self.commands else 0.0
 
     @property
@@ -156,7 +156,7 @@ class MockMotor(Motor):
 
 
 class MockRangeSensor(RangeSensor):
-    """A range sensor that returns the distances of a script, in metres, limited to the sensor's range."""
+    """A range sensor that returns scripted distances in metres, limited to its range."""
 
     def __init__(self, description: RangeSensorDescription, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(
@@ -181,7 +181,7 @@ class MockRangeSensor(RangeSensor):
 
 
 class MockCamera(Camera):
-    """A camera that returns the pictures of a script: BGR, ``uint8`` of shape (height, width, 3)."""
+    """A camera that returns scripted pictures: BGR, ``uint8`` of shape (height, width, 3)."""
 
     def __init__(self, description: CameraDescription, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(description.name, description.intrinsics)
@@ -204,7 +204,7 @@ class MockCamera(Camera):
 
 
 class MockEncoder(Encoder):
-    """An encoder that returns the angles of a script, in radians."""
+    """An encoder that returns scripted angles in radians."""
 
     def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(name)
@@ -216,7 +216,7 @@ class MockEncoder(Encoder):
 
 
 class MockBattery(Battery):
-    """A battery that returns the voltages of a script, in volts."""
+    """A battery that returns scripted voltages in volts."""
 
     def __init__(self, name: str, script: Script, clock: Clock, rate_hz: float) -> None:
         super().__init__(name)
@@ -228,7 +228,7 @@ class MockBattery(Battery):
 
 
 class MockDisplay(Display):
-    """A display that records its pictures."""
+    """A display that records its pictures in ``pictures``."""
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -239,7 +239,7 @@ class MockDisplay(Display):
 
 
 def grey_picture(intrinsics: Intrinsics) -> Image:
-    """Return a uniformly grey picture."""
+    """Return a grey picture of a camera's size: BGR, ``uint8`` of shape (height, width, 3)."""
     return np.full((intrinsics.height, intrinsics.width, 3), GREY, dtype=np.uint8)
 
 

@@ -30,15 +30,15 @@ from robotcore.testing.mock.devices import Command, MockDisplay, MockMotor, Scri
 class MockRobot:
     """A robot that runs an app tick by tick on scripted readings, with the layers and the loop of a real run.
 
-    robot: a robot's description, or the name or the file of a description.
-    range: the script of the first range sensor, in metres.
-    camera: the script of the first camera: uint8 pictures of shape (height, width, 3), BGR.
-    readings: scripts of further sensors, by the sensors' names.
-    rate_hz: the number of ticks in a second.
-    faults: the specifications of injected faults, in the form of the option ``--fault``.
-    seed: the seed of the faults' random numbers.
-
     As in a real run, only the devices of the app's ``needs`` and ``wants`` are opened.
+
+    robot: the description of the robot, or its name or file.
+    range: the script of the first range sensor, in metres.
+    camera: the script of the first camera: BGR pictures, ``uint8`` of shape (height, width, 3).
+    readings: the scripts of other sensors, by name.
+    rate_hz: the number of ticks per second.
+    faults: injected faults, written as for the option ``--fault``, such as ``camera drop=0.2``.
+    seed: the seed of the faults' random numbers.
 
     >>> from apps.avoid_obstacles import AvoidObstacles
     >>> robot = MockRobot(range=[1.0, 0.2])
@@ -66,19 +66,19 @@ class MockRobot:
         self.rate_hz = rate_hz
         self._faults, self._seed = tuple(faults), seed
         self.ticks: list[TickRecord] = []
-        """The record of each tick."""
+        """The record of each tick so far."""
         self.wheels: list[Wheels] = []
         """The wheel velocities in rad/s at the end of each tick."""
         self._scripts = dict(readings or {})
-        self._script_first(RangeSensorDescription, range)
-        self._script_first(CameraDescription, camera)
+        self._script_first("range sensor", RangeSensorDescription, range)
+        self._script_first("camera", CameraDescription, camera)
         self._app: Behaviour | None = None
 
     def run(self, app: Behaviour, ticks: int = 1) -> Status:
-        """Run the app for ``ticks`` ticks or until it ends, and return its last status.
+        """Run the app for ``ticks`` ticks, or until it ends, and return its last status.
 
-        The record of each tick is appended to ``ticks``, and the wheel velocities to ``wheels``. A further call
-        continues the run. Raises the errors that end a real run: SafetyStop, DeviceError, BehaviourError.
+        A further call continues the run. Raises the errors that end a real run: SafetyStop, DeviceError and
+        BehaviourError.
         """
         self._app = self._app or app
         loop = Loop(self._assembled, app, self.rate_hz, math.inf, [self._record_tick])
@@ -90,7 +90,7 @@ class MockRobot:
         return Status.RUNNING
 
     def advance(self, ticks: int = 1) -> None:
-        """Let time pass for ``ticks`` ticks without calling the app, as if its step hung."""
+        """Advance the clock by ``ticks`` ticks without calling the app, as if the app hung."""
         clock = self._assembled.clock
         for _ in range(ticks):
             clock.sleep_until(clock.now() + 1 / self.rate_hz)
@@ -100,18 +100,18 @@ class MockRobot:
 
     @property
     def layered(self) -> Robot:
-        """The robot that the app gets. Before the first `run`, every device is open."""
+        """The robot with the layers of a real run, as the app receives it. Before `run`, all its devices are open."""
         return self._assembled.robot
 
     @property
     def commands(self) -> dict[str, list[Command]]:
-        """The commands that reached each motor, after the limits, the range guard and the deadman."""
+        """The commands that each motor received after all safety layers, by the motor's name."""
         devices = self._raw.devices.values()
         return {device.name: device.commands for device in devices if isinstance(device, MockMotor)}
 
     @property
     def pictures(self) -> list[Image]:
-        """The pictures that the app has shown on the displays, in order."""
+        """The pictures that the app has shown, in their order."""
         devices = self._raw.devices.values()
         return [picture for device in devices if isinstance(device, MockDisplay) for picture in device.pictures]
 
@@ -129,13 +129,14 @@ class MockRobot:
         faults = [fault.layer(raw.clock, seed) for fault in planned]
         return assemble(raw, self.description, self.rate_hz, seed=seed, faults=faults)
 
-    def _script_first(self, kind: type[StrictModel], script: Script | None) -> None:
+    def _script_first(self, name: str, kind: type[StrictModel], script: Script | None) -> None:
         if script is None:
             return
         device = next((d for d in self.description.devices if isinstance(d, kind)), None)
         if device is None:
             raise UnmetNeedError(
-                f"{self.description.name} has no device for this script. Describe one, or leave the script out",
+                f"{self.description.name} has no {name} for the script. Add one to its description, or leave the "
+                "script out",
                 kind="no-device-for-script",
             )
         self._scripts[device.name] = script

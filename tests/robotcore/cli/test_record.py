@@ -95,7 +95,7 @@ def test_a_recording_at_its_limit_is_no_failure(cli: Cli, tmp_path: Path, check_
 def test_record_jpeg_is_recorded_as_jpeg(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "run.mcap"
     assert cli("run", "green-search", "--timeout", "0.2", "--record", str(file), "--record-jpeg").status == 1
-    check_text(read(file).why_not)
+    check_text(read(file).missing_inputs)
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def test_cut_file_with_ticks_can_be_replayed(recorded: Recorded, file: Path) -> 
     content = recorded.file.read_bytes()
     file.write_bytes(content[: len(content) // 2])
     part = read(file)
-    assert (part.is_cut, part.is_damaged, part.result, part.why_not) == (True, False, None, "")
+    assert (part.is_cut, part.is_damaged, part.result, part.missing_inputs) == (True, False, None, "")
     assert 0 < len(part.ticks) < 30
     assert all(read.key in part.samples for tick in part.ticks for read in tick.reads if read.key)
 

@@ -105,7 +105,7 @@ def test_full_disk_ends_the_recording_and_not_the_run(file: Path, limit: int) ->
     done = subprocess.run([*COMMAND, str(file), str(limit)], capture_output=True, text=True, check=True, timeout=100)
     outcome, fault = done.stdout.splitlines()[-2:]
     assert outcome == "success"
-    assert fault == f"{file}: File too large. Make room, or name a file elsewhere"
+    assert fault == f"{file}: File too large. Free disk space, or name a file on another disk"
     assert done.stderr == ""
     assert file.stat().st_size <= limit
 
@@ -123,7 +123,9 @@ def test_limit_ends_the_recording_and_not_the_run(
     assert (recording.is_cut, recording.is_damaged, recording.result) == (False, False, None)
     assert recording.is_replayable
     last = recording.ticks[-1].time
-    assert recording.ended_early == f"its limit of 0.2 MB was reached after {last:.1f} s, and the run went on"
+    assert recording.ended_early == (
+        f"the recording reached its size limit of 0.2 MB at {last:.1f} s, before the end of the run"
+    )
     assert recorder.ended_early == recording.ended_early
 
 
@@ -138,7 +140,7 @@ def test_missing_folder_ends_the_recording_and_not_the_run(tmp_path: Path) -> No
     recorded = Recorder(tmp_path / "gone" / "run.mcap")
     assert run(RunRequest(IRREGULAR_APP), [recorded], [recorded.layer]).ticks == 8
     assert str(recorded.failure).endswith(
-        "No such file or directory. Name a file that can be written, where there is room"
+        "No such file or directory. Name a file that can be written, on a disk with free space"
     )
 
 
@@ -167,7 +169,7 @@ def test_real_robot_does_not_wait_for_a_slow_disk(file: Path, monkeypatch: pytes
     recording = read(file)
     assert len(recording.ticks) == result.ticks == 8
     assert recorder.dropped == 16  # the camera's and those shown
-    assert recording.why_not == "8 picture(s) were dropped: the disk was too slow"
+    assert recording.missing_inputs == "8 picture(s) are missing, because the disk was too slow"
     assert all(each.device != "eye" for each in recording.samples)
 
 

@@ -102,7 +102,7 @@ def test_whole_recording_has_a_result_and_can_be_replayed(recorded: Recorded) ->
     recording, result = recorded.recording, recorded.witness.result
     assert result
     assert recording.result == replace(result, error=None, dropped_pictures=0)
-    assert (recording.is_cut, recording.is_replayable, recording.why_not) == (False, True, "")
+    assert (recording.is_cut, recording.is_replayable, recording.missing_inputs) == (False, True, "")
 
 
 def test_ground_truth_is_recorded(recorded: Recorded) -> None:
@@ -182,7 +182,7 @@ def test_recording_changes_no_decision(file: Path) -> None:
 
 def test_jpeg_recording_is_smaller_and_cannot_be_replayed(file: Path) -> None:
     recording = record(file, is_jpeg=True).recording
-    assert recording.why_not == "eye: JPEG is not what the app saw"
+    assert recording.missing_inputs == "the pictures of eye are JPEGs, which differ from those that the app read"
     frame = recording.samples[SampleKey("eye", 0)]
     assert isinstance(frame, Frame)
     assert frame.image.shape == (240, 320, 3)

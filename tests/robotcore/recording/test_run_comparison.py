@@ -79,7 +79,7 @@ def test_text_names_the_recording_that_reached_a_milestone(run: Recording, check
 
 
 def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recording, check_text: CheckText) -> None:
-    assert not compared(run, run).do_rooms_differ
+    assert not compared(run, run).has_other_room
     assert compared(run, run).to_dict()["rooms_differ"] is False
     two = compared(run, other)
     assert two.to_dict()["rooms_differ"] is True
@@ -89,14 +89,14 @@ def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recordi
 
 
 def test_unknown_room_is_no_other_room(run: Recording) -> None:
-    assert not compared(run, replace(run, metadata=replace(run.metadata, world=None))).do_rooms_differ
+    assert not compared(run, replace(run, metadata=replace(run.metadata, world=None))).has_other_room
 
 
 def test_room_in_another_light_is_no_other_room(run: Recording) -> None:
     world = run.metadata.world
     assert world
     dark = world.model_copy(update={"name": "dark", "light": world.light.model_copy(update={"ambient": 0.1})})
-    assert not compared(run, replace(run, metadata=replace(run.metadata, world=dark))).do_rooms_differ
+    assert not compared(run, replace(run, metadata=replace(run.metadata, world=dark))).has_other_room
 
 
 def test_table_of_the_picture_has_every_text(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:

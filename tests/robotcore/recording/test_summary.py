@@ -41,7 +41,7 @@ def test_sample_that_is_read_again_counts_once(search: Recording) -> None:
 
 
 def test_cut_recording_has_no_outcome(search: Recording) -> None:
-    summary = summarise_contents(replace(search, result=None, is_cut=True, why_not="2 sample(s) are missing"))
+    summary = summarise_contents(replace(search, result=None, is_cut=True, missing_inputs="2 sample(s) are missing"))
     assert (summary["whole"], summary["outcome"], summary["replayable"]) == (False, None, False)
     assert summary["why_not"] == "2 sample(s) are missing"
 

@@ -108,7 +108,7 @@ DIFFERENT = {
     a_stop: ("the command", "left 1.0", "stop"),
     a_command_more: ("the command", "no command", "left 1.0"),
     no_command: ("the command", "left 1.0", "no command"),
-    a_look: ("what is read of eye", "not read", "read"),
+    a_look: ("the reading of eye", "not read", "read"),
 }
 
 

@@ -103,6 +103,6 @@ def test_late_reads_are_counted() -> None:
 
 
 def test_jpeg_pictures_cause_a_warning(search: Recording) -> None:
-    evaluation = evaluate(replace(search, why_not="eye: JPEG is not what the app saw"))
-    assert evaluation.warning == evaluation.recording.why_not
+    evaluation = evaluate(replace(search, missing_inputs="the pictures of eye are JPEGs"))
+    assert evaluation.warning == evaluation.recording.missing_inputs
     assert evaluation.exit_status == 0

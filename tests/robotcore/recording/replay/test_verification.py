@@ -174,7 +174,7 @@ def test_death_of_the_simulator_ends_the_replay_in_the_same_tick() -> None:
 
 def test_recording_that_cannot_be_replayed_is_refused(raises: Raises) -> None:
     with raises(RecordingError, "recording-not-replayable", file="run.mcap"):
-        replay(replace(ending(), why_not="eye: JPEG is not what the app saw"), "run.mcap")
+        replay(replace(ending(), missing_inputs="the pictures of eye are JPEGs"), "run.mcap")
 
 
 def test_recording_without_a_tick_is_refused(raises: Raises) -> None:
