@@ -14,7 +14,7 @@ from coppeliasim_zmqremoteapi_client import RemoteAPIClient
 
 from benchmarks.remote.cycles import DEVICES, Cycle, speeds
 from drivers.vrep.wire import requests
-from drivers.vrep.wire.link import Link
+from drivers.vrep.wire.message_socket import MessageSocket
 from drivers.vrep.wire.requests import Request
 from robotcore.hal.backend import Setup, load_backend
 
@@ -78,8 +78,8 @@ def _read_deep(sim: Any, nose: int) -> object:
 @contextmanager
 def raw_messages(setup: Setup) -> Iterator[Cycle]:
     """The messages of the legacy remote API, one by one, in a scene that has the rover."""
-    with Link.open(str(setup.options["host"]), int(setup.options["port"]), LONG_S) as link:
-        talk = _Talk(link)
+    with MessageSocket.open(str(setup.options["host"]), int(setup.options["port"]), LONG_S) as connection:
+        talk = _Talk(connection)
         talk.ask(requests.SYNCHRONOUS_ON)
         talk.ask(requests.START)
         handles = [talk.ask(requests.object_handle(f"/rover/{name}"))[0] for name in DEVICES]
@@ -105,16 +105,16 @@ def _make_message_cycle(talk: _Talk, left: int, right: int, nose: int, eye: int)
 
 
 class _Talk:
-    """Numbers the messages on a link, and knows whether the simulation runs."""
+    """Numbers the messages on a connection, and knows whether the simulation runs."""
 
-    def __init__(self, link: Link) -> None:
-        self._link, self._number = link, 0
+    def __init__(self, connection: MessageSocket) -> None:
+        self._socket, self._number = connection, 0
         self.is_running = False
 
     def exchange(self, *requests: Request[Any]) -> dict[tuple[int, bytes], Any]:
         """Send a message; return the answers that have come by then."""
         self._number += 1
-        server, pieces = self._link.exchange(self._number, [request.encode() for request in requests])
+        server, pieces = self._socket.exchange(self._number, [request.encode() for request in requests])
         self.is_running = server.is_running
         return {(piece.command, piece.key): piece for piece in pieces}
 

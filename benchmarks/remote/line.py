@@ -11,7 +11,7 @@ from contextlib import suppress
 from types import TracebackType
 
 from drivers.vrep.wire.codec import decode_message
-from drivers.vrep.wire.link import Unpacker
+from drivers.vrep.wire.message_socket import Unpacker
 from tests.doubles.coppeliasim.legacy.codec import Code
 
 CHUNK_BYTES = 1 << 18

@@ -1,1 +1,1 @@
-"""The CoppeliaSim backend: a running simulator, stepped over its ZeroMQ remote API."""
+"""The CoppeliaSim backend, which drives a running CoppeliaSim in lockstep over its ZeroMQ remote API."""

@@ -1,4 +1,4 @@
-"""The address of a CoppeliaSim server: a check of what listens there, and the errors that name the address."""
+"""The address of a CoppeliaSim server, a check of the server's protocol, and the errors that name the address."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from robotcore.description import StrictModel
 from robotcore.errors import BackendError
 
 GREETING_S = 3.0
-"""Time limit of the greeting after a connection was accepted."""
+"""The time within which a server must send its greeting after it has accepted a connection, in seconds."""
 
 ZEROMQ = b"\xff"
 """The first byte of the greeting that a ZeroMQ server sends to each new client.
 
-Source: "signature" in https://rfc.zeromq.org/spec/23. A server of the legacy remote API sends nothing before it has
-received a message.
+Source: "signature" in https://rfc.zeromq.org/spec/23. A server of the legacy remote API sends no greeting.
 """
 
 _CONNECT_S = 0.3
@@ -46,10 +45,7 @@ def is_listening(address: Address) -> bool:
 
 
 def require_greeting(address: Address) -> None:
-    """Raise BackendError unless a ZeroMQ server listens at the address.
-
-    Each ZeroMQ server sends a greeting to a new client.
-    """
+    """Connect to the address, and raise BackendError unless the server sends the greeting of ZeroMQ."""
     try:
         greeting = read_greeting(address)
     except OSError as error:
@@ -75,7 +71,10 @@ def read_greeting(address: Address) -> bytes | None:
 
 
 def connection_refused(address: Address, cause: OSError) -> BackendError:
-    """Return the error for an address without a server."""
+    """Return the error for an address at which no server listens.
+
+    cause: the error of the operating system.
+    """
     reason = "" if isinstance(cause, ConnectionRefusedError) else f" ({cause.strerror or cause})"
     return BackendError(
         f"coppeliasim: no server listens at {address}{reason}. Start CoppeliaSim, or name its address with --host and "
@@ -86,7 +85,7 @@ def connection_refused(address: Address, cause: OSError) -> BackendError:
 
 
 def wrong_protocol(address: Address, greeting: bytes | None) -> BackendError:
-    """Return the error for a server that sends no ZeroMQ greeting.
+    """Return the error for a server that does not send the greeting of ZeroMQ.
 
     greeting: the result of `read_greeting`.
     """
@@ -95,18 +94,20 @@ def wrong_protocol(address: Address, greeting: bytes | None) -> BackendError:
     elif greeting:
         answer = f"begins with the byte {greeting.hex()} instead of a ZeroMQ greeting"
     else:
-        answer = "hangs up instead of a ZeroMQ greeting"
+        answer = "closes the connection instead of a ZeroMQ greeting"
     return BackendError(
         f"coppeliasim: the server at {address} {answer}: another program uses this port, or CoppeliaSim is frozen. "
-        "Name CoppeliaSim's port with --port (its default is 23000). If this is the legacy remote API, use "
-        "--backend vrep",
+        "Name CoppeliaSim's port with --port (its default is 23000), or use --backend vrep for the legacy remote API",
         kind="wrong-protocol",
         address=str(address),
     )
 
 
 def server_gone(address: Address, function: str) -> BackendError:
-    """Return the error for a server that ended before it answered the call of a function."""
+    """Return the error for a server that has ended during a call.
+
+    function: the name of the called function.
+    """
     return BackendError(
         f"coppeliasim: the CoppeliaSim at {address} ended during {function}. Start it again, and run again",
         kind="server-gone",
@@ -118,6 +119,7 @@ def server_gone(address: Address, function: str) -> BackendError:
 def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool) -> BackendError:
     """Return the error for a call that the server has not answered in time.
 
+    function: the name of the called function.
     limit_s: the time limit of the call, in seconds.
     is_known: whether the server has answered earlier calls.
     """
@@ -136,13 +138,14 @@ def timed_out(address: Address, function: str, limit_s: float, *, is_known: bool
 
 
 def unexpected_answer(address: Address, function: str, answer: object) -> BackendError:
-    """Return the error for an answer that a CoppeliaSim server never sends.
+    """Return the error for an answer that no CoppeliaSim server sends.
 
-    answer: a description of the answer.
+    function: the name of the called function.
+    answer: the text that describes the answer in the error message.
     """
     return BackendError(
-        f"coppeliasim: {address} answered {function} with {answer}; CoppeliaSim's ZeroMQ remote API does not. "
-        "Check which program listens there, and name CoppeliaSim's port with --port",
+        f"coppeliasim: {address} answered {function} with {answer}, which is not an answer of CoppeliaSim's ZeroMQ "
+        "remote API. Check which program listens at this port, and name CoppeliaSim's port with --port",
         kind="unexpected-answer",
         address=str(address),
         function=function,
@@ -150,7 +153,7 @@ def unexpected_answer(address: Address, function: str, answer: object) -> Backen
 
 
 def server_too_old(address: Address) -> BackendError:
-    """Return the error for a server that uses the first protocol of the remote API."""
+    """Return the error for a server whose protocol is the first one of the ZeroMQ remote API."""
     return BackendError(
         f"coppeliasim: {address} uses the first protocol of the ZeroMQ remote API, as CoppeliaSim up to 4.5 does. "
         "Install CoppeliaSim 4.6 or newer, or use --backend vrep",
@@ -160,7 +163,7 @@ def server_too_old(address: Address) -> BackendError:
 
 
 def function_missing(address: Address, function: str) -> BackendError:
-    """Return the error for a function that the server lacks, under its present and its older name."""
+    """Return the error for a server that does not have a function or constant."""
     return BackendError(
         f"coppeliasim: the CoppeliaSim at {address} has no {function}. Install a newer one; this driver was tested "
         "with 4.10",

@@ -10,18 +10,18 @@ from pydantic import Field, PositiveFloat
 
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.builder import SceneBuilder
-from drivers.coppeliasim.connection import LOADING_S, Connection
+from drivers.coppeliasim.connection import LOADING_S, SimulatorConnection
 from drivers.coppeliasim.scene import CoppeliaSimScene
-from drivers.coppeliasim.sensors import proximity_works
+from drivers.coppeliasim.sensors import do_proximity_sensors_work
 from drivers.coppeliasim.simulation import Simulation, build_scene, clear_scene, leave_scene
-from drivers.coppeliasim.simulation_lease import Lease
+from drivers.coppeliasim.simulator_lock import SimulatorLock
 from robotcore.description import RobotDescription, StrictModel, WorldDescription
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
-from robotcore.simulation.remote_scene import Owner, State, inspect_scene, open_in_scene, read_bindings
+from robotcore.simulation.remote_scene import SimulationControl, State, inspect_scene, open_in_scene, read_bindings
 from robotcore.text import pluralize
 
 SECTION = "coppeliasim"
@@ -30,14 +30,14 @@ SECTION = "coppeliasim"
 ANSWER_SHARE = 0.9
 """The default time limit of a call, as a share of the robot's ``safety.answer_s``.
 
-It is less than 1, so that the driver reports a late answer before the watchdog does. The driver's message has more
-details.
+It is less than 1, so that this driver reports a late answer before the watchdog does. The driver's message has more
+details than the watchdog's.
 """
 
 GUARDIAN_PATIENCE_S = 60.0
-"""The guardian's time limit for a program that is alive but does not answer, in seconds.
+"""The time by which the guardian extends its lease, in seconds.
 
-It is long, because the simulation waits for the program in lockstep, so that no wheel turns.
+It is long, because no wheel turns in the meantime. In lockstep, the simulation waits for the program.
 """
 
 
@@ -54,8 +54,8 @@ class CoppeliaSimOptions(StrictModel):
     """Time limit of a call, in seconds; None stands for `ANSWER_SHARE` of ``safety.answer_s``."""
     keep: bool = False
     """Whether the built robot and world stay in CoppeliaSim after the run. By default the backend removes them."""
-    simulation: Owner = Owner.OURS
-    """Whether this program or the user starts and stops the simulation of a joined scene."""
+    simulation: SimulationControl = SimulationControl.OURS
+    """Whether this program or the user starts and stops the simulation of an existing scene."""
 
     @property
     def address(self) -> Address:
@@ -63,10 +63,10 @@ class CoppeliaSimOptions(StrictModel):
 
 
 class CoppeliaSimBackend(Backend):
-    """Opens robots in a running CoppeliaSim.
+    """Opens robots in a running CoppeliaSim. Its options are `CoppeliaSimOptions`.
 
     If the robot's file has a section ``[coppeliasim]``, the backend uses the robot of the scene that is open in
-    CoppeliaSim. Otherwise the backend builds the robot and the world. Options: `CoppeliaSimOptions`.
+    CoppeliaSim. Otherwise the backend builds the robot and the world.
 
     >>> from robotcore.description import load_robot
     >>> backend = CoppeliaSimBackend()
@@ -105,7 +105,9 @@ class CoppeliaSimBackend(Backend):
             )
         read_bindings(setup.robot, SECTION)  # reports mistakes of the file before it connects
         self.require_installed()
-        with closing(_create_scene(Connection.open(options.address, _choose_answer_s(options, setup)))) as scene:
+        with closing(
+            _create_scene(SimulatorConnection.open(options.address, _choose_answer_s(options, setup)))
+        ) as scene:
             yield from inspect_scene(setup.robot, SECTION, scene)
 
     def examine(self, robot: RobotDescription | None) -> Iterator[Finding]:
@@ -117,7 +119,7 @@ class CoppeliaSimBackend(Backend):
     def open(self, setup: Setup) -> Robot:
         options, setup = setup.options_as(CoppeliaSimOptions), setup.without_batteries()
         self.require_installed()
-        may_stop = self.builds_world(setup.robot) or options.simulation is Owner.OURS
+        may_stop = self.builds_world(setup.robot) or options.simulation is SimulationControl.OURS
         connect = partial(open_scene, options.address, _choose_answer_s(options, setup), may_stop=may_stop)
         cutoffs = partial(_list_cutoffs, options)
         if not self.builds_world(setup.robot):
@@ -137,9 +139,9 @@ def _choose_answer_s(options: CoppeliaSimOptions, setup: Setup) -> float:
 
 
 def _list_cutoffs(options: CoppeliaSimOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
-    """Yield the cutoff by which the guardian stops the wheels if this process is killed.
+    """Yield the cutoff with which the guardian stops the wheels if this process is killed.
 
-    The simulation continues after that.
+    It is needed because CoppeliaSim then drops this client, and continues the simulation.
     """
     if joints:
         arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}
@@ -154,7 +156,7 @@ def _open_built(
     *,
     keep: bool,
 ) -> Robot:
-    """Build the world and the robot, and open the robot. After a failure, remove the objects built so far."""
+    """Build the world and the robot, and open the robot. After an error, remove the built objects."""
     with ExitStack() as undo:
         scene = connect()
         undo.callback(scene.close)
@@ -177,28 +179,27 @@ def _open_built(
 
 
 def open_scene(address: Address, answer_s: float, *, may_stop: bool) -> CoppeliaSimScene:
-    """Connect to a simulator, take its lease, and return its scene.
+    """Connect to a simulator, acquire its lock, and return its scene.
 
-    address: the server's address.
     answer_s: time limit of a call, in seconds.
-    may_stop: whether to stop a simulation that a killed program left running.
+    may_stop: whether to stop a simulation that runs because the previous program was killed.
 
-    Raises BackendError if no server answers, or if another program holds the lease.
+    Raises BackendError if no server answers, or if another program holds the lock.
     """
     with ExitStack() as undo:
-        connection = Connection.open(address, answer_s)
+        connection = SimulatorConnection.open(address, answer_s)
         undo.callback(connection.close)
-        lease = Lease(connection)
-        scene = _create_scene(connection, lease)
+        lock = SimulatorLock(connection)
+        scene = _create_scene(connection, lock)
         undo.callback(scene.close)
-        if lease.take() and may_stop and scene.read_state() is not State.STOPPED:
+        if lock.acquire() and may_stop and scene.read_state() is not State.STOPPED:
             scene.stop()
         undo.pop_all()
     return scene
 
 
-def _create_scene(connection: Connection, lease: Lease | None = None) -> CoppeliaSimScene:
-    return CoppeliaSimScene(connection, lease, partial(proximity_works, SceneBuilder(connection)))
+def _create_scene(connection: SimulatorConnection, lock: SimulatorLock | None = None) -> CoppeliaSimScene:
+    return CoppeliaSimScene(connection, lock, partial(do_proximity_sensors_work, SceneBuilder(connection)))
 
 
 _NAME = "coppeliasim"
@@ -206,14 +207,14 @@ _ENGINES = {0: "Bullet", 1: "ODE", 2: "Vortex", 3: "Newton", 4: "MuJoCo", 5: "Dr
 
 
 def diagnose(address: Address) -> Iterator[Finding]:
-    """Yield the doctor's findings about a CoppeliaSim: its version, physics engine and proximity sensors."""
+    """Yield findings for `robotcore doctor` about a CoppeliaSim: its version, physics engine and proximity sensors."""
     try:
-        with closing(CoppeliaSimScene(Connection.open(address, LOADING_S))) as scene:
+        with closing(CoppeliaSimScene(SimulatorConnection.open(address, LOADING_S))) as scene:
             yield from _diagnose_scene(scene)
     except BackendError as error:
-        fault, _, remedy = str(error).removeprefix(f"{_NAME}: ").partition(". ")
-        only = f". These are options of robotcore run and check: the doctor checks {address} only"
-        yield Finding.warning(_NAME, fault, remedy + only * ("--port" in remedy), kind=error.kind)
+        problem, _, remedy = str(error).removeprefix(f"{_NAME}: ").partition(". ")
+        note = f". These are options of robotcore run and check: the doctor checks {address} only"
+        yield Finding.warning(_NAME, problem, remedy + note * ("--port" in remedy), kind=error.kind)
 
 
 def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
@@ -226,18 +227,18 @@ def _diagnose_scene(scene: CoppeliaSimScene) -> Iterator[Finding]:
         yield Finding.warning(
             "proximity sensors", "not tested: a simulation runs", "Stop it, and repeat", kind="simulation-running"
         )
-    elif proximity_works(SceneBuilder(connection), scene.detect):
+    elif do_proximity_sensors_work(SceneBuilder(connection), scene.detect):
         yield Finding.ok("proximity sensors", "detect a box in front of them", kind="sensors-work")
     else:
         yield Finding.warning(
             "proximity sensors",
-            "detect nothing. A robot that robotcore builds measures by depth pictures instead. A robot of an open "
-            "scene cannot be opened with these sensors",
-            "Install a CoppeliaSim with the plug-in for them; the maker's downloads have it",
+            "do not work. A robot that robotcore builds measures distances with depth pictures instead, and a robot of "
+            "an open scene cannot be opened with these sensors",
+            "Install a CoppeliaSim with the plug-in for proximity sensors; the maker's downloads have it",
             kind="no-sensors",
         )
 
 
 def _format_version(number: int) -> str:
-    """Format CoppeliaSim's version number: 4100000 becomes 4.10.0. The last two digits, the revision, are omitted."""
+    """Format CoppeliaSim's version number, such as 4100000 for 4.10.0. The last two digits are the revision."""
     return f"{number // 1000000}.{number // 10000 % 100}.{number // 100 % 100}"

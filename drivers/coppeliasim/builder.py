@@ -1,4 +1,4 @@
-"""Create, place, mark and remove objects of a scene."""
+"""Create, place and remove objects of a scene, and store notes on objects."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import Any, NamedTuple
 
-from drivers.coppeliasim.connection import LOADING_S, Connection
+from drivers.coppeliasim.connection import LOADING_S, SimulatorConnection
 from robotcore.description import Light, Mount
 from robotcore.description.types import Colour
 from robotcore.geometry import Pose
 
 TAG = "robotcore"
-"""The name of the custom data that marks objects as made by this driver."""
+"""The name of the custom data that holds the note of a root object that this driver has made."""
 
 NO_UNDO = "[]"
-"""The note on a root object that has no changes to undo: an empty JSON list."""
+"""A note without undo calls: an empty JSON list."""
 
 _EXCLUDED = 1
 
 
 class CollisionMask(IntEnum):
-    """Collision masks of shapes. Two shapes collide if their masks share a bit.
+    """Collision masks of shapes. Two shapes collide if their masks have a common bit.
 
-    For shapes of different models the high byte counts, for shapes of one model the low byte.
-    Wheels and casters collide with the floor only. The body collides with the floor and with the things of the world.
+    For two shapes of the same model, the low byte counts. For other shapes, the high byte counts. Wheels and casters
+    collide with the floor only. The body collides with the floor, and with the prisms and balls of the world.
     """
 
     FLOOR = 0x01FF
@@ -36,22 +36,22 @@ class CollisionMask(IntEnum):
 
 
 class SceneBuilder:
-    """Creates objects in a scene whose simulation is stopped."""
+    """Creates and changes objects of a scene. The simulation must be stopped."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: SimulatorConnection) -> None:
         self._connection = connection
         self.constant = connection.constant
 
     def call(self, name: str, *arguments: object) -> object:
-        """Call a function of the API with the time limit `LOADING_S`."""
+        """Call a function of the API with the time limit `LOADING_S`, and return its result."""
         return self._connection.sim(name, *arguments, within_s=LOADING_S)
 
     def make(self, name: str, *arguments: object) -> int:
-        """Call a function that returns a handle."""
+        """Call a function of the API that returns a handle, and return the handle."""
         return self._connection.call_as(int, name, *arguments)
 
     def create_dummy(self, alias: str) -> int:
-        """Create a dummy, which is a point that can be the parent of other objects, and return its handle."""
+        """Create a dummy, and return its handle. A dummy is a point that can be the parent of other objects."""
         handle = self.make("createDummy", 0.01)
         self.call("setObjectAlias", handle, alias)
         return handle
@@ -60,44 +60,47 @@ class SceneBuilder:
         self,
         kind: str,
         size: Sequence[float],
-        place: Placement,
+        frame: Placement,
         colour: Colour,
         mask: CollisionMask,
         alias: str,
         parent: int = -1,
     ) -> int:
-        """Create a shape that physics does not move, and return its handle.
+        """Create a shape that the physics engine does not move, and return its handle.
 
-        kind: the last word of the API's constant: ``cuboid``, ``spheroid`` or ``cylinder``.
-        size: the bounding box in metres.
-        place: the frame of the shape in the world.
-        alias: its name.
-        parent: the handle of its parent; -1 means no parent.
+        kind: ``cuboid``, ``spheroid`` or ``cylinder``.
+        size: the lengths of the bounding box along x, y and z, in metres.
+        frame: the frame of the shape in the world.
+        alias: the name of the shape.
+        parent: the handle of the parent; -1 means no parent.
         """
         handle = self.make("createPrimitiveShape", self.constant(f"primitiveshape_{kind}"), list(size), 0)
         self.call("setShapeColor", handle, None, self.constant("colorcomponent_ambient_diffuse"), _to_rgb(colour))
         self.set_int(handle, "shapeintparam_static", 1)
         self.set_int(handle, "shapeintparam_respondable", 1)
         self.set_int(handle, "shapeintparam_respondable_mask", mask)
-        self.put(handle, place, alias, parent)
+        self.put(handle, frame, alias, parent)
         return handle
 
-    def put(self, handle: int, place: Placement, alias: str, parent: int) -> None:
-        """Set an object's frame in the world, its name and its parent. A parent of -1 means none."""
-        self.call("setObjectPose", handle, list(place))
+    def put(self, handle: int, frame: Placement, alias: str, parent: int) -> None:
+        """Set an object's frame in the world, its name, and the handle of its parent; -1 means no parent."""
+        self.call("setObjectPose", handle, list(frame))
         self.call("setObjectAlias", handle, alias)
         if parent >= 0:
             self.call("setObjectParent", handle, parent, True)
 
     def set_int(self, handle: int, parameter: str, value: int) -> None:
-        """Set an integer parameter of an object. ``parameter`` is the name of the parameter's constant in the API."""
+        """Set an integer parameter of an object.
+
+        parameter: the name of the API constant that identifies the parameter.
+        """
         self.call("setObjectInt32Param", handle, self.constant(parameter), int(value))
 
     def make_dynamic(self, shape: int, mass_kg: float, inertia: Sequence[float], centre_x: float = 0.0) -> None:
-        """Let the physics engine move a shape.
+        """Let the physics engine move a shape, and set its mass, inertia and centre of mass.
 
         inertia: the moments of inertia about x, y and z, in kg·m².
-        centre_x: the position of the centre of mass on the x axis, in metres.
+        centre_x: the position of the centre of mass on the shape's x axis, in metres.
         """
         self.set_int(shape, "shapeintparam_static", 0)
         self.call("setShapeMass", shape, mass_kg)
@@ -106,22 +109,22 @@ class SceneBuilder:
         self.call("setShapeInertia", shape, [xx, 0, 0, 0, yy, 0, 0, 0, zz], at)
 
     def set_friction(self, shape: int, friction: float) -> None:
-        """Set the friction of a shape in Bullet 2.78 and in newer versions of Bullet, which have separate settings."""
+        """Set the coefficient of friction of a shape, for Bullet 2.78 and for newer versions of Bullet."""
         for parameter in ("bullet_body_oldfriction", "bullet_body_friction"):
             self.call("setEngineFloatParam", self.constant(parameter), shape, friction)
 
     def list_tree(self, root: str | int, kind: str = "handle_all", options: int = 0) -> list[int]:
-        """Return the handles of the objects in a tree.
+        """Return the handles of an object and of all objects below it.
 
-        root: the handle of the topmost object, or the name of an API constant such as ``handle_scene``.
-        kind: the name of the API constant for the type of the objects.
-        options: the option bits of the API's function ``getObjectsInTree``.
+        root: the handle of the object, or the name of an API constant such as ``handle_scene``.
+        kind: the name of the API constant of an object type. Objects of other types are omitted.
+        options: the option bits of the API function ``getObjectsInTree``.
         """
         base = self.constant(root) if isinstance(root, str) else root
         return self._connection.call_as(list, "getObjectsInTree", base, self.constant(kind), options)
 
     def read_path(self, handle: int) -> str:
-        """Return an object's path."""
+        """Return the path of an object in the scene."""
         return self._connection.call_as(str, "getObjectAlias", handle, 1)
 
     def read_placement(self, handle: int) -> Placement:
@@ -129,11 +132,11 @@ class SceneBuilder:
         return self._connection.call_as(Placement.of, "getObjectPose", handle)
 
     def read_lamp(self, handle: int) -> tuple[object, ...]:
-        """Return a lamp's state, an unused value, and its diffuse and specular colours."""
+        """Return whether a lamp is on, an unused value, and the lamp's diffuse and specular colours."""
         return self._connection.call_as(tuple, "getLightParameters", handle)
 
     def create_collection(self, root: int, *, without: int = -1) -> int:
-        """Create a collection of an object and all objects below it, and return its handle.
+        """Create a collection of an object and all objects below it, and return the handle of the collection.
 
         without: the handle of an object to leave out; -1 means none.
         """
@@ -143,12 +146,15 @@ class SceneBuilder:
             self.call("addItemToCollection", handle, self.constant("handle_single"), without, _EXCLUDED)
         return handle
 
-    def mark(self, handle: int, note: str, tag: str = TAG) -> None:
-        """Store a note on an object, which marks this object and all objects below it as made by this driver."""
+    def write_note(self, handle: int, note: str, tag: str = TAG) -> None:
+        """Store a note in the custom data of an object. The scene file contains it.
+
+        A root object with a note of the default tag was made by this driver, with all objects below it.
+        """
         self.call("writeCustomStringData", handle, tag, note)
 
     def read_note(self, handle: int, tag: str = TAG) -> str:
-        """Return the note that `mark` has stored on an object; "" if there is none."""
+        """Return the note that `write_note` has stored in an object; "" if there is none."""
         note = self._connection.sim("readCustomStringData", handle, tag)
         return note.decode(errors="replace") if isinstance(note, bytes) else str(note or "")
 
@@ -162,7 +168,7 @@ def _to_rgb(colour: Colour) -> list[float]:
 
 
 class Placement(NamedTuple):
-    """A frame relative to the world or to another frame: a position in metres and a quaternion."""
+    """A frame in the world or in another frame: a position in metres and a rotation as a quaternion."""
 
     x: float
     y: float
@@ -174,12 +180,12 @@ class Placement(NamedTuple):
 
     @classmethod
     def of(cls, answer: Any) -> Placement:
-        """Convert an answer of the API to a frame. Raises TypeError or ValueError if the answer is not a frame."""
+        """Convert a result of the API to a frame. Raises TypeError or ValueError if the result is not a frame."""
         x, y, z, qx, qy, qz, qw = map(float, answer)
         return cls(x, y, z, qx, qy, qz, qw)
 
     def compose(self, local: Placement) -> Placement:
-        """Return the world frame of ``local``, which is given relative to this frame.
+        """Convert a frame relative to this frame to a frame in the world.
 
         >>> Placement(1.0, 2.0, 0.0).compose(Placement(0.5, 0.0, 0.0))[:3]
         (1.5, 2.0, 0.0)
@@ -196,21 +202,21 @@ class Placement(NamedTuple):
 Quaternion = tuple[float, ...]
 
 AXLE = Placement(0.0, 0.0, 0.0, -math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
-"""The frame of a wheel's joint relative to the robot: the joint's z axis points to the robot's left."""
+"""The rotation of a wheel's joint in the robot's frame. The z axis of the joint points to the robot's left."""
 
 FORWARD = Placement(0.0, 0.0, 0.0, 0.5, 0.5, 0.5, 0.5)
-"""The frame of a sensor relative to its mount: z points forward, x to the left, y up."""
+"""The rotation of a sensor in the frame of its mount. The sensor's z axis points forward, x to the left, and y up."""
 
 
 def place_on_floor(pose: Pose) -> Placement:
-    """Return the world frame of a planar pose, at the height of the floor."""
+    """Return the frame in the world of a planar pose, at the height of the floor."""
     return Placement(pose.x, pose.y, 0.0, *_rotate_about_z(pose.heading))
 
 
 def place_mount(mount: Mount, behind_m: float = 0.0) -> Placement:
     """Return the frame of a sensor in the robot's frame.
 
-    behind_m: the distance by which the frame is shifted backwards from the mount, in metres.
+    behind_m: the distance from the mount backwards to the sensor, in metres.
     """
     half = mount.pitch_rad / 2
     turn = _multiply(_rotate_about_z(mount.yaw_rad), (0.0, math.sin(half), 0.0, math.cos(half)))
@@ -219,7 +225,7 @@ def place_mount(mount: Mount, behind_m: float = 0.0) -> Placement:
 
 
 def place_lamp(light: Light) -> Placement:
-    """Return the frame of a lamp high above the floor; its z axis is the direction of the light."""
+    """Return the frame in the world of a lamp, 3 m above the floor. The lamp's z axis is the direction of the light."""
     tilt = -math.pi / 2 - light.elevation_rad
     turn = _multiply(_rotate_about_z(light.azimuth_rad), (0.0, math.sin(tilt / 2), 0.0, math.cos(tilt / 2)))
     return Placement(0.0, 0.0, 3.0, *turn)

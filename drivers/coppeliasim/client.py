@@ -1,10 +1,10 @@
 """CoppeliaSim's own ZeroMQ client, extended by a deadline for each call and by checks of each reply.
 
-During a long call, the server and the client exchange wait messages (``_*wait*_``, ``_*executed*_``). Each message
-restarts the time-out of the socket, so that this time-out never ends the call. A deadline limits the whole call.
+During a long call, the server and the client exchange wait messages (``_*wait*_``, ``_*executed*_``). Each of them
+restarts the time-out of the socket. So only a deadline limits the whole call.
 
-CoppeliaSim's own client waits without limit, and adds a function ``require`` to ``__main__``. It also runs any function
-of ``__main__`` that a reply names. This client does none of these.
+CoppeliaSim's own client waits without limit. It adds a function ``require`` to ``__main__``, and runs any function of
+``__main__`` that a reply names. The client of this module does none of these.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from robotcore.hal.wall_clock import MonotonicClock
 
 _MISSING = object()
 _POLL_S = 0.2
-_CONVERSATION = ("_*wait*_", "_*repeat*_")
-"""Requests that a server may send during a call to a client without callbacks."""
+_WAIT_MESSAGES = ("_*wait*_", "_*repeat*_")
+"""The messages that a server may send during a call, before its reply."""
 
 
-class CallTimeout(Exception):  # noqa: N818  an outcome that Connection converts to an error
+class CallTimeout(Exception):  # noqa: N818  an outcome that SimulatorConnection converts to an error
     """The deadline of a call has passed."""
 
 
@@ -36,7 +36,7 @@ class Disconnected(Exception):  # noqa: N818
 
 
 class CallRefused(Exception):  # noqa: N818
-    """The server answered the call with an error. The message is the server's own."""
+    """The server answered the call with an error. The message comes from the server."""
 
 
 class ProtocolViolation(Exception):  # noqa: N818
@@ -48,7 +48,7 @@ class FirstProtocolReply(ProtocolViolation):
 
 
 class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
-    """A connection to one server.
+    """A client of one server.
 
     idle_s: the time without a call after which the server drops this client, in seconds.
     """
@@ -73,15 +73,15 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         self._deadline = 0.0
 
     def watch_disconnects(self) -> None:
-        """Make calls fail after the server has disconnected.
+        """Make each further call raise Disconnected once the server has disconnected.
 
-        Otherwise the library would reconnect without notice, even to another server at the same address.
+        Otherwise the library would silently connect again, even to another server at the same address.
         """
         self._disconnects = self.socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
         self._poller.register(self._disconnects, zmq.POLLIN)
 
-    def ask(self, function: str, arguments: Sequence[Any], within_s: float) -> Any:
-        """Call a function of the server.
+    def call_within(self, function: str, arguments: Sequence[Any], within_s: float) -> Any:
+        """Call a function of the server, and return its result.
 
         within_s: time limit of the call, in seconds.
 
@@ -92,11 +92,11 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         return self.call(function, [to_wire(argument) for argument in arguments])
 
     def shorten_deadline(self, within_s: float) -> None:
-        """Limit the rest of the current call to ``within_s`` seconds. Any thread may call this method."""
+        """Limit the rest of the call in progress to ``within_s`` seconds. Any thread may call this method."""
         self._deadline = min(self._deadline, self._clock.now() + within_s)
 
     def close(self) -> None:
-        """Close the socket, and drop messages that are not sent yet. It may be called again."""
+        """Close the socket, and drop the messages that are not sent yet. A second call does nothing."""
         for each in (self._disconnects, self.socket):
             if each:
                 each.close(linger=0)
@@ -126,9 +126,9 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
         return reply
 
     def _poll_until_deadline(self) -> tuple[float, dict[Any, int]]:
-        """Wait for messages until the deadline, which another thread may shorten.
+        """Wait for a message until the deadline. Another thread may shorten the deadline.
 
-        Returns the seconds left and the sockets with messages.
+        Returns the time left in seconds, and the sockets that have a message.
         """
         while True:
             left = max(self._deadline - self._clock.now(), 0.0)
@@ -138,7 +138,7 @@ class Client(RemoteAPIClient):  # type: ignore[misc]  # the library has no types
 
 
 def to_wire(value: Any) -> Any:
-    """Convert NumPy's numbers and arrays, mappings and buffers to types that CBOR can encode.
+    """Convert a value to types that CBOR can encode. NumPy's types, mappings and buffers need this.
 
     >>> to_wire({"size": np.array([1.5, 2.0]), "count": np.int64(3)})
     {'size': [1.5, 2.0], 'count': 3}
@@ -157,7 +157,7 @@ def to_wire(value: Any) -> Any:
 
 
 def _decode_reply(raw: bytes) -> dict[str, Any]:
-    """Decode a message to a reply. Raises ProtocolViolation, or CallRefused if the reply is an error."""
+    """Decode a reply. Raises ProtocolViolation if it is invalid, and CallRefused if it reports an error."""
     try:
         reply = cbor.loads(raw)
     except Exception as error:
@@ -168,7 +168,7 @@ def _decode_reply(raw: bytes) -> dict[str, Any]:
         raise FirstProtocolReply
     if "err" in reply:
         raise CallRefused(str(reply["err"]))
-    if reply.get("func") in _CONVERSATION:
+    if reply.get("func") in _WAIT_MESSAGES:
         return reply
     if not reply or reply.get("ret") == {}:  # Lua encodes an empty table as a map; _*end*_ has an empty reply
         return {"ret": []}

@@ -1,4 +1,4 @@
-"""The connection to a CoppeliaSim. It calls functions by name within a time limit, and raises robotcore's errors."""
+"""The connection to a CoppeliaSim, which calls functions of the remote API and raises robotcore's errors."""
 
 from __future__ import annotations
 
@@ -27,13 +27,16 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 LOADING_S = 30.0
-"""Time limit of calls that start, stop or load, or that render for the first time."""
+"""Time limit, in seconds, of calls that load a plug-in, start or stop a simulation, or render the first picture."""
 
 INTERRUPTED_S = 2.0
-"""Time limit of the rest of a call after a signal such as Ctrl-C, in seconds."""
+"""After a signal such as Ctrl-C, the time limit of the call in progress, in seconds."""
 
 IDLE_S = 5.0
-"""Seconds without a call after which the server drops a client, so that a killed program freezes no simulation."""
+"""The time without a call after which the server drops a client, in seconds.
+
+In lockstep, the simulation waits for the client. After a client was killed, the simulation thus waits for 5 s only.
+"""
 
 OLDER_NAMES = {
     "sim.getObject": "sim.getObjectHandle",
@@ -48,7 +51,7 @@ OLDER_NAMES = {
 }
 """The names that functions had before CoppeliaSim 4.4 or 4.7, by their present names.
 
-The results are equal. The arguments are equal except for the functions in `_OLDER_ARGUMENTS`.
+The results have not changed. The arguments have changed only for the functions in `_OLDER_ARGUMENTS`.
 """
 
 _OLDER_ARGUMENTS: dict[str, Callable[..., tuple[Any, ...]]] = {
@@ -62,33 +65,35 @@ class RefusedError(BackendError):
     kind = "refused"
 
 
-class Connection:
-    """Calls functions of one CoppeliaSim.
+class SimulatorConnection:
+    """A connection to one CoppeliaSim, which calls functions of its remote API.
+
+    address: the address of the server.
+    answer_s: the default time limit of a call, in seconds.
 
     After a call has timed out, each further call raises the same BackendError at once. A signal such as Ctrl-C
-    interrupts the wait for an answer, but not the call itself. The next call begins after that call has ended.
+    interrupts the wait for an answer, but not the call itself. The next call begins after the interrupted call has
+    ended.
     """
 
     def __init__(self, address: Address, client: Client, answer_s: float) -> None:
         self.address = address
         self.answer_s = answer_s
-        """Time limit of a call, in seconds."""
         self._client = client
         self._failure: BackendError | None = None
         self._executor = SerialExecutor("zmq remote api")
         self._functions: Mapping[str, Any] = {}
 
     def __repr__(self) -> str:
-        return f"<Connection to {self.address}, {'lost' if self.is_lost else 'open'}>"
+        return f"<SimulatorConnection to {self.address}, {'lost' if self.is_lost else 'open'}>"
 
     @classmethod
-    def open(cls, address: Address, answer_s: float) -> Connection:
+    def open(cls, address: Address, answer_s: float) -> SimulatorConnection:
         """Connect to a server, and read the list of its functions.
 
-        address: the server's address.
-        answer_s: time limit of a call, in seconds.
+        answer_s: the default time limit of a call, in seconds.
 
-        Raises BackendError if no CoppeliaSim answers.
+        Raises BackendError if no CoppeliaSim answers at the address.
         """
         require_greeting(address)
         from drivers.coppeliasim.client import Client
@@ -105,19 +110,19 @@ class Connection:
 
     @property
     def is_lost(self) -> bool:
-        """Whether each further call fails, because the connection is broken or closed."""
+        """Whether the connection is broken or closed. Each call then raises an error."""
         return self._failure is not None
 
     def fail(self, failure: BackendError) -> None:
-        """Let each further call raise this error. If the connection has already failed, keep the earlier error."""
+        """Make each further call raise this error, unless the connection has already failed with another error."""
         self._failure = self._failure or failure
 
     def sim(self, name: str, *arguments: Any, within_s: float | None = None) -> Any:
-        """Call the API's function ``sim.NAME``; on an old server, call it by its older name.
+        """Call the function ``sim.NAME`` of the API, and return its result, or a tuple of its results.
 
-        within_s: time limit in seconds. Values below `answer_s` have no effect.
+        within_s: time limit in seconds. The greater of ``within_s`` and ``answer_s`` counts.
 
-        Returns the result; a tuple if the function has several.
+        If an old server has the function under an older name, this name is used.
         """
         function = self._find_function(name)
         if function in _OLDER_ARGUMENTS:
@@ -125,20 +130,20 @@ class Connection:
         return self.call(function, *arguments, within_s=within_s)
 
     def has(self, name: str) -> bool:
-        """Return whether the server offers ``sim.NAME`` under this name."""
+        """Return whether the server has a function or constant ``sim.NAME``."""
         return name in self._functions
 
     def constant(self, name: str) -> int:
-        """Return the value of ``sim.NAME``; raises BackendError if the server has no such constant."""
+        """Return the value of the constant ``sim.NAME``. Raises BackendError if the server does not have it."""
         entry = self._functions.get(name)
         if isinstance(entry, Mapping) and isinstance(entry.get("const"), (int, float)):
             return int(entry["const"])
         raise function_missing(self.address, f"sim.{name}")
 
     def call(self, function: str, *arguments: Any, within_s: float | None = None) -> Any:
-        """Call a function of the server by its full name. Calls from several threads take turns.
+        """Call a function of the server by its full name, and return its result. Calls from several threads take turns.
 
-        within_s: time limit in seconds. Values below `answer_s` have no effect.
+        within_s: time limit in seconds. The greater of ``within_s`` and ``answer_s`` counts.
 
         Raises BackendError if the server refuses the call, does not answer in time, or sends an invalid reply.
         """
@@ -152,17 +157,19 @@ class Connection:
             raise
 
     def run_batch(self, work: Callable[[], T]) -> T:
-        """Run a function that makes several calls, and return its result.
+        """Run a function that calls this connection several times, and return the function's result.
 
-        The function runs in the thread that exchanges messages. The caller waits once instead of once a call.
+        The function runs in the thread that exchanges messages. So the calling thread waits once, not once for each
+        call.
         """
         return self._executor.run(work)
 
     def call_as(self, convert: Callable[[Any], T], name: str, *arguments: Any) -> T:
-        """Call ``sim.NAME``, and return its converted result.
+        """Call the function ``sim.NAME`` of the API, convert its result, and return it.
 
-        convert: converts the result. If it raises TypeError, ValueError or LookupError, the result is invalid, and
-            this method raises BackendError.
+        convert: converts the result. It raises TypeError, ValueError or LookupError if the result is invalid.
+
+        Raises BackendError if the result is invalid, and the errors of `call`.
         """
         answer = self.sim(name, *arguments)
         try:
@@ -171,7 +178,7 @@ class Connection:
             raise unexpected_answer(self.address, f"sim.{name}", f"{answer!r:.80}") from error
 
     def close(self) -> None:
-        """End the session on the server, and disconnect. It may be called again, and never raises."""
+        """End the session on the server, and disconnect. No error is raised. A second call does nothing."""
         if not self._failure:
             with suppress(BackendError):  # the server has ended
                 self.call("_*end*_")
@@ -195,7 +202,7 @@ class Connection:
         if self._failure:
             raise self._failure
         try:
-            return self._client.ask(function, arguments, limit_s)
+            return self._client.call_within(function, arguments, limit_s)
         except CallRefused as error:
             raise RefusedError(
                 f"coppeliasim: {self.address} refused {function}: {error}",

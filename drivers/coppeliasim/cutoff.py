@@ -1,4 +1,4 @@
-"""The cutoff by which the guardian stops wheels in a scene after the program was killed."""
+"""The cutoff with which the guardian stops the wheels of a CoppeliaSim scene after the program was killed."""
 
 from __future__ import annotations
 
@@ -8,24 +8,29 @@ from contextlib import suppress
 from robotcore.hal.cutoff import Cutoff, Unconfirmed
 
 SHORT_S = 0.3
-"""Time limit of each call; an idle server answers in milliseconds."""
+"""Time limit of each call, in seconds. An idle server answers in milliseconds."""
 
 IDLE_S = 5.0
 
 
 class StopJoints(Cutoff):
-    """Sets the target velocity of joints to zero, over a connection of its own.
+    """Sets the target velocity of joints to zero, over a separate connection.
 
+    host, port: the address of the server.
     joints: the handles of the joints.
 
-    If the server has ended or hangs, `stop` returns a report and raises no error, because simulated wheels do no harm.
+    If the server has ended or hangs, `stop` raises no error, because simulated wheels do no harm. It then returns an
+    `Unconfirmed` message.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
         self._host, self._port, self._joints = host, port, joints
 
     def open(self) -> None:
-        """Import the client. It connects only in `stop`, because the server drops clients that send nothing."""
+        """Import the client, so that `stop` need not import it.
+
+        Only `stop` connects, because the server drops clients that make no calls.
+        """
         import drivers.coppeliasim.client  # noqa: F401
 
     def stop(self) -> str | None:
@@ -33,11 +38,11 @@ class StopJoints(Cutoff):
 
         client = Client(self._host, self._port, IDLE_S)
         try:
-            client.ask("zmqRemoteApi.require", ["sim"], SHORT_S)
+            client.call_within("zmqRemoteApi.require", ["sim"], SHORT_S)
             for joint in self._joints:
                 with suppress(CallRefused):  # the joint was removed
-                    client.ask("sim.setJointTargetVelocity", [joint, 0.0], SHORT_S)
-            client.ask("_*end*_", [], SHORT_S)
+                    client.call_within("sim.setJointTargetVelocity", [joint, 0.0], SHORT_S)
+            client.call_within("_*end*_", [], SHORT_S)
         except (CallTimeout, Disconnected, CallRefused, ProtocolViolation):
             return Unconfirmed(f"{self._host}:{self._port} does not answer. If the simulator has ended, no wheel turns")
         finally:
@@ -45,4 +50,4 @@ class StopJoints(Cutoff):
         return None
 
     def close(self) -> None:
-        """Do nothing: `stop` keeps no connection."""
+        """Do nothing, because `stop` has closed its connection."""

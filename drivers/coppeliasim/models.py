@@ -1,12 +1,12 @@
 """Build a world and a robot as objects of a scene, and the robot's motors and encoders.
 
-The world is a floor, prisms and balls; none of them moves. The robot is a body, wheels on joints, and casters.
+The world has a floor, prisms and balls, which do not move. The robot has a body, wheels on joints, and casters.
 
 Three choices make the robot follow its commands in the physics engine Bullet:
 
-- The collision shape of a wheel is a ball, which touches the floor at one point, at the exact track width.
-- The centre of mass is over the axle, with a caster in front and one behind. With the mass on one caster, a robot
-  creeps while its wheels stand still.
+- The collision shape of a wheel is a ball. It touches the floor at one point, so that the track width is exact.
+- The centre of mass is over the axle, with a caster in front and one behind. If one caster carried the mass, the robot
+  would creep while its wheels stand still.
 - A caster has no friction. A force sensor connects it to the body, because no connection in Bullet is stiffer.
 """
 
@@ -36,7 +36,10 @@ from robotcore.hal.devices import Angle, Encoder, Motor
 from robotcore.simulation.sampling import SampleCache
 
 GROUND_M, GROUND_DEPTH_M = 60.0, 0.1
-"""Side and depth of the ground. It extends beyond the world's floor, to the range of the vision sensors."""
+"""The side length and the thickness of the ground, in metres.
+
+The ground is larger than the world's floor, so that the vision sensors see it up to the end of their range.
+"""
 
 
 class BuiltWorld(NamedTuple):
@@ -46,18 +49,15 @@ class BuiltWorld(NamedTuple):
     things: frozenset[int]
     """The handles of the prisms and balls. The ground truth counts the robot's contacts with them."""
     visible: int
-    """The handle of the collection of all objects, which cameras see."""
+    """The handle of the collection of the objects that cameras see. It contains all objects of the world."""
     detectable: int
-    """The handle of the collection of all objects except the floor, which range sensors detect."""
+    """The handle of the collection of the objects that range sensors detect. It contains all except the floor."""
 
 
 def build_world(builder: SceneBuilder, world: WorldDescription) -> BuiltWorld:
-    """Create the objects of a world, each with its own name.
-
-    After the caller has also built the robot, it must call `finish_building`.
-    """
+    """Create the objects of a world. After the caller has built the robot too, it must call `finish_building`."""
     root = builder.create_dummy(world.name)
-    builder.mark(root, NO_UNDO)
+    builder.write_note(root, NO_UNDO)
     begin_building(builder, root)
     floor = _add_floor(builder, world, root)
     builder.set_friction(floor, 1.0)
@@ -97,23 +97,23 @@ DARK = (30, 30, 30)
 
 
 class BuiltRobot(NamedTuple):
-    """The handles of a robot's objects."""
+    """The handles of a robot's objects, and the robot's frame."""
 
     body: int
     """The handle of the robot's body, which is the parent of its other objects."""
     joints: Mapping[str, int]
-    """The handles of the joints, by the names of their motors and encoders."""
+    """The handle of the joint of each motor and of each encoder, by the device's name."""
     frame: Placement
-    """The robot's frame in the frame of its body."""
+    """The robot's frame relative to the frame of the body."""
 
 
 def build_robot(builder: SceneBuilder, robot: RobotDescription, start: Pose) -> BuiltRobot:
-    """Create a robot at its start pose. Physics does not move a robot without a drive."""
+    """Create a robot at its start pose. The physics engine does not move a robot without a drive."""
     body, frame = robot.body, place_on_floor(start)
     centre = Placement(*body.middle_m)
     size = (body.length_m, body.width_m, body.height_m)
     root = builder.create_shape("cuboid", size, frame.compose(centre), body.colour, CollisionMask.BODY, robot.name)
-    builder.mark(root, NO_UNDO)
+    builder.write_note(root, NO_UNDO)
     joints: dict[str, int] = {}
     if drive := robot.drive:
         builder.make_dynamic(root, body.mass_kg, body.moments_kg_m2, -body.centre_x_m)
@@ -174,11 +174,13 @@ def _compute_ball_moments(mass: float, radius: float) -> tuple[float, float, flo
 
 
 class BuiltMotor(Motor):
-    """A motor whose joint follows the commanded velocity with the described lag.
+    """A motor whose joint follows the commanded velocity with the lag of the robot's description.
 
-    The joint has one velocity for a whole time step of h seconds, and h can be as long as the lag τ. So this velocity
-    is the mean of a first-order lag over the step. The mean is the present velocity, plus the difference from the
-    command times 1 - τ/h·(1 - exp(-h/τ)).
+    step: the time step of the simulation, in seconds.
+
+    The joint has one velocity during a time step h, and h can be as long as the time constant τ of the lag. So the
+    motor sends the mean velocity of a first-order lag over the step. This mean is v + (c - v)·(1 - τ/h·(1 - exp(-h/τ)))
+    with the velocity v at the begin of the step and the commanded velocity c.
     """
 
     def __init__(self, scene: CoppeliaSimScene, description: MotorDescription, joint: int, step: float) -> None:
@@ -190,7 +192,7 @@ class BuiltMotor(Motor):
         self._command = self._velocity = self._sent = 0.0
 
     def drive(self) -> None:
-        """Send the joint's velocity for the next time step."""
+        """Send the joint's mean velocity in the next time step. It must be called before each time step."""
         missing = self._command - self._velocity
         self._send(self._velocity + missing * self._mean_gain)
         self._velocity += missing * self._gain
@@ -205,7 +207,7 @@ class BuiltMotor(Motor):
 
 
 class BuiltEncoder(Encoder):
-    """An encoder that counts the rotation of a wheel's joint since the robot was opened."""
+    """An encoder that measures the angle by which a wheel's joint has turned since the robot was opened."""
 
     def __init__(self, scene: CoppeliaSimScene, description: EncoderDescription, joint: int, clock: Clock) -> None:
         super().__init__(description.name)

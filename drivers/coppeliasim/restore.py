@@ -1,6 +1,6 @@
-"""Restore the user's scene: remove the objects that this driver made, and undo its changes.
+"""Restore the user's scene: remove the objects that this driver has made, and undo its other changes.
 
-The root objects that this driver makes store the calls that undo its changes. So if a program is killed, the next
+This driver stores the undo calls as a note in a root object that it has made. So after a program was killed, the next
 program can restore the scene.
 """
 
@@ -16,14 +16,14 @@ from drivers.coppeliasim.connection import RefusedError
 from robotcore.description import Light
 from robotcore.errors import BackendError
 
-Undo = Sequence[object]
-"""The name of an API function, and its arguments.
+UndoCall = Sequence[object]
+"""A call that undoes a change: the name of an API function, and its arguments.
 
-An object is named by its path, because handles change when a saved scene is loaded.
+If the first argument is an object, it is given as a path, because handles change when a saved scene is loaded.
 """
 
 BUILDING_TAG = "robotcore.begun"
-"""The tag of the list that `begin_building` stores."""
+"""The name of the custom data in which `begin_building` stores the list of root objects."""
 
 _DOWN_M = 0.5
 _FIRST_CHILDREN = 2
@@ -31,28 +31,31 @@ _MAX_SHOWN = 3
 
 
 def find_own_roots(builder: SceneBuilder) -> dict[int, str]:
-    """Return the notes of the root objects that this driver made, by the handles of these objects."""
+    """Return the note of each root object that this driver has made, by the handle of the object."""
     notes = {root: builder.read_note(root) for root in _list_roots(builder)}
     return {root: note for root, note in notes.items() if note}
 
 
-def begin_building(builder: SceneBuilder, keeper: int) -> None:
-    """Store the list of the scene's root objects, so that `restore` can find an object without a mark.
+def begin_building(builder: SceneBuilder, storage: int) -> None:
+    """Store the list of the scene's root objects, so that `restore` can find new root objects without a note.
 
-    A killed program can leave such an object.
+    If the program is killed after it has created an object and before it has set its parent, such an object is left.
 
-    keeper: the handle of the first root object that is built. It stores the list.
+    storage: the handle of the object that stores the list.
     """
-    builder.mark(keeper, json.dumps(_list_roots(builder)), BUILDING_TAG)
+    builder.write_note(storage, json.dumps(_list_roots(builder)), BUILDING_TAG)
 
 
-def finish_building(builder: SceneBuilder, keeper: int) -> None:
-    """Clear the list that `begin_building` stored, because now each new object is below a marked root."""
-    builder.mark(keeper, "", BUILDING_TAG)
+def finish_building(builder: SceneBuilder, storage: int) -> None:
+    """Clear the list that `begin_building` has stored. Each new object must be below a root object with a note.
+
+    storage: the handle of the object that stores the list.
+    """
+    builder.write_note(storage, "", BUILDING_TAG)
 
 
 def restore(builder: SceneBuilder) -> None:
-    """Remove the objects that this driver made, and undo its changes."""
+    """Remove the objects that this driver has made, and undo its other changes of the scene."""
     found = find_own_roots(builder)
     for root in found:
         _remove_stray(builder, root, found)
@@ -63,10 +66,10 @@ def restore(builder: SceneBuilder) -> None:
         builder.remove_tree(root)
 
 
-def release(builder: SceneBuilder) -> None:
-    """Let CoppeliaSim update the built sensors in every time step.
+def enable_sensor_updates(builder: SceneBuilder) -> None:
+    """Make CoppeliaSim update the built sensors in each time step, for programs that use the scene later.
 
-    Programs that join the scene later read the sensors without requesting updates.
+    This driver has requested each update itself.
     """
     for root in find_own_roots(builder):
         for kind in ("object_visionsensor_type", "object_proximitysensor_type"):
@@ -75,7 +78,7 @@ def release(builder: SceneBuilder) -> None:
 
 
 def require_empty(builder: SceneBuilder) -> None:
-    """Raise BackendError if the scene has shapes other than a floor."""
+    """Raise BackendError if the scene has a shape that is not a floor."""
     shapes = builder.list_tree("handle_scene", "object_shape_type")
     paths = [builder.read_path(shape) for shape in shapes]
     if others := [path for path in paths if not _is_floor(path)]:
@@ -89,20 +92,19 @@ def require_empty(builder: SceneBuilder) -> None:
         )
 
 
-def save_scene_state(builder: SceneBuilder, keeper: int, light: Light, more: Sequence[Undo]) -> None:
-    """Store the calls that undo changes; then set the light of the world and lower the floor of the user's scene.
+def save_scene_state(builder: SceneBuilder, storage: int, light: Light, more: Sequence[UndoCall]) -> None:
+    """Set the light of the world, and lower the floor of the user's scene. Before, store the calls that undo this.
 
-    keeper: the handle of the root object that stores these calls.
-    light: the light of the world.
-    more: further calls to store.
+    storage: the handle of the root object that stores the calls.
+    more: further undo calls to store.
     """
     lamps = builder.list_tree("handle_scene", "object_light_type")
     places = {root: builder.read_placement(root) for root in _list_roots(builder) if _is_floor(builder.read_path(root))}
     ambient = builder.constant("arrayparam_ambient_light")
-    undo: list[Undo] = [*more, ("setArrayParam", ambient, builder.call("getArrayParam", ambient))]
+    undo: list[UndoCall] = [*more, ("setArrayParam", ambient, builder.call("getArrayParam", ambient))]
     undo += [("setObjectPose", builder.read_path(floor), list(place)) for floor, place in places.items()]
     undo += [call for lamp in lamps for call in _build_lamp_undo(builder, lamp)]
-    builder.mark(keeper, json.dumps(undo))
+    builder.write_note(storage, json.dumps(undo))
     builder.call("setArrayParam", ambient, [light.ambient * light.brightness] * 3)
     for floor, place in places.items():
         builder.call("setObjectPose", floor, list(place._replace(z=place.z - _DOWN_M)))
@@ -110,13 +112,16 @@ def save_scene_state(builder: SceneBuilder, keeper: int, light: Light, more: Seq
         _set_lamp(builder, lamp, light, is_on=number == 0)
 
 
-def build_collections_undo(keeper: int, collections: Collection[int]) -> list[Undo]:
-    """Return the calls that remove collections.
+def build_collections_undo(storage: int, collections: Collection[int]) -> list[UndoCall]:
+    """Return the undo calls that remove collections.
 
-    A collection has a handle and no path, and handles change when a saved scene is loaded. So each call contains the
-    handle of ``keeper``. If ``keeper`` has another handle later, `restore` skips the call.
+    storage: the handle of the root object that stores the calls.
+    collections: the handles of the collections.
+
+    A collection has no path, and handles change when a saved scene is loaded. So each call contains the handle of
+    ``storage`` too. `restore` skips the call if ``storage`` then has another handle.
     """
-    return [("destroyCollection", collection, keeper) for collection in collections]
+    return [("destroyCollection", collection, storage) for collection in collections]
 
 
 def _undo(builder: SceneBuilder, root: int, name: str, arguments: list[Any]) -> None:
@@ -128,12 +133,12 @@ def _undo(builder: SceneBuilder, root: int, name: str, arguments: list[Any]) -> 
         builder.call(name, builder.make("getObject", first) if isinstance(first, str) else first, *rest)
 
 
-def _remove_stray(builder: SceneBuilder, keeper: int, found: Collection[int]) -> None:
-    """Remove the object that a killed program had made, but not yet attached to a parent.
+def _remove_stray(builder: SceneBuilder, storage: int, found: Collection[int]) -> None:
+    """Remove the object that a killed program had created, but had not yet attached to a parent.
 
-    There is at most one such object. If two or more root objects are new, the user has made some, and all stay.
+    There is at most one such object. If there are several new root objects, the user has made some, and all stay.
     """
-    if not (roots_before := builder.read_note(keeper, BUILDING_TAG)):
+    if not (roots_before := builder.read_note(storage, BUILDING_TAG)):
         return
     strays = set(_list_roots(builder)) - set(json.loads(roots_before)) - set(found)
     if len(strays) == 1:
@@ -144,7 +149,7 @@ def _list_roots(builder: SceneBuilder) -> list[int]:
     return builder.list_tree("handle_scene", options=_FIRST_CHILDREN)
 
 
-def _build_lamp_undo(builder: SceneBuilder, lamp: int) -> list[Undo]:
+def _build_lamp_undo(builder: SceneBuilder, lamp: int) -> list[UndoCall]:
     state, _, diffuse, specular = builder.read_lamp(lamp)
     path = builder.read_path(lamp)
     pose = ("setObjectPose", path, list(builder.read_placement(lamp)))
@@ -152,7 +157,7 @@ def _build_lamp_undo(builder: SceneBuilder, lamp: int) -> list[Undo]:
 
 
 def _set_lamp(builder: SceneBuilder, lamp: int, light: Light, *, is_on: bool) -> None:
-    """Give a directional lamp the direction and colour of the world's light, or switch the lamp off."""
+    """Set the direction, the brightness and the state of a directional lamp."""
     diffuse = [light.diffuse * light.brightness] * 3
     builder.call("setLightParameters", lamp, int(is_on), None, diffuse, [0.0, 0.0, 0.0])
     builder.call("setObjectPose", lamp, list(place_lamp(light)))

@@ -1,4 +1,4 @@
-"""A scene of CoppeliaSim, which is stepped over the ZeroMQ remote API."""
+"""A scene of CoppeliaSim that runs in lockstep over the ZeroMQ remote API."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from drivers.coppeliasim.connection import LOADING_S, Connection, RefusedError
-from drivers.coppeliasim.simulation_lease import Lease
+from drivers.coppeliasim.connection import LOADING_S, RefusedError, SimulatorConnection
+from drivers.coppeliasim.simulator_lock import SimulatorLock
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.simulation.remote_scene import (
@@ -24,19 +24,16 @@ from robotcore.simulation.remote_scene import (
 
 _TOLERANCE_S = 1e-6
 _PAUSED, _ADVANCING = 8, 16
-"""Bits of the simulation's state."""
+"""Bits of the number by which CoppeliaSim reports the state of the simulation."""
 
 _STOPPING = (21, 22)
-"""States before a stop: ``simulation_advancing_abouttostop`` and ``simulation_advancing_lastbeforestop``."""
+"""The states ``simulation_advancing_abouttostop`` and ``simulation_advancing_lastbeforestop``."""
 
 _STOPPING_S, _NAP_S = 0.5, 0.01
-"""Time limit of the wait for such a stop, and the time between two reads of the state, in seconds."""
+"""Time limit until a simulation in a state of `_STOPPING` has stopped, and the time between two reads, in seconds."""
 
 Probe = Callable[[Callable[[int], Point | None]], bool]
-"""A function that returns whether proximity sensors work.
-
-Its argument is a function that returns the point that a sensor detects; None without a detection.
-"""
+"""A function that returns whether proximity sensors work. Its argument is `CoppeliaSimScene.detect`."""
 
 _READ_LOG = "Read its message in its window or its log"
 
@@ -44,14 +41,15 @@ _READ_LOG = "Read its message in its window or its log"
 class CoppeliaSimScene(Scene):
     """A scene of CoppeliaSim. Each method makes one or a few calls of the remote API.
 
-    connection: the connection to the simulator.
-    lease: the lease of the simulator; `close` releases it.
-    probe: returns whether proximity sensors work; None stands for sensors that work.
+    lock: the lock of the simulator, which `close` releases; None for a scene that is only inspected.
+    probe: returns whether proximity sensors work; None if all proximity sensors are known to work.
     """
 
-    def __init__(self, connection: Connection, lease: Lease | None = None, probe: Probe | None = None) -> None:
+    def __init__(
+        self, connection: SimulatorConnection, lock: SimulatorLock | None = None, probe: Probe | None = None
+    ) -> None:
         self.connection = connection
-        self._lease, self._probe = lease, probe
+        self._lock, self._probe = lock, probe
         self._kinds = {
             connection.constant("object_joint_type"): ObjectKind.JOINT,
             connection.constant("object_proximitysensor_type"): ObjectKind.PROXIMITY_SENSOR,
@@ -77,7 +75,7 @@ class CoppeliaSimScene(Scene):
         return [self._read_object(handle) for handle in handles]
 
     def read_state(self) -> State:
-        """Return the state of the simulation. If the simulation is stopping, wait first until it has stopped."""
+        """Return the state of the simulation. If the simulation is about to stop, wait until it has stopped."""
         wall = MonotonicClock()
         while (state := self.connection.call_as(int, "getSimulationState")) in _STOPPING and wall.now() < _STOPPING_S:
             wall.sleep_until(wall.now() + _NAP_S)
@@ -99,8 +97,8 @@ class CoppeliaSimScene(Scene):
         self._step_s, self._time, self._limit_s = self.read_time_step(), self.read_time(), LOADING_S
 
     def stop(self) -> None:
-        if self._lease:
-            self._lease.require()
+        if self._lock:
+            self._lock.require_ownership()
         if self.read_state() is State.STOPPED:
             return
         self.connection.sim("stopSimulation", True, within_s=LOADING_S)
@@ -141,8 +139,8 @@ class CoppeliaSimScene(Scene):
             return None
         return (
             f"the CoppeliaSim at {self.connection.address} does not detect a box in front of a proximity sensor, so "
-            "each way would seem free. Install a CoppeliaSim with the plug-in for proximity sensors; the maker's "
-            "downloads have it"
+            "the robot would detect no obstacles. Install a CoppeliaSim with the plug-in for proximity sensors; the "
+            "maker's downloads have it"
         )
 
     def read_optics(self, sensor: int) -> CameraOptics:
@@ -160,7 +158,8 @@ class CoppeliaSimScene(Scene):
     def read_picture(self, sensor: int) -> RawPicture:
         """Return the picture of a vision sensor.
 
-        A sensor with explicit handling renders it now. Another sensor has rendered it in the last time step.
+        If the option explicit handling is set for the sensor, this call renders the picture. Otherwise the simulator
+        has rendered it in the last time step.
         """
         return self.connection.run_batch(partial(self._render_picture, sensor))
 
@@ -175,8 +174,8 @@ class CoppeliaSimScene(Scene):
 
     def close(self) -> None:
         try:
-            if self._lease:
-                self._lease.release()
+            if self._lock:
+                self._lock.release()
         finally:
             self.connection.close()
 
@@ -202,22 +201,27 @@ class CoppeliaSimScene(Scene):
         return self._explicit[sensor]
 
     def _lockstep_error(self, passed: float, steps: int) -> BackendError:
-        """Return the error for time steps after which the simulation's time is not the expected one."""
-        if self._lease:
-            self._lease.require()
+        """Return the error for a simulation whose time has not advanced by the requested time steps.
+
+        passed: the time in seconds by which the simulation has advanced.
+        steps: the requested number of time steps.
+        """
+        if self._lock:
+            self._lock.require_ownership()
         state = self.read_state()
         if state is State.STOPPED:
-            kind, fault = "simulation-stopped", "was stopped during the run. Run again"
+            kind, problem = "simulation-stopped", "was stopped during the run. Run again"
         elif state is State.PAUSED:
-            kind, fault = "simulation-paused", "was paused during the run. Resume it there, and run again"
+            kind, problem = "simulation-paused", "was paused during the run. Resume it in CoppeliaSim, and run again"
         else:
             kind = "lockstep-lost"
-            fault = (
+            problem = (
                 f"advanced by {passed:g} s in {steps} step(s) of {self._step_s:g} s, so it is no longer in lockstep. "
-                "Check whether another program steps it, or this one was suspended for more than 5 s"
+                "Check whether another program steps this simulation, or whether this program was suspended for more "
+                "than 5 s"
             )
         address = str(self.connection.address)
-        return BackendError(f"coppeliasim: the simulation at {address} {fault}", kind=kind, address=address)
+        return BackendError(f"coppeliasim: the simulation at {address} {problem}", kind=kind, address=address)
 
 
 def _to_point(answer: Any) -> Point:
@@ -236,7 +240,6 @@ def _to_size(answer: Any) -> tuple[int, int]:
 
 
 def _to_detection(answer: Any) -> Point | None:
-    """Return the detected point of a proximity sensor's result; None unless the first value, the detection, is 1."""
     if isinstance(answer, int):
         return None
     return _to_point(answer[2]) if answer[0] == 1 else None

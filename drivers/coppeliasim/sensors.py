@@ -1,4 +1,4 @@
-"""Vision sensors, proximity sensors, and the range sensors that use them."""
+"""Vision sensors and proximity sensors of a built robot, and the range sensors that use them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.coppeliasim.builder import FORWARD, NO_UNDO, Placement, SceneBuilder, place_mount
-from drivers.coppeliasim.connection import Connection
+from drivers.coppeliasim.connection import SimulatorConnection
 from robotcore.description import RangeSensorDescription
 from robotcore.errors import BackendError
 from robotcore.hal.clock import Clock
@@ -27,26 +27,26 @@ _EXPLICIT_VISION, _PERSPECTIVE, _OWN_BACKGROUND = 1, 2, 128
 
 @dataclass(frozen=True)
 class VisionSensorSpec:
-    """The parameters of a vision sensor."""
+    """The parameters of a new vision sensor."""
 
     size: tuple[int, int]
     """Width and height in pixels."""
     fov: float
     """The horizontal field of view in radians."""
     near_m: float = NEAR_M
-    """Distance of the near clipping plane."""
+    """The distance from the sensor to the near clipping plane."""
     far_m: float = FAR_M
-    """Distance of the far clipping plane."""
+    """The distance from the sensor to the far clipping plane."""
     background: float = 0.0
-    """The grey of the background, from 0 to 1."""
+    """The grey level of the background, from 0 for black to 1 for white."""
     visible: int = -1
-    """The collection of visible objects; -1 stands for all objects."""
+    """The handle of the collection of visible objects; -1 stands for all objects."""
     ignored: str = ""
-    """The part of the picture that is not rendered: ``"depth"``, ``"rgb"``, or none."""
+    """``"depth"`` if the sensor renders no depths, ``"rgb"`` if it renders no colours, or "" if it renders both."""
 
 
-def add_vision_sensor(builder: SceneBuilder, spec: VisionSensorSpec, alias: str, place: Placement, parent: int) -> int:
-    """Create a vision sensor that renders only on request (explicit handling), and return its handle."""
+def add_vision_sensor(builder: SceneBuilder, spec: VisionSensorSpec, alias: str, frame: Placement, parent: int) -> int:
+    """Create a vision sensor, and return its handle. It renders only on request (explicit handling)."""
     floats = [spec.near_m, spec.far_m, compute_perspective_angle(spec.fov, *spec.size), 0.02, 0, 0]
     floats += [*[spec.background] * 3, 0, 0]
     options = _EXPLICIT_VISION | _PERSPECTIVE | _OWN_BACKGROUND
@@ -54,12 +54,12 @@ def add_vision_sensor(builder: SceneBuilder, spec: VisionSensorSpec, alias: str,
     builder.set_int(sensor, "visionintparam_entity_to_render", spec.visible)
     if spec.ignored:
         builder.set_int(sensor, f"visionintparam_{spec.ignored}ignored", 1)
-    builder.put(sensor, place, alias, parent)
+    builder.put(sensor, frame, alias, parent)
     return sensor
 
 
 def compute_perspective_angle(fov: float, width: int, height: int) -> float:
-    """Convert a horizontal field of view to the angle across the longer side of the picture, in radians.
+    """Convert a horizontal field of view to the field of view across the longer side of the picture, in radians.
 
     >>> compute_perspective_angle(1.0, 320, 240)
     1.0
@@ -68,7 +68,7 @@ def compute_perspective_angle(fov: float, width: int, height: int) -> float:
 
 
 BOX_M = 0.45
-"""Distance from the sensor to the near side of the box of `probe_with_box`."""
+"""The distance from the sensor to the near side of the box in `probe_with_box`, in metres."""
 
 _SIDE_M = 0.1
 _AWAY = Placement(0.0, 0.0, 900.0)
@@ -77,19 +77,19 @@ _AWAY = Placement(0.0, 0.0, 900.0)
 
 @contextmanager
 def probe_with_box(builder: SceneBuilder, make: Callable[[], int]) -> Iterator[int]:
-    """Create a sensor with a box in front of it, far from other objects, and yield the sensor's handle.
-
-    Both are removed at the end of the block.
+    """Return a context manager that creates a sensor with a box in front of it, far from other objects.
 
     make: creates the sensor, and returns its handle.
+
+    Its value is the handle of the sensor. At the end it removes the sensor and the box.
     """
     created: list[int] = []
     try:
         cuboid = builder.constant("primitiveshape_cuboid")
         created.append(box := builder.make("createPrimitiveShape", cuboid, [_SIDE_M] * 3, 0))
-        builder.mark(box, NO_UNDO)
+        builder.write_note(box, NO_UNDO)
         created.append(sensor := make())
-        builder.mark(sensor, NO_UNDO)
+        builder.write_note(sensor, NO_UNDO)
         builder.put(box, _AWAY._replace(x=BOX_M + _SIDE_M / 2), "robotcore_probe", -1)
         builder.put(sensor, _AWAY.compose(FORWARD), "robotcore_probe_sensor", -1)
         yield sensor
@@ -100,15 +100,15 @@ def probe_with_box(builder: SceneBuilder, make: Callable[[], int]) -> Iterator[i
 _PYRAMID, _EXPLICIT_PROXIMITY = 30, 1
 _ULTRASONIC = 16
 _THIN_M = 1e-3
-"""Height of a proximity sensor's detection volume, which is flat so that it does not reach the floor."""
+"""The height of a proximity sensor's detection volume, in metres. It is so small that the floor is not detected."""
 
 
-def proximity_works(builder: SceneBuilder, detect: Callable[[int], Point | None]) -> bool:
-    """Return whether a proximity sensor detects a box in front of it.
+def do_proximity_sensors_work(builder: SceneBuilder, detect: Callable[[int], Point | None]) -> bool:
+    """Return whether a new proximity sensor detects a box in front of it.
 
-    detect: returns the point that a sensor detects.
+    detect: returns the point that a sensor detects. Its argument is the handle of the sensor.
 
-    Without the plug-in for proximity sensors, CoppeliaSim detects nothing, so that each way would seem free.
+    A CoppeliaSim without the plug-in for proximity sensors reports no detection, and a robot would detect no obstacles.
     """
     with probe_with_box(builder, partial(_create_pyramid, builder, reach=1.0, cone=0.5)) as sensor:
         return detect(sensor) is not None
@@ -117,9 +117,12 @@ def proximity_works(builder: SceneBuilder, detect: Callable[[int], Point | None]
 def add_proximity_sensor(
     builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, detectable: int
 ) -> int:
-    """Create a flat proximity sensor whose detection volume begins inside the body, and return its handle.
+    """Create a proximity sensor with a flat detection volume that begins inside the body, and return its handle.
 
-    detectable: the handle of the collection of objects that it detects.
+    description: the range sensor of the robot.
+    body: the handle of the robot's body.
+    frame: the robot's frame in the world.
+    detectable: the handle of the collection of objects that the sensor detects.
     """
     sensor = _create_pyramid(builder, description.max_range_m + FAN_SETBACK_M, description.cone_rad)
     builder.set_int(sensor, "proxintparam_entity_to_detect", detectable)
@@ -150,8 +153,8 @@ class ProximityRangeSensor(RangeSensor):
 def _create_pyramid(builder: SceneBuilder, reach: float, cone: float) -> int:
     """Create a proximity sensor whose detection volume is a flat pyramid, and return its handle.
 
-    reach: the length of the pyramid in metres.
-    cone: the horizontal opening angle of the pyramid in radians.
+    reach: the length of the pyramid, in metres.
+    cone: the horizontal opening angle of the pyramid, in radians.
     """
     side = 2 * reach * math.tan(cone / 2)
     return builder.make(
@@ -170,17 +173,18 @@ Array = NDArray[np.float64]
 
 BEAM_RAD = 0.01
 _FAR_TOLERANCE = 1e-3
-"""Relative tolerance of the far clipping plane. A pixel without an object has a depth slightly below it."""
+"""The relative tolerance of the maximum depth. A pixel without an object has a depth slightly below the maximum."""
 
 
 def add_fan(
     builder: SceneBuilder, description: RangeSensorDescription, body: int, frame: Placement, detectable: int
 ) -> int:
-    """Create the vision sensor that a `FanRangeSensor` reads, and return its handle.
+    """Create the vision sensor of a `FanRangeSensor`, and return its handle.
 
-    The outermost pixels are at the edges of the range sensor's cone.
-
-    detectable: the handle of the collection of objects that it sees.
+    description: the range sensor of the robot. The outermost pixels are at the edges of its cone.
+    body: the handle of the robot's body.
+    frame: the robot's frame in the world.
+    detectable: the handle of the collection of objects that the vision sensor sees.
     """
     cone = max(description.cone_rad, BEAM_RAD)
     fov = 2 * math.atan(math.tan(cone / 2) * FAN_RAYS / (FAN_RAYS - 1))
@@ -191,14 +195,14 @@ def add_fan(
 
 
 def compute_fan_reach(description: RangeSensorDescription) -> float:
-    """Return the distance of the fan's far clipping plane, in metres."""
+    """Return the distance to the far clipping plane of a `FanRangeSensor`'s vision sensor, in metres."""
     return description.max_range_m + 2 * FAN_SETBACK_M
 
 
-def require_depth(builder: SceneBuilder, connection: Connection) -> None:
-    """Raise BackendError if a vision sensor does not measure the distance of a box in front of it.
+def require_depth(builder: SceneBuilder, connection: SimulatorConnection) -> None:
+    """Raise BackendError if a new vision sensor does not measure the distance to a box in front of it.
 
-    Without graphics, CoppeliaSim returns the maximum depth, so that each way would seem free.
+    A CoppeliaSim without graphics returns the maximum depth. Then a robot would detect no obstacles.
     """
     spec = VisionSensorSpec((FAN_RAYS, 1), BEAM_RAD, far_m=2 * BOX_M, ignored="rgb")
     with probe_with_box(builder, partial(add_vision_sensor, builder, spec, "", Placement(0.0, 0.0, 0.0), -1)) as sensor:
@@ -215,13 +219,15 @@ def require_depth(builder: SceneBuilder, connection: Connection) -> None:
 
 
 class FanRangeSensor(RangeSensor):
-    """A range sensor that reads the depth picture of a vision sensor.
+    """A range sensor that measures distances with the depth picture of a vision sensor.
 
-    Depth is measured along the optical axis. So the distance at a pixel is its depth divided by
-    the cosine of the angle between the pixel's ray and this axis.
+    A depth is a length along the optical axis. So the distance at a pixel is its depth divided by the cosine of the
+    angle between the pixel's ray and this axis.
     """
 
-    def __init__(self, connection: Connection, description: RangeSensorDescription, sensor: int, clock: Clock) -> None:
+    def __init__(
+        self, connection: SimulatorConnection, description: RangeSensorDescription, sensor: int, clock: Clock
+    ) -> None:
         limits = {"min_range": description.min_range_m, "max_range": description.max_range_m}
         super().__init__(description.name, cone=description.cone_rad, **limits)
         self._connection, self._sensor = connection, sensor
@@ -239,23 +245,21 @@ class FanRangeSensor(RangeSensor):
         depth = _read_depths(self._connection, self._sensor)
         lengths = np.where(depth < self._far, depth * self._stretch, math.inf)
         distance = self._fan.reading(lengths)
-        return Range(distance, time, sequence, None if math.isinf(distance) else self._point(lengths))
+        return Range(distance, time, sequence, None if math.isinf(distance) else self._find_nearest_point(lengths))
 
-    def _point(self, lengths: Array) -> tuple[float, float, float]:
-        """Return the detected point in the sensor's frame."""
+    def _find_nearest_point(self, lengths: Array) -> tuple[float, float, float]:
+        """Return the nearest detected point in the range sensor's frame, in metres."""
         ray = int(lengths.argmin())
         ahead = float(lengths[ray] / self._stretch[ray])
         return ahead - FAN_SETBACK_M, ahead * float(self._slopes[ray]), 0.0
 
 
-def _read_depths(connection: Connection, sensor: int) -> Array:
-    """Return the present depths of a vision sensor, in metres."""
+def _read_depths(connection: SimulatorConnection, sensor: int) -> Array:
     connection.sim("handleVisionSensor", sensor)  # without this, the sensor returns the previous depths
     return connection.call_as(_to_depths, "getVisionSensorDepth", sensor, 1)
 
 
 def _to_depths(answer: object) -> Array:
-    """Convert an answer to a row of depths in metres. Raises ValueError if the answer is not such a row."""
     if not (isinstance(answer, tuple) and isinstance(answer[0], bytes) and len(answer[0]) == 4 * FAN_RAYS):
         raise ValueError("not a row of depths")
     return np.frombuffer(answer[0], dtype="<f4").astype(np.float64)

@@ -1,4 +1,4 @@
-"""Build a robot and a world in a scene, simulate them, and remove them."""
+"""Build a robot and a world in a scene, simulate them, and remove them afterwards."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from drivers.coppeliasim.builder import FORWARD, Placement, SceneBuilder, place_
 from drivers.coppeliasim.connection import LOADING_S
 from drivers.coppeliasim.models import BuiltEncoder, BuiltMotor, BuiltRobot, BuiltWorld, build_robot, build_world
 from drivers.coppeliasim.restore import (
-    Undo,
+    UndoCall,
     build_collections_undo,
+    enable_sensor_updates,
     finish_building,
-    release,
     require_empty,
     restore,
     save_scene_state,
@@ -26,7 +26,7 @@ from drivers.coppeliasim.sensors import (
     add_fan,
     add_proximity_sensor,
     add_vision_sensor,
-    proximity_works,
+    do_proximity_sensors_work,
     require_depth,
 )
 from drivers.coppeliasim.truth import ContactCounter, CoppeliaSimTruth
@@ -61,12 +61,12 @@ class Simulation:
         self.truth = CoppeliaSimTruth(scene.connection, body, built.robot.frame, self._contacts)
 
     def start(self) -> None:
-        """Start the simulation in lockstep, and simulate one time step, in which all objects settle on the floor."""
+        """Start the simulation in lockstep, and simulate one time step so that the robot settles on the floor."""
         self._scene.start()
         self._scene.advance(1)
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open one device. Raises DeviceError for a motor or an encoder without a wheel."""
+        """Open one device. Raises DeviceError for a motor or an encoder that belongs to no wheel."""
         scene, clock = self._scene, self.clock
         if isinstance(description, MotorDescription):
             motor = BuiltMotor(scene, description, self._find_joint(description.name), clock.step)
@@ -86,12 +86,12 @@ class Simulation:
 
     @property
     def motor_joints(self) -> Mapping[str, int]:
-        """The handles of the joints of the open motors, by motor name."""
+        """The handle of the joint of each open motor, by the motor's name."""
         return {motor.name: self._find_joint(motor.name) for motor in self._motors}
 
     @property
     def notes(self) -> Sequence[str]:
-        """One note for each range sensor, which names the means by which it measures."""
+        """A note for each range sensor: whether it uses a proximity sensor or depth pictures."""
         means = "a proximity sensor" if self._built.has_proximity else "depth pictures; there are no proximity sensors"
         names = [description.name for description in self._chosen if isinstance(description, RangeSensorDescription)]
         return [f"{name} measures by {means}" for name in names]
@@ -118,20 +118,20 @@ _TOLERANCE = 1e-6
 
 
 class BuiltScene(NamedTuple):
-    """The handles of a built scene."""
+    """The handles of the objects of a built scene."""
 
     world: BuiltWorld
     robot: BuiltRobot
     sensors: Mapping[str, int]
-    """The handles of the sensors, by device name."""
+    """The handle of the vision sensor or proximity sensor of each device, by the device's name."""
     has_proximity: bool
     """Whether range sensors use proximity sensors. Otherwise they use depth pictures."""
 
 
 def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
-    """Remove the objects that a killed program left in the scene.
+    """Remove the objects that a killed program has left in the scene.
 
-    Raises BackendError if a simulation runs, or if the scene has the user's objects.
+    Raises BackendError if a simulation runs, or if the user has objects in the scene.
     """
     if (state := scene.read_state()) is not State.STOPPED:
         raise BackendError(
@@ -146,30 +146,30 @@ def clear_scene(scene: CoppeliaSimScene, builder: SceneBuilder) -> None:
 
 
 def leave_scene(scene: CoppeliaSimScene, builder: SceneBuilder, *, keep: bool) -> None:
-    """Stop the simulation. Then restore the user's scene, or leave the built scene to other programs.
+    """Stop the simulation. Then restore the user's scene, or keep the built one.
 
-    keep: whether to leave the built scene.
+    keep: whether to keep the built robot and world.
 
-    If the simulator has ended or hangs, the function does nothing. The next program restores the scene.
+    If the simulator has ended or hangs, this function does nothing. The next program then restores the scene.
     """
     if scene.connection.is_lost:
         return
     scene.stop()
     if keep:
-        release(builder)
+        enable_sensor_updates(builder)
     else:
         restore(builder)
 
 
 def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, world: WorldDescription) -> BuiltScene:
-    """Build the world and the robot in an empty scene, and set the time step to the period of a tick."""
+    """Build the world and the robot in an empty scene, and set the simulation's time step to one tick of the loop."""
     built_world = build_world(builder, world)
-    has_proximity = proximity_works(builder, scene.detect)
+    has_proximity = do_proximity_sensors_work(builder, scene.detect)
     if not has_proximity and any(
         isinstance(description, RangeSensorDescription) for description in setup.chosen_devices
     ):
         require_depth(builder, scene.connection)
-    undo: list[Undo] = [_build_engine_undo(builder), _build_time_step_undo(scene, builder)]
+    undo: list[UndoCall] = [_build_engine_undo(builder), _build_time_step_undo(scene, builder)]
     undo += build_collections_undo(built_world.root, (built_world.visible, built_world.detectable))
     save_scene_state(builder, built_world.root, world.light, undo)
     _set_engine(builder)
@@ -188,13 +188,11 @@ def build_scene(scene: CoppeliaSimScene, builder: SceneBuilder, setup: Setup, wo
 
 
 def compute_sky_grey(world: WorldDescription) -> float:
-    """Return the grey nearest to the colour of the sky, from 0 to 1."""
+    """Return the mean of the sky's red, green and blue, from 0 to 1."""
     return sum(world.light.sky_colour) / 3 / 255
 
 
 class _Sensors(NamedTuple):
-    """Adds sensors to the body of a robot."""
-
     builder: SceneBuilder
     body: int
     frame: Placement
@@ -203,7 +201,7 @@ class _Sensors(NamedTuple):
     has_proximity: bool
 
     def add(self, description: AnyDevice) -> int | None:
-        """Create the sensor of a device, and return its handle; None for a device without a sensor."""
+        """Create the sensor of a device, and return its handle. A motor or an encoder has none."""
         if isinstance(description, RangeSensorDescription):
             add = add_proximity_sensor if self.has_proximity else add_fan
             return add(self.builder, description, self.body, self.frame, self.world.detectable)
@@ -221,8 +219,7 @@ class _Sensors(NamedTuple):
         return None
 
 
-def _build_engine_undo(builder: SceneBuilder) -> Undo:
-    """Return the call that selects the present physics engine again."""
+def _build_engine_undo(builder: SceneBuilder) -> UndoCall:
     parameter = builder.constant("intparam_dynamic_engine")
     return "setInt32Param", parameter, builder.call("getInt32Param", parameter)
 
@@ -232,13 +229,11 @@ def _set_engine(builder: SceneBuilder) -> None:
     builder.call("setInt32Param", builder.constant("intparam_dynamic_engine"), builder.constant("physics_bullet"))
 
 
-def _build_time_step_undo(scene: CoppeliaSimScene, builder: SceneBuilder) -> Undo:
-    """Return the call that sets the present time step again."""
+def _build_time_step_undo(scene: CoppeliaSimScene, builder: SceneBuilder) -> UndoCall:
     return "setFloatParam", builder.constant("floatparam_simulation_time_step"), scene.read_time_step()
 
 
 def _set_time_step(scene: CoppeliaSimScene, builder: SceneBuilder, step_s: float) -> None:
-    """Set the time step; raises BackendError if the simulator does not accept it."""
     parameter = builder.constant("floatparam_simulation_time_step")
     scene.connection.sim("setFloatParam", parameter, step_s, within_s=LOADING_S)
     if abs((got := scene.read_time_step()) - step_s) > _TOLERANCE * step_s:

@@ -6,24 +6,27 @@ import math
 from collections.abc import Collection
 
 from drivers.coppeliasim.builder import Placement
-from drivers.coppeliasim.connection import Connection
+from drivers.coppeliasim.connection import SimulatorConnection
 from robotcore.geometry import Pose, Twist
 
 
 class ContactCounter:
-    """Counts the contacts of the robot's body with things. A contact counts once, however long it lasts.
+    """Counts the contacts of the robot's body with the prisms and balls of the world.
 
-    connection: the connection to the simulator.
     body: the handle of the robot's body.
-    things: the handles of the things whose contacts count.
+    things: the handles of the prisms and balls.
 
-    `update` must be called after each time step. It detects contacts in all physics steps of that time step.
+    A contact counts once, however long it lasts. `update` must be called after each time step. It reads the contacts of
+    all physics steps of the time step.
     """
 
     min_gap_steps = 2
-    """A contact ends after this many time steps without touch. A leaning body loses touch for shorter times."""
+    """The number of time steps without touch after which a contact ends.
 
-    def __init__(self, connection: Connection, body: int, things: Collection[int]) -> None:
+    A body that leans on an obstacle may lose touch for one time step.
+    """
+
+    def __init__(self, connection: SimulatorConnection, body: int, things: Collection[int]) -> None:
         self.count = 0
         self._connection, self._body, self._things = connection, body, frozenset(things)
         self._all = connection.constant("handle_all")
@@ -47,12 +50,14 @@ class ContactCounter:
 
 
 class CoppeliaSimTruth:
-    """The true pose, velocity and contacts of a robot.
+    """The true pose, velocity and contacts of a built robot.
 
-    frame: the robot's frame in the frame of its body.
+    body: the handle of the robot's body.
+    frame: the robot's frame relative to the frame of the body.
+    contacts: counts the contacts of the body.
     """
 
-    def __init__(self, connection: Connection, body: int, frame: Placement, contacts: ContactCounter) -> None:
+    def __init__(self, connection: SimulatorConnection, body: int, frame: Placement, contacts: ContactCounter) -> None:
         self._connection, self._body, self._frame, self._contacts = connection, body, frame, contacts
 
     def pose(self) -> Pose:
@@ -63,7 +68,7 @@ class CoppeliaSimTruth:
     def twist(self) -> Twist:
         """Return the velocity of the robot.
 
-        The forward velocity is that of the body, which equals that of the axle's middle.
+        All points on the robot's long axis have the same forward velocity. So that of the body is that of the axle.
         """
         linear, angular = self._connection.call_as(_to_vectors, "getObjectVelocity", self._body)
         forward = _compute_forward(self._origin())

@@ -11,7 +11,7 @@ from robotcore.description import WorldDescription
 from robotcore.geometry import Pose
 from robotcore.hal.truth import RELEASE_M
 from robotcore.raycast import Outline, edges_of
-from robotcore.simulation.painter.planes import Array, half_planes, nearest_on, run_starts
+from robotcore.simulation.painter.planes import Array, compute_half_planes, compute_run_starts, find_nearest_points
 
 
 class Bumper:
@@ -72,10 +72,10 @@ class Clearance:
         """The distance from the robot's origin to the farthest corner of its footprint, in metres."""
         self._footprint = np.array(footprint)
         self._sides = edges_of([footprint])
-        self._side_normals, self._side_offsets = half_planes(self._sides)
+        self._side_normals, self._side_offsets = compute_half_planes(self._sides)
         self._corners = np.array([corner for outline in outlines for corner in outline]).reshape(-1, 2)
-        self._normals, self._offsets = half_planes(edges_of(outlines))
-        self._starts = run_starts(map(len, outlines))
+        self._normals, self._offsets = compute_half_planes(edges_of(outlines))
+        self._starts = compute_run_starts(map(len, outlines))
         self._centres = np.array([(ball.x_m, ball.y_m) for ball in world.targets]).reshape(-1, 2)
         self._radii = np.array([ball.radius_m for ball in world.targets])
 
@@ -104,6 +104,6 @@ class Clearance:
 
     def _gaps_to_balls(self, centres: Array) -> Array:
         past_sides = (centres @ self._side_normals.T - self._side_offsets).max(axis=1)
-        away = np.linalg.norm(centres[:, None] - nearest_on(self._sides, centres), axis=2).min(axis=1)
+        away = np.linalg.norm(centres[:, None] - find_nearest_points(self._sides, centres), axis=2).min(axis=1)
         gaps: Array = np.where(past_sides > 0, away, past_sides) - self._radii
         return gaps

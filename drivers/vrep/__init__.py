@@ -1,1 +1,1 @@
-"""The V-REP backend: the legacy remote API over TCP, in pure Python."""
+"""The V-REP backend, which uses the legacy remote API over TCP, in pure Python."""

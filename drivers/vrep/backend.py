@@ -1,4 +1,4 @@
-"""The V-REP backend: it joins a scene of V-REP or CoppeliaSim over the legacy remote API."""
+"""The V-REP backend, which opens robots of an existing scene of V-REP or CoppeliaSim."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.hal.backend import Backend, Capability, Setup
 from robotcore.hal.check_finding import Finding
 from robotcore.hal.cutoff import CutoffSpec
 from robotcore.hal.robot import Robot
-from robotcore.simulation.remote_scene import Owner, Scene, inspect_scene, open_in_scene, read_bindings
+from robotcore.simulation.remote_scene import Scene, SimulationControl, inspect_scene, open_in_scene, read_bindings
 from robotcore.text import pluralize
 
 SECTION = "vrep"
@@ -22,20 +22,20 @@ SECTION = "vrep"
 SERVICE_PORT = 19999
 """The usual port of a server that a script of a running scene has started.
 
-Such a simulation runs by itself, without lockstep.
+The simulation of such a scene runs without lockstep.
 """
 
 ANSWER_SHARE = 0.9
 """The default time limit of a call, as a share of the robot's ``safety.answer_s``.
 
-It is less than 1, so that the driver reports a late answer before the watchdog does. The driver's message has more
-details.
+It is less than 1, so that this driver reports a late answer before the watchdog does. The driver's message has more
+details than the watchdog's.
 """
 
 GUARDIAN_PATIENCE_S = 60.0
-"""The guardian's time limit for a program that is alive but does not answer, in seconds, in lockstep.
+"""The time by which the guardian extends its lease in lockstep, in seconds.
 
-It is long, because the simulation waits for the program, so that no wheel turns.
+It is long, because no wheel turns in the meantime. In lockstep, the simulation waits for the program.
 """
 
 
@@ -49,24 +49,24 @@ class VrepOptions(StrictModel):
     host: str = "127.0.0.1"
     port: int = Field(default=19997, ge=1, le=65535)
     stepped: bool | None = None
-    """Whether to use lockstep. None means lockstep on all ports except 19999."""
-    simulation: Owner = Owner.OURS
+    """Whether to use lockstep. None stands for lockstep on all ports except 19999."""
+    simulation: SimulationControl = SimulationControl.OURS
     """Whether this program or the user starts and stops the simulation."""
     answer_s: float | None = Field(default=None, gt=0, le=3600)
     """Time limit of a call, in seconds; None stands for `ANSWER_SHARE` of ``safety.answer_s``."""
     binding: str | None = None
-    """The folder of the maker's official binding; None stands for this driver's client."""
+    """The folder of the simulator's official Python binding; None stands for this driver's own client."""
 
     @property
     def is_stepped(self) -> bool:
-        """Whether the simulation waits for this program before each time step (lockstep)."""
+        """Whether to use lockstep, in which the simulation waits for this program before each time step."""
         return self.port != SERVICE_PORT if self.stepped is None else self.stepped
 
 
 class VrepBackend(Backend):
-    """Opens robots of the scene that is open in a V-REP or CoppeliaSim. It needs no files of the simulator.
+    """Opens robots of the scene that is open in V-REP or CoppeliaSim. Its options are `VrepOptions`.
 
-    Options: `VrepOptions`.
+    It uses the legacy remote API, and needs no files of the simulator.
 
     >>> from robotcore.description import load_robot
     >>> VrepBackend().check(load_robot("rover"))
@@ -104,25 +104,25 @@ def _choose_answer_s(options: VrepOptions, setup: Setup) -> float:
 
 def _connect(options: VrepOptions, answer_s: float) -> Scene:
     if options.binding is not None:
-        from drivers.vrep.official_binding import Calls, load_binding
+        from drivers.vrep.official_binding import OfficialClient, load_binding
         from drivers.vrep.official_scene import OfficialScene
 
-        calls = Calls(load_binding(options.binding), options.host, options.port, answer_s)
-        return OfficialScene(calls, answer_s, is_stepped=options.is_stepped)
+        client = OfficialClient(load_binding(options.binding), options.host, options.port, answer_s)
+        return OfficialScene(client, answer_s, is_stepped=options.is_stepped)
     if options.is_stepped:
-        from drivers.vrep.connection import Connection
+        from drivers.vrep.connection import LockstepConnection
         from drivers.vrep.stepped import SteppedScene
 
-        return SteppedScene(Connection.open(options.host, options.port, answer_s))
+        return SteppedScene(LockstepConnection.open(options.host, options.port, answer_s))
     from drivers.vrep.streaming import StreamedScene, StreamReader
 
     return StreamedScene(StreamReader.open(options.host, options.port, answer_s), answer_s)
 
 
 def _list_cutoffs(options: VrepOptions, joints: Mapping[str, int]) -> Iterator[CutoffSpec]:
-    """Yield the cutoff by which the guardian stops the wheels if this process cannot.
+    """Yield the cutoff with which the guardian stops the wheels if this process cannot stop them.
 
-    There is one cutoff for all wheels, because a port serves one connection at a time.
+    One cutoff stops all wheels, because a port serves one connection at a time.
     """
     if joints:
         arguments = {"host": options.host, "port": options.port, "joints": list(joints.values())}

@@ -1,41 +1,42 @@
-"""The cutoff by which the guardian stops the wheels of a simulation."""
+"""The cutoff with which the guardian stops the wheels of a scene over the legacy remote API."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from drivers.vrep.connection import Connection
+from drivers.vrep.connection import LockstepConnection
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.errors import NoServerError, RemoteApiError, ServerTimeoutError
-from drivers.vrep.wire.link import RETRY_S
+from drivers.vrep.wire.message_socket import RETRY_S
 from robotcore.hal.cutoff import Cutoff, Unconfirmed
 from robotcore.hal.wall_clock import MonotonicClock
 
 SHORT_S = 0.2
-"""Time limit of a request; an idle server answers in milliseconds."""
+"""Time limit of a request, in seconds. An idle server answers in milliseconds."""
 
 RETRY_FOR_S = 0.75
-"""Time for further attempts, in seconds.
+"""The time during which `StopJoints.stop` tries again to connect, in seconds.
 
-For half a second after the app was killed, its server does not listen, or closes connections. The guardian must stop
-all motors within one second. There is no further attempt at a server that accepts the connection and then hangs.
+For half a second after the app was killed, the server does not listen, or closes new connections. The guardian must
+stop all motors within one second.
 """
 
 
 class StopJoints(Cutoff):
-    """Sets the target velocity of joints to zero, over a connection of its own.
+    """Sets the target velocity of joints to zero, over a separate connection.
 
+    host, port: the address of the server.
     joints: the handles of the joints.
 
-    A port serves one program at a time, and becomes free when the app's process has ended. If the server has ended,
-    hangs, or still serves the app, `stop` returns a report and raises no error, because simulated wheels do no harm.
+    A port serves one program at a time. It becomes free when the app's process has ended. If the server does not
+    answer, `stop` raises no error, because simulated wheels do no harm. It then returns an `Unconfirmed` message.
     """
 
     def __init__(self, host: str, port: int, joints: Sequence[int]) -> None:
         self._host, self._port, self._joints = host, port, joints
 
     def open(self) -> None:
-        """Do nothing, because the app still uses the port."""
+        """Do nothing, because the port still serves the app."""
 
     def stop(self) -> str | None:
         clock = MonotonicClock()
@@ -50,13 +51,13 @@ class StopJoints(Cutoff):
             clock.sleep_until(clock.now() + RETRY_S)
 
     def close(self) -> None:
-        """Do nothing: `stop` keeps no connection."""
+        """Do nothing, because `stop` has closed its connection."""
 
     def _stop_joints(self) -> None:
-        with Connection.open(self._host, self._port, SHORT_S, connect_timeout_s=0.0) as connection:
+        with LockstepConnection.open(self._host, self._port, SHORT_S, connect_timeout_s=0.0) as connection:
             for joint in self._joints:
                 connection.post(requests.joint_target_velocity(joint, 0.0))
-            connection.call(requests.CLOCK)  # an answer to a later request proves that the server has done the commands
+            connection.call(requests.CLOCK)  # its answer proves that the server has executed the earlier commands
 
     def _unconfirmed(self, failure: RemoteApiError) -> Unconfirmed:
         if isinstance(failure, NoServerError):

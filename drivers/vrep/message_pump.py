@@ -1,4 +1,4 @@
-"""Exchange messages with a server in a separate thread: send queued commands, keep the newest replies."""
+"""Exchange messages with a server in a separate thread, which sends queued commands and stores the newest answers."""
 
 from __future__ import annotations
 
@@ -7,29 +7,29 @@ from collections.abc import Callable
 
 from drivers.vrep.wire.codec import NOTHING_DONE, Header, Piece
 from drivers.vrep.wire.errors import NoServerError, RemoteApiError, ServerLostError
-from drivers.vrep.wire.link import RETRY_S, Link
+from drivers.vrep.wire.message_socket import RETRY_S, MessageSocket
 from drivers.vrep.wire.requests import DISCONTINUE, Identity, Request
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.threads import start_thread
 
 _WAITING_PERIOD_S = 0.0005
-"""Period of messages while a call waits for an answer, in seconds."""
+"""The period of messages while a call waits for an answer, in seconds."""
 
 
 class MessagePump:
-    """Exchanges messages with a server in a thread, until it is closed. Its methods may be called from any thread.
+    """Exchanges messages with a server in its own thread, until `close`. Any thread may call the methods.
 
     connect: connects to the server.
-    period_s: the period of messages in seconds; it is shorter while a call waits for an answer.
-    connect_timeout_s: time for further attempts to connect, in seconds, if no server listens or if it closes the
-        connection at once.
-    reconnects: whether to connect again after the connection was lost. Otherwise the attribute `failure` is set.
+    period_s: the period of messages, in seconds. It is shorter while a call waits for an answer.
+    connect_timeout_s: the time during which to try again to connect, in seconds.
+    reconnects: whether to connect again after the connection was lost. If False, the attribute ``failure`` is set to
+        the error.
 
-    If the connection is lost, queued commands and replies are dropped.
+    If the connection is lost, the queued commands and the stored answers are dropped.
     """
 
     def __init__(
-        self, connect: Callable[[], Link], period_s: float, connect_timeout_s: float, *, reconnects: bool
+        self, connect: Callable[[], MessageSocket], period_s: float, connect_timeout_s: float, *, reconnects: bool
     ) -> None:
         self._connect, self._period_s, self._connect_timeout_s = connect, period_s, connect_timeout_s
         self._reconnects = reconnects
@@ -40,18 +40,18 @@ class MessagePump:
         self._last_posted = -1
         self._waiters = 0
         self._is_urgent = self._is_paused = self._is_closing = self._is_answered = False
-        self._link: Link | None = None
+        self._socket: MessageSocket | None = None
         self._clock = MonotonicClock()
         self._last_progress_s = 0.0
         self.connections = 0
-        """The number of connections so far on which the server has answered."""
+        """The number of connections so far on which the server has replied."""
         self.server: Header | None = None
         self.failure: RemoteApiError | None = None
         self._thread = start_thread(self._run, "remote api")
 
     @property
     def is_connected(self) -> bool:
-        """Whether the server has answered on the present connection."""
+        """Whether the server has replied on the present connection."""
         return self._is_answered
 
     @property
@@ -61,15 +61,15 @@ class MessagePump:
 
     @property
     def silence_s(self) -> float:
-        """Seconds since the server did its newest command or sent its newest streamed value."""
+        """The time since the server has executed a command or streamed a value, in seconds."""
         return self._clock.now() - self._last_progress_s
 
     def post(self, request: Request[object], mode: int, delay: int = 0) -> int:
-        """Queue a command for the next message. A queued command with the same number and key is replaced.
+        """Queue a command for the next message, and return the number of this message.
 
         mode, delay: see `encode_command`.
 
-        Returns the number of the message.
+        The command replaces a queued command with the same number and key.
         """
         with self._changed:
             self._outgoing[request.identity] = request.encode(mode, delay)
@@ -77,7 +77,10 @@ class MessagePump:
             return self._number
 
     def wait(self, number: int, timeout_s: float) -> bool:
-        """Wait until the server has done the commands of the message ``number``; return whether it has in time."""
+        """Wait until the server has executed the commands of a message. Return False after the time-out.
+
+        number: the number of the message.
+        """
         with self._changed:
             self._waiters += 1
             self._is_urgent = True
@@ -89,23 +92,23 @@ class MessagePump:
             return self._has_done(number)
 
     def wait_connected(self, timeout_s: float) -> bool:
-        """Wait until the server has answered on a connection; return whether it has in time."""
+        """Wait until the server has replied on a connection. Return False after the time-out."""
         with self._changed:
             self._changed.wait_for(lambda: self.is_connected or self._is_over, timeout_s)
             return self.is_connected
 
     def newest(self, request: Request[object]) -> Piece | None:
-        """Return the newest answer to a request; None if there is none."""
+        """Return the newest stored answer to a request; None if there is none."""
         with self._changed:
             return self._newest.get(request.identity)
 
     def discard(self, request: Request[object]) -> bool:
-        """Drop the newest answer to a request; return whether there was one."""
+        """Drop the stored answer to a request, and return whether there was one."""
         with self._changed:
             return self._newest.pop(request.identity, None) is not None
 
     def set_paused(self, *, is_paused: bool) -> None:
-        """Pause or resume sending. One message sends all commands that were posted during a pause."""
+        """Pause or resume the exchange of messages. After a pause, one message sends all queued commands."""
         with self._changed:
             self._is_paused = is_paused
             self._changed.notify_all()
@@ -113,8 +116,8 @@ class MessagePump:
     def close(self, timeout_s: float, *, finish: bool = True) -> None:
         """Disconnect, and end the thread.
 
-        timeout_s: time limit in seconds.
-        finish: whether to wait first until the server has done all posted commands. Otherwise it drops them.
+        timeout_s: the time limit of each wait, in seconds.
+        finish: whether to wait first until the server has executed all posted commands. If False, they may be lost.
         """
         self.set_paused(is_paused=False)
         if finish and self._last_posted >= 0:
@@ -123,8 +126,8 @@ class MessagePump:
             self._is_closing = True
             self._changed.notify_all()
         self._thread.join(timeout_s)
-        if link := self._link:
-            link.close()
+        if socket := self._socket:
+            socket.close()
         self._thread.join(timeout_s)
 
     @property
@@ -137,8 +140,8 @@ class MessagePump:
     def _run(self) -> None:
         while not self._is_closing:
             try:
-                with self._connect() as link:
-                    self._exchange_messages(link)
+                with self._connect() as socket:
+                    self._exchange_messages(socket)
             except RemoteApiError as failure:
                 if not (self._reconnects or self._is_retryable(failure)):
                     self._drop_connection(failure)
@@ -146,26 +149,26 @@ class MessagePump:
                 self._drop_connection()
                 with self._changed:
                     self._changed.wait_for(lambda: self._is_closing, RETRY_S)
-            self._link = None
+            self._socket = None
 
     def _is_retryable(self, failure: RemoteApiError) -> bool:
-        """Return whether to connect again after this failure.
+        """Return whether to try again to connect after this error.
 
-        After another program has disconnected, a server refuses or closes connections for a short time.
+        For a short time after another program has disconnected, a server refuses or closes connections.
         """
         is_transient = isinstance(failure, (NoServerError, ServerLostError))
         return is_transient and not self.connections and self._clock.now() + RETRY_S <= self._connect_timeout_s
 
-    def _exchange_messages(self, link: Link) -> None:
+    def _exchange_messages(self, socket: MessageSocket) -> None:
         with self._changed:
-            self._link = link
+            self._socket = socket
             self._is_urgent = True
         while self._wait_for_turn():
             number, outgoing = self._take_message()
-            self._receive(*link.exchange(number, outgoing))
+            self._receive(*socket.exchange(number, outgoing))
 
     def _wait_for_turn(self) -> bool:
-        """Wait until the next message is due; return False if the pump is closing."""
+        """Wait until the next message is due. Return False if `close` was called."""
         with self._changed:
             self._changed.wait_for(lambda: self._is_closing or self._is_urgent, self._pause_s)
             self._changed.wait_for(lambda: self._is_closing or not self._is_paused)
@@ -176,7 +179,6 @@ class MessagePump:
         return min(self._period_s, _WAITING_PERIOD_S) if self._waiters else self._period_s
 
     def _take_message(self) -> tuple[int, list[bytes]]:
-        """Return the number and the commands of the next message."""
         with self._changed:
             number, self._number = self._number, self._number + 1
             outgoing = list(self._outgoing.values())
@@ -185,7 +187,7 @@ class MessagePump:
             return number, outgoing
 
     def _receive(self, server: Header, answers: list[Piece]) -> None:
-        """Store the answers. If an answer confirms the end of a stream, remove the stream's value."""
+        """Store answers. If an answer confirms the end of a stream, remove the stored value of the stream."""
         with self._changed:
             if not self._is_answered:
                 self._is_answered = True
@@ -204,8 +206,8 @@ class MessagePump:
 
     def _drop_connection(self, failure: RemoteApiError | None = None) -> None:
         with self._changed:
-            if self._link:
-                self._link = self.server = None
+            if self._socket:
+                self._socket = self.server = None
                 self._is_answered = False
                 self._outgoing.clear()
                 self._newest.clear()

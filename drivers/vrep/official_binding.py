@@ -1,4 +1,4 @@
-"""The simulator's official Python binding: load the user's copy, call it, and convert its return codes to errors."""
+"""Load the user's copy of the simulator's official Python binding, call it, and convert return codes to errors."""
 
 from __future__ import annotations
 
@@ -16,18 +16,19 @@ from drivers.vrep.wire.errors import NoServerError, RefusedError, RemoteApiError
 from robotcore.errors import BackendMissingError
 
 MODULES = {"sim.py": "simConst.py", "vrep.py": "vrepConst.py"}
-"""The file of each binding's module, for CoppeliaSim and V-REP, and the file with its constants."""
+"""The file of the binding's module, for CoppeliaSim and for V-REP, and the file with the constants that it imports."""
 
 LIBRARIES = {"linux": "remoteApi.so", "darwin": "remoteApi.dylib", "win32": "remoteApi.dll"}
-_HINT = "Name the folder with vrep.py or sim.py, its constants and its library, or omit the option"
+_HINT = "Name the folder that contains vrep.py or sim.py, the constants and the library, or omit the option"
 
 
 def load_binding(path: str | Path) -> ModuleType:
-    """Import the official binding, whose functions have the same names as those of `drivers.vrep.simx`.
+    """Import the official binding, and return its module. `drivers.vrep.simx` has functions with the same names.
 
     path: the folder of the binding, or one of its files.
 
-    Each call imports a new module. Raises BackendMissingError if the binding is incomplete or does not load.
+    Each call imports a new module, with its own clients. Raises BackendMissingError if a file is missing or does not
+    load.
     """
     module, folder = _find_module(Path(path).expanduser())
     _require_library(folder)
@@ -50,7 +51,7 @@ def _find_module(path: Path) -> tuple[Path, Path]:
 
 
 def _require_library(folder: Path) -> None:
-    """Load the binding's native library. If it fails, the binding itself would print an error, and fail later."""
+    """Load the native library of the binding. The binding itself would report a problem only later, and by a print."""
     library = folder / LIBRARIES.get(sys.platform, LIBRARIES["linux"])
     if not library.is_file():
         raise BackendMissingError(
@@ -67,7 +68,6 @@ def _require_library(folder: Path) -> None:
 
 
 def _import_module(path: Path) -> ModuleType:
-    """Import a binding, which imports its constants as a top-level module."""
     spec = importlib.util.spec_from_file_location(f"official_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise BackendMissingError(f"binding: {path} is not a Python module. {_HINT}", kind="binding-import")
@@ -96,14 +96,15 @@ _SERVER_STATE = 17
 _VERSION = 1
 
 
-class Calls:
-    """A connection by the official binding. Calls from several threads take turns.
+class OfficialClient:
+    """A client of the official binding, which is connected to one server. Calls from several threads take turns.
 
     binding: the imported module.
     host, port: the address of the server.
     answer_s: time limit of a call, in seconds.
 
-    The binding returns only error codes. So its error messages have fewer details than those of this driver's client.
+    The binding reports errors by return codes. So the error messages have fewer details than those of this driver's own
+    client.
     """
 
     def __init__(self, binding: ModuleType, host: str, port: int, answer_s: float) -> None:
@@ -125,14 +126,14 @@ class Calls:
 
     @property
     def server_state(self) -> int:
-        """The state in the newest header; bits: 1 is running, 2 is paused."""
+        """The state of the simulation. Bit 0 is set while it runs or is paused, and bit 1 while it is paused."""
         self.call("simxGetPingTime")
         _, state = self.api.simxGetInMessageInfo(self._client, _SERVER_STATE)  # this function returns 1 for success
         return int(state)
 
     @property
     def time_s(self) -> float:
-        """The simulation's newest time."""
+        """The newest time of the simulation that the server has sent, in seconds."""
         with self._lock:
             self.read_stream(self.find_name("simxGetInt32Param", "simxGetIntegerParameter"), _VERSION)
             if not self.is_connected:
@@ -140,20 +141,20 @@ class Calls:
             return float(self.api.simxGetLastCmdTime(self._client)) / 1000
 
     def find_name(self, *names: str) -> str:
-        """Return the first of several function names that this binding has. Names differ between versions."""
+        """Return the first of the names for which the binding has a function. Versions of the binding differ."""
         return next((name for name in names if hasattr(self.api, name)), names[0])
 
     def call(self, function: str, *args: Any) -> Any:
-        """Call a function without an operation mode; return its values."""
+        """Call a function that has no operation mode, and return its values without the return code."""
         with self._lock:
             return self._check(getattr(self.api, function)(self._client, *args))
 
     def call_blocking(self, function: str, *args: Any) -> Any:
-        """Call a function in blocking mode, and return its values."""
+        """Call a function in blocking mode, and return its values without the return code."""
         return self.call(function, *args, self.api.simx_opmode_blocking)
 
     def read_stream(self, function: str, *args: Any) -> Any:
-        """Return the newest values of a function. The first call starts to stream them."""
+        """Return the newest values that the server has streamed for a function. The first call starts the stream."""
         stream = (function, *args)
         with self._lock:  # a blocking call removes the value of another thread's stream
             if stream in self._streams:
@@ -173,14 +174,14 @@ class Calls:
                 self._check(code or _TIMEOUT)
 
     def close(self) -> None:
-        """Wait until the server has done the sent commands, and disconnect."""
+        """Wait until the server has executed the sent commands, and disconnect."""
         with self._lock:
             if self.is_connected:
                 self.api.simxGetPingTime(self._client)
             self.api.simxFinish(self._client)
 
     def _check(self, returned: Any) -> Any:
-        """Return the values of a function's result. If its return code reports an error, raise the error."""
+        """Return the values of a result without its return code. Raise an error if the code reports one."""
         code, *values = returned if isinstance(returned, tuple) else (returned,)
         if code == _OK:
             return values[0] if len(values) == 1 else values

@@ -1,4 +1,4 @@
-"""A scene over the legacy remote API: the methods that the lockstep and the streaming scene share."""
+"""The base class of the scenes over the legacy remote API, with and without lockstep."""
 
 from __future__ import annotations
 
@@ -28,30 +28,30 @@ TIME_STEP = 1
 """The number of ``sim_floatparam_simulation_time_step``."""
 
 STARTS = 3
-"""Attempts to start a simulation. On some servers, its time advances only after the second attempt."""
+"""The number of attempts to start a simulation. On some servers, the time advances only after the second start."""
 
 KINDS = {0: ObjectKind.SHAPE, 1: ObjectKind.JOINT, 5: ObjectKind.PROXIMITY_SENSOR, 9: ObjectKind.VISION_SENSOR}
 
 
 class LegacyScene(Scene):
-    """A scene over the legacy remote API; subclasses exchange the requests."""
+    """A scene over the legacy remote API. A subclass sends the requests, and receives the answers."""
 
     @abstractmethod
     def _call(self, request: Request[T]) -> T:
-        """Return the answer to a single request; raises RefusedError."""
+        """Send a request, and return the value of its answer. Raises RefusedError if the server refuses it."""
 
     @abstractmethod
     def _read_newest(self, request: Request[T]) -> T:
-        """Return the newest answer to a request that is repeated in each tick."""
+        """Return the newest value of a request that the app repeats in each tick."""
 
     @abstractmethod
     def _post(self, request: Request[None]) -> None:
-        """Send a command without waiting."""
+        """Send a command without waiting for its answer."""
 
     @property
     @abstractmethod
     def _header(self) -> Header:
-        """The newest header of the server."""
+        """The header of the newest reply."""
 
     def find(self, path: str) -> SceneObject | None:
         try:
@@ -61,7 +61,7 @@ class LegacyScene(Scene):
         return SceneObject(handle, path, self._kinds.get(handle, ObjectKind.OTHER))
 
     def list_objects(self) -> list[SceneObject]:
-        """Return all objects with their names; this API has no paths."""
+        """Return all objects with their names, because this API reports no paths."""
         group = self._call(NAMES)
         return [
             SceneObject(handle, name, self._kinds.get(handle, ObjectKind.OTHER))
@@ -121,28 +121,29 @@ def _to_point(values: list[float] | tuple[float, ...]) -> Point:
 
 
 ALL_OBJECTS = 109
-"""The number of the group of all objects of a scene: ``sim_appobj_object_type``."""
+"""The number of the group of all objects of a scene, ``sim_appobj_object_type``."""
 
 NAME_DATA, TYPE_DATA = 0, 1
-"""The numbers that select which data of a group to read: names or types."""
+"""The numbers that select the data of a group: names or types."""
 
 RESOLUTION_X, RESOLUTION_Y, VIEW_ANGLE = 1002, 1003, 1004
 
 
 class GroupData(NamedTuple):
-    """Data of a group of objects: a handle for each object, and a number or a text."""
+    """The data of a group of objects: the handle of each object, and either a number or a text for each object."""
 
     handles: tuple[int, ...]
     numbers: tuple[int, ...]
-    """An integer for each object; empty if texts were read."""
+    """The number of each object; empty if texts were read."""
     texts: tuple[str, ...]
-    """A text for each object; empty if numbers were read."""
+    """The text of each object; empty if numbers were read."""
 
 
 def read_group(data: memoryview) -> GroupData:
-    """Read four counts, then as many handles, integers, floats (which are ignored), and texts.
+    """Decode the data of a group of objects.
 
-    Source of the layout: ``simxGetObjectGroupData`` in the maker's extApi.c.
+    The data has four counts, and then the counted handles, integers, floats and texts. The floats are ignored. The
+    source of the layout is ``simxGetObjectGroupData`` in extApi.c of the simulator's maker.
     """
     handles, numbers, floats, texts = struct.unpack_from("<4i", data)
     if min(handles, numbers, floats, texts) < 0:
@@ -160,17 +161,17 @@ TYPES: Request[GroupData] = pair_request(
 
 
 def picture_width(sensor: int) -> Request[int]:
-    """Read the width of a vision sensor's picture in pixels."""
+    """Return a request that reads the width of a vision sensor's picture, in pixels."""
     return _parameter_request(sensor, 0x2008, RESOLUTION_X, read_int)
 
 
 def picture_height(sensor: int) -> Request[int]:
-    """Read the height of a vision sensor's picture in pixels."""
+    """Return a request that reads the height of a vision sensor's picture, in pixels."""
     return _parameter_request(sensor, 0x2008, RESOLUTION_Y, read_int)
 
 
 def view_angle(sensor: int) -> Request[float]:
-    """Read the angle across the longer side of a vision sensor's picture, in rad."""
+    """Return a request that reads the angle across the longer side of a vision sensor's picture, in rad."""
     return _parameter_request(sensor, 0x2007, VIEW_ANGLE, read_float)
 
 

@@ -1,7 +1,4 @@
-"""A scene in lockstep over the legacy remote API.
-
-A time step and the reads after it take three round trips together.
-"""
+"""A scene in lockstep over the legacy remote API. A time step, with all reads after it, takes three round trips."""
 
 from __future__ import annotations
 
@@ -10,7 +7,7 @@ from contextlib import suppress
 from functools import partial
 from typing import Any, TypeVar
 
-from drivers.vrep.connection import Connection, Step
+from drivers.vrep.connection import LockstepConnection, Step
 from drivers.vrep.scene import STARTS, LegacyScene, compute_velocity
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import Header
@@ -29,21 +26,21 @@ from robotcore.simulation.remote_scene import Point, State
 T = TypeVar("T")
 
 _HALTING_S, _NAP_S = 0.3, 0.01
-"""Longest time until a halted simulation has stopped, and the time between two reads of its state, in seconds."""
+"""Time limit until a simulation that is about to stop has stopped, and the time between two reads, in seconds."""
 
 
 class SteppedScene(LegacyScene):
     """A scene in lockstep.
 
-    `advance` sends the posted commands with the time step. It then requests all values that the app has read since the
-    previous step. So the app's reads need no round trips of their own. If a position has been read once, each later
-    step requests it, because velocities are computed from positions.
+    `advance` sends the posted commands and triggers the time step. It also requests again all values that the app has
+    read since the previous step. So the app's next reads need no further round trips. Once the app has read a position,
+    each later step requests it, because velocities are computed from positions.
 
-    A signal such as Ctrl-C interrupts the wait for an answer, but not an exchange of messages. So the program can still
-    stop the wheels and the simulation after a signal.
+    A signal such as Ctrl-C interrupts the wait for an answer, but not the exchange of messages. So after a signal, the
+    program can still stop the wheels and the simulation.
     """
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: LockstepConnection) -> None:
         self._connection = connection
         self._executor = SerialExecutor("remote api")
         self._failure: RemoteApiError | None = None
@@ -57,7 +54,7 @@ class SteppedScene(LegacyScene):
         return self._connection.server
 
     def start(self) -> None:
-        """Start the simulation, and do one time step to check that the simulation's time advances."""
+        """Start the simulation, and simulate one time step to check that the simulation's time advances."""
         for left in range(STARTS - 1, -1, -1):
             if self._try_start(is_last=left == 0):
                 break
@@ -90,7 +87,7 @@ class SteppedScene(LegacyScene):
         return compute_velocity(self._positions[handle], self.read_position(handle), self._step_s)
 
     def close(self) -> None:
-        """Let the simulation run without triggers, and disconnect."""
+        """End lockstep, so that the simulation runs without triggers, and disconnect."""
         with suppress(RemoteApiError):
             self._run(partial(self._connection.wait_for_triggers, wait=False))
         self._executor.run(self._connection.close)
@@ -119,9 +116,9 @@ class SteppedScene(LegacyScene):
             raise self._explain_halt(failure) from failure
 
     def _try_start(self, *, is_last: bool) -> bool:
-        """Start the simulation and do one step; return whether it succeeded.
+        """Start the simulation, simulate one time step, and return whether both succeeded.
 
-        Raises the error if the connection is lost, or if this is the last attempt.
+        If the connection is lost, or if this is the last attempt, it raises the error instead of returning False.
         """
         try:
             self._run(partial(self._connection.wait_for_triggers, wait=True))
@@ -134,18 +131,19 @@ class SteppedScene(LegacyScene):
         return True
 
     def _explain_halt(self, failure: SimulationHaltedError) -> SimulationHaltedError:
-        """Return the failure with the state that the simulation has reached. A stop takes a few time steps."""
+        """Return an error that names the state of the simulation. A stop takes a few time steps, so wait for it."""
         wall = MonotonicClock()
         while (state := self.read_state()) is State.RUNNING:
             if wall.now() > _HALTING_S:
                 return failure
             wall.sleep_until(wall.now() + _NAP_S)
         return SimulationHaltedError(
-            f"the simulation was {state.value}, so it does no step. Run again", kind=f"simulation-{state.value}"
+            f"the simulation was {state.value}, so its time does not advance. Run again",
+            kind=f"simulation-{state.value}",
         )
 
     def _run(self, exchange: Callable[[], T]) -> T:
-        """Run an exchange of messages, and return its result. After a lost connection, raise its error again."""
+        """Exchange messages in the executor's thread. Once the connection is lost, each call raises the same error."""
         return self._executor.run(partial(self._run_unless_failed, exchange))
 
     def _run_unless_failed(self, exchange: Callable[[], T]) -> T:

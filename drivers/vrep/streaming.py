@@ -1,4 +1,4 @@
-"""A scene whose simulation runs by itself. The server streams each requested value after each time step."""
+"""A scene without lockstep over the legacy remote API. The server streams values after each time step."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from drivers.vrep.scene import STARTS, LegacyScene, compute_velocity
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import Header
 from drivers.vrep.wire.errors import ServerTimeoutError, SimulationHaltedError
-from drivers.vrep.wire.link import CONNECT_TIMEOUT_S, TIMEOUT_S, Link
+from drivers.vrep.wire.message_socket import CONNECT_TIMEOUT_S, TIMEOUT_S, MessageSocket
 from drivers.vrep.wire.requests import BLOCKING, ONESHOT, STREAMING, Identity, Request
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
@@ -22,28 +22,31 @@ from robotcore.simulation.remote_scene import Point
 T = TypeVar("T")
 
 PERIOD_S = 0.005
-"""Period of messages in seconds, as in V-REP's own tutorials."""
+"""The period of messages, in seconds. V-REP's own tutorials use this period."""
 
 _MARGIN_S = 0.3
-"""Additional time limit in seconds, in which the TCP connection reports its own error, which has more details."""
+"""The time by which the time limit of a request exceeds that of a message, in seconds.
+
+If the server fails, the time-out of the message comes first. Its error has more details.
+"""
 
 
-class NewestReply(NamedTuple):
-    """A streamed value."""
+class StreamedValue(NamedTuple):
+    """A value that the server has streamed."""
 
     value: Any
     time_s: float
-    """The simulation's time at which the value was read."""
+    """The simulation's time at which the server has read the value, in seconds."""
 
 
 class StreamReader:
-    """A connection with its own thread, so that `newest` and `time_s` never wait. Any thread may use it.
+    """Reads values that a server streams. `newest` and `time_s` never wait. Any thread may call the methods.
 
-    pump: exchanges the messages.
+    pump: exchanges messages with the server in its own thread.
     timeout_s: time limit of a request, in seconds.
 
-    After the connection is lost, each call raises the error that ended it. Each call also raises
-    ServerTimeoutError if the simulator has done nothing for ``timeout_s``.
+    Once the connection is lost, each call raises the error that has ended it. Each call raises ServerTimeoutError if
+    the simulator has executed no command and streamed no value for ``timeout_s``.
     """
 
     def __init__(self, pump: MessagePump, timeout_s: float) -> None:
@@ -59,9 +62,9 @@ class StreamReader:
         """Connect to a server.
 
         timeout_s: time limit of a request, in seconds.
-        connect_timeout_s: time for further attempts in seconds, if no server listens.
+        connect_timeout_s: the time during which to try again if no server listens, in seconds.
         """
-        connect = partial(Link.open, host, port, timeout_s)
+        connect = partial(MessageSocket.open, host, port, timeout_s)
         pump = MessagePump(connect, PERIOD_S, connect_timeout_s, reconnects=False)
         reader = cls(pump, timeout_s)
         try:
@@ -78,7 +81,7 @@ class StreamReader:
 
     @property
     def server(self) -> Header:
-        """The newest header that the server has sent."""
+        """The header of the newest reply."""
         self._check()
         if (server := self._pump.server) is None:
             raise self._timeout_error()
@@ -86,7 +89,7 @@ class StreamReader:
 
     @property
     def time_s(self) -> float:
-        """The simulation's newest time in seconds, to the millisecond.
+        """The newest time of the simulation in seconds, rounded to milliseconds.
 
         Raises SimulationHaltedError if the simulation is paused or stopped, or was restarted since the previous read.
         """
@@ -114,22 +117,22 @@ class StreamReader:
         self._last_time_s = 0.0
 
     def stream(self, request: Request[T]) -> T:
-        """Let the server stream the answers to a request; return the first answer."""
+        """Make the server stream the value of a request, and return the first value."""
         value = self._wait_for(request, STREAMING)
         self._streams.add(request.identity)
         return value
 
-    def newest(self, request: Request[Any]) -> NewestReply:
-        """Return the newest answer to a streamed request."""
+    def newest(self, request: Request[Any]) -> StreamedValue:
+        """Return the newest value of a request for which `stream` was called."""
         self._check()
         if (answer := self._pump.newest(request)) is None:
             raise ServerTimeoutError(
                 f"the simulator no longer answers the request to {request.action}. Restart it", kind="stream-lost"
             )
-        return NewestReply(request.read(answer), answer.time_ms / 1000)
+        return StreamedValue(request.read(answer), answer.time_ms / 1000)
 
     def call(self, request: Request[T]) -> T:
-        """Return the answer to a request. If the request is streamed, return the newest answer at once."""
+        """Send a request, and return the value of its answer. If it is streamed, return the newest value at once."""
         if request.identity in self._streams:
             return cast("T", self.newest(request).value)
         value = self._wait_for(request, BLOCKING)
@@ -137,14 +140,17 @@ class StreamReader:
         return value
 
     def post(self, request: Request[None]) -> None:
-        """Queue a command for the next message. Raises RefusedError if the server refused the last such command."""
+        """Queue a command for the next message.
+
+        Raises RefusedError if the server has refused the previous command with the same number and key.
+        """
         self._check()
         if earlier := self._pump.newest(request):
             request.read(earlier)
         self._pump.post(request, ONESHOT)
 
     def close(self) -> None:
-        """Wait until the server has done the queued commands, unless it has stopped answering; then disconnect."""
+        """Disconnect. If the server still answers, wait first until it has executed the queued commands."""
         self._pump.close(self._timeout_s, finish=self._pump.silence_s <= self._timeout_s)
 
     def __enter__(self) -> StreamReader:
@@ -176,8 +182,8 @@ class StreamReader:
 
     def _timeout_error(self) -> ServerTimeoutError:
         return ServerTimeoutError(
-            f"the simulator has done nothing for {self._timeout_s:g} s. Check whether it shows a dialogue, or waits "
-            "for another program's trigger",
+            f"the simulator has executed no command for {self._timeout_s:g} s. Check whether it shows a dialogue, or "
+            "waits for a trigger of another program",
             kind="simulator-busy",
             timeout_s=self._timeout_s,
         )
@@ -185,7 +191,7 @@ class StreamReader:
 
 def _halted_error(state: str) -> SimulationHaltedError:
     return SimulationHaltedError(
-        f"the simulation was {state}, so its time does not advance. Run again, and let it run",
+        f"the simulation was {state}, so its time does not advance. Run again, and do not stop or pause the simulation",
         kind=f"simulation-{state}",
     )
 
@@ -194,10 +200,10 @@ _NAP_S = 0.002
 
 
 class StreamedScene(LegacyScene):
-    """A scene whose simulation runs by itself. It reads streamed values without waiting, and sends commands at once.
+    """A scene without lockstep. It reads streamed values without waiting, and sends commands at once.
 
-    reader: the connection.
-    answer_s: time limit of state changes, in seconds.
+    reader: the connection to the server.
+    answer_s: time limit of starting and stopping the simulation, in seconds.
     """
 
     def __init__(self, reader: StreamReader, answer_s: float) -> None:
@@ -218,7 +224,7 @@ class StreamedScene(LegacyScene):
             if left:
                 self.stop()
         raise ServerTimeoutError(
-            "the simulation was started, but its time does not advance. Stop it there, and run again"
+            "the simulation was started, but its time does not advance. Stop it in the simulator, and run again"
         )
 
     def stop(self) -> None:
@@ -232,8 +238,8 @@ class StreamedScene(LegacyScene):
         return self._reader.time_s
 
     def advance(self, steps: int) -> None:
-        """Raise BackendError: the simulation runs by itself."""
-        raise BackendError("a simulation that runs by itself cannot be stepped", kind="not-stepped")
+        """Raise BackendError, because only a simulation in lockstep can be advanced."""
+        raise BackendError("a simulation without lockstep cannot be advanced by steps", kind="not-stepped")
 
     def read_velocity(self, handle: int) -> Point:
         """Return the mean velocity between the newest position and the next one, in m/s."""
@@ -257,17 +263,16 @@ class StreamedScene(LegacyScene):
     def _post(self, request: Request[None]) -> None:
         self._reader.post(request)
 
-    def _stream(self, request: Request[object]) -> NewestReply:
+    def _stream(self, request: Request[object]) -> StreamedValue:
         if request.identity not in self._streamed:
             self._reader.stream(request)
             self._streamed.add(request.identity)
         return self._reader.newest(request)
 
-    def _has_new_time(self, before: NewestReply, request: Request[object] = requests.CLOCK) -> Callable[[], bool]:
+    def _has_new_time(self, before: StreamedValue, request: Request[object] = requests.CLOCK) -> Callable[[], bool]:
         return lambda: self._stream(request).time_s != before.time_s
 
     def _wait_until(self, condition: Callable[[], bool]) -> bool:
-        """Wait until a condition is true; return whether it became true in time."""
         deadline = self._wall.now() + self._answer_s
         while not (is_true := condition()) and self._wall.now() < deadline:
             self._wall.sleep_until(self._wall.now() + _NAP_S)

@@ -1,1 +1,1 @@
-"""Parts that the drivers of simulators share."""
+"""Code that several drivers of simulators use."""

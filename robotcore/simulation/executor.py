@@ -1,4 +1,4 @@
-"""Runs a driver's exchanges with a server in one thread, where no signal interrupts them."""
+"""Run a driver's exchanges with a server in a separate thread, where no signal interrupts them."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from robotcore.threads import start_thread
 T = TypeVar("T")
 
 CLOSING_S = 2.0
-"""The longest time for which `close` waits for work that hangs."""
+"""Time limit of `SerialExecutor.close`, in seconds, if a function hangs."""
 
 
 class SerialExecutor:
     """Runs functions in its own thread, one after the other.
 
-    A signal such as Ctrl-C raises an exception in the main thread. If the main thread were exchanging data with a
-    server, the exception would break the connection, and no stop command could be sent. With an executor, the main
+    A signal such as Ctrl-C raises an exception in the main thread. In the middle of an exchange with a server, the
+    exception would break the connection, and the program could send no stop command. With an executor, the main
     thread only waits for the exchange. The exception ends this wait, and the exchange continues in the other thread.
 
-    >>> work = SerialExecutor("doctest")
-    >>> work.run(lambda: 6 * 7)
+    >>> executor = SerialExecutor("doctest")
+    >>> executor.run(lambda: 6 * 7)
     42
-    >>> work.close()
+    >>> executor.close()
     """
 
     def __init__(self, name: str) -> None:
@@ -34,9 +34,9 @@ class SerialExecutor:
         self._thread = start_thread(self._work, name)
 
     def run(self, work: Callable[[], T]) -> T:
-        """Run a function and return its result, or raise its exception. Any thread may call this method.
+        """Run a function in the executor's thread, and return its result or raise its exception.
 
-        In the executor's own thread, and after `close`, the function runs in the caller's thread.
+        Any thread may call this method. After `close`, the function runs in the caller's thread.
         """
         done = SimpleQueue[tuple[Any, BaseException | None]]()
         if current_thread() is self._thread or not self._submit(lambda: done.put(_outcome_of(work))):
@@ -51,12 +51,12 @@ class SerialExecutor:
         return result
 
     def close(self) -> None:
-        """Wait for all tasks, at most `CLOSING_S`, and end the thread. This method may be called again."""
+        """Wait for the submitted functions, at most `CLOSING_S`, and end the thread. A second call does nothing."""
         self._submit(None)
         self._thread.join(CLOSING_S)
 
     def _submit(self, task: Callable[[], None] | None) -> bool:
-        """Add a task to the queue, and return whether the thread will run it. None ends the thread."""
+        """Add a task to the queue, and return whether the thread will run it. The task None ends the thread."""
         with self._asking:
             if self._is_closed:
                 return False

@@ -1,4 +1,4 @@
-"""Takes a sample from a simulator when it is read, at most one sample at each simulated time."""
+"""Take samples from a simulator when the app reads them, at most one at each simulated time."""
 
 from __future__ import annotations
 
@@ -10,10 +10,12 @@ from robotcore.hal.devices import SampleT
 
 
 class SampleCache(Generic[SampleT]):
-    """Returns the sample of the present simulated time. It is taken at the first read after the time has advanced.
+    """Returns the sample of the present simulated time.
+
+    The first call at a simulated time takes the sample. Further calls at this time return the same sample.
 
     clock: the simulated clock.
-    take: the function that takes a sample; its arguments are the time in seconds and the sequence number, from 0.
+    take: takes a sample. Its arguments are the time in seconds and the sequence number, which begins at 0.
 
     >>> from robotcore.hal.clock import SteppedClock
     >>> from robotcore.hal.devices import Angle

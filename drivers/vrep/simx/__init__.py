@@ -1,11 +1,11 @@
 """The functions and constants of V-REP's official Python binding, in pure Python.
 
-A script for the official binding needs one changed line: ``import vrep`` becomes
-``from drivers.vrep import simx as vrep``, and ``import sim`` becomes ``from drivers.vrep import simx as sim``. The
-functions have the parameters and results of the official ones. They return the same error codes, even without a server.
+In a script for the official binding, one line must be changed: ``import vrep`` to
+``from drivers.vrep import simx as vrep``, or ``import sim`` to ``from drivers.vrep import simx as sim``. The functions
+have the parameters, the results and the return codes of the official ones.
 
 Each client has a thread that exchanges messages until `simxFinish` ends it, as in the official binding. There is one
-difference: after the connection is lost for good, calls return code 3 at once instead of after their time-out.
+difference: once a connection is lost and is not opened again, calls return code 3 at once, not after their time-out.
 
 >>> from drivers.vrep import simx as vrep
 >>> vrep.simxGetJointPosition(0, 17, vrep.simx_opmode_blocking)  # no client 0: code 64
@@ -27,7 +27,7 @@ __all__ = [name for name in dir() if name.startswith(("simx", "sim_"))]
 def __getattr__(name: str) -> NoReturn:
     if name.startswith(("simx", "sim_")):
         raise AttributeError(
-            f"drivers.vrep.simx has no {name}. If you have the official binding, name its folder with --option "
-            "binding=PATH, or import it instead"
+            f"drivers.vrep.simx has no {name}. Import the official binding instead, or name its folder with --option "
+            "binding=PATH"
         )
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

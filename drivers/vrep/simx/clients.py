@@ -1,6 +1,6 @@
-"""The official binding's functions about clients, connections, time and the state of the simulation.
+"""The functions of the official binding about clients, connections, and the time and state of the simulation.
 
-As in the official binding, each client of a process has a number.
+As in the official binding, a number identifies each client of a process.
 """
 # ruff: noqa: N802, N803, D103  the names and short functions of the official binding; its manual explains them
 
@@ -16,14 +16,14 @@ from drivers.vrep.message_pump import MessagePump
 from drivers.vrep.simx import constants as c
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import VERSION, Header, Piece, read_nothing
-from drivers.vrep.wire.link import Link
+from drivers.vrep.wire.message_socket import MessageSocket
 from drivers.vrep.wire.requests import BLOCKING, BUFFER, REMOVE, Request
 from robotcore.hal.wall_clock import MonotonicClock
 
 MAX_CLIENTS = 255
 REPLY_TIMEOUT_S = 5.0
 _EXCHANGE_TIMEOUT_S = 5.0
-"""Time limit of a message. It is long, as in the official binding: a server that loads a scene does not answer."""
+"""The time limit of an exchange, in seconds. It is long, because a server does not answer while it loads a scene."""
 
 _FINISH_TIMEOUT_S = 0.5
 _OPMODE_MASK = 0xFF0000
@@ -33,29 +33,34 @@ Address = tuple[str, int]
 
 @dataclass(frozen=True)
 class ClientSettings:
-    """The settings of a client."""
+    """The settings of a `Client`."""
 
     period_s: float
     """The period of messages in seconds."""
     connect_timeout_s: float
-    """Time limit of connecting, in seconds."""
+    """The time limit of connecting, in seconds."""
     reply_timeout_s: float
-    """Time limit of a blocking call, in seconds."""
+    """The time limit of a call in blocking mode, in seconds."""
     reconnects: bool
     """Whether to connect again after the connection was lost."""
 
 
 class Client:
-    """One client of a server."""
+    """One client of a server, as the official binding has it."""
 
     def __init__(self, address: Address, settings: ClientSettings) -> None:
         self.address, self._settings = address, settings
         self.last_command_ms = 0
-        connect = partial(Link.open, *address, _EXCHANGE_TIMEOUT_S)
+        connect = partial(MessageSocket.open, *address, _EXCHANGE_TIMEOUT_S)
         self.pump = MessagePump(connect, settings.period_s, settings.connect_timeout_s, reconnects=settings.reconnects)
 
     def execute(self, request: Request[object], operation_mode: int) -> tuple[int, Piece | None]:
-        """Handle a request in an operation mode; return the return code and the newest answer, None without one."""
+        """Send a request or read its stored answer, and return the return code and the newest answer.
+
+        operation_mode: one of ``simx_opmode_…``, plus its delay or piece size.
+
+        The answer is None if there is none.
+        """
         mode, delay = operation_mode & _OPMODE_MASK, operation_mode & ~_OPMODE_MASK
         if operation_mode & ~0x7FFFF:
             return c.simx_return_illegal_opmode_flag, None
@@ -72,7 +77,7 @@ class Client:
         return code | self._to_return_code(answer), answer
 
     def finish(self) -> None:
-        """Wait until the server has done the posted commands, and disconnect."""
+        """Wait until the server has executed the posted commands, and disconnect."""
         self.pump.close(_FINISH_TIMEOUT_S)
 
     def _to_return_code(self, answer: Piece | None) -> int:
@@ -83,7 +88,7 @@ class Client:
 
 
 class Clients:
-    """The clients of a process. Any thread may call the methods."""
+    """The clients of a process, by number. Any thread may call the methods."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -94,7 +99,7 @@ class Clients:
             return self._clients.get(number)
 
     def start(self, address: Address, settings: ClientSettings) -> int:
-        """Start a client and return its number; -1 if the address has a client already, or if there are too many."""
+        """Create a client, and return its number. Return -1 if the address has a client, or if there are too many."""
         with self._lock:
             number = next((one for one in range(MAX_CLIENTS) if one not in self._clients), -1)
             if number == -1 or any(client.address == address for client in self._clients.values()):
@@ -103,7 +108,7 @@ class Clients:
             return number
 
     def finish(self, number: int) -> None:
-        """End the client with this number, if it exists. The number -1 ends all clients."""
+        """End the client with a number. The number -1 ends all clients. An unknown number has no effect."""
         with self._lock:
             numbers = list(self._clients) if number == -1 else [number]
             ended = [self._clients.pop(one) for one in numbers if one in self._clients]
@@ -119,27 +124,38 @@ U = TypeVar("U")
 
 
 def send(client: int, request: Request[None], operation_mode: int) -> int:
-    """Send a command, and return the return code."""
+    """Send a command, and return the return code.
+
+    client: the number of the client.
+    """
     if (known := CLIENTS.get(client)) is None:
         return c.simx_return_initialize_error_flag
     return known.execute(request, operation_mode)[0]
 
 
-def read(client: int, request: Request[T], operation_mode: int, nothing: U) -> tuple[int, T | U]:
-    """Return the return code and the value of a request; without a value, return ``nothing`` in its place."""
+def read(client: int, request: Request[T], operation_mode: int, default: U) -> tuple[int, T | U]:
+    """Send a request, and return the return code and the value of the newest answer.
+
+    client: the number of the client.
+    default: the value if there is no answer.
+    """
     if (known := CLIENTS.get(client)) is None:
-        return c.simx_return_initialize_error_flag, nothing
+        return c.simx_return_initialize_error_flag, default
     code, answer = known.execute(request, operation_mode)
     if code or answer is None:
-        return code, nothing
+        return code, default
     try:
         return code, request.decode(answer.data)
     except (struct.error, ValueError):
-        return c.simx_return_local_error_flag, nothing
+        return c.simx_return_local_error_flag, default
 
 
 def read_list(client: int, request: Request[tuple[float, ...]], mode: int, length: int) -> tuple[int, list[float]]:
-    """Return the return code and a list of ``length`` numbers. Without a value, the numbers are 0."""
+    """Send a request for numbers, and return the return code and the list of numbers.
+
+    client: the number of the client.
+    length: the length of the list. Without an answer, the list contains zeros.
+    """
     code, values = read(client, request, mode, (0.0,) * length)
     return code, list(values)
 
@@ -156,10 +172,11 @@ def simxStart(
     timeOutInMs: int,
     commThreadCycleInMs: int,
 ) -> int:
-    """Start a client and return its number; -1 if it cannot connect, or if the address has a client already.
+    """Create a client, and return its number. Return -1 if it cannot connect, or if the address has a client already.
 
-    A positive ``timeOutInMs`` limits connecting; a negative one limits blocking calls. Negative ports, which stand for
-    shared memory, are not supported.
+    timeOutInMs: if positive, the time limit of connecting. If negative, minus the time limit of blocking calls.
+
+    A negative port stands for shared memory, which is not supported.
     """
     host = connectionAddress.decode() if isinstance(connectionAddress, bytes) else str(connectionAddress)
     settings = ClientSettings(
@@ -177,18 +194,18 @@ def simxStart(
 
 
 def simxFinish(clientID: int) -> None:
-    """End a client, or with -1 all clients, after the server has done the posted commands."""
+    """Wait until the server has executed the posted commands, and end a client. The number -1 ends all clients."""
     CLIENTS.finish(clientID)
 
 
 def simxGetConnectionId(clientID: int) -> int:
-    """Return the number of the client's present connection, from 1; -1 without a connection."""
+    """Return the number of the client's present connection; -1 without a connection. The first connection is 1."""
     client = CLIENTS.get(clientID)
     return client.pump.connections if client and client.pump.is_connected else -1
 
 
 def simxGetPingTime(clientID: int) -> tuple[int, int]:
-    """Return the return code, and the time of a round trip in ms. This includes a time step of the simulation."""
+    """Return the return code, and the duration of a request in ms. It includes a time step of the simulation."""
     if CLIENTS.get(clientID) is None:
         return c.simx_return_ok, 0
     start = _CLOCK.now()
@@ -197,13 +214,16 @@ def simxGetPingTime(clientID: int) -> tuple[int, int]:
 
 
 def simxGetLastCmdTime(clientID: int) -> int:
-    """Return the simulation's time in ms, from the newest answer that a call has returned."""
+    """Return the simulation's time in ms at which the server has executed the last request of this client."""
     client = CLIENTS.get(clientID)
     return client.last_command_ms if client else 0
 
 
 def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
-    """Return 1 and the field at ``simx_headeroffset_…`` of the newest message; -1 and 0 if there is none."""
+    """Return 1 and a field of the newest reply's header. Return -1 and 0 if there is no reply or no such field.
+
+    infoType: the value of ``simx_headeroffset_…``.
+    """
     client = CLIENTS.get(clientID)
     if client is None or (server := client.pump.server) is None:
         return -1, 0
@@ -212,7 +232,10 @@ def simxGetInMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
 
 
 def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
-    """Return 1 and the field at ``simx_headeroffset_…`` of the next message; -1 and 0 if there is none."""
+    """Return 1 and a field of the next message's header. Return -1 and 0 if there is no client or no such field.
+
+    infoType: the value of ``simx_headeroffset_…``.
+    """
     if infoType == c.simx_headeroffset_version:
         return 1, VERSION
     if infoType == c.simx_headeroffset_client_time:
@@ -222,7 +245,7 @@ def simxGetOutMessageInfo(clientID: int, infoType: int) -> tuple[int, int]:
 
 
 def simxPauseCommunication(clientID: int, enable: bool) -> int:  # noqa: FBT001
-    """Pause or resume sending. One message sends all commands that were posted during a pause."""
+    """Pause or resume the exchange of messages. After a pause, one message sends all posted commands."""
     if (client := CLIENTS.get(clientID)) is None:
         return c.simx_return_initialize_error_flag
     client.pump.set_paused(is_paused=bool(enable))
@@ -230,12 +253,12 @@ def simxPauseCommunication(clientID: int, enable: bool) -> int:  # noqa: FBT001
 
 
 def simxSynchronous(clientID: int, enable: bool) -> int:  # noqa: FBT001
-    """Set whether the simulation waits for a trigger before each time step. Otherwise it runs by itself."""
+    """Set whether the simulation waits for a trigger before each time step, and return the return code."""
     return send(clientID, requests.SYNCHRONOUS_ON if enable else requests.SYNCHRONOUS_OFF, c.simx_opmode_blocking)
 
 
 def simxSynchronousTrigger(clientID: int) -> int:
-    """Trigger one time step. When a later command is answered, the time step is done."""
+    """Trigger one time step, and return the return code. The step has ended when a later call returns."""
     return send(clientID, requests.TRIGGER, c.simx_opmode_blocking)
 
 
@@ -252,7 +275,7 @@ def simxStopSimulation(clientID: int, operationMode: int) -> int:
 
 
 def simxGetLastErrors(clientID: int, operationMode: int) -> tuple[int, list[str]]:
-    """Return the code and the server's errors since the last call, at most 50."""
+    """Return the return code, and the messages of the server's errors since the last call, at most 50."""
     return read(clientID, requests.LAST_ERRORS, operationMode, [])
 
 
@@ -261,7 +284,10 @@ def simxAddStatusbarMessage(clientID: int, message: str | bytes, operationMode: 
 
 
 def simxLoadScene(clientID: int, scenePathAndName: str | bytes, options: int, operationMode: int) -> int:
-    """Load a scene from the server's disk. A transfer from the client's disk (bit 0 of options) is not supported."""
+    """Load a scene from the disk of the server, and return the return code.
+
+    options: if bit 0 is set, the scene is on the disk of the client. This is not supported.
+    """
     if options & 1:
         return c.simx_return_local_error_flag
     return send(clientID, requests.named_request("load", 0x3002, scenePathAndName, read_nothing), operationMode)

@@ -1,6 +1,6 @@
-"""The official binding's constants for the functions of this package.
+"""The constants of the official binding that the functions of this package need.
 
-Their values are those of the maker's simConst.h.
+The source of the values is simConst.h of the simulator's maker.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The official binding's functions about objects, joints and parameters.
+"""The functions of the official binding about objects, joints and parameters.
 
 Units are m, rad, N and N·m. The handle -1 stands for the world.
 """

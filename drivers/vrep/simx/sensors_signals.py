@@ -1,4 +1,4 @@
-"""The official binding's functions about sensors, signals and functions of scripts."""
+"""The functions of the official binding about sensors, signals and functions of scripts."""
 # ruff: noqa: N802, N803, N816, D103  the names and short functions of the official binding; its manual explains them
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from drivers.vrep.wire.requests import Request, named_request, object_request
 
 GREY = 1
 _SIGNED = np.arange(256).astype(np.int8).astype(object)
-"""The signed value of each byte. An image has up to 250,000 values; looking them up is faster than creating them."""
+"""The signed value of each byte. A look-up in this table is faster than a conversion of each byte of an image."""
 
 _NOTHING = Proximity(is_detected=False, point=(0.0, 0.0, 0.0), handle=0, normal=(0.0, 0.0, 0.0))
 
@@ -46,14 +46,21 @@ def simxReadProximitySensor(
 def simxGetVisionSensorImage(
     clientID: int, sensorHandle: int, options: int, operationMode: int
 ) -> tuple[int, list[int], list[int]]:
-    """Return the code, [width, height] and signed bytes: RGB, or grey with option 1; the lowest row first."""
+    """Return the return code, [width, height], and the signed bytes of an image, the lowest row first.
+
+    options: 0 for RGB, or 1 for grey.
+    """
     request = (requests.grey_image if options & GREY else requests.colour_image)(sensorHandle)
     code, image = read(clientID, request, operationMode, None)
     return (code, [], []) if image is None else (code, _get_resolution(image), _to_signed(image))
 
 
 def simxSetVisionSensorImage(clientID: int, sensorHandle: int, image: Any, options: int, operationMode: int) -> int:
-    """Show an image on a sensor with external input: signed or unsigned bytes in any sequence or array."""
+    """Show an image on a vision sensor whose option external input is set, and return the return code.
+
+    image: signed or unsigned bytes in a sequence or an array, the lowest row first.
+    options: 0 for RGB, or 1 for grey.
+    """
     request = requests.set_grey_image if options & GREY else requests.set_colour_image
     return send(clientID, request(sensorHandle, _image_to_bytes(image)), operationMode)
 
@@ -61,14 +68,17 @@ def simxSetVisionSensorImage(clientID: int, sensorHandle: int, image: Any, optio
 def simxGetVisionSensorDepthBuffer(
     clientID: int, sensorHandle: int, operationMode: int
 ) -> tuple[int, list[int], list[float]]:
-    """Return the code, [width, height] and depths: 0 at the near, 1 at the far clipping plane; the lowest row first."""
+    """Return the return code, [width, height], and the depths, the lowest row first.
+
+    A depth of 0 is at the near clipping plane, and 1 at the far clipping plane.
+    """
     request = object_request("read the depth of vision sensor", 0x1017, sensorHandle, read_depth)
     code, depth = read(clientID, request, operationMode, None)
     return (code, [], []) if depth is None else (code, _get_resolution(depth), depth.ravel().tolist())
 
 
 def simxReadVisionSensor(clientID: int, sensorHandle: int, operationMode: int) -> tuple[int, bool, list[list[float]]]:
-    """Return the code, whether a filter of the sensor has detected something, and the filters' packets of numbers."""
+    """Return the return code, whether a filter of the sensor has detected an object, and the numbers of each filter."""
     request = object_request("read vision sensor", 0x1011, sensorHandle, _read_packets)
     code, (detect, packets) = read(clientID, request, operationMode, (False, []))
     return code, detect, packets
@@ -77,7 +87,10 @@ def simxReadVisionSensor(clientID: int, sensorHandle: int, operationMode: int) -
 def simxReadForceSensor(
     clientID: int, forceSensorHandle: int, operationMode: int
 ) -> tuple[int, int, list[float], list[float]]:
-    """Return the code, the state (bit 0: has values, bit 1: broken), force in N and torque in N·m."""
+    """Return the return code, the state, the force in N, and the torque in N·m.
+
+    Bit 0 of the state is set if the sensor has values, and bit 1 if the sensor is broken.
+    """
     request = object_request("read force sensor", 0x100F, forceSensorHandle, _read_force)
     code, (state, force, torque) = read(clientID, request, operationMode, (0, [0.0] * 3, [0.0] * 3))
     return code, state, force, torque
@@ -96,7 +109,6 @@ def _to_signed(image: Pixels) -> list[int]:
 
 
 def _image_to_bytes(image: Any) -> bytes:
-    """Convert signed or unsigned values to bytes; raises TypeError for floats, as the official binding does."""
     if isinstance(image, (bytes, bytearray, memoryview)):
         return bytes(image)
     values = np.asarray(image)
@@ -154,7 +166,10 @@ def simxGetStringSignal(clientID: int, signalName: str | bytes, operationMode: i
 
 
 def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    """Return the return code and the signal. The server streams a signal only until its first value."""
+    """Return the return code and the value of a signal, and clear the signal.
+
+    In streaming mode, the server ends the stream after the first value.
+    """
     request = named_request("read and clear signal", 0x3017, signalName, bytearray)
     answer = read(clientID, request, operationMode, bytearray())
     if answer[0] == c.simx_return_ok and operationMode == c.simx_opmode_buffer:
@@ -163,7 +178,10 @@ def simxGetAndClearStringSignal(clientID: int, signalName: str | bytes, operatio
 
 
 def simxReadStringStream(clientID: int, signalName: str | bytes, operationMode: int) -> tuple[int, bytearray]:
-    """Return the return code and the bytes since the last call. It never waits, and refuses the blocking mode."""
+    """Return the return code, and the bytes that were appended to a signal since the last call.
+
+    This function never waits. In blocking mode it returns an error code.
+    """
     if operationMode == c.simx_opmode_blocking and CLIENTS.get(clientID):
         return c.simx_return_illegal_opmode_flag, bytearray()
     request = named_request("read stream", 0x3018, signalName, bytearray)
@@ -201,9 +219,9 @@ def simxCallScriptFunction(
     counts = pack_ints(len(inputInts), len(inputFloats), len(inputStrings), len(buffer))
     numbers = pack_ints(*inputInts) + pack_floats(*inputFloats)
     data = counts + numbers + b"".join(map(_terminate, inputStrings)) + buffer
-    nothing: Results = ([], [], [], bytearray())
+    default: Results = ([], [], [], bytearray())
     call = Request(f"call {functionName!r} of {scriptDescription!r}", 0x3401, key, data, _read_results)
-    code, results = read(clientID, call, operationMode, nothing)
+    code, results = read(clientID, call, operationMode, default)
     return code, *results
 
 
@@ -244,7 +262,7 @@ def _terminate(text: str | bytes) -> bytes:
 
 
 def _read_results(data: memoryview) -> Results:
-    """Read the results of a script's function: four counts, then integers, floats, texts and bytes."""
+    """Decode the results of a script function. The data has four counts, then integers, floats, texts and bytes."""
     ints, fractions, texts, size = struct.unpack_from("<4i", data)
     whole = struct.unpack_from(f"<{ints}i", data, 16)
     real = struct.unpack_from(f"<{fractions}f", data, 16 + 4 * ints)

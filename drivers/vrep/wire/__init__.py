@@ -1,1 +1,1 @@
-"""The legacy remote API on the wire: messages, requests, and a TCP connection that exchanges them."""
+"""The protocol of the legacy remote API: messages, requests, and a TCP connection that exchanges messages."""

@@ -1,14 +1,14 @@
 """Encode and decode values and messages of the legacy remote API.
 
-Values have the layouts that the functions of the same names in the maker's extApi.c read. A reader raises struct.error
-or ValueError if the bytes do not fit.
+The source of the values' layouts is extApi.c of the simulator's maker. Each ``read_…`` function decodes a value. It
+raises struct.error or ValueError if the bytes are invalid.
 
-A message is a header, followed by commands with their data. Its layout is that of ``simx_headeroffset_…`` and
-``simx_cmdheaderoffset_…`` in the maker's simConst.h. Recorded sessions of protocol version 11
-confirm this layout. Version 9 (V-REP 3.2) has the same one.
+A message is a header, followed by commands with their data. The source of its layout is simConst.h of the simulator's
+maker, at ``simx_headeroffset_…`` and ``simx_cmdheaderoffset_…``. Recorded sessions of protocol version 11 confirm the
+layout. Protocol version 9 (V-REP 3.2) has the same layout.
 
-The check sum is CRC-16/XMODEM over all bytes after the check sum. Early servers require and send it; later servers
-ignore it and send zero. So this module always sends the check sum, and checks a received one unless it is zero.
+The check sum is CRC-16/XMODEM over all bytes after the check sum. Early servers require and send a check sum. Later
+servers ignore it, and send zero. So this module always sends a check sum, and ignores a received zero.
 """
 
 from __future__ import annotations
@@ -29,55 +29,62 @@ Vector = tuple[float, ...]
 
 @dataclass(frozen=True)
 class Proximity:
-    """A reading of a proximity sensor."""
+    """The reading of a proximity sensor."""
 
     is_detected: bool
-    """If this is False, the other values are invalid."""
+    """Whether the sensor detects an object. If False, the other values are invalid."""
     point: Vector
     """The detected point in the sensor's frame, in metres. Its norm is the distance."""
     handle: int
-    """The detected object."""
+    """The handle of the detected object."""
     normal: Vector
     """The normal of the detected surface in the sensor's frame."""
 
 
 def read_int(data: memoryview) -> int:
-    """Return an integer of 32 bits."""
+    """Decode an integer of 32 bits."""
     return int(struct.unpack_from("<i", data)[0])
 
 
 def read_float(data: memoryview) -> float:
-    """Return a float of 32 bits."""
+    """Decode a float of 32 bits."""
     return float(struct.unpack_from("<f", data)[0])
 
 
 def read_nothing(data: memoryview) -> None:
-    """Ignore the data of an answer without a value."""
+    """Ignore the data of an answer that has no value."""
 
 
 def floats_reader(count: int, offset: int = 0) -> Callable[[memoryview], Vector]:
-    """Return a reader of ``count`` floats that begin at byte ``offset``."""
+    """Return a function that decodes floats.
+
+    count: the number of floats.
+    offset: the position of the first float, in bytes.
+    """
     return lambda data: struct.unpack_from(f"<{count}f", data, offset)
 
 
 def read_proximity(data: memoryview) -> Proximity:
-    """Return the reading of a proximity sensor."""
+    """Decode the reading of a proximity sensor."""
     detect, *numbers = struct.unpack_from("<B3fi3f", data)
     return Proximity(detect != 0, tuple(numbers[:3]), numbers[3], tuple(numbers[4:]))
 
 
 def read_colour(data: memoryview) -> Pixels:
-    """Return an image of shape (height, width, 3): RGB, row 0 at the bottom, read-only."""
+    """Decode a colour image of shape (height, width, 3): RGB, the lowest row first. The result is read-only."""
     return np.frombuffer(data, np.uint8, offset=8).reshape(*_read_shape(data), 3)
 
 
 def read_grey(data: memoryview) -> Pixels:
-    """Return an image of shape (height, width): row 0 at the bottom, read-only."""
+    """Decode a grey image of shape (height, width), the lowest row first. The result is read-only."""
     return np.frombuffer(data, np.uint8, offset=8).reshape(_read_shape(data))
 
 
 def read_depth(data: memoryview) -> npt.NDArray[np.float32]:
-    """Return depths of shape (height, width), row 0 at the bottom: 0 is the near, 1 the far clipping plane."""
+    """Decode a depth picture of shape (height, width), the lowest row first.
+
+    A depth of 0 is at the near clipping plane, and 1 at the far clipping plane.
+    """
     return np.frombuffer(data, np.dtype("<f4"), offset=8).reshape(_read_shape(data))
 
 
@@ -89,13 +96,13 @@ def _read_shape(data: memoryview) -> tuple[int, int]:
 
 
 def read_errors(data: memoryview) -> list[str]:
-    """Return error messages, oldest first."""
+    """Decode error messages. The oldest is the first."""
     count = read_int(data)
     return [text.decode("utf-8", "replace") for text in bytes(data[4:]).split(b"\0")[:count]]
 
 
 def read_ints(data: memoryview) -> list[int]:
-    """Return integers, which follow their count."""
+    """Decode a list of integers. The data begins with their number."""
     return list(struct.unpack_from(f"<{max(read_int(data), 0)}i", data, 4))
 
 
@@ -110,7 +117,7 @@ def pack_ints(*values: int) -> bytes:
 
 
 def read_text(data: memoryview) -> str:
-    """Return a text up to its first zero byte."""
+    """Decode a text, which ends at the first zero byte."""
     return bytes(data).split(b"\0")[0].decode("utf-8", "replace")
 
 
@@ -119,10 +126,10 @@ _HEADER = struct.Struct("<HBiiiHB")
 _COMMAND = struct.Struct("<iiHiiHiBB")
 _CRC_BYTES = 2
 NUMBER_MASK = 0xFFFF
-"""The bits of a command's field that contain its number. The bits above contain its operation mode."""
+"""The bits that hold the number of a command. The higher bits of the same field hold the operation mode."""
 
 NOTHING_DONE = -1
-"""The message number in a reply if the server has done nothing since the previous reply."""
+"""`Header.message` of a reply, if the server has executed no message since its previous reply."""
 
 _RUNNING, _PAUSED = 1, 2
 _FAILED = 1
@@ -130,20 +137,20 @@ _FAILED = 1
 
 @dataclass(frozen=True)
 class Header:
-    """The header of a message: the state of the server."""
+    """The header of a reply, which reports the state of the server."""
 
     version: int
     message: int
-    """The number of the newest message whose commands the server has done."""
+    """The number of the newest message whose commands the server has executed."""
     client_time_ms: int
     server_time_ms: int
     scene: int
     state: int
-    """Bits: 1 is running, 2 is paused."""
+    """The state of the simulation. Bit 0 is set while it runs or is paused, and bit 1 while it is paused."""
 
     @property
     def is_running(self) -> bool:
-        """Whether the simulation is running or paused."""
+        """Whether the simulation runs or is paused."""
         return bool(self.state & _RUNNING)
 
     @property
@@ -153,20 +160,22 @@ class Header:
 
 @dataclass(frozen=True)
 class Piece:
-    """The reply to one command, or a part of it."""
+    """The answer to one command, or one piece of a long answer."""
 
     command: int
+    """The number of the command."""
     key: bytes
-    """The handles or names of the command's objects. They distinguish commands with equal numbers."""
+    """The handles or names of the objects that the command is about."""
     mode: int
+    """The operation mode of the command."""
     time_ms: int
-    """The simulation's time at which the server did the command."""
+    """The simulation's time at which the server executed the command."""
     is_failed: bool
     data: memoryview
     offset: int = 0
-    """The position of ``data`` in the whole reply, in bytes."""
+    """The position of ``data`` in the data of the whole answer, in bytes."""
     total: int = 0
-    """The size of the whole reply's data, in bytes."""
+    """The size of the data of the whole answer, in bytes."""
 
     @property
     def is_whole(self) -> bool:
@@ -177,7 +186,7 @@ def encode_message(number: int, time_ms: int, commands: Iterable[bytes]) -> byte
     """Encode a message.
 
     number: the number of the message.
-    time_ms: the client's own time.
+    time_ms: the time of the client's clock.
     commands: the encoded commands.
     """
     header = _HEADER.pack(0, VERSION, number, time_ms, 0, 0, 0)
@@ -188,18 +197,19 @@ def encode_message(number: int, time_ms: int, commands: Iterable[bytes]) -> byte
 def encode_command(command: int, mode: int, delay: int, key: bytes, data: bytes) -> bytes:
     """Encode a command.
 
-    command: the command's number.
-    mode: the command's operation mode.
-    delay: the minimum time between streamed replies in ms, or the size of one piece of a split reply in bytes.
+    command: the number of the command.
+    mode: the operation mode.
+    delay: for a streaming mode, the minimum time between two answers in ms. For a split mode, the size of one piece of
+        the answer in bytes.
     key: the handles or names of the objects that the command is about.
-    data: the command's arguments.
+    data: the arguments of the command.
     """
     size = _COMMAND.size + len(key) + len(data)
     return _COMMAND.pack(size, size, len(key), 0, command | mode, delay, 0, 0, 0) + key + data
 
 
 def decode_message(message: bytes) -> tuple[Header, list[Piece]]:
-    """Decode a reply to its header and its pieces; raises ProtocolError if it is invalid."""
+    """Decode a reply, and return its header and its pieces of answers. Raises ProtocolError if it is invalid."""
     if len(message) < _HEADER.size:
         raise ProtocolError(f"its header has {len(message)} bytes instead of {_HEADER.size}")
     crc, *fields = _HEADER.unpack_from(message)
@@ -222,11 +232,11 @@ def _decode_pieces(rest: memoryview) -> list[Piece]:
 
 def _decode_piece(rest: memoryview) -> tuple[Piece, int]:
     if len(rest) < _COMMAND.size:
-        raise ProtocolError(f"{len(rest)} bytes are left, which are too few for a command")
+        raise ProtocolError(f"its last {len(rest)} bytes are too few for a command")
     size, full, key_size, offset, command, _, time_ms, status, _ = _COMMAND.unpack_from(rest)
     first = _COMMAND.size + key_size
     if not first <= size <= len(rest) or offset < 0 or full < size + offset:
-        raise ProtocolError(f"a command has a size of {size} of {full} bytes, but {len(rest)} bytes are left")
+        raise ProtocolError(f"a command has an invalid size ({size} of {full} bytes), and {len(rest)} bytes are left")
     number, mode = command & NUMBER_MASK, command & ~NUMBER_MASK
     key, data = bytes(rest[_COMMAND.size : first]), rest[first:size]
     return Piece(number, key, mode, time_ms, bool(status & _FAILED), data, offset, full - first), size

@@ -7,7 +7,7 @@ BackendError
     ├── ServerTimeoutError (TimeoutError)       the server has not answered in time
     ├── ProtocolError (ValueError)              the server sent an invalid reply
     ├── SimulationHaltedError                   the simulation is stopped or paused
-    └── RefusedError                            the server could not do a request
+    └── RefusedError                            the server could not execute a request
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class ProtocolError(RemoteApiError, ValueError):
 
     kind = "invalid-reply"
 
-    def __init__(self, fault: str) -> None:
+    def __init__(self, problem: str) -> None:
         super().__init__(
-            f"invalid reply of the legacy remote API: {fault}. Check which program listens at this port: the default "
+            f"invalid reply of the legacy remote API: {problem}. Check which program listens at this port: the default "
             "is 19997, and the simulator's remoteApiConnections.txt names others",
-            fault=fault,
+            fault=problem,
         )
 
 
@@ -59,6 +59,6 @@ class SimulationHaltedError(RemoteApiError):
 
 
 class RefusedError(RemoteApiError):
-    """The server could not do a request."""
+    """The server could not execute a request."""
 
     kind = "refused"

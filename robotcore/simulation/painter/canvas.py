@@ -1,4 +1,4 @@
-"""The canvas: shades colours, packs them as 32-bit inks, and fills convex polygons with them."""
+"""Compute colours under a light, pack them in 32 bits, and fill convex polygons of a canvas."""
 
 from __future__ import annotations
 
@@ -15,12 +15,16 @@ from robotcore.simulation.painter.planes import Array
 Canvas = NDArray[np.uint32]
 """A picture with 32 bits a pixel, (height, width).
 
-A pixel holds either an ink or the number of a body. The bytes of an ink are blue, green, red and an unused byte.
+Each pixel holds a packed colour, or the number of a body or surface.
 """
 
 
 class Palette(NamedTuple):
-    """The inks of a world. A ball has several: from parts that the lamp only grazes to parts that face the lamp."""
+    """The value that each part of a world has on a canvas: a packed colour or a number.
+
+    A ball has several values. The first is for places that are edge-on to the lamp, the last for the place that faces
+    the lamp.
+    """
 
     sky: int
     ground: int
@@ -29,10 +33,10 @@ class Palette(NamedTuple):
 
 
 class Stroke(Protocol):
-    """A face or a part of a ball in a picture.
+    """A face of a block, or some rows of a ball, as the camera sees it.
 
-    ``columns`` are the first and the last column that the stroke may cover. ``part`` is the number of the stroke's
-    block or ball. The numbers of balls follow those of blocks.
+    ``columns`` are the first and the last column of the picture that the stroke may cover. ``part`` is the number of
+    its block or ball. The balls are numbered after the blocks.
     """
 
     @property
@@ -42,39 +46,46 @@ class Stroke(Protocol):
     def paint(self, canvas: Canvas, palette: Palette) -> None: ...
 
 
-Inks = NDArray[np.uint32]
+PackedColours = NDArray[np.uint32]
+"""Colours of 32 bits. The bytes of a colour are blue, green, red and an unused byte."""
 
 RAMP_STEPS = 1024
 SHADES = 256
 
 
-def shade_inks(colours: Array, cosines: Array, light: Light) -> Inks:
-    """Return the inks of faces, (n,).
+def shade(colours: Array, cosines: Array, light: Light) -> PackedColours:
+    """Return the colours of faces under a light, (n,).
 
     colours: red, green and blue of each face, (n, 3).
-    cosines: the cosine of the angle between each face's normal and the lamp, (n,).
+    cosines: the cosine of the angle between each face's normal and the direction to the lamp, (n,).
     """
-    shade = np.minimum(light.ambient + light.diffuse * np.maximum(cosines, 0.0), 1.0) * light.brightness
-    return pack_inks(colours * shade[:, None])
+    brightness = np.minimum(light.ambient + light.diffuse * np.maximum(cosines, 0.0), 1.0) * light.brightness
+    return pack_colours(colours * brightness[:, None])
 
 
-def shade_colours(colours: Array, cosines: Array, light: Light) -> Inks:
-    """Return the inks of faces like `shade_inks`, but for each face in SHADES steps from black to its full colour.
+def shade_in_steps(colours: Array, cosines: Array, light: Light) -> PackedColours:
+    """Return for each face `SHADES` colours, from black to its colour under the light, (n, SHADES).
 
-    The shape is (n, SHADES).
+    colours, cosines: see `shade`.
     """
     parts = np.linspace(0.0, 1.0, SHADES)[:, None]
     darkened = (colours[:, None] * parts).reshape(-1, 3)
-    return shade_inks(darkened, np.repeat(cosines, SHADES), light).reshape(-1, SHADES)
+    return shade(darkened, np.repeat(cosines, SHADES), light).reshape(-1, SHADES)
 
 
-def shade_ramp(colour: tuple[int, int, int], light: Light) -> Inks:
-    """Return the inks of one colour for a surface that turns from edge-on to the lamp to facing it, (RAMP_STEPS,)."""
-    return shade_inks(np.full((RAMP_STEPS, 3), colour, dtype=np.float64), np.linspace(0.0, 1.0, RAMP_STEPS), light)
+def shade_ramp(colour: tuple[int, int, int], light: Light) -> PackedColours:
+    """Return the shades of a colour from edge-on to the lamp to facing the lamp, (RAMP_STEPS,).
+
+    colour: red, green and blue.
+    """
+    return shade(np.full((RAMP_STEPS, 3), colour, dtype=np.float64), np.linspace(0.0, 1.0, RAMP_STEPS), light)
 
 
-def pack_inks(colours: Array) -> Inks:
-    """Return colours as inks, (n,). The colours are red, green and blue, (n, 3). Values above 255 count as 255."""
+def pack_colours(colours: Array) -> PackedColours:
+    """Pack colours in 32 bits each, (n,). Values above 255 count as 255.
+
+    colours: red, green and blue, (n, 3).
+    """
     pixels = np.zeros((len(colours), 4), dtype=np.uint8)
     pixels[:, :3] = np.rint(np.minimum(colours, 255.0))[:, ::-1]
     return pixels.view(np.uint32)[:, 0]
@@ -83,14 +94,14 @@ def pack_inks(colours: Array) -> Inks:
 Point = Sequence[float]
 
 SEAM = 1e-6
-"""Neighbouring polygons overlap by this fraction of a pixel, so that rounding leaves no gap between them.
+"""The overlap of neighbouring polygons in pixels, so that rounding leaves no gap between them.
 
-Horizontal edges are moved inwards by the same distance, so that each row crosses the left and the right flank.
+A polygon's top and bottom move inwards by the same distance. Then each row crosses its left and its right edges.
 """
 
 
-def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], ink: int) -> None:
-    """Fill a convex polygon with an ink. The corners, (u, v), are clockwise in the picture.
+def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], value: int) -> None:
+    """Write a value to all pixels of a convex polygon. The corners, (u, v), are clockwise in the picture.
 
     `cv2.fillConvexPoly` is not exact enough, because it paints half a pixel beyond each edge.
     """
@@ -98,36 +109,36 @@ def fill(canvas: NDArray[np.uint32], polygon: Sequence[Point], ink: int) -> None
         _span(axis, size) for axis, size in zip(zip(*polygon, strict=True), canvas.shape[::-1], strict=True)
     )
     if len(columns) < len(rows):
-        _fill_lines(canvas.T, [(v, u) for u, v in reversed(polygon)], columns, ink)
+        _fill_lines(canvas.T, [(v, u) for u, v in reversed(polygon)], columns, value)
     else:
-        _fill_lines(canvas, polygon, rows, ink)
+        _fill_lines(canvas, polygon, rows, value)
 
 
-def _span(places: Sequence[float], size: int) -> range:
-    """Return the rows, or columns, of the canvas between the least and the greatest of some coordinates."""
-    return range(max(math.ceil(min(places)), 0), min(math.floor(max(places)), size - 1) + 1)
+def _span(coordinates: Sequence[float], size: int) -> range:
+    """Return the pixel indices, from 0 to ``size`` - 1, between the least and the greatest coordinate."""
+    return range(max(math.ceil(min(coordinates)), 0), min(math.floor(max(coordinates)), size - 1) + 1)
 
 
-def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: range, ink: int) -> None:
+def _fill_lines(canvas: NDArray[np.uint32], polygon: Sequence[Point], lines: range, value: int) -> None:
     if not lines:
         return
     heights = [v for _, v in polygon]
     levels = np.clip(np.arange(lines.start, lines.stop, dtype=np.float64), min(heights) + SEAM, max(heights) - SEAM)
-    left, right = _flanks(polygon, heights)
-    bounds = np.stack((_along(left, levels) - SEAM, _along(right, levels) + SEAM))
+    left, right = _split_at_top_and_bottom(polygon, heights)
+    bounds = np.stack((_interpolate(left, levels) - SEAM, _interpolate(right, levels) + SEAM))
     begins, ends = np.clip(np.ceil(bounds), 0, canvas.shape[1]).astype(np.intp).tolist()
     for line, begin, end in zip(canvas[lines.start : lines.stop], begins, ends, strict=True):
-        line[begin:end] = ink
+        line[begin:end] = value
 
 
-def _flanks(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
-    """Return the corners of a polygon's left flank and those of its right flank, both from top to bottom."""
+def _split_at_top_and_bottom(polygon: Sequence[Point], heights: list[float]) -> tuple[Sequence[Point], Sequence[Point]]:
+    """Return the corners of the left side and those of the right side, both from top to bottom."""
     top = heights.index(min(heights))
     ring = [*polygon[top:], *polygon[: top + 1]]
     bottom = (heights.index(max(heights)) - top) % len(polygon)
     return ring[bottom:][::-1], ring[: bottom + 1]
 
 
-def _along(flank: Sequence[Point], levels: NDArray[np.float64]) -> NDArray[np.float64]:
-    columns, heights = zip(*flank, strict=True)
+def _interpolate(side: Sequence[Point], levels: NDArray[np.float64]) -> NDArray[np.float64]:
+    columns, heights = zip(*side, strict=True)
     return np.asarray(np.interp(levels, heights, columns))

@@ -13,41 +13,41 @@ from robotcore.description.generation.clearance import gap_between
 from robotcore.description.world import Outline, WorldDescription
 from robotcore.optics import CameraView
 from robotcore.raycast import edges_of
-from robotcore.simulation.painter.canvas import Canvas, Inks, Palette, fill, shade_inks
-from robotcore.simulation.painter.planes import Array, half_planes, run_starts
+from robotcore.simulation.painter.canvas import Canvas, PackedColours, Palette, fill, shade
+from robotcore.simulation.painter.planes import Array, compute_half_planes, compute_run_starts
 
 TOUCHING_M = 1e-9
-"""Bodies that overlap by a shorter length count as bodies that only touch."""
+"""Two bodies that overlap by less than this length, in metres, count as bodies that only touch."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """A convex part of a prism. ``thing`` is the index of the prism in the world's prisms."""
+    """A convex part of a prism. ``prism_index`` is the index of the prism in the world's prisms."""
 
     outline: Outline
     height: float
     colour: tuple[int, int, int]
-    thing: int
+    prism_index: int
 
 
 def split_into_blocks(world: WorldDescription) -> list[Block]:
-    """Return the blocks of the world's prisms. The space in which prisms overlap belongs to the tallest of them."""
+    """Return the blocks of the world's prisms. If prisms overlap, the overlap belongs to the tallest of them."""
     blocks: list[Block] = []
     tallest_first = sorted(enumerate(world.prisms), key=lambda entry: -entry[1].height_m)
-    for thing, prism in tallest_first:
+    for index, prism in tallest_first:
         rest: list[Outline] = [prism.outline]
         for taller in blocks:
-            rest = [part for outline in rest for part in _outside(outline, taller.outline)]
-        blocks += [Block(outline, prism.height_m, prism.colour, thing) for outline in rest]
+            rest = [part for outline in rest for part in _subtract(outline, taller.outline)]
+        blocks += [Block(outline, prism.height_m, prism.colour, index) for outline in rest]
     return blocks
 
 
 def clip(polygon: Sequence[Array], depths: Sequence[float]) -> list[Array]:
-    """Return the corners of the part of a convex polygon in which the depth is 0 or more.
+    """Clip a convex polygon at depth 0, and return the corners of the part with a depth of 0 or more.
 
     depths: the depth at each corner of the polygon.
 
-    See Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
+    Source: Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
     """
     kept: list[Array] = []
     for i, (here, depth) in enumerate(zip(polygon, depths, strict=True)):
@@ -59,13 +59,13 @@ def clip(polygon: Sequence[Array], depths: Sequence[float]) -> list[Array]:
     return kept
 
 
-def _outside(outline: Outline, hole: Outline) -> Iterator[Outline]:
-    """Yield convex parts of an outline that together cover its area outside another outline."""
+def _subtract(outline: Outline, hole: Outline) -> Iterator[Outline]:
+    """Yield convex outlines that together cover the area of ``outline`` outside ``hole``."""
     if gap_between(outline, hole) > -TOUCHING_M:
         yield outline
         return
     rest = list(np.array(outline))
-    for normal, offset in zip(*half_planes(edges_of([hole])), strict=True):
+    for normal, offset in zip(*compute_half_planes(edges_of([hole])), strict=True):
         past = np.round(np.array(rest) @ normal - offset, 9)
         if (past > 0).any():
             yield tuple((float(x), float(y)) for x, y in clip(rest, past.tolist()))
@@ -75,14 +75,21 @@ def _outside(outline: Outline, hole: Outline) -> Iterator[Outline]:
 Polygon = list[list[float]]
 
 NEAR_M = 1e-9
-"""The distance of the near plane from the camera. A robot's camera is always farther from a wall that it touches."""
+"""The distance of the near clipping plane from the camera, in metres.
 
-BEHIND, LEFT, RIGHT, ABOVE, BELOW = (1 << bit for bit in range(5))
+It is so small that a camera sees a wall even while its robot touches the wall.
+"""
+
+_BEHIND, _LEFT, _RIGHT, _ABOVE, _BELOW = (1 << bit for bit in range(5))
 
 
 @dataclass(frozen=True)
 class Facet:
-    """A face in the picture: its corners in pixels, clockwise, its own number and the number of its block."""
+    """A face as the camera sees it.
+
+    ``polygon`` holds the corners in pixels, clockwise. ``face`` is the number of the face in `Faces`. ``part`` is the
+    number of its block.
+    """
 
     polygon: Polygon
     face: int
@@ -104,19 +111,19 @@ class Facet:
 
 
 class Faces:
-    """All sides and tops of blocks. ``owners``, (n,), holds the number of each face's block.
+    """The sides and tops of all blocks, as n faces.
 
-    ``normals``, (n, 3), and ``offsets``, (n,), are the planes of the faces: a point p with ``normal @ p == offset``
-    lies in the plane of a face.
+    ``block_numbers``, (n,), holds for each face the number of its block. ``normals``, (n, 3), and ``offsets``, (n,),
+    are the planes of the faces: a point p lies in the plane if ``normal @ p == offset``.
     """
 
     def __init__(self, blocks: Sequence[Block]) -> None:
-        faces = [(owner, corners) for owner, block in enumerate(blocks) for corners in _faces_of(block)]
+        faces = [(number, corners) for number, block in enumerate(blocks) for corners in _list_corners(block)]
         loops = [corners for _, corners in faces]
-        self.owners = np.array([owner for owner, _ in faces], dtype=np.intp)
+        self.block_numbers = np.array([number for number, _ in faces], dtype=np.intp)
         self._colours = np.array([block.colour for block in blocks], dtype=np.float64).reshape(-1, 3)
         self._corners = np.concatenate((np.empty((0, 3)), *loops))
-        self._starts = run_starts(map(len, loops))
+        self._starts = compute_run_starts(map(len, loops))
         self._ends = self._starts + np.array([len(loop) for loop in loops], dtype=np.intp)
         self.normals = np.array([_normal(loop) for loop in loops]).reshape(-1, 3)
         self.offsets = np.array([_normal(loop) @ loop[0] for loop in loops])
@@ -124,30 +131,30 @@ class Faces:
     @property
     def colours(self) -> Array:
         """Red, green and blue of each face, (n, 3)."""
-        return np.asarray(self._colours[self.owners])
+        return np.asarray(self._colours[self.block_numbers])
 
-    def lit(self, light: Light) -> Inks:
-        """Return the ink of each face under a light, (n,)."""
-        return shade_inks(self.colours, self.normals @ np.array(light.direction), light)
+    def shade(self, light: Light) -> PackedColours:
+        """Return the colour of each face under a light, (n,)."""
+        return shade(self.colours, self.normals @ np.array(light.direction), light)
 
     def facets(self, view: CameraView) -> Iterator[Facet]:
-        """Yield the faces that point to the camera and are not completely outside the picture."""
-        if not len(self.owners):
+        """Yield each face that points to the camera, unless the whole face is outside the picture."""
+        if not len(self.block_numbers):
             return
         corners = view.to_camera(self._corners)
         pixels = view.to_pixels(np.maximum(corners, (-np.inf, -np.inf, NEAR_M)))
-        sides = _sides_outside(view, corners)
+        sides = _compute_side_bits(view, corners)
         is_turned = self.normals @ view.eye > self.offsets
         is_outside = np.bitwise_and.reduceat(sides, self._starts) != 0
-        is_cut = (np.bitwise_or.reduceat(sides, self._starts) & BEHIND) != 0
+        is_cut = (np.bitwise_or.reduceat(sides, self._starts) & _BEHIND) != 0
         for face in np.flatnonzero(is_turned & ~is_outside).tolist():
             span = slice(self._starts[face], self._ends[face])
-            polygon = _cut(view, corners[span]) if is_cut[face] else pixels[span].tolist()
-            yield Facet(polygon, face, int(self.owners[face]))
+            polygon = _clip_at_near_plane(view, corners[span]) if is_cut[face] else pixels[span].tolist()
+            yield Facet(polygon, face, int(self.block_numbers[face]))
 
 
-def _faces_of(block: Block) -> Iterator[Array]:
-    """Yield the corners of each face, (n, 3), clockwise as seen from outside."""
+def _list_corners(block: Block) -> Iterator[Array]:
+    """Yield the corners of each face, (n, 3). They are clockwise for a viewer outside the block."""
     outline, height = block.outline, block.height
     for (ax, ay), (bx, by) in zip(outline, (*outline[1:], outline[0]), strict=True):
         yield np.array(((ax, ay, height), (bx, by, height), (bx, by, 0.0), (ax, ay, 0.0)))
@@ -155,27 +162,30 @@ def _faces_of(block: Block) -> Iterator[Array]:
 
 
 def _normal(loop: Array) -> Array:
-    """Return the unit normal of a polygon, by Newell's method."""
+    # Newell's method
     normal = np.cross(np.roll(loop, -1, axis=0) - loop[0], loop - loop[0]).sum(axis=0)
     return np.asarray(normal / np.linalg.norm(normal))
 
 
-def _sides_outside(view: CameraView, corners: Array) -> NDArray[np.uint8]:
-    """Return for each corner, (n, 3) in the camera's frame, bits for the sides of the picture beyond which it lies."""
+def _compute_side_bits(view: CameraView, corners: Array) -> NDArray[np.uint8]:
+    """Return a bit set for each corner. A bit is set if the corner is beyond that side of the picture.
+
+    corners: points in the camera's frame, (n, 3).
+    """
     i = view.intrinsics
     right, down, forward = corners.T
     half_width = i.width / 2 / i.focal_length * forward
     half_height = i.height / 2 / i.focal_length * forward
-    bits = (forward < NEAR_M) * BEHIND
-    bits |= (right < -half_width) * LEFT
-    bits |= (right > half_width) * RIGHT
-    bits |= (down < -half_height) * ABOVE
-    bits |= (down > half_height) * BELOW
+    bits = (forward < NEAR_M) * _BEHIND
+    bits |= (right < -half_width) * _LEFT
+    bits |= (right > half_width) * _RIGHT
+    bits |= (down < -half_height) * _ABOVE
+    bits |= (down > half_height) * _BELOW
     return np.asarray(bits, dtype=np.uint8)
 
 
-def _cut(view: CameraView, corners: Array) -> Polygon:
-    """Return the corners in pixels of the part of a face that is beyond the near plane.
+def _clip_at_near_plane(view: CameraView, corners: Array) -> Polygon:
+    """Clip a face at the near plane, and return the corners of the rest in pixels.
 
     corners: the face's corners in the camera's frame, (n, 3).
     """

@@ -1,4 +1,4 @@
-"""The painter: paints sky and ground, then the bodies of a world from the farthest to the nearest."""
+"""Paint the picture of a camera: sky and ground, then the bodies of a world from the farthest to the nearest."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from robotcore.description import WorldDescription
 from robotcore.hal.devices import Image
 from robotcore.optics import CameraView
-from robotcore.simulation.painter.canvas import Canvas, Palette, Stroke, pack_inks, shade_inks, shade_ramp
+from robotcore.simulation.painter.canvas import Canvas, Palette, Stroke, pack_colours, shade, shade_ramp
 from robotcore.simulation.painter.faces import Block, Faces, Facet, split_into_blocks
-from robotcore.simulation.painter.occlusion import OcclusionPlanes, back_to_front, side_by_side
+from robotcore.simulation.painter.occlusion import OcclusionPlanes, find_disjoint_columns, sort_back_to_front
 from robotcore.simulation.painter.spheres import Sphere
 from robotcore.simulation.painter.texturing import Texturing
 
@@ -21,10 +21,10 @@ Labels = NDArray[np.uint32]
 
 
 class Painter:
-    """Paints the picture that a camera takes of a world, without smoothing and without shadows.
+    """Paints the picture that a camera takes of a world, without anti-aliasing and without shadows.
 
-    The colour of a pixel is exact for the pixel's centre. ``things`` holds the names of the painted bodies: first the
-    prisms, then the targets.
+    A pixel has the exact colour of the point that the ray through its centre meets. ``things`` holds the names of the
+    world's bodies: first the prisms, then the targets.
 
     >>> from robotcore.description import Mount, load_world
     >>> from robotcore.optics import Intrinsics
@@ -42,17 +42,17 @@ class Painter:
         self._balls = dict(enumerate(world.targets, start=len(blocks)))
         self._lamp = np.array(world.light.direction)
         discs = np.array([(ball.x_m, ball.y_m, ball.radius_m) for ball in world.targets]).reshape(-1, 3)
-        self._partitions = OcclusionPlanes([block.outline for block in blocks], discs)
-        self._colours = self._build_colours(world)
-        self._labels = self._build_labels(blocks)
+        self._planes = OcclusionPlanes([block.outline for block in blocks], discs)
+        self._colours = self._create_colour_palette(world)
+        self._labels = self._create_label_palette(blocks)
         self._texturing = Texturing(world, blocks, self._faces)
-        self._surfaces = self._build_surface_numbers(self._texturing.numbers)
+        self._surfaces = self._create_surface_palette(self._texturing.numbers)
 
     def picture(self, view: CameraView) -> Image:
-        """Return the picture, (height, width, 3), BGR."""
+        """Paint the picture of a camera, and return it, (height, width, 3), BGR."""
         import cv2
 
-        order = list(self._back_to_front(view))
+        order = list(self._sort_strokes(view))
         canvas = _paint_strokes(view, order, self._colours)
         if self._texturing.is_needed:
             facets = [stroke for stroke in order if isinstance(stroke, Facet)]
@@ -61,44 +61,47 @@ class Painter:
         return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
 
     def labels(self, view: CameraView) -> Labels:
-        """Return for each pixel 1 plus the index of its body in ``things``, or 0 without a body, (height, width)."""
-        return _paint_strokes(view, self._back_to_front(view), self._labels)
+        """Return for each pixel the label of the body that it shows, (height, width).
 
-    def _back_to_front(self, view: CameraView) -> Iterator[Stroke]:
-        """Yield the visible strokes. Each stroke comes after the strokes that it hides."""
+        The label is 1 plus the index of the body in ``things``. Sky and ground have the label 0.
+        """
+        return _paint_strokes(view, self._sort_strokes(view), self._labels)
+
+    def _sort_strokes(self, view: CameraView) -> Iterator[Stroke]:
+        """Yield the strokes in the order in which they must be painted."""
         shown: dict[int, list[Stroke]] = defaultdict(list)
         for stroke in self._strokes(view):
             shown[stroke.part].append(stroke)
         parts = list(shown)
-        hidden_by = self._partitions.hidden_by(view.eye)[np.ix_(parts, parts)]
-        are_apart = side_by_side([[stroke.columns for stroke in shown[part]] for part in parts])
-        for place in back_to_front(hidden_by & ~are_apart):
-            yield from shown[parts[place]]
+        hidden = self._planes.find_hidden_pairs(view.eye)[np.ix_(parts, parts)]
+        are_apart = find_disjoint_columns([[stroke.columns for stroke in shown[part]] for part in parts])
+        for index in sort_back_to_front(hidden & ~are_apart):
+            yield from shown[parts[index]]
 
     def _strokes(self, view: CameraView) -> Iterator[Stroke]:
         yield from self._faces.facets(view)
         for part, ball in self._balls.items():
             yield from Sphere.of(ball, view, self._lamp, part).bands(view.intrinsics)
 
-    def _build_colours(self, world: WorldDescription) -> Palette:
+    def _create_colour_palette(self, world: WorldDescription) -> Palette:
         light = world.light
         return Palette(
-            sky=int(pack_inks(np.array([light.sky_colour]))[0]),
-            ground=int(shade_inks(np.array([world.floor.colour]), self._lamp[2:], light)[0]),
-            faces=self._faces.lit(light).tolist(),
+            sky=int(pack_colours(np.array([light.sky_colour]))[0]),
+            ground=int(shade(np.array([world.floor.colour]), self._lamp[2:], light)[0]),
+            faces=self._faces.shade(light).tolist(),
             balls={part: shade_ramp(ball.colour, light) for part, ball in self._balls.items()},
         )
 
-    def _build_labels(self, blocks: Sequence[Block]) -> Palette:
+    def _create_label_palette(self, blocks: Sequence[Block]) -> Palette:
         first_ball = len(self.things) - len(self._balls) + 1
         return Palette(
             sky=0,
             ground=0,
-            faces=[blocks[owner].thing + 1 for owner in self._faces.owners],
+            faces=[blocks[number].prism_index + 1 for number in self._faces.block_numbers],
             balls={part: np.array([n], np.uint32) for n, part in enumerate(self._balls, start=first_ball)},
         )
 
-    def _build_surface_numbers(self, numbers: Sequence[int]) -> Palette:
+    def _create_surface_palette(self, numbers: Sequence[int]) -> Palette:
         ground, *faces = numbers
         return Palette(sky=0, ground=ground, faces=faces, balls=dict.fromkeys(self._balls, np.zeros(1, np.uint32)))
 
@@ -111,8 +114,7 @@ def _paint_strokes(view: CameraView, strokes: Iterable[Stroke], palette: Palette
 
 
 def _create_canvas(view: CameraView, palette: Palette) -> Canvas:
-    """Return a canvas with ground below the horizon and sky above it. Cameras have no roll."""
-    i = view.intrinsics
+    i = view.intrinsics  # a camera has no roll, so each row is either sky or ground
     rises = (np.arange(i.height) - i.cy) * view.rotation[1, 2] + i.focal_length * view.rotation[2, 2]
     canvas = np.empty((i.height, i.width), dtype=np.uint32)
     canvas[:] = np.where(rises < 0, palette.ground, palette.sky)[:, None]

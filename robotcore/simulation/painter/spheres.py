@@ -1,4 +1,4 @@
-"""Paints balls. For each pixel it computes if the ray meets the ball, and the light there."""
+"""Paint balls: compute for each pixel whether its ray meets the ball, and the light at that point."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from robotcore.simulation.painter.canvas import Canvas, Palette
 from robotcore.simulation.painter.planes import Array
 
 BAND_ROWS = 32
-"""A ball is painted in bands, so that the arrays stay in the processor's cache."""
+"""The number of rows of a `Band`. It is so small that a band's arrays stay in the processor's cache."""
 
 
 @dataclass(frozen=True)
 class Band:
-    """Some rows of a ball in the picture.
+    """A stroke with up to `BAND_ROWS` rows of a ball.
 
-    ``window`` is the part of the picture with these rows. ``is_hit`` says which pixels of the window show the ball.
-    ``cosines`` holds for each of these pixels the cosine of the angle between the surface's normal and the lamp.
+    ``window`` is the rectangle of the picture that contains the band. ``is_hit`` is True for the pixels of the window
+    that show the ball. ``cosines`` holds for each pixel the cosine of the angle between the ball's normal and the
+    direction to the lamp. ``part`` is the number of the ball.
     """
 
     window: tuple[slice, slice]
@@ -52,25 +53,30 @@ class Sphere:
 
     @classmethod
     def of(cls, ball: Ball, view: CameraView, lamp: Array, part: int) -> Sphere:
-        """Return a ball of the world in a camera's frame. ``lamp`` is the direction to the lamp."""
+        """Convert a ball of the world to a camera's frame.
+
+        lamp: the direction to the lamp in the world, (3,).
+        part: the number of the ball.
+        """
         centre = view.to_camera(np.array(((ball.x_m, ball.y_m, ball.radius_m),)))[0]
         return cls(centre, ball.radius_m, view.rotation @ lamp, part)
 
     def bands(self, lens: Intrinsics) -> Iterator[Band]:
-        """Yield the bands of the ball in the picture, from top to bottom."""
+        """Yield the bands that show the ball in the picture, from top to bottom."""
         right, down, forward = self.centre.tolist()
         if forward <= -self.radius:
             return
-        columns = _pixels(_extent(right, forward, self.radius), lens.focal_length, lens.cx, lens.width)
-        rows = _pixels(_extent(down, forward, self.radius), lens.focal_length, lens.cy, lens.height)
+        columns = _to_pixels(_compute_slopes(right, forward, self.radius), lens.focal_length, lens.cx, lens.width)
+        rows = _to_pixels(_compute_slopes(down, forward, self.radius), lens.focal_length, lens.cy, lens.height)
         for top in rows[::BAND_ROWS] if columns else ():
-            yield self._band(lens, range(top, min(top + BAND_ROWS, rows.stop)), columns)
+            yield self._compute_band(lens, range(top, min(top + BAND_ROWS, rows.stop)), columns)
 
-    def _band(self, lens: Intrinsics, rows: range, columns: range) -> Band:
-        """Compute the ball in a window.
+    def _compute_band(self, lens: Intrinsics, rows: range, columns: range) -> Band:
+        """Intersect the rays of a window's pixels with the ball.
 
-        A ray d from the eye meets a ball at c where (d·c)² ≥ (|c|² - r²)|d|² and d·c > 0, a conic in the picture, at
-        t·d with t = (d·c - √((d·c)² - (|c|² - r²)|d|²)) / |d|². There the surface faces along (t·d - c) / r.
+        The ball has the centre c and the radius r. A ray d from the camera meets the ball if
+        (d·c)² ≥ (|c|² - r²)|d|² and d·c > 0. The point is t·d with t = (d·c - √((d·c)² - (|c|² - r²)|d|²)) / |d|².
+        The normal at this point is (t·d - c) / r.
         """
         right = (np.arange(columns.start, columns.stop) - lens.cx) / lens.focal_length
         down = (np.arange(rows.start, rows.stop)[:, None] - lens.cy) / lens.focal_length
@@ -84,8 +90,10 @@ class Sphere:
         return Band(window, (chord >= 0) & (to_centre > 0), cosines.astype(np.float32), self.part)
 
 
-def _extent(across: float, forward: float, radius: float) -> tuple[float, float]:
+def _compute_slopes(across: float, forward: float, radius: float) -> tuple[float, float]:
     """Return the slopes of the two planes through the camera that touch a ball.
+
+    across, forward: the centre of the ball, perpendicular to and along the optical axis.
 
     The slopes m are the solutions of |across - m·forward| = radius·√(1 + m²).
     """
@@ -96,6 +104,6 @@ def _extent(across: float, forward: float, radius: float) -> tuple[float, float]
     return (across * forward - half) / ahead, (across * forward + half) / ahead
 
 
-def _pixels(slopes: tuple[float, float], focal_length: float, middle: float, size: int) -> range:
+def _to_pixels(slopes: tuple[float, float], focal_length: float, middle: float, size: int) -> range:
     low, high = (min(max(slope * focal_length + middle, -1.0), float(size)) for slope in slopes)
     return range(max(math.ceil(low), 0), min(math.floor(high) + 1, size))

@@ -1,4 +1,4 @@
-"""Paints patterns on the ground and on faces. For each pixel it computes the texel that the ray meets."""
+"""Paint patterns on the ground and on faces: compute for each pixel the texel that its ray meets."""
 
 from __future__ import annotations
 
@@ -13,37 +13,43 @@ from robotcore.description import WorldDescription
 from robotcore.description.meshes import face_wrap, floor_wrap
 from robotcore.description.texture import TILE_PX
 from robotcore.optics import CameraView
-from robotcore.simulation.painter.canvas import Canvas, shade_colours
+from robotcore.simulation.painter.canvas import Canvas, shade_in_steps
 from robotcore.simulation.painter.faces import Block, Faces, Facet
 
 UP = (0.0, 0.0, 1.0)
 
 VANISHED_PX, FADING_PX = 2.0, 6.0
-"""A tile that is narrower than VANISHED_PX in the picture shows only its mean brightness.
+"""The contrast of a tile of a pattern depends on the tile's width in the picture, in pixels.
 
-Its contrast grows with its width. A tile of at least VANISHED_PX + FADING_PX has its full contrast.
+Up to VANISHED_PX, the tile shows only its mean brightness. From VANISHED_PX + FADING_PX on, it has its full contrast.
 """
 
 EDGE_ON = -1e-3
-"""A limit on a surface's slope, so that no division is by almost 0. A surface at the limit is too edge-on to see."""
+"""The greatest value of n·d, for a surface's normal n and a ray d. A greater value would divide by almost 0.
+
+A surface at this limit is edge-on to the ray, so that the camera cannot see it.
+"""
 
 WINDOW_PX = 8192
-"""The greatest number of pixels in a window. The arrays of such a window stay in the processor's cache."""
+"""The greatest number of pixels of a window, which is a rectangle of the picture that is painted at once.
+
+It is so small that a window's arrays stay in the processor's cache.
+"""
 
 Singles = NDArray[np.float32]
 Window = tuple[slice, slice]
 
 
 class Texturing:
-    """Paints the patterns of the ground and of faces that have one.
+    """Paints the patterns of the ground and of faces.
 
-    ``numbers`` holds a number for the ground, and then one for each face. Surfaces that have a pattern are numbered
-    from 1 on. A surface without a pattern has the number 0.
+    ``numbers`` holds a number for the ground, and then one for each face. Surfaces with a pattern have numbers from 1
+    on. Surfaces without a pattern have the number 0.
     """
 
     def __init__(self, world: WorldDescription, blocks: Sequence[Block], faces: Faces) -> None:
-        things = [world.prisms[blocks[owner].thing] for owner in faces.owners]
-        every = [floor_wrap(world.floor), *map(face_wrap, things, faces.normals)]
+        prisms = [world.prisms[blocks[number].prism_index] for number in faces.block_numbers]
+        every = [floor_wrap(world.floor), *map(face_wrap, prisms, faces.normals)]
         wraps = [wrap for wrap in every if wrap]
         number = count(1)
         self.numbers = [next(number) if wrap else 0 for wrap in every]
@@ -51,7 +57,7 @@ class Texturing:
         self._normals = np.vstack((UP, faces.normals))[surfaces]
         self._offsets = np.array((0.0, *faces.offsets))[surfaces]
         colours = np.vstack((world.floor.colour, faces.colours))[surfaces]
-        self._shades = shade_colours(colours, self._normals @ np.array(world.light.direction), world.light)
+        self._shades = shade_in_steps(colours, self._normals @ np.array(world.light.direction), world.light)
         self._axes = TILE_PX * np.array([wrap.axes for wrap in wraps]).reshape(-1, 2, 3)
         self._shifts = TILE_PX * np.array([wrap.shift for wrap in wraps]).reshape(-1, 2)
         self._scales = np.array([wrap.texture.scale_m for wrap in wraps])
@@ -65,9 +71,9 @@ class Texturing:
     def paint(self, canvas: Canvas, numbers: Canvas, view: CameraView, facets: Iterable[Facet]) -> None:
         """Paint the patterns of the ground and of these facets.
 
-        ``numbers`` holds for each pixel of the canvas the number of the surface that the pixel shows, or 0.
+        numbers: for each pixel of the canvas the number of the surface that it shows, or 0 for no pattern.
         """
-        maps, sharpness = self._seen_from(view)
+        maps, sharpness = self._project(view)
         for number, window in self._windows(facets, canvas.shape):
             is_shown = numbers[window] == number
             if is_shown.any():
@@ -76,7 +82,7 @@ class Texturing:
                 np.copyto(canvas[window], self._shades[at].take(levels), where=is_shown)
 
     def _windows(self, facets: Iterable[Facet], size: tuple[int, ...]) -> Iterator[tuple[int, Window]]:
-        """Yield the number and the windows of each surface that may be visible. A window is a part of the picture."""
+        """Yield a surface's number and a window, for all windows in which the surface may be visible."""
         height, width = size
         ground, *faces = self.numbers
         boxes = [(ground, (0.0, 0.0, width, height)), *((faces[facet.face], facet.box) for facet in facets)]
@@ -88,13 +94,15 @@ class Texturing:
                 for first in rows[::step]:
                     yield number, (slice(first, min(first + step, rows.stop)), columns)
 
-    def _seen_from(self, view: CameraView) -> tuple[Singles, Singles]:
+    def _project(self, view: CameraView) -> tuple[Singles, Singles]:
         """Return for each surface the map from pixels (u, v) to texels, (n, 3, 3), and the sharpness, (n,).
 
-        The sharpness times (n·d)² is the width of a tile in the picture, in units of `FADING_PX`. A ray e + t·d meets
-        the plane n·p = o at t = k / n·d with k = o - n·e. The texel there is a·p + s = ((a·e + s) n·d + k a·d) / n·d.
-        Numerator and denominator are linear in the pixel. From one pixel to the next, the point moves on the surface
-        by up to k f / (n·d)², with the focal length f.
+        A ray e + t·d meets the plane n·p = o at t = k / n·d with k = o - n·e. The texel at this point p is
+        a·p + s = ((a·e + s) n·d + k a·d) / n·d. Numerator and denominator are linear in u and v.
+
+        From one pixel to the next, the point moves on the surface by up to k f / (n·d)², with the focal length f.
+        So the width of a tile in the picture is proportional to (n·d)². The sharpness is the factor, in units of
+        `FADING_PX`.
         """
         i = view.intrinsics
         from_pixel = np.array(((1, 0, -i.cx), (0, 1, -i.cy), (0, 0, i.focal_length)))
@@ -107,7 +115,7 @@ class Texturing:
 
 
 def _levels(maps: Singles, sharpness: np.float32, tile: Singles, window: Window) -> NDArray[np.intp]:
-    """Return for each pixel of a window the factor by which a pattern darkens the surface's colour, times 255."""
+    """Return the brightness of the pattern at each pixel of a window, from 0 to 255."""
     rows, columns = window
     u = np.arange(columns.start, columns.stop, dtype=np.float32)
     v = np.arange(rows.start, rows.stop, dtype=np.float32)[:, None]

@@ -1,4 +1,4 @@
-"""Drives a robot in a scene of a simulator that is a server. The robot's devices are bound to the scene's objects."""
+"""Drive a robot in an existing scene of a simulator that runs as a server."""
 
 from robotcore.simulation.remote_scene.bindings import SceneBinding, inspect_scene, read_bindings
 from robotcore.simulation.remote_scene.interface import (
@@ -11,17 +11,17 @@ from robotcore.simulation.remote_scene.interface import (
     State,
     compute_horizontal_fov,
 )
-from robotcore.simulation.remote_scene.session import Owner, keep_running, open_in_scene
+from robotcore.simulation.remote_scene.session import SimulationControl, keep_running, open_in_scene
 
 __all__ = [
     "CameraOptics",
     "ObjectKind",
-    "Owner",
     "Point",
     "RawPicture",
     "Scene",
     "SceneBinding",
     "SceneObject",
+    "SimulationControl",
     "State",
     "compute_horizontal_fov",
     "inspect_scene",

@@ -1,4 +1,4 @@
-"""Bind each device of a robot to an object of an existing scene, as a section of the robot's file says."""
+"""Bind the devices of a robot to objects of an existing scene. A section of the robot's file names the objects."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ Paths = Annotated[
     BeforeValidator(lambda paths: (paths,) if isinstance(paths, str) else paths),
     Field(min_length=1, description='a path in quotes, or a list of them: ["/robot/joint", "old_name"]'),
 ]
-"""The possible paths of an object, or its names in old scenes. The first path that exists in the scene is used."""
+"""The possible paths of an object, or its names in scenes without paths. The first one in the scene is used."""
 
 
 class ObjectBinding(StrictModel):
-    """The scene object of a device.
+    """A device's table in the section: the path of its scene object.
 
     >>> ObjectBinding(path="/rover/nose").path
     ('/rover/nose',)
@@ -45,27 +45,27 @@ class ObjectBinding(StrictModel):
 
 
 class JointBinding(ObjectBinding):
-    """The joint of a motor or an encoder."""
+    """The table of a motor or an encoder, which is bound to a joint."""
 
     reversed: bool = False
     """Whether the joint turns backwards as the robot drives forward."""
 
 
 class CameraBinding(ObjectBinding):
-    """The vision sensor of a camera."""
+    """The table of a camera, which is bound to a vision sensor."""
 
     as_found: bool = False
-    """Whether to use the resolution and the field of view of the scene's vision sensor.
+    """Whether the camera has the resolution and the field of view of the vision sensor.
 
-    If False, they must equal those of the robot's description.
+    If False, the vision sensor must have the resolution and the field of view of the robot's description.
     """
 
 
 class DisplayBinding(ObjectBinding):
-    """The vision sensor that shows the pictures of a display."""
+    """The table of a display, which is bound to a vision sensor that shows its pictures."""
 
     optional: bool = False
-    """Whether the scene may lack the object. The display then keeps its pictures in memory."""
+    """Whether the scene may lack the vision sensor. The display then keeps its pictures in memory."""
 
 
 _BINDINGS: dict[type[StrictModel], tuple[type[ObjectBinding], ObjectKind]] = {
@@ -82,30 +82,30 @@ _NEEDED = (MotorDescription, EncoderDescription, RangeSensorDescription, CameraD
 
 @dataclass(frozen=True)
 class SceneBinding:
-    """A device and its scene object."""
+    """A device, and its table in a section of the robot's file."""
 
     description: AnyDevice
-    place: ObjectBinding
-    """The device's table in the section: the path of the object, and options."""
+    settings: ObjectBinding
+    """The table: the path of the scene object, and options."""
     kind: ObjectKind
-    """The required kind of object."""
-    others: frozenset[str] = frozenset()
-    """The paths of other devices' objects. Error messages do not suggest these paths."""
+    """The kind that the scene object must have."""
+    other_paths: frozenset[str] = frozenset()
+    """The paths of the other devices' scene objects. Error messages do not suggest these paths."""
 
 
 def read_bindings(
     robot: RobotDescription, section: str, names: Iterable[str] | None = None
 ) -> tuple[SceneBinding, ...]:
-    """Return the bindings of a robot's devices.
+    """Read a section of the robot's file, and return the bindings of the robot's devices.
 
-    section: the name of the backend's section in the robot's file.
-    names: the devices to bind; None stands for all.
+    section: the name of the section, which is the name of the backend.
+    names: the names of the devices to bind; None stands for all.
 
-    The result omits displays without an entry, whose pictures stay in memory, and batteries, which no scene has.
-    Raises DescriptionError with all mistakes in the section.
+    The result omits batteries, which no scene has. It also omits displays that the section does not name. Raises
+    DescriptionError with all mistakes in the section.
 
     >>> from robotcore.description import load_robot
-    >>> [binding.place.path for binding in read_bindings(load_robot("lookout"), "vrep", {"eye"})]
+    >>> [binding.settings.path for binding in read_bindings(load_robot("lookout"), "vrep", {"eye"})]
     [('/v0', 'v0')]
     """
     chosen = {description.name for description in robot.devices} if names is None else set(names)
@@ -119,18 +119,17 @@ def read_bindings(
         path = f"/{robot.name}/{name}"
         remedy = f'Add the scene object of each device: [{section}.{name}] with path = "{path}"'
         raise DescriptionError(robot.source, section, "is missing", remedy)
-    bound, faults = read_each(robot, section, needed, _read_binding, partial(_suggest_path, robot))
-    if faults:
-        raise DescriptionError.of_all(robot.source, faults)
+    bound, mistakes = read_each(robot, section, needed, _read_binding, partial(_suggest_path, robot))
+    if mistakes:
+        raise DescriptionError.of_all(robot.source, mistakes)
     return tuple(
-        replace(each, others=_find_other_paths(each, bound)) for each in bound if each.description.name in chosen
+        replace(each, other_paths=_find_other_paths(each, bound)) for each in bound if each.description.name in chosen
     )
 
 
-def _find_other_paths(one: SceneBinding, bound: Iterable[SceneBinding]) -> frozenset[str]:
-    """Return the paths of all devices that have another object. An encoder has the same object as its motor."""
-    paths = set(one.place.path)
-    return frozenset().union(*(each.place.path for each in bound if paths.isdisjoint(each.place.path)))
+def _find_other_paths(binding: SceneBinding, bound: Iterable[SceneBinding]) -> frozenset[str]:
+    paths = set(binding.settings.path)  # an encoder has the paths of its motor
+    return frozenset().union(*(each.settings.path for each in bound if paths.isdisjoint(each.settings.path)))
 
 
 def _suggest_path(robot: RobotDescription, description: AnyDevice) -> str:
@@ -146,16 +145,18 @@ def _read_binding(description: AnyDevice, key: str, table: Any) -> SceneBinding:
     return SceneBinding(description, validate_table(model, key, table), kind)
 
 
-Found = dict[str, SceneObject | None]
-"""The scene objects by device name; None for an optional display that the scene does not have."""
+ObjectsByDevice = dict[str, SceneObject | None]
+"""The scene object of each device, by the name of the device; None for a display without a scene object."""
 
 
-def find_all(robot: str, bound: Sequence[SceneBinding], scene: Scene) -> Found:
-    """Return the scene object of each device.
+def find_all(robot: str, bound: Sequence[SceneBinding], scene: Scene) -> ObjectsByDevice:
+    """Find the scene object of each device.
 
-    robot: the robot's name, for the error message.
+    robot: the name of the robot, for the error message.
+    bound: the bindings of the devices.
 
-    Raises DeviceError, or DeviceGroupError if several devices fail.
+    Raises DeviceError if a device has no suitable object (see `find`), or if two motors have the same joint. Raises
+    DeviceGroupError if several devices fail.
     """
     found, failures = {}, []
     for each in bound:
@@ -172,14 +173,18 @@ def find_all(robot: str, bound: Sequence[SceneBinding], scene: Scene) -> Found:
 
 
 def find(bound: SceneBinding, scene: Scene) -> SceneObject | None:
-    """Return the scene object of a device: the first of its paths that exists.
+    """Find the scene object of a device. If several of its paths exist in the scene, the first one is used.
 
-    Returns None if an optional display has no object. Raises DeviceError if another device has none, if the object is
-    of another kind, if its optics differ from the description, or if its sensor does not work.
+    Returns None for an optional display without a scene object. Raises DeviceError
+
+    - if the scene has no object for another device,
+    - if the object has the wrong kind,
+    - if a vision sensor has other optics than the robot's camera, or
+    - if a proximity sensor does not work.
     """
-    found = next((candidate for path in bound.place.path if (candidate := scene.find(path))), None)
+    found = next((candidate for path in bound.settings.path if (candidate := scene.find(path))), None)
     if found is None:
-        if isinstance(bound.place, DisplayBinding) and bound.place.optional:
+        if isinstance(bound.settings, DisplayBinding) and bound.settings.optional:
             return None
         raise _missing_object_error(bound, scene)
     if found.kind is not bound.kind:
@@ -196,36 +201,35 @@ def find(bound: SceneBinding, scene: Scene) -> SceneObject | None:
 
 
 def _require_fit(bound: SceneBinding, handle: int, scene: Scene) -> None:
-    if isinstance(bound.description, CameraDescription) and isinstance(bound.place, CameraBinding):
-        choose_intrinsics(bound.description, scene.read_optics(handle), as_found=bound.place.as_found)
+    if isinstance(bound.description, CameraDescription) and isinstance(bound.settings, CameraBinding):
+        choose_intrinsics(bound.description, scene.read_optics(handle), as_found=bound.settings.as_found)
     if isinstance(bound.description, RangeSensorDescription) and (why := scene.diagnose_sensor(handle)):
         raise DeviceError(bound.description.name, why, kind="sensor-not-simulated")
 
 
 def _missing_object_error(bound: SceneBinding, scene: Scene) -> DeviceError:
-    paths = " or ".join(map(repr, bound.place.path))
+    paths = " or ".join(map(repr, bound.settings.path))
     return DeviceError(
         bound.description.name,
         f"the scene has no object {paths}. {_suggest_object(bound, scene)}",
         kind="missing-object",
-        paths=bound.place.path,
+        paths=bound.settings.path,
     )
 
 
 def _suggest_object(bound: SceneBinding, scene: Scene) -> str:
-    """Return the nearest path of the right kind that no other device uses, or else all paths of that kind."""
+    """Suggest the path that is most similar to the device's path. If no path is similar, list all paths."""
     paths = [each.path for each in scene.list_objects() if each.kind is bound.kind]
-    free = [path for path in paths if path not in bound.others]
-    if close := next((close for path in bound.place.path if (close := find_nearest(path, free))), None):
+    free = [path for path in paths if path not in bound.other_paths]
+    if close := next((close for path in bound.settings.path if (close := find_nearest(path, free))), None):
         return f"Did you mean {close!r}?"
     return f"The scene's {bound.kind.value}s: {', '.join(sorted(paths)) or 'none'}"
 
 
-def _find_shared_motors(bound: Sequence[SceneBinding], found: Found) -> Iterator[DeviceError]:
-    """Yield an error for each motor that shares its joint with another motor."""
-    owners: dict[int, str] = {}
+def _find_shared_motors(bound: Sequence[SceneBinding], found: ObjectsByDevice) -> Iterator[DeviceError]:
+    first_motors: dict[int, str] = {}
     for name in (each.description.name for each in bound if isinstance(each.description, MotorDescription)):
-        if (joint := found.get(name)) and (other := owners.setdefault(joint.handle, name)) != name:
+        if (joint := found.get(name)) and (other := first_motors.setdefault(joint.handle, name)) != name:
             yield DeviceError(
                 name,
                 f"the joint {joint.path!r} belongs to {other} too. Name another joint in the robot's file",
@@ -236,7 +240,9 @@ def _find_shared_motors(bound: Sequence[SceneBinding], found: Found) -> Iterator
 
 
 def inspect_scene(robot: RobotDescription, section: str, scene: Scene) -> Iterator[Finding]:
-    """Yield a finding for each device of the section: its scene object, or the mistake. Nothing starts or moves.
+    """Yield a finding for each device: its scene object, or why it has none. No motor turns.
+
+    section: the name of the section of the robot's file.
 
     Raises DescriptionError if the section has a mistake.
     """
@@ -249,9 +255,9 @@ def _find_device(bound: SceneBinding, scene: Scene) -> Finding:
     try:
         found = find(bound, scene)
     except DeviceError as failure:
-        fault, _, remedy = str(failure).removeprefix(f"{name}: ").partition(". ")
-        return Finding.error(name, fault, remedy, kind=failure.kind)
+        problem, _, remedy = str(failure).removeprefix(f"{name}: ").partition(". ")
+        return Finding.error(name, problem, remedy, kind=failure.kind)
     if found is None:
-        paths = " or ".join(map(repr, bound.place.path))
+        paths = " or ".join(map(repr, bound.settings.path))
         return Finding.ok(name, f"the scene has no object {paths}: pictures stay in memory", kind="kept-in-memory")
     return Finding.ok(name, f"{found.path}, a {found.kind.value}", kind="object-found")

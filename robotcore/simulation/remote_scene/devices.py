@@ -18,7 +18,7 @@ from robotcore.simulation.sampling import SampleCache
 
 
 class SceneMotor(Motor):
-    """A motor that sets the target velocity of a joint.
+    """A motor that sets the target velocity of a joint of the scene.
 
     is_reversed: whether the joint turns backwards as the robot drives forward.
     """
@@ -33,10 +33,13 @@ class SceneMotor(Motor):
 
 
 class SceneEncoder(Encoder):
-    """An encoder that counts the rotation of a joint since the robot was opened.
+    """An encoder that measures the angle by which a joint has turned since the robot was opened.
 
-    The server does not count whole turns: the reported angle of a joint jumps from π to -π. So this encoder reads the
-    angle every ``period`` seconds and counts the turns. The joint must turn by less than half a turn in a period.
+    period: the time between two reads of the joint's angle, in seconds.
+    is_reversed: whether the joint turns backwards as the robot drives forward.
+
+    The server reports an angle between -π and π. So the encoder reads it in each period, and adds up the changes. The
+    joint must turn by less than half a turn in a period.
     """
 
     def __init__(
@@ -73,9 +76,9 @@ class SceneEncoder(Encoder):
 
 
 class SceneRangeSensor(RangeSensor):
-    """A range sensor that returns the distance to the point that a proximity sensor detects.
+    """A range sensor that returns the distance to the point that a proximity sensor of the scene detects.
 
-    The samples do not contain the point itself, because the rotation of the scene's sensor about its axis is unknown.
+    The samples do not contain the point itself, because the proximity sensor may be rotated about its own axis.
     """
 
     def __init__(self, description: RangeSensorDescription, scene: Scene, sensor: int, clock: Clock) -> None:
@@ -94,11 +97,11 @@ class SceneRangeSensor(RangeSensor):
 
 
 SAME_FOV_RAD = math.radians(0.5)
-"""The tolerance for differences between two fields of view. At the edge of a picture it is up to two pixels."""
+"""The greatest difference, in radians, between two fields of view that count as equal."""
 
 
 class SceneCamera(Camera):
-    """A camera whose pictures come from a vision sensor. Each new sample fetches the pixels from the server."""
+    """A camera that takes its pictures from a vision sensor of the scene."""
 
     def __init__(self, name: str, intrinsics: Intrinsics, scene: Scene, sensor: int, clock: Clock) -> None:
         super().__init__(name, intrinsics)
@@ -124,7 +127,7 @@ class SceneCamera(Camera):
 
 
 class SceneDisplay(Display):
-    """A display that shows pictures on a vision sensor. It scales them to the sensor's resolution."""
+    """A display that shows pictures on a vision sensor of the scene, scaled to the sensor's resolution."""
 
     def __init__(self, name: str, scene: Scene, sensor: int) -> None:
         super().__init__(name)
@@ -141,7 +144,7 @@ class SceneDisplay(Display):
 
 
 def to_opencv(raw: RawPicture) -> Image:
-    """Convert a simulator's picture to the layout of OpenCV: BGR, top-left origin, read-only.
+    """Convert a simulator's picture to the layout of OpenCV: BGR, first row at the top. The result is read-only.
 
     >>> to_opencv(RawPicture(bytes([1, 2, 3, 4, 5, 6]), width=1, height=2)).tolist()
     [[[6, 5, 4]], [[3, 2, 1]]]
@@ -155,18 +158,19 @@ def to_opencv(raw: RawPicture) -> Image:
 
 
 def from_opencv(image: Image) -> RawPicture:
-    """Convert a picture of OpenCV, BGR or grey with a top-left origin, to the simulators' layout."""
+    """Convert a picture in the layout of OpenCV to the layout of the simulators. The picture is BGR or grey."""
     colour = image if image.ndim == 3 else np.repeat(image[..., np.newaxis], 3, axis=2)
     return RawPicture(colour[::-1, :, ::-1].tobytes(), image.shape[1], image.shape[0])
 
 
 def choose_intrinsics(description: CameraDescription, optics: CameraOptics, *, as_found: bool) -> Intrinsics:
-    """Return a camera's intrinsics: those of its description, or those of the scene's vision sensor.
+    """Return the intrinsics of a camera in a scene.
 
-    optics: the optics of the vision sensor. If the server reports no field of view, the description's is used.
-    as_found: whether to use the vision sensor's optics if they differ from the description's.
+    description: the camera of the robot's file.
+    optics: the optics of the scene's vision sensor. If its field of view is None, that of ``description`` is used.
+    as_found: whether to return the optics of the vision sensor if they differ from the description.
 
-    Raises DeviceError if the two differ and ``as_found`` is False. Fields of view may differ by `SAME_FOV_RAD`, because
+    Raises DeviceError if they differ and ``as_found`` is False. Fields of view may differ by `SAME_FOV_RAD`, because
     servers send them in single precision.
     """
     described = description.intrinsics
@@ -179,7 +183,7 @@ def choose_intrinsics(description: CameraDescription, optics: CameraOptics, *, a
     raise DeviceError(
         description.name,
         f"the vision sensor has {_format_optics(actual)}, the description has {_format_optics(described)}. "
-        "Correct the scene or the robot's file, or write as_found = true below its path, to use the scene's",
+        "Correct the scene or the robot's file, or write as_found = true below the camera's path to use the sensor's",
         kind="different-optics",
         actual=_format_optics(actual),
         described=_format_optics(described),
@@ -191,7 +195,7 @@ def _format_optics(intrinsics: Intrinsics) -> str:
 
 
 class SceneTruth:
-    """The true pose and velocity of a robot, computed from its two wheels.
+    """The true pose and velocity of a robot, computed from the positions of its two wheels.
 
     The position is the middle of the axle. The heading is at right angles to the axle.
     """
@@ -212,14 +216,13 @@ class SceneTruth:
         return Twist((on_left + on_right) / 2, (on_right - on_left) / math.dist(left[:2], right[:2]))
 
     def contacts(self) -> None:
-        """Return None: the remote APIs do not report all contacts."""
+        """Return None, because the remote APIs do not report all contacts."""
 
     def _wheels(self) -> tuple[Point, Point]:
         return self._scene.read_position(self._left), self._scene.read_position(self._right)
 
 
 def _compute_heading(left: Point, right: Point) -> float:
-    """Return the heading of a robot from the positions of its wheels."""
     return math.atan2(right[0] - left[0], left[1] - right[1])
 
 

@@ -12,11 +12,11 @@ from enum import Enum
 from typing import NamedTuple
 
 Point = tuple[float, float, float]
-"""x, y, z: a position in metres, or a velocity in m/s."""
+"""The x, y and z components of a position in metres, or of a velocity in m/s."""
 
 
 class ObjectKind(str, Enum):
-    """The kinds of scene objects that a device can be bound to."""
+    """The kinds of scene objects."""
 
     JOINT = "joint"
     PROXIMITY_SENSOR = "proximity sensor"
@@ -33,9 +33,9 @@ class SceneObject(NamedTuple):
     """
 
     handle: int
-    """The server's number for the object."""
+    """The number by which the server identifies the object."""
     path: str
-    """The object's place in the tree of objects, or its name in an old scene."""
+    """The path in the tree of objects, such as ``/rover/leftMotor``. In a scene without paths, the object's name."""
     kind: ObjectKind
 
 
@@ -43,21 +43,22 @@ class CameraOptics(NamedTuple):
     """The resolution and the field of view of a vision sensor."""
 
     width: int
-    """In pixels."""
+    """The number of columns of the picture."""
     height: int
-    """In pixels."""
+    """The number of rows of the picture."""
     horizontal_fov: float | None
     """The horizontal field of view in radians; None if the server does not report it."""
 
 
 class RawPicture(NamedTuple):
-    """A picture in the simulators' layout: RGB, one byte a channel, row by row from the bottom left corner."""
+    """A picture in the layout of the simulators."""
 
     pixels: bytes | memoryview
+    """Red, green and blue of each pixel, one byte each. The first row is the lowest one."""
     width: int
-    """In pixels."""
+    """The number of columns."""
     height: int
-    """In pixels."""
+    """The number of rows."""
 
 
 def compute_horizontal_fov(perspective_angle: float, width: int, height: int) -> float:
@@ -85,21 +86,21 @@ class State(str, Enum):
 
 
 class Scene(ABC):
-    """A scene of a simulator, behind a connection.
+    """A scene of a simulator that is reached over a connection.
 
-    If the simulation runs by itself, several threads call the methods: the app's, the clock's and those that poll.
+    If the simulation runs without lockstep, several threads may call the methods at the same time.
 
-    Each call raises BackendError if the server is gone, hangs, or sends an invalid answer. After one call has timed
+    Each method raises BackendError if the server has ended, hangs, or sends an invalid answer. After one call has timed
     out, each further call fails at once.
     """
 
     @abstractmethod
     def find(self, path: str) -> SceneObject | None:
-        """Return the object with a path, or with a name of an old scene; None if there is none."""
+        """Return the object with this path, or with this name if the scene has no paths; None if there is none."""
 
     @abstractmethod
     def list_objects(self) -> Sequence[SceneObject]:
-        """Return all objects; error messages suggest paths from this list."""
+        """Return all objects of the scene."""
 
     @abstractmethod
     def read_state(self) -> State:
@@ -107,7 +108,7 @@ class Scene(ABC):
 
     @abstractmethod
     def start(self) -> None:
-        """Start the simulation, or join the one that runs. In lockstep, time then waits for `advance`.
+        """Start the simulation if it is stopped. In lockstep, its time then advances only by calls of `advance`.
 
         Raises BackendError if the simulation does not start.
         """
@@ -126,9 +127,11 @@ class Scene(ABC):
 
     @abstractmethod
     def advance(self, steps: int) -> None:
-        """Simulate this many time steps, in lockstep. Later reads return the state at the end of the last step.
+        """Simulate time steps in lockstep. Later reads return the state at the end of the last step.
 
-        Raises BackendError if the simulation's time did not advance by these steps: it was paused or stopped.
+        steps: the number of time steps.
+
+        Raises BackendError if the simulation's time did not advance by these steps, because it was paused or stopped.
         """
 
     @abstractmethod
@@ -137,17 +140,17 @@ class Scene(ABC):
 
     @abstractmethod
     def read_joint_position(self, joint: int) -> float:
-        """Return the angle of a joint in radians; between -π and π if the joint has no limits."""
+        """Return the angle of a joint in radians. If the joint has no limits, the angle is between -π and π."""
 
     @abstractmethod
     def detect(self, sensor: int) -> Point | None:
         """Return the point that a proximity sensor detects, in the sensor's frame; None if it detects nothing."""
 
     def diagnose_sensor(self, sensor: int) -> str | None:
-        """Return why a proximity sensor does not work, and what to do, in a sentence each; None if it works.
+        """Return a sentence with the problem of a proximity sensor and one with the remedy; None if the sensor works.
 
-        Some servers answer "nothing" although they do not simulate the sensor: each way would seem free. This is
-        called before the simulation starts.
+        The caller must not have started the simulation. Some servers do not simulate proximity sensors, and report no
+        detection. Then the app would see no obstacles.
         """
         return None
 
@@ -161,7 +164,7 @@ class Scene(ABC):
 
     @abstractmethod
     def show(self, sensor: int, picture: RawPicture) -> None:
-        """Show a picture on a vision sensor in place of its own; the sizes must be equal."""
+        """Show a picture on a vision sensor. The picture must have the resolution of the sensor."""
 
     @abstractmethod
     def read_position(self, handle: int) -> Point:
@@ -171,9 +174,9 @@ class Scene(ABC):
     def read_velocity(self, handle: int) -> Point:
         """Return the velocity of an object in the world over the last time step, in m/s.
 
-        `read_position` must have been called for the object before.
+        The caller must have called `read_position` for the object before.
         """
 
     @abstractmethod
     def close(self) -> None:
-        """Disconnect from the server. May be called again; raises nothing if the server is gone."""
+        """Disconnect from the server. A second call does nothing. If the server has ended, no error is raised."""

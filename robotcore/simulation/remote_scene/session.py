@@ -1,4 +1,4 @@
-"""Open a robot in an existing scene, run the simulation, and restore its state afterwards."""
+"""Open a robot in an existing scene, run the simulation, and stop it afterwards if it was stopped before."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from robotcore.hal.robot import Robot
 from robotcore.hal.wall_clock import ServerClock
 from robotcore.simulation.remote_scene.bindings import (
     CameraBinding,
-    Found,
     JointBinding,
     ObjectBinding,
+    ObjectsByDevice,
     SceneBinding,
     find_all,
     read_bindings,
@@ -45,45 +45,47 @@ from robotcore.simulation.remote_scene.devices import (
 from robotcore.simulation.remote_scene.interface import Scene, State
 
 FASTEST_RAD_S = 30.0
-"""The assumed maximum velocity of a wheel if the robot's description has none."""
+"""The assumed maximum velocity of a wheel, in rad/s, if the robot's description has none."""
 
 
-class Owner(str, Enum):
-    """Who starts a stopped simulation, and stops it at the end: this program or the user.
+class SimulationControl(str, Enum):
+    """Whether this program or the user starts and stops the simulation.
 
-    If the simulation already runs when the robot is opened, this program does not stop it.
+    This program stops only a simulation that it has started.
     """
 
     OURS = "ours"
+    """This program starts the simulation if it is stopped, and stops it at the end."""
     THEIRS = "theirs"
+    """The user starts and stops the simulation."""
 
 
 def _no_cutoffs(_joints: Mapping[str, int]) -> tuple[CutoffSpec, ...]:
-    """Return no cutoffs. A simulation in lockstep needs none, because it stops if the program stops."""
-    return ()
+    return ()  # a simulation in lockstep needs none, because its time stops if the program stops
 
 
 def open_in_scene(
     setup: Setup,
     section: str,
     connect: Callable[[], Scene],
-    owner: Owner = Owner.OURS,
+    control: SimulationControl = SimulationControl.OURS,
     *,
     is_stepped: bool = True,
     cutoffs: Callable[[Mapping[str, int]], Iterable[CutoffSpec]] = _no_cutoffs,
 ) -> Robot:
     """Open a robot whose devices are objects of a scene.
 
-    setup: the robot, its devices to open and the rate.
-    section: the name of the section of the robot's file that binds devices to objects.
-    connect: the function that connects to the simulator. It is called after the section has been checked.
-    owner: if the simulation is stopped, `Owner.OURS` starts it and stops it at the end.
+    setup: the robot, the devices to open, and the rate of the loop.
+    section: the section of the robot's file that binds devices to objects.
+    connect: connects to the simulator. This function calls it after it has checked the section.
+    control: whether this program or the user starts and stops the simulation.
     is_stepped: whether the clock advances the scene's time. If False, the clock follows the scene's time.
-    cutoffs: the function that returns the guardian's ways to stop the motors. It takes the joints by motor name.
+    cutoffs: returns the cutoffs with which the guardian stops the motors. Its argument maps the name of each motor to
+        the handle of its joint.
 
-    The motors stand still from the first step on. Raises DescriptionError before it connects. Raises UsageError if the
-    rate does not fit the time step, and the errors of `find_all` and `keep_running`. If it fails, it closes everything
-    that it has opened.
+    The motors stand still from the first step on. Raises DescriptionError if the section has a mistake, UsageError if
+    the rate does not fit the time step, and the errors of `find_all` and `keep_running`. After an error, no connection
+    is open.
     """
     bound = read_bindings(setup.robot, section, setup.devices)
     with ExitStack() as undo:
@@ -92,14 +94,16 @@ def open_in_scene(
         session.callback(scene.close)
         found = find_all(setup.robot.name, bound, scene)
         stepped = SteppedClock(setup.rate_hz, scene.advance, scene.read_time_step()) if is_stepped else None
-        session.enter_context(keep_running(scene, owner))
+        session.enter_context(keep_running(scene, control))
         for joint in _select_motor_joints(bound, found).values():
             scene.set_joint_velocity(joint, 0.0)  # the scene or an earlier program may have set a velocity
         if stepped:
             scene.advance(1)  # before the first step vision sensors have no picture
         clock = stepped or ServerClock(scene.read_time)
         undo.callback(clock.close)
-        opener = _DeviceOpener(setup.robot, scene, clock, {each.description.name: each.place for each in bound}, found)
+        opener = _DeviceOpener(
+            setup.robot, scene, clock, {each.description.name: each.settings for each in bound}, found
+        )
         devices = []
         for description in setup.chosen_devices:
             devices.append(device := opener.open(description))
@@ -111,44 +115,41 @@ def open_in_scene(
     return robot
 
 
-def _select_motor_joints(bound: Iterable[SceneBinding], found: Found) -> dict[str, int]:
+def _select_motor_joints(bound: Iterable[SceneBinding], found: ObjectsByDevice) -> dict[str, int]:
     motors = (each.description.name for each in bound if isinstance(each.description, MotorDescription))
     return {name: joint.handle for name in motors if (joint := found[name])}
 
 
 @dataclass(frozen=True)
 class _DeviceOpener:
-    """Opens the devices of a robot as objects of a scene."""
-
     robot: RobotDescription
     scene: Scene
     clock: Clock
     bindings: Mapping[str, ObjectBinding]
-    found: Found
+    found: ObjectsByDevice
 
     def open(self, description: SimulatedDevice) -> Device:
-        """Open a device. A display without an object keeps its pictures in memory."""
         bound_object = self.found.get(description.name)
         if bound_object is None:
             return MemoryDisplay(description.name)
         if isinstance(description, MotorDescription):
             return SceneMotor(description, self.scene, bound_object.handle, is_reversed=self._is_reversed(description))
         if isinstance(description, EncoderDescription):
-            return self._encoder(description, bound_object.handle)
+            return self._open_encoder(description, bound_object.handle)
         if isinstance(description, RangeSensorDescription):
             return SceneRangeSensor(description, self.scene, bound_object.handle, self.clock)
         if isinstance(description, CameraDescription):
-            return self._camera(description, bound_object.handle)
+            return self._open_camera(description, bound_object.handle)
         display: DisplayDescription = description  # the type checker reports a new kind of device here
         return SceneDisplay(display.name, self.scene, bound_object.handle)
 
-    def _encoder(self, description: EncoderDescription, joint: int) -> SceneEncoder:
+    def _open_encoder(self, description: EncoderDescription, joint: int) -> SceneEncoder:
         limits = [motor.max_velocity_rad_s for motor in self.robot.all_of(MotorDescription)]
         quarter_turn_s = math.pi / 2 / max(limits, default=FASTEST_RAD_S)
         is_reversed = self._is_reversed(description)
         return SceneEncoder(description, self.scene, joint, self.clock, quarter_turn_s, is_reversed=is_reversed)
 
-    def _camera(self, description: CameraDescription, sensor: int) -> SceneCamera:
+    def _open_camera(self, description: CameraDescription, sensor: int) -> SceneCamera:
         binding = self.bindings[description.name]
         as_found = isinstance(binding, CameraBinding) and binding.as_found
         intrinsics = choose_intrinsics(description, self.scene.read_optics(sensor), as_found=as_found)
@@ -159,8 +160,7 @@ class _DeviceOpener:
         return isinstance(binding, JointBinding) and binding.reversed
 
 
-def _create_truth(robot: RobotDescription, scene: Scene, found: Found) -> SceneTruth | None:
-    """Return the ground truth, computed from the joints of the drive. Return None if these joints are not open."""
+def _create_truth(robot: RobotDescription, scene: Scene, found: ObjectsByDevice) -> SceneTruth | None:
     if robot.drive is None:
         return None
     left, right = found.get(robot.drive.left), found.get(robot.drive.right)
@@ -168,18 +168,21 @@ def _create_truth(robot: RobotDescription, scene: Scene, found: Found) -> SceneT
 
 
 @contextmanager
-def keep_running(scene: Scene, owner: Owner) -> Iterator[None]:
-    """Run the simulation in a context, and stop it afterwards if it was stopped before.
+def keep_running(scene: Scene, control: SimulationControl) -> Iterator[None]:
+    """Return a context manager that runs the simulation. At the end it stops a simulation that it has started.
 
-    Raises BackendError if the simulation is paused, or stopped while ``owner`` is `Owner.THEIRS`.
+    Raises BackendError if the simulation is paused. With `SimulationControl.THEIRS`, it also raises BackendError if the
+    simulation is stopped.
     """
     state = scene.read_state()
     if state is State.PAUSED:
-        raise BackendError("the simulation is paused. Resume or stop it there, and run again", kind="simulation-paused")
-    if state is State.STOPPED and owner is Owner.THEIRS:
+        raise BackendError(
+            "the simulation is paused. Resume or stop it in the simulator, and run again", kind="simulation-paused"
+        )
+    if state is State.STOPPED and control is SimulationControl.THEIRS:
         raise BackendError(
             "the simulation is stopped, and option simulation=theirs does not start it. "
-            "Start it there, or omit the option",
+            "Start it in the simulator, or omit the option",
             kind="simulation-stopped",
         )
     try:

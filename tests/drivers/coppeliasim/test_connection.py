@@ -20,7 +20,7 @@ from drivers.coppeliasim import address as address_module
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import diagnose
 from drivers.coppeliasim.client import Client
-from drivers.coppeliasim.connection import Connection, RefusedError
+from drivers.coppeliasim.connection import RefusedError, SimulatorConnection
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
@@ -46,8 +46,8 @@ def greet(message: bytes) -> bytes:
     return encode({"ret": [INFO] if cbor.loads(message)["func"].endswith("info") else {}})
 
 
-def connect(port: int) -> Connection:
-    return Connection.open(Address(port=port), ANSWER_S)
+def connect(port: int) -> SimulatorConnection:
+    return SimulatorConnection.open(Address(port=port), ANSWER_S)
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +104,7 @@ def test_server_that_greets_and_does_not_answer_times_out(monkeypatch: pytest.Mo
 
 def test_unknown_host_is_an_error() -> None:
     with pytest.raises(BackendError) as caught:  # the text has the system's own reason
-        Connection.open(Address(host="no.such.host.invalid"), ANSWER_S)
+        SimulatorConnection.open(Address(host="no.such.host.invalid"), ANSWER_S)
     assert caught.value.kind == "connection-refused"
 
 
@@ -258,8 +258,8 @@ def test_closed_connection_raises(double: Double, raises: Raises) -> None:
 VERY_LONG_S = 600.0
 
 
-def connect_to(server: ZmqServer) -> Connection:
-    return Connection.open(Address(port=server.port), VERY_LONG_S)
+def connect_to(server: ZmqServer) -> SimulatorConnection:
+    return SimulatorConnection.open(Address(port=server.port), VERY_LONG_S)
 
 
 def test_call_to_a_server_that_has_ended_fails_at_once(raises: Raises) -> None:

@@ -11,9 +11,9 @@ from contextlib import closing
 
 import pytest
 
-from drivers.coppeliasim import simulation_lease as lease
+from drivers.coppeliasim import simulator_lock
 from drivers.coppeliasim.address import Address
-from drivers.coppeliasim.connection import Connection
+from drivers.coppeliasim.connection import SimulatorConnection
 from drivers.coppeliasim.scene import CoppeliaSimScene
 from robotcore.errors import BackendError
 from robotcore.hal.wall_clock import MonotonicClock
@@ -33,8 +33,8 @@ BOUND_S = 6.0
 
 
 @pytest.fixture(autouse=True)
-def _short_lease(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lease, "DEAD_S", 0.5)
+def _short_lock(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(simulator_lock, "DEAD_S", 0.5)
 
 
 @pytest.fixture
@@ -123,7 +123,7 @@ def test_simulator_that_drops_its_client_ends_the_run(simulator: Simulator, doub
 def test_second_program_is_refused_and_the_first_continues(
     double: Double, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    monkeypatch.setattr(lease, "RENEWAL_S", 0.1)
+    monkeypatch.setattr(simulator_lock, "RENEWAL_S", 0.1)
     second: list[RunResult] = []
     first = drive(double.zmq_port, CallOnce(lambda: second.append(drive(double.zmq_port))), duration_s=0.5)
     assert first.outcome is Outcome.SUCCESS, first.reason
@@ -131,15 +131,15 @@ def test_second_program_is_refused_and_the_first_continues(
     check_text(second[0].reason, hide=[double.zmq_port])
 
 
-def test_program_that_lost_its_lease_changes_nothing_more(
+def test_program_that_lost_the_lock_changes_nothing_more(
     simulator: Simulator, double: Double, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    monkeypatch.setattr(lease, "RENEWAL_S", 3600.0)
+    monkeypatch.setattr(simulator_lock, "RENEWAL_S", 3600.0)
     last: list[list[str]] = []
 
     def take_over() -> None:
         with simulator.lock:
-            double._zmq._shared.kept["named", lease.PARAMETER] = "another 7"
+            double._zmq._shared.kept["named", simulator_lock.PARAMETER] = "another 7"
             simulator.pause()
         last.append(list_names(simulator))
 
@@ -147,12 +147,15 @@ def test_program_that_lost_its_lease_changes_nothing_more(
     require_error(result, "lease-lost")
     check_text(result.reason, hide=[double.zmq_port])
     assert list_names(simulator) == last[0]
-    assert double._zmq._shared.kept["named", lease.PARAMETER] == "another 7"
+    assert double._zmq._shared.kept["named", simulator_lock.PARAMETER] == "another 7"
 
 
 def test_simulation_in_its_last_steps_counts_as_stopped() -> None:
     simulator = bubblerob_scene()
-    with Double(simulator) as double, closing(Connection.open(Address(port=double.zmq_port), 1.0)) as connection:
+    with (
+        Double(simulator) as double,
+        closing(SimulatorConnection.open(Address(port=double.zmq_port), 1.0)) as connection,
+    ):
         connection.sim("startSimulation")
         with simulator.lock:
             assert simulator.changed.wait_for(lambda: simulator.time > 0, BOUND_S)

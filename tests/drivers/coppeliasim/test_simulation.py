@@ -13,7 +13,7 @@ from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import CoppeliaSimBackend
 from drivers.coppeliasim.builder import NO_UNDO, CollisionMask, Placement, SceneBuilder
 from drivers.coppeliasim.client import Client
-from drivers.coppeliasim.connection import Connection
+from drivers.coppeliasim.connection import SimulatorConnection
 from drivers.coppeliasim.restore import begin_building
 from robotcore.description import load_robot, load_world
 from robotcore.errors import BackendError, DeviceError, DeviceGroupError, UsageError
@@ -148,9 +148,9 @@ def test_built_objects_are_removed_after_ctrl_c_in_a_call(
     simulator: Simulator, port: int, monkeypatch: pytest.MonkeyPatch, last: int
 ) -> None:
     before = take_snapshot(simulator)
-    call, left = Connection.call, last
+    call, left = SimulatorConnection.call, last
 
-    def call_and_interrupt(self: Connection, *arguments: Any, **options: Any) -> Any:
+    def call_and_interrupt(self: SimulatorConnection, *arguments: Any, **options: Any) -> Any:
         nonlocal left
         left -= 1
         answer = call(self, *arguments, **options)
@@ -158,7 +158,7 @@ def test_built_objects_are_removed_after_ctrl_c_in_a_call(
             raise KeyboardInterrupt
         return answer
 
-    monkeypatch.setattr(Connection, "call", call_and_interrupt)
+    monkeypatch.setattr(SimulatorConnection, "call", call_and_interrupt)
     with pytest.raises(KeyboardInterrupt):
         open_robot(port)
     assert take_snapshot(simulator) == before
@@ -180,10 +180,10 @@ def test_objects_added_after_a_program_was_killed_stay(simulator: Simulator, por
 
 def interrupt_building(port: int, *aliases: str) -> None:
     """Build as a program does that is killed before it gives these objects a parent."""
-    connection = Connection.open(Address(port=port), 5.0)
+    connection = SimulatorConnection.open(Address(port=port), 5.0)
     builder = SceneBuilder(connection)
     root = builder.create_dummy("arena")
-    builder.mark(root, NO_UNDO)
+    builder.write_note(root, NO_UNDO)
     begin_building(builder, root)
     for alias in aliases:
         builder.create_shape("spheroid", (0.1,) * 3, Placement(0.0, 0.0, 1.0), (9, 9, 9), CollisionMask.THING, alias)
@@ -216,7 +216,7 @@ def test_simulator_that_cannot_measure_distances_is_refused(
 
 def test_bullet_is_selected_during_a_run(port: int) -> None:
     mujoco = 4
-    connection = Connection.open(Address(port=port), 5.0)
+    connection = SimulatorConnection.open(Address(port=port), 5.0)
     engine = connection.constant("intparam_dynamic_engine")
     connection.sim("setInt32Param", engine, mujoco)
     with open_robot(port):
@@ -227,14 +227,14 @@ def test_bullet_is_selected_during_a_run(port: int) -> None:
 
 def test_cycle_needs_eight_calls(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[str] = []
-    ask = Client.ask
+    call_within = Client.call_within
 
-    def ask_and_note(self: Client, name: str, *rest: Any) -> Any:
-        if "Named" not in name:  # the lease is renewed at any time
+    def call_and_record(self: Client, name: str, *rest: Any) -> Any:
+        if "Named" not in name:  # the lock is renewed at any time
             calls.append(name)
-        return ask(self, name, *rest)
+        return call_within(self, name, *rest)
 
-    monkeypatch.setattr(Client, "ask", ask_and_note)
+    monkeypatch.setattr(Client, "call_within", call_and_record)
     with open_robot(port) as robot:
         for tick in (1, 2):  # the first cycle reads how sensors are handled
             calls.clear()

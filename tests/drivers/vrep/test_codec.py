@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import VERSION, Piece, decode_message, encode_command, encode_message
 from drivers.vrep.wire.errors import ProtocolError, RefusedError
-from drivers.vrep.wire.link import MAX_PACKET_BYTES, ReplyAssembler, Unpacker, encode_packets
+from drivers.vrep.wire.message_socket import MAX_PACKET_BYTES, AnswerAssembler, Unpacker, encode_packets
 from drivers.vrep.wire.requests import BLOCKING, ONESHOT, STREAMING, Request
 from tests.texts import Raises
 
@@ -153,7 +153,7 @@ def test_answer_in_pieces_is_complete_after_its_last_piece() -> None:
     def piece(offset: int, data: bytes, total: int) -> Piece:
         return Piece(1, b"k", 0x30000, 50, False, memoryview(data), offset, total)
 
-    assembler = ReplyAssembler()
+    assembler = AnswerAssembler()
     assert assembler.add(piece(0, b"abc", 7)) is None
     assert assembler.add(piece(0, b"ABC", 8)) is None
     assert assembler.add(piece(3, b"DEF", 8)) is None

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from drivers.vrep.connection import Connection, PendingRequests
+from drivers.vrep.connection import LockstepConnection, PendingRequests
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import Header, Piece
 from drivers.vrep.wire.errors import RefusedError, ServerTimeoutError, SimulationHaltedError
@@ -24,13 +24,13 @@ UNKNOWN = 99999
 
 
 @pytest.fixture
-def connection(server: LegacyServer) -> Iterator[Connection]:
-    with Connection.open("127.0.0.1", server.port) as connection:
+def connection(server: LegacyServer) -> Iterator[LockstepConnection]:
+    with LockstepConnection.open("127.0.0.1", server.port) as connection:
         yield connection
 
 
 @pytest.fixture
-def stepped(connection: Connection) -> Connection:
+def stepped(connection: LockstepConnection) -> LockstepConnection:
     connection.wait_for_triggers(wait=True)
     connection.start()
     return connection
@@ -42,7 +42,7 @@ def target_of(simulator: Simulator, handle: int) -> float:
     return joint.target_velocity
 
 
-def test_cycle_takes_three_round_trips(stepped: Connection) -> None:
+def test_cycle_takes_three_round_trips(stepped: LockstepConnection) -> None:
     reads = requests.joint_position(LEFT), requests.colour_image(CAMERA), requests.object_position(BODY)
     before = stepped.round_trips
     for _ in range(10):
@@ -57,7 +57,9 @@ def test_cycle_takes_three_round_trips(stepped: Connection) -> None:
     assert image.shape == (12, 16, 3)
 
 
-def test_step_advances_one_time_step_and_reads_the_values_after_it(stepped: Connection, simulator: Simulator) -> None:
+def test_step_advances_one_time_step_and_reads_the_values_after_it(
+    stepped: LockstepConnection, simulator: Simulator
+) -> None:
     stepped.post(requests.joint_target_velocity(LEFT, 1.0))
     for count in range(1, 20):
         step = stepped.step(requests.joint_position(LEFT))
@@ -66,22 +68,22 @@ def test_step_advances_one_time_step_and_reads_the_values_after_it(stepped: Conn
         assert step.values == (pytest.approx(count * simulator.time_step, abs=1e-6),)
 
 
-def test_time_does_not_advance_between_steps(stepped: Connection) -> None:
+def test_time_does_not_advance_between_steps(stepped: LockstepConnection) -> None:
     stepped.step()
     assert [stepped.call(requests.CLOCK) and stepped.time_s for _ in range(20)] == [0.05] * 20
 
 
-def test_step_without_reads_returns_after_the_time_step(stepped: Connection, simulator: Simulator) -> None:
+def test_step_without_reads_returns_after_the_time_step(stepped: LockstepConnection, simulator: Simulator) -> None:
     assert stepped.step().values == ()
     assert simulator.steps == 1
 
 
-def test_value_can_be_read_twice_in_a_step(stepped: Connection) -> None:
+def test_value_can_be_read_twice_in_a_step(stepped: LockstepConnection) -> None:
     first, second = stepped.step(requests.joint_position(LEFT), requests.joint_position(LEFT)).values
     assert first == second
 
 
-def test_later_command_replaces_an_earlier_one(stepped: Connection, simulator: Simulator) -> None:
+def test_later_command_replaces_an_earlier_one(stepped: LockstepConnection, simulator: Simulator) -> None:
     for velocity in (5.0, 1.0):
         stepped.post(requests.joint_target_velocity(LEFT, velocity))
     stepped.step()
@@ -89,7 +91,7 @@ def test_later_command_replaces_an_earlier_one(stepped: Connection, simulator: S
 
 
 def test_queued_command_is_done_before_disconnecting(server: LegacyServer, simulator: Simulator) -> None:
-    with Connection.open("127.0.0.1", server.port) as connection:
+    with LockstepConnection.open("127.0.0.1", server.port) as connection:
         connection.call(requests.joint_target_velocity(LEFT, 3.0))
         connection.post(requests.joint_target_velocity(LEFT, 0.0))
     assert target_of(simulator, LEFT) == 0.0
@@ -97,17 +99,19 @@ def test_queued_command_is_done_before_disconnecting(server: LegacyServer, simul
 
 def test_port_is_free_after_closing(server: LegacyServer) -> None:
     for _ in range(3):
-        with Connection.open("127.0.0.1", server.port) as connection:
+        with LockstepConnection.open("127.0.0.1", server.port) as connection:
             assert connection.call(requests.object_handle("/rover")) == BODY
 
 
 @pytest.mark.parametrize("number", [np.float32(2.5), np.float64(2.5), np.array(2.5)])
-def test_numbers_of_numpy_are_accepted(number: float, connection: Connection, simulator: Simulator) -> None:
+def test_numbers_of_numpy_are_accepted(number: float, connection: LockstepConnection, simulator: Simulator) -> None:
     connection.call(requests.joint_target_velocity(np.int64(LEFT), number))  # type: ignore[arg-type]
     assert target_of(simulator, LEFT) == 2.5
 
 
-def test_refused_command_raises_in_the_call_that_receives_the_answer(stepped: Connection, raises: Raises) -> None:
+def test_refused_command_raises_in_the_call_that_receives_the_answer(
+    stepped: LockstepConnection, raises: Raises
+) -> None:
     with raises(RefusedError, action=f"drive joint {UNKNOWN}"):
         stepped.call(requests.joint_target_velocity(UNKNOWN, 1.0))
     with raises(RefusedError, action=f"read the position of joint {UNKNOWN}"):
@@ -119,13 +123,15 @@ def test_refused_command_raises_in_the_call_that_receives_the_answer(stepped: Co
     assert stepped.call(requests.LAST_ERRORS)[0] == "object does not exist. (simSetJointTargetVelocity)"
 
 
-def test_step_of_a_stopped_simulation_is_an_error(connection: Connection, raises: Raises) -> None:
+def test_step_of_a_stopped_simulation_is_an_error(connection: LockstepConnection, raises: Raises) -> None:
     connection.wait_for_triggers(wait=True)
     with raises(SimulationHaltedError, "trigger-refused"):
         connection.step()
 
 
-def test_step_fails_after_the_user_has_stopped_the_simulation(stepped: Connection, simulator: Simulator) -> None:
+def test_step_fails_after_the_user_has_stopped_the_simulation(
+    stepped: LockstepConnection, simulator: Simulator
+) -> None:
     stepped.step()
     with simulator.lock:
         simulator.stop()
@@ -133,7 +139,7 @@ def test_step_fails_after_the_user_has_stopped_the_simulation(stepped: Connectio
         stepped.step()
 
 
-def test_stop_and_start_wait_for_the_state(stepped: Connection) -> None:
+def test_stop_and_start_wait_for_the_state(stepped: LockstepConnection) -> None:
     stepped.step()
     stepped.stop()
     assert not stepped.server.is_running
@@ -146,13 +152,13 @@ def test_stop_and_start_wait_for_the_state(stepped: Connection) -> None:
 def test_simulator_that_does_nothing_times_out(
     server: LegacyServer, simulator: Simulator, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    with Connection.open("127.0.0.1", server.port, 0.5) as connection:
+    with LockstepConnection.open("127.0.0.1", server.port, 0.5) as connection:
         monkeypatch.setattr("tests.doubles.coppeliasim.legacy.client.Client.turn", lambda _: None)
         with raises(ServerTimeoutError, "simulator-busy", timeout_s=0.5):
             connection.call(requests.CLOCK)
 
 
-def test_calls_from_several_threads_get_their_own_answers(connection: Connection) -> None:
+def test_calls_from_several_threads_get_their_own_answers(connection: LockstepConnection) -> None:
     names = {"/rover": BODY, "/rover/leftMotor": LEFT, "/rover/rightMotor": RIGHT, "/rover/camera": CAMERA}
     wrong: list[str] = []
 
@@ -168,7 +174,7 @@ def test_calls_from_several_threads_get_their_own_answers(connection: Connection
     assert wrong == []
 
 
-def test_image_has_the_pixels_of_the_sensor_and_is_read_only(stepped: Connection) -> None:
+def test_image_has_the_pixels_of_the_sensor_and_is_read_only(stepped: LockstepConnection) -> None:
     pixels = np.arange(12 * 16 * 3, dtype=np.uint8)
     image = stepped.step(requests.colour_image(CAMERA)).values[0]
     grey = stepped.call(requests.grey_image(CAMERA))
@@ -177,7 +183,7 @@ def test_image_has_the_pixels_of_the_sensor_and_is_read_only(stepped: Connection
     assert not image.flags.writeable
 
 
-def test_image_of_the_wrong_size_is_refused(stepped: Connection, raises: Raises) -> None:
+def test_image_of_the_wrong_size_is_refused(stepped: LockstepConnection, raises: Raises) -> None:
     with raises(RefusedError, action=f"show an image on vision sensor {CAMERA}"):
         stepped.call(requests.set_colour_image(CAMERA, struct.pack("3B", 1, 2, 3)))
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from drivers.coppeliasim.address import Address
 from drivers.coppeliasim.backend import CoppeliaSimBackend
-from drivers.coppeliasim.connection import Connection
+from drivers.coppeliasim.connection import SimulatorConnection
 from robotcore.description import RobotDescription, WorldDescription, load_robot
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
@@ -42,11 +42,11 @@ def open_robot(
 
 
 @contextmanager
-def connect() -> Iterator[Connection]:
+def connect() -> Iterator[SimulatorConnection]:
     """Yield a second connection to the simulator."""
     found = address()
     assert found
-    connection = Connection.open(found, scaled(ANSWER_S))
+    connection = SimulatorConnection.open(found, scaled(ANSWER_S))
     try:
         yield connection
     finally:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import pytest
 
 from drivers.coppeliasim.builder import FORWARD, CollisionMask, Placement, SceneBuilder
-from drivers.coppeliasim.connection import LOADING_S, Connection
+from drivers.coppeliasim.connection import LOADING_S, SimulatorConnection
 from robotcore.description import CameraDescription, RangeSensorDescription, load_robot
 from robotcore.testing import worlds
 from tests.system.coppeliasim import server
@@ -127,13 +127,13 @@ def read_screen() -> bytes:
     return bytes(picture)
 
 
-def stop(other: Connection) -> None:
+def stop(other: SimulatorConnection) -> None:
     """Stop the simulation, and wait until it has stopped."""
     if other.sim("getSimulationState") != other.constant("simulation_stopped"):
         other.sim("stopSimulation", True, within_s=LOADING_S)
 
 
-def _rename_parts(other: Connection) -> bool:
+def _rename_parts(other: SimulatorConnection) -> bool:
     builder = SceneBuilder(other)
     for side in ("left", "right"):
         joint = other.sim("getObject", f"/bubblerob/{side}_motor")

@@ -13,7 +13,7 @@ from robotcore.description import Ball, Box, Cylinder
 from robotcore.description.world import Outline
 from robotcore.geometry import Pose
 from robotcore.raycast import edges_of
-from robotcore.simulation.painter.planes import Array, nearest_on
+from robotcore.simulation.painter.planes import Array, find_nearest_points
 from tests.doubles.coppeliasim.scene.objects import Primitive, Shape
 from tests.doubles.coppeliasim.scene.poses import Transform, Vector
 
@@ -152,7 +152,7 @@ def nearest_points(body: Polygon, other: Polygon) -> tuple[Array, Array]:
 
 def _corner_to_side(corners: Polygon, sides: Polygon) -> tuple[Array, Array]:
     points = np.array(corners)
-    nearest = nearest_on(edges_of([sides]), points)
+    nearest = find_nearest_points(edges_of([sides]), points)
     corner, side = np.unravel_index(
         np.linalg.norm(nearest - points[:, None], axis=2).argmin(),
         nearest.shape[:2],

@@ -21,13 +21,13 @@ def test_things_apart_are_left_whole() -> None:
 def test_of_two_that_overlap_the_taller_keeps_its_shape() -> None:
     low, tall = box(0.0, 0.0, 1.0, 0.2), box(0.0, 0.0, 0.2, 1.0, height=0.5, name="tall")
     blocks = split_into_blocks(room(low, tall))
-    assert [block.outline for block in blocks if block.thing == 1] == [tall.outline]
-    assert sum(area(block) for block in blocks if block.thing == 0) == pytest.approx(0.2 - 0.04)
+    assert [block.outline for block in blocks if block.prism_index == 1] == [tall.outline]
+    assert sum(area(block) for block in blocks if block.prism_index == 0) == pytest.approx(0.2 - 0.04)
 
 
 def test_what_is_wholly_inside_a_taller_thing_is_gone() -> None:
     blocks = split_into_blocks(room(post(0.0, 0.0, 0.1), box(0.0, 0.0, 1.0, 1.0, height=0.5)))
-    assert {block.thing for block in blocks} == {1}
+    assert {block.prism_index for block in blocks} == {1}
 
 
 def test_blocks_never_overlap() -> None:

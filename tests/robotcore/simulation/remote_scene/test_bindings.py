@@ -14,8 +14,8 @@ from tests.texts import Raises
 
 def test_each_binding_has_paths_and_a_required_kind_of_object() -> None:
     bound = {each.description.name: each for each in read_bindings(rover(), "memory")}
-    assert bound["left_motor"].place.path == ("/rover/leftMotor",)
-    assert bound["right_motor"].place.path == ("/gone", "/rover/rightMotor")
+    assert bound["left_motor"].settings.path == ("/rover/leftMotor",)
+    assert bound["right_motor"].settings.path == ("/gone", "/rover/rightMotor")
     kinds = {name: each.kind for name, each in bound.items()}
     assert kinds["left_encoder"] is ObjectKind.JOINT
     assert kinds["nose"] is ObjectKind.PROXIMITY_SENSOR
@@ -28,7 +28,7 @@ def test_only_the_requested_devices_are_bound() -> None:
 
 def test_joint_can_be_reversed() -> None:
     bound, *_ = read_bindings(rover(left_motor={"path": "/left", "reversed": True}), "memory")
-    assert bound.place == JointBinding(path=("/left",), reversed=True)
+    assert bound.settings == JointBinding(path=("/left",), reversed=True)
 
 
 def test_battery_is_not_bound_and_its_entry_is_refused(raises: Raises) -> None:

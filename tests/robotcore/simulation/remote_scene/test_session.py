@@ -15,8 +15,8 @@ from robotcore.hal.robot import Robot
 from robotcore.simulation.remote_scene import (
     CameraOptics,
     ObjectKind,
-    Owner,
     SceneObject,
+    SimulationControl,
     State,
     inspect_scene,
     open_in_scene,
@@ -33,8 +33,8 @@ def create_setup(robot: RobotDescription, *devices: str, rate_hz: float = 20.0) 
     return Setup(robot, worlds.empty(), frozenset(names), rate_hz)
 
 
-def open_robot(scene: MemoryScene, setup: Setup, owner: Owner = Owner.OURS) -> Robot:
-    return open_in_scene(setup, "memory", lambda: scene, owner)
+def open_robot(scene: MemoryScene, setup: Setup, control: SimulationControl = SimulationControl.OURS) -> Robot:
+    return open_in_scene(setup, "memory", lambda: scene, control)
 
 
 def create_scene(setup: Setup, change: Change, state: State = State.STOPPED) -> MemoryScene:
@@ -66,19 +66,19 @@ def test_running_simulation_is_left_running() -> None:
 
 
 @pytest.mark.parametrize(
-    "state, owner, kind",
+    "state, control, kind",
     [
-        (State.PAUSED, Owner.OURS, "simulation-paused"),
-        (State.STOPPED, Owner.THEIRS, "simulation-stopped"),
+        (State.PAUSED, SimulationControl.OURS, "simulation-paused"),
+        (State.STOPPED, SimulationControl.THEIRS, "simulation-stopped"),
     ],
 )
 def test_simulation_that_must_not_be_started_is_refused_and_unchanged(
-    state: State, owner: Owner, kind: str, raises: Raises
+    state: State, control: SimulationControl, kind: str, raises: Raises
 ) -> None:
     setup = create_setup(rover())
     scene = MemoryScene(setup, state)
     with raises(BackendError, kind):
-        open_robot(scene, setup, owner)
+        open_robot(scene, setup, control)
     assert scene.diary == ["leave"]
 
 

@@ -1,4 +1,4 @@
-"""A TCP connection to a server that answers each message with one message. It splits messages into packets."""
+"""A TCP connection that exchanges messages with a server. Each message is split into packets."""
 
 from __future__ import annotations
 
@@ -15,25 +15,31 @@ from drivers.vrep.wire.requests import Identity
 from robotcore.hal.wall_clock import MonotonicClock
 
 TIMEOUT_S = 1.5
-"""Time limit of a message. It is short, so that an app stops within two seconds after a server has failed."""
+"""The default time limit of an exchange, in seconds.
+
+It is so short that an app stops within two seconds after a server has failed.
+"""
 
 CONNECT_TIMEOUT_S = 1.2
-"""Time limit of connecting. A server does not listen for half a second after a client has disconnected."""
+"""The default time limit of connecting, in seconds.
+
+It is longer than the half second for which a server does not listen after a client has disconnected.
+"""
 
 RETRY_S = 0.1
 _QUICKACK: int | None = getattr(socket, "TCP_QUICKACK", None)
-"""An option of Linux; None on other systems."""
+"""The number of a socket option of Linux; None on other systems."""
 
 _CHUNK_BYTES = 1 << 18
 _CLIENT_TIME_MASK = 0x03FFFFFF
 
 
-class Link:
-    """A connection that exchanges one message at a time. The first error closes the connection.
+class MessageSocket:
+    """A TCP connection to a server that answers each message with one reply. The first error closes the connection.
 
     connection: the open socket.
     name: the name of the server in error messages.
-    timeout_s: time limit of a message, in seconds.
+    timeout_s: time limit of an exchange, in seconds.
 
     Only one thread at a time may use it.
     """
@@ -42,13 +48,19 @@ class Link:
         self._socket, self._name, self._timeout_s = connection, name, timeout_s
         self._clock = MonotonicClock()
         self._chunk = bytearray(_CHUNK_BYTES)
-        self._assembler = ReplyAssembler()
+        self._assembler = AnswerAssembler()
         self.exchanges = 0
-        """The number of answered messages."""
+        """The number of replies that the server has sent."""
 
     @classmethod
-    def open(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, connect_timeout_s: float = 0.0) -> Link:
-        """Connect to a server; try again for ``connect_timeout_s`` if none listens. Raises NoServerError."""
+    def open(cls, host: str, port: int, timeout_s: float = TIMEOUT_S, connect_timeout_s: float = 0.0) -> MessageSocket:
+        """Connect to a server.
+
+        timeout_s: time limit of an exchange, in seconds.
+        connect_timeout_s: the time during which to try again if no server listens, in seconds.
+
+        Raises NoServerError if no server listens.
+        """
         clock = MonotonicClock()
         while True:
             try:
@@ -59,12 +71,13 @@ class Link:
             clock.sleep_until(clock.now() + RETRY_S)
 
     def exchange(self, number: int, commands: Iterable[bytes]) -> tuple[Header, list[Piece]]:
-        """Send a message; return the header of the reply and its complete answers.
+        """Send a message, receive the reply, and return its header and the complete answers.
 
         number: the number of the message.
         commands: the encoded commands.
 
-        The answers to these commands come with a later reply, after the simulator's main thread has done the commands.
+        The answers are those to commands of earlier messages. The answers to ``commands`` come with a later reply,
+        after the main thread of the simulator has executed the commands.
         """
         try:
             header, pieces = decode_message(
@@ -81,16 +94,16 @@ class Link:
         return self._socket.fileno() == -1
 
     def close(self) -> None:
-        """Disconnect; a thread that waits for a reply gets an error.
+        """Disconnect. In a thread that waits for a reply, `exchange` then raises an error.
 
-        This sends no command that ends the connection. After such a command, the server would close the connection
-        first, and the operating system of the server would block its port for a minute.
+        This method does not send the command that ends a connection. After this command the server would close the
+        connection first, and the server's operating system would block the port for a minute.
         """
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._socket.close()
 
-    def __enter__(self) -> Link:
+    def __enter__(self) -> MessageSocket:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
@@ -120,10 +133,10 @@ class Link:
         raise TimeoutError
 
     def _enable_quick_ack(self) -> None:
-        """Let the operating system acknowledge packets at once. The system sometimes resets this option.
+        """Make the operating system acknowledge received packets at once. The system may reset this option at any time.
 
-        A server delays each small packet until the previous one is acknowledged (Nagle's algorithm). An image has many
-        packets. Without this option, every second packet takes 40 ms.
+        A server delays each small packet until the previous one is acknowledged (Nagle's algorithm). Without this
+        option, every second packet of an image would take 40 ms.
         """
         if _QUICKACK is not None:
             self._socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
@@ -170,14 +183,14 @@ def _open_socket(host: str, port: int, timeout_s: float) -> socket.socket:
     return connection
 
 
-class ReplyAssembler:
-    """Joins the pieces of answers. A piece with another total size than the pieces before starts a new answer."""
+class AnswerAssembler:
+    """Joins the pieces of long answers. A piece with another total size than its predecessor begins a new answer."""
 
     def __init__(self) -> None:
         self._incomplete: dict[Identity, bytearray] = {}
 
     def add(self, piece: Piece) -> Piece | None:
-        """Add a piece. Return the answer if all its pieces are there, otherwise None."""
+        """Add a piece. Return the whole answer if this was its last piece, otherwise None."""
         if piece.is_whole:
             return piece
         identity = piece.command, piece.key
@@ -195,7 +208,7 @@ _PACKET_HEADER = struct.Struct("<HHH")
 _BYTE_ORDER = 1
 MAX_PACKET_BYTES = 1300
 _ZEROMQ = bytes.fromhex("ff 00 00 00 00 00")
-"""The begin of the greeting of a ZeroMQ server: https://rfc.zeromq.org/spec/23."""
+"""The first bytes of the greeting of a ZeroMQ server. Source: https://rfc.zeromq.org/spec/23."""
 _MAX_PAYLOAD_BYTES = MAX_PACKET_BYTES - _PACKET_HEADER.size
 
 
@@ -229,7 +242,7 @@ class Unpacker:
     def feed(self, chunk: bytes | memoryview) -> bytes | None:
         """Add received bytes. Return the message if it is complete, otherwise None.
 
-        Raises ProtocolError for bytes after the message, because a server sends one message for each request.
+        Raises ProtocolError if bytes follow the message, because a server sends one reply to each message.
         """
         self._received += chunk
         consumed = 0
@@ -240,11 +253,11 @@ class Unpacker:
         if self._left != 0:
             return None
         if self._received:
-            raise ProtocolError(f"{len(self._received)} bytes follow its end")
+            raise ProtocolError(f"{len(self._received)} bytes follow the end of the reply")
         return bytes(self._message)
 
     def _find_payload(self, start: int) -> slice | None:
-        """Return the payload of the packet that begins at ``start``; None if it is incomplete."""
+        """Return the position of the payload of the packet that begins at ``start``; None if it is incomplete."""
         first = start + _PACKET_HEADER.size
         if len(self._received) < first:
             return None

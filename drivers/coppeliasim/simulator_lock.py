@@ -1,8 +1,10 @@
-"""The lease of a simulator, which prevents two programs from stepping one simulation.
+"""A lock that prevents two programs from driving one simulator at the same time.
 
-The program that holds the lease renews it periodically. A parameter of the running CoppeliaSim stores the lease; scene
-files do not contain it. CoppeliaSim drops clients that make no calls. A renewal is a call, so CoppeliaSim does not drop
-the holder while its app computes for long.
+A parameter of the running CoppeliaSim stores the lock. Scene files do not contain the parameter. The program that
+holds the lock renews it periodically, so that the lock of a killed program expires.
+
+CoppeliaSim drops a client that makes no calls. Each renewal is a call, so CoppeliaSim does not drop the program while
+its app computes for long.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ import math
 from contextlib import suppress
 from uuid import uuid4
 
-from drivers.coppeliasim.connection import Connection
+from drivers.coppeliasim.connection import SimulatorConnection
 from robotcore.errors import BackendError
 from robotcore.hal.clock import PeriodicTask
 from robotcore.hal.wall_clock import MonotonicClock
@@ -19,26 +21,29 @@ from robotcore.hal.wall_clock import MonotonicClock
 PARAMETER = "robotcore.lease"
 RENEWAL_S = 1.0
 DEAD_S = 3.0
-"""Seconds without a renewal after which a lease expires."""
+"""The time without a renewal after which a lock expires, in seconds."""
 
 _POLL_S = 0.2
 
 
-class Lease:
-    """The exclusive right to drive the simulator of a connection, from `take` to `release`."""
+class SimulatorLock:
+    """The exclusive right to drive a simulator, from `acquire` to `release`.
 
-    def __init__(self, connection: Connection) -> None:
+    connection: the connection to the simulator.
+    """
+
+    def __init__(self, connection: SimulatorConnection) -> None:
         self._connection = connection
         self._holder = uuid4().hex
         self._renewals = 0
         self._clock = MonotonicClock()
         self._renewal: PeriodicTask | None = None
 
-    def take(self) -> bool:
-        """Take the lease, and renew it periodically.
+    def acquire(self) -> bool:
+        """Acquire the lock, and renew it periodically until `release`.
 
-        Returns True if a program has ended without releasing the lease. Raises BackendError if a running program
-        holds the lease.
+        Returns True if the previous holder has ended without a release. Raises BackendError if a running program holds
+        the lock.
         """
         if note := self._read_note():
             self._await_expiry(note)
@@ -46,11 +51,11 @@ class Lease:
         self._renewal = self._clock.every(RENEWAL_S, self._renew, "coppeliasim lease")
         return bool(note)
 
-    def require(self) -> None:
-        """Raise BackendError if another program has taken the lease, because this program did not renew it.
+    def require_ownership(self) -> None:
+        """Raise BackendError if the lock has expired and another program has acquired it.
 
-        Then each further call on the connection fails too. Otherwise this program would stop the simulation of the
-        other program, and remove its objects.
+        Each further call on the connection then raises the same error. Otherwise this program would stop the
+        simulation of the other program, and remove its objects.
         """
         note = self._read_note()
         if note and not note.startswith(self._holder):
@@ -64,22 +69,21 @@ class Lease:
             raise lost
 
     def release(self) -> None:
-        """Release the lease if this program holds it.
-
-        It may be called again. It raises no error if the simulator has ended.
-        """
+        """Release the lock if this program holds it. If the simulator has ended, no error is raised."""
         if self._renewal is None:
             return
         self._renewal.stop()
         self._renewal = None
         with suppress(BackendError):
-            self.require()
+            self.require_ownership()
             self._write_note("")
 
     def _await_expiry(self, note: str) -> None:
-        """Wait until a lease is released or has expired. Raises BackendError if its holder renews it.
+        """Wait until the lock is released or has expired. Raises BackendError if its holder renews it.
 
-        This counts reads instead of seconds, because a busy simulator delays renewals and reads alike.
+        note: the present value of the parameter.
+
+        The wait is a number of reads, not a time: a busy simulator delays the holder's renewals and these reads alike.
         """
         for _ in range(math.ceil(DEAD_S / _POLL_S)):
             self._clock.sleep_until(self._clock.now() + _POLL_S)
@@ -95,7 +99,7 @@ class Lease:
                 )
 
     def _renew(self) -> None:
-        self.require()
+        self.require_ownership()
         self._renewals += 1
         self._write_note(f"{self._holder} {self._renewals}")
 

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.vrep.connection import Connection
+from drivers.vrep.connection import LockstepConnection
 from drivers.vrep.streaming import StreamReader
 from drivers.vrep.wire import requests
 from drivers.vrep.wire.codec import encode_message
@@ -23,7 +23,7 @@ from drivers.vrep.wire.errors import (
     ServerLostError,
     ServerTimeoutError,
 )
-from drivers.vrep.wire.link import Link, encode_packets
+from drivers.vrep.wire.message_socket import MessageSocket, encode_packets
 from robotcore.hal.wall_clock import MonotonicClock
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.legacy.faults import CutReplies, DropConnection, Fault, Hang, SendGarbage
@@ -38,7 +38,7 @@ LONGER_S = 0.6
 """Time limit of requests that a server answers on a busy machine."""
 
 WHOLE_REPLY = encode_packets(encode_message(-1, 0, []))
-OPENERS = [Connection.open, StreamReader.open]
+OPENERS = [LockstepConnection.open, StreamReader.open]
 
 
 @contextmanager
@@ -84,7 +84,7 @@ def test_server_that_listens_later_is_found(connect: Callable[..., Any], server:
 
 def test_unknown_host_is_an_error() -> None:
     with pytest.raises(NoServerError) as caught:  # the text has the system's own reason
-        Link.open("robot.invalid", 19997)
+        MessageSocket.open("robot.invalid", 19997)
     assert caught.value.fields["address"] == "robot.invalid:19997"
 
 
@@ -93,7 +93,7 @@ def test_second_program_on_a_port_is_refused(
     connect: Callable[..., object], server: LegacyServer, raises: Raises
 ) -> None:
     with (
-        Connection.open("127.0.0.1", server.port),
+        LockstepConnection.open("127.0.0.1", server.port),
         raises(ServerTimeoutError, "port-in-use", hide=[server.port]),
     ):
         connect("127.0.0.1", server.port, SHORT_S)
@@ -101,24 +101,24 @@ def test_second_program_on_a_port_is_refused(
 
 def test_connection_closed_before_the_first_reply_means_a_used_port(raises: Raises) -> None:
     with serve_reply(b"") as port, raises(ServerLostError, "port-in-use", hide=[port]):
-        Connection.open("127.0.0.1", port, connect_timeout_s=0.0)
+        LockstepConnection.open("127.0.0.1", port, connect_timeout_s=0.0)
 
 
-@pytest.mark.parametrize("kind", [Connection, StreamReader])
+@pytest.mark.parametrize("kind", [LockstepConnection, StreamReader])
 def test_server_that_closes_the_first_connection_is_tried_again(
-    kind: type[Connection | StreamReader], server: LegacyServer, monkeypatch: pytest.MonkeyPatch
+    kind: type[LockstepConnection | StreamReader], server: LegacyServer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    exchange = Link.exchange
-    closed: list[Link] = []
+    exchange = MessageSocket.exchange
+    closed: list[MessageSocket] = []
 
-    def close_first(link: Link, *message: Any) -> Any:
+    def close_first(link: MessageSocket, *message: Any) -> Any:
         if not closed:
             closed.append(link)
             link.close()
             raise ServerLostError("it hung up")
         return exchange(link, *message)
 
-    monkeypatch.setattr(Link, "exchange", close_first)
+    monkeypatch.setattr(MessageSocket, "exchange", close_first)
     with kind.open("127.0.0.1", server.port, LONGER_S) as connected:
         assert not connected.server.is_running
     assert closed
@@ -138,7 +138,7 @@ def test_server_that_closes_the_first_connection_is_tried_again(
 def test_failure_in_a_step_is_an_error_and_a_new_connection_works(
     fault: Fault, kind: type[RemoteApiError], server: LegacyServer
 ) -> None:
-    with Connection.open("127.0.0.1", server.port, LONGER_S) as connection:
+    with LockstepConnection.open("127.0.0.1", server.port, LONGER_S) as connection:
         connection.wait_for_triggers(wait=True)
         connection.start()
         server.service.fail(fault)
@@ -150,7 +150,7 @@ def test_failure_in_a_step_is_an_error_and_a_new_connection_works(
             connection.step()
     server.service.fail(None)
     server.restart()
-    with Connection.open("127.0.0.1", server.port) as connection:
+    with LockstepConnection.open("127.0.0.1", server.port) as connection:
         connection.wait_for_triggers(wait=True)
         connection.step()
 
@@ -169,19 +169,19 @@ def test_slow_reply_times_out() -> None:
         thread = threading.Thread(target=trickle)
         thread.start()
         with pytest.raises(ServerTimeoutError):
-            Connection.open("127.0.0.1", listening.getsockname()[1], SHORT_S)
+            LockstepConnection.open("127.0.0.1", listening.getsockname()[1], SHORT_S)
         stop.set()
         thread.join()
 
 
 def test_port_of_the_zeromq_remote_api_is_an_error(raises: Raises) -> None:
     with Double(default_scene()) as double, raises(ProtocolError):
-        Connection.open("127.0.0.1", double.zmq_port, LONGER_S)
+        LockstepConnection.open("127.0.0.1", double.zmq_port, LONGER_S)
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.binary(max_size=80) | st.integers(0, len(WHOLE_REPLY) - 1).map(lambda size: WHOLE_REPLY[:size]))
 def test_any_bytes_for_a_reply_are_a_named_error(reply: bytes) -> None:
     with serve_reply(reply) as port, pytest.raises(RemoteApiError) as caught:
-        Connection.open("127.0.0.1", port, SHORT_S)
+        LockstepConnection.open("127.0.0.1", port, SHORT_S)
     assert caught.value.kind in {"invalid-reply", "port-in-use"}
