@@ -10,13 +10,13 @@ from robotcore.geometry import Pose
 from robotcore.hal.robot import Robot, Role
 
 SEEN_PX = 30
-"""The least area of a blob, in pixels, that is large enough to compute the ball's position from it."""
+"""A blob of at least this area, in pixels, gives the ball's position. A smaller one gives only its direction."""
 
 KEPT_PX = 8
 """The least area of a blob, in pixels. Smaller blobs are ignored."""
 
 AGREE_M = 0.15
-"""Two distances that differ by less belong to the same ball: one from its size in the picture, one from its echo."""
+"""The echo is the ball's if its distance differs by less than this from the distance that the picture gives."""
 
 Point = tuple[float, float]
 
@@ -34,11 +34,11 @@ class BallTracker:
     def __init__(self, hue: str | float, radius: float) -> None:
         self.radius = radius
         self.place: Point | None = None
-        """The ball's last position (x, y) that was measured well, in metres. None before the first measurement."""
+        """The ball's last measured position (x, y) in the odometry's frame, in metres; None without a measurement."""
         self.lost_for = 0.0
         """The time since the newest picture that shows the ball, in seconds."""
         self.is_in_sight = False
-        """Whether enough of the ball is in the last picture to locate it."""
+        """Whether the ball's blob in the newest picture has at least `SEEN_PX` pixels."""
         self._seen_at = 0.0
         self._past = PoseHistory()
         self._detector = ColourDetector(hue, min_area=KEPT_PX)
@@ -65,18 +65,20 @@ class BallTracker:
         self.lost_for = 0.0 if blob else robot.clock.now() - self._seen_at
         self.is_in_sight = blob is not None and blob.area >= SEEN_PX
         if blob and (self.is_in_sight or self.place is None):
-            self.place = self._place_of(blob, robot, self._past.at(frame.time))
+            self.place = self._compute_position(blob, robot, self._past.at(frame.time))
         return blob
 
     def forget(self) -> None:
         """Delete the ball's position. Call it if the ball is not there any more."""
         self.place = None
 
-    def _place_of(self, blob: Blob, robot: Robot, pose: Pose) -> Point:
-        """Return the ball's position in metres, from its blob and the robot's pose at the time of the picture.
+    def _compute_position(self, blob: Blob, robot: Robot, pose: Pose) -> Point:
+        """Return the ball's position (x, y) in metres.
 
-        The distance is computed from the ball's size in the picture. The echo's distance replaces it if both agree. It
-        also replaces it if the blob touches the picture's edge, because the size is then unknown.
+        The blob's size gives the distance, unless the echo's distance is about the same. If the blob touches the
+        picture's edge, its size is unknown, so any echo gives the distance.
+
+        pose: the robot's pose at the time of the picture.
         """
         away = self.radius * robot.camera.intrinsics.focal_length / blob.radius
         echo = robot.range.read().distance + self.radius

@@ -18,14 +18,15 @@ _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
 
 def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps:
-    """Return for each cell the length of the shortest path from the start, in steps over open cells.
+    """Return for each cell the number of steps on the shortest path from the start to this cell.
 
-    A cell to which no path leads has the value `UNREACHED`. In odd steps the wave spreads to all eight neighbours of a
-    cell, in even steps to the four neighbours that share an edge. So the wave's front is nearly a circle: an octagon.
+    A cell to which no path leads has the value `UNREACHED`. The function is a breadth-first search. Odd steps go to all
+    eight neighbours of a cell, even steps to the four that share an edge. So the search reaches the cells at the same
+    distance from the start at about the same step.
 
     start: row and column of the start.
     open_cells: the cells that a path may use.
-    goals: if given, the wave ends at the nearest of these cells, and cells farther away stay unreached.
+    goals: if given, the search ends at the nearest of these cells, and cells farther away are `UNREACHED`.
 
     >>> wavefront((0, 0), np.array([[True, True, False, True]]))[0, :2].tolist()
     [0, 1]
@@ -41,9 +42,10 @@ def wavefront(start: Cell, open_cells: Mask, goals: Mask | None = None) -> Steps
 
 
 def _flood(steps: Steps, passable: NDArray[np.uint8], goals: Mask | None) -> None:
-    """Write into ``steps`` the step at which the wave reaches each cell.
+    """Write into ``steps`` the number of the step that reaches each cell.
 
-    The wave ends after two successive steps that reach no new cell, because an even step alone crosses no corner.
+    The search ends after two successive steps without a new cell. One is not enough: an even step goes to no diagonal
+    neighbour.
     """
     reached = (steps == 0).astype(np.uint8)
     idle = 0
@@ -60,7 +62,7 @@ def _flood(steps: Steps, passable: NDArray[np.uint8], goals: Mask | None) -> Non
 
 
 def backtrack(steps: Steps, goal: Cell) -> list[Cell]:
-    """Return the cells of a shortest path from the start of a wave to a goal that the wave has reached.
+    """Return the cells of a shortest path to a goal, from the result of `wavefront`. The start is the first cell.
 
     >>> backtrack(wavefront((0, 0), np.ones((1, 3), bool)), (0, 2))
     [(0, 0), (0, 1), (0, 2)]
@@ -78,17 +80,15 @@ def backtrack(steps: Steps, goal: Cell) -> list[Cell]:
 
 
 def is_straight_way(open_cells: Mask, start: Cell, goal: Cell) -> bool:
-    """Return whether all cells on the line between two cells are open. The start itself need not be open."""
+    """Return whether all cells on the line between two cells are open, except for the start."""
     return bool(are_straight_ways(open_cells, [start], [goal])[0])
 
 
 def are_straight_ways(open_cells: Mask, starts: ArrayLike, goals: ArrayLike) -> Mask:
-    """Return for each pair of a start and a goal whether all cells on the line between them are open, (n,).
-
-    The start itself need not be open.
+    """Return for each pair of a start and a goal whether all cells on the line are open, except for the start, (n,).
 
     open_cells: the mask of the open cells. Cells outside the grid count as open.
-    starts, goals: rows and columns, (n, 2). The shape (1, 2) gives one cell that all lines have in common.
+    starts, goals: rows and columns, (n, 2), or (1, 2) for a cell that all lines have in common.
     """
     first, last = np.broadcast_arrays(np.asarray(starts), np.asarray(goals))
     lines = _lines(first, last)
@@ -133,9 +133,9 @@ def rays_from(starts: Cells, angles: Angles, radii: Cells, count: int) -> Rays:
     """Return the cells along rays.
 
     starts: rows and columns, (n, 2).
-    angles: the directions in radians. 0 is the direction in which the column grows, π/2 that in which the row grows.
-    radii: the distances from the start in cells.
-    count: the number of rows, and of columns, of the grid.
+    angles: the directions of the rays in radians. The column grows in the direction 0, the row in the direction π/2.
+    radii: the distances of a ray's cells from its start, in cells.
+    count: the number of rows of the grid, which is also that of its columns.
     """
     rows = starts[:, 0, None, None] + np.rint(np.sin(angles)[:, None] * radii).astype(np.intp)
     columns = starts[:, 1, None, None] + np.rint(np.cos(angles)[:, None] * radii).astype(np.intp)
@@ -144,7 +144,7 @@ def rays_from(starts: Cells, angles: Angles, radii: Cells, count: int) -> Rays:
 
 
 def mask_hidden(hides: Mask) -> Mask:
-    """Return for each cell along rays whether it is hidden: the ray's first opaque cell and all cells behind it.
+    """Return for each cell along rays whether it is the ray's first opaque cell or lies behind that cell.
 
     hides: whether a cell is opaque. The last axis goes along the ray.
 

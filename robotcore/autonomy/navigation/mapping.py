@@ -15,11 +15,11 @@ from robotcore.hal.devices import RangeSensor
 from robotcore.hal.robot import Robot
 
 HISTORY_S = 2.0
-"""The age at which a pose is deleted from the history. The samples that an app reads are never so old."""
+"""The age at which a pose is deleted from the history, in s. The samples that an app reads are newer."""
 
 
 class PoseHistory:
-    """The robot's poses of the last two seconds. It gives the pose at the time of a sensor's sample.
+    """The robot's poses of the last two seconds, to look up the pose at the time of a sensor's sample.
 
     >>> past = PoseHistory()
     >>> past.add(0.0, Pose(0.0, 0.0, 0.0))
@@ -52,8 +52,8 @@ class PoseHistory:
         return Pose(*(a + share * (b - a) for a, b in zip(earlier, later, strict=True)))
 
 
-LATELY = 3.0
-"""The travel, in metres plus radians, after which a reading's position in the map may be wrong by odometry's drift."""
+DRIFT_LIMIT = 3.0
+"""After this motion, in metres plus radians, odometry may have drifted too far for a reading to stay in the map."""
 
 
 MapSnapshot = tuple[NDArray[Any], ...]
@@ -61,14 +61,14 @@ MapSnapshot = tuple[NDArray[Any], ...]
 
 
 class MapMemory:
-    """An occupancy grid and a coverage map. Both can be reset to a snapshot, and their old cells can be deleted."""
+    """The arrays of an occupancy grid and of a coverage map, with methods to restore them and to clear old cells."""
 
     def __init__(self, grid: OccupancyGrid, coverage: Coverage) -> None:
         self.grid, self.coverage = grid, coverage
         self._at: Pose | None = None
 
     def move(self, pose: Pose) -> None:
-        """Add the travel from the last pose to this one to the grid's ``travelled``."""
+        """Add the motion from the last pose to this one to the grid's ``travelled``."""
         if self._at:
             turned = abs(wrap_angle(pose.heading - self._at.heading))
             self.grid.travelled += turned + pose.distance_to(self._at.x, self._at.y)
@@ -79,13 +79,13 @@ class MapMemory:
         return tuple(array.copy() for array in self._arrays)
 
     def restore(self, snapshot: MapSnapshot) -> None:
-        """Set all arrays to a snapshot."""
+        """Copy a snapshot into the arrays."""
         for array, before in zip(self._arrays, snapshot, strict=True):
             array[:] = before
 
     def forget_old(self) -> None:
-        """Mark cells as unknown if the robot has travelled more than `LATELY` since their last reading."""
-        old = self.grid.updated_at < self.grid.travelled - LATELY
+        """Mark cells as unknown if the robot has travelled more than `DRIFT_LIMIT` since their last reading."""
+        old = self.grid.updated_at < self.grid.travelled - DRIFT_LIMIT
         self.grid.forget(old)
         self.coverage.seen[old] = False
 
@@ -96,20 +96,23 @@ class MapMemory:
 
 
 JUMP_M = 0.15
-"""A distance that differs by more from the previous one is that of another body, or the sensor detects no body."""
+"""Two successive distances that differ by more than this, in metres, come from different bodies."""
 
-BACK_M = 0.05
-"""Distances that differ by less are those of the same body. Noise and the robot's motion in a tick change them."""
+SAME_BODY_M = 0.05
+"""Two distances that differ by less than this, in metres, come from the same body.
 
-SURPRISES = 2
-"""The map is wrong after this number of successive echoes from cells that were surely free."""
+The difference comes from noise and from the robot's motion between the readings.
+"""
+
+MAX_CONTRADICTIONS = 2
+"""After this number of successive echoes from surely free cells, the map is wrong and its old cells are deleted."""
 
 
 class RangeReading(NamedTuple):
     """A reading of the range sensor, and the sensor's pose."""
 
     distance: float
-    """The measured distance in metres. Without an echo it is the longest distance that the sensor measures."""
+    """The measured distance in metres. Without an echo it is the sensor's range."""
     sensor: Pose
     """The sensor's pose in the odometry's frame."""
 
@@ -118,35 +121,32 @@ class RangeReading(NamedTuple):
         return abs(self.distance - other.distance) > limit
 
     def overlaps(self, other: RangeReading, cone: float) -> bool:
-        """Return whether the sensor turned by at most half its cone between two readings.
-
-        The two cones together then cover each direction that the sensor could measure between the readings.
-        """
+        """Return whether the sensor turned by at most half the angle of its cone, in radians, between two readings."""
         return abs(wrap_angle(self.sensor.heading - other.sensor.heading)) <= cone / 2
 
 
 class PendingOutlier(NamedTuple):
-    """The state before a reading whose distance jumped. It is restored if that reading was an outlier."""
+    """The last reading and the map before a reading that may be an outlier."""
 
     reading: RangeReading
-    """The reading before the jump."""
+    """The reading before the possible outlier."""
     snapshot: MapSnapshot
-    """The map before the jump."""
+    """The map before the possible outlier."""
 
 
 class RangeIntegrator:
     """Adds range readings to a map.
 
-    An outlier is one different reading between two equal readings of a sensor that did not turn. Its cause is a false
-    echo or a lost echo, so the map is restored to the state before it. Several successive echoes from cells that were
-    surely free mean that odometry has drifted or that bodies have moved. Then the old cells of the map become unknown.
+    An outlier is one different reading between two equal readings of a sensor that did not turn. It comes from a false
+    or a lost echo, so the integrator restores the map before it. `MAX_CONTRADICTIONS` successive echoes from surely
+    free cells mean that odometry has drifted or that bodies have moved. Then the old cells of the map become unknown.
     """
 
     def __init__(self, memory: MapMemory) -> None:
         self._memory = memory
         self._last: RangeReading | None = None
         self._pending: PendingOutlier | None = None
-        self._surprises = 0
+        self._contradictions = 0
 
     def add(self, sensor: RangeSensor, distance: float, at: Pose) -> bool:
         """Add a reading to the map, and return whether the old cells of the map became unknown.
@@ -159,43 +159,42 @@ class RangeIntegrator:
         self._undo_outlier(reading, sensor.cone)
         if self._last and reading.differs(self._last, JUMP_M):
             self._pending = PendingOutlier(self._last, self._memory.take_snapshot())
-            self._surprises = 0
+            self._contradictions = 0
         self._last = reading
-        is_forgotten = self._forget_if_wrong(reading, sensor.cone, is_echo=distance <= sensor.max_range)
+        is_forgotten = self._forget_contradicted(reading, sensor.cone, is_echo=distance <= sensor.max_range)
         self._memory.grid.add_range(reading.sensor, distance, sensor.max_range, sensor.cone)
         return is_forgotten
 
     def _undo_outlier(self, reading: RangeReading, cone: float) -> None:
-        """Restore the map if this reading shows that the previous one was an outlier."""
         pending, self._pending = self._pending, None
-        if pending and reading.overlaps(pending.reading, cone) and not reading.differs(pending.reading, BACK_M):
+        if pending and reading.overlaps(pending.reading, cone) and not reading.differs(pending.reading, SAME_BODY_M):
             self._memory.restore(pending.snapshot)
             self._last = pending.reading
 
-    def _forget_if_wrong(self, reading: RangeReading, cone: float, *, is_echo: bool) -> bool:
-        """If echoes contradict the map, mark the old cells and the area of this echo as unknown. Return if so."""
+    def _forget_contradicted(self, reading: RangeReading, cone: float, *, is_echo: bool) -> bool:
+        """Mark old cells and the area of this echo as unknown if echoes contradict the map. Return whether they do."""
         grid = self._memory.grid
-        is_surprise = is_echo and grid.contradicts_echo(reading.sensor, reading.distance, cone)
-        self._surprises = self._surprises + 1 if is_surprise else 0
-        if self._surprises < SURPRISES:
+        is_contradiction = is_echo and grid.contradicts_echo(reading.sensor, reading.distance, cone)
+        self._contradictions = self._contradictions + 1 if is_contradiction else 0
+        if self._contradictions < MAX_CONTRADICTIONS:
             return False
         self._memory.forget_old()
         grid.clear_echo(reading.sensor, reading.distance, cone)
         return True
 
 
-NEWS = 0.01
-"""A reading is new evidence if its distance or pose differs from the last by more than this, in metres or radians."""
+MIN_CHANGE = 0.01
+"""A reading counts only if its distance or pose differs from the last by more than this, in metres or radians."""
 
 BORDER_M = 0.5
-"""A robot that is nearer to the map's border needs a new map."""
+"""A robot that is nearer than this to the map's border needs a new map."""
 
 
 class Map:
     """The robot's map: its free and occupied cells, the cells that the camera has seen, and the traversable cells.
 
-    pose: the robot's pose, at which the middle of the map is.
-    reach: the radius of the circle that the robot needs to turn on the spot, in metres.
+    pose: the robot's pose; its position becomes the middle of the map.
+    reach: the radius in metres of the circle that the robot covers when it turns on the spot.
     """
 
     def __init__(self, pose: Pose, reach: float) -> None:
@@ -208,15 +207,15 @@ class Map:
         self._last_reading: tuple[float, ...] | None = None
         self._last_view: tuple[float, ...] | None = None
 
-    def is_left_at(self, pose: Pose) -> bool:
-        """Return whether a robot at this pose is less than `BORDER_M` inside the map, so that it needs a new map."""
+    def is_near_border(self, pose: Pose) -> bool:
+        """Return whether a robot at this pose is less than `BORDER_M` from the map's border, or outside the map."""
         return not self.grid.is_within(pose.x, pose.y, BORDER_M)
 
     def observe(self, robot: Robot, pose: Pose) -> bool:
         """Update the map with the newest samples, and return whether the old cells of the map became unknown.
 
-        Each sample is added at the pose that the robot had at the time of the sample. A reading that equals the last
-        one and has the same pose is ignored, because it is no new evidence.
+        Each sample belongs to the robot's pose at the time of the sample. A reading with the same distance and pose as
+        the last one adds nothing to the map.
 
         robot: the robot, with drive, range sensor and camera.
         pose: the robot's pose now, by odometry.
@@ -241,4 +240,4 @@ class Map:
 
 
 def _differs(values: tuple[float, ...], last: tuple[float, ...] | None) -> bool:
-    return last is None or any(abs(a - b) > NEWS for a, b in zip(values, last, strict=True))
+    return last is None or any(abs(a - b) > MIN_CHANGE for a, b in zip(values, last, strict=True))

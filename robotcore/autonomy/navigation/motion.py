@@ -1,4 +1,4 @@
-"""Motions of the robot: along a path, to a target, and turns that scan the surroundings."""
+"""Velocities for the robot's motions: along a path, to a target, and in turns that scan the surroundings."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from robotcore.autonomy.navigation.planner import NO_PATH, Path, Traversability
 from robotcore.geometry import Pose, Twist, wrap_angle
 
 LOOKAHEAD_M = 0.5
-"""The greatest distance of the path's point to which the robot steers. With a longer one it cuts corners more."""
+"""The look-ahead distance of pure pursuit, in metres. With a longer one the robot cuts corners more."""
 
 ARRIVED_M = 0.05
-"""The robot has reached a point that is nearer than this, about the length of a cell."""
+"""The robot has reached a point that is nearer than this. It is about the length of a cell."""
 
 TURN_FIRST_RAD = 0.4
-"""If a path's point has a larger bearing, the robot turns on the spot, because an arc would need more room."""
+"""On a path, the robot turns on the spot towards a point at a larger bearing, because an arc needs more room."""
 
-AIMED_RAD = 0.3
-"""If a target has a larger bearing, the robot turns on the spot before it drives to the target."""
+MAX_APPROACH_RAD = 0.3
+"""The robot turns on the spot towards a target at a larger bearing before it drives to the target."""
 
 TURN_GAIN = 2.5
-"""The factor from a bearing, in radians, to the velocity of the turn towards it, in rad/s."""
+"""The angular velocity towards a point, in rad/s for each radian of the point's bearing."""
 
 SLOWDOWN = 1.5
-"""The factor from the distance to a stop, in metres, to the velocity of the approach, in m/s."""
+"""The velocity towards a target, in m/s for each metre that the robot still has to drive."""
 
 BACK_M_S = 0.05
 """The greatest velocity backward. It is low because no sensor points backward."""
@@ -36,7 +36,10 @@ SLOWEST = 0.3
 """The fraction of the full speed at which the robot arrives at the end of a path."""
 
 BRAKING_M = 0.3
-"""Along a path, each metre of distance to the steering point adds the full speed divided by this length."""
+"""Along a path, the velocity is the full speed times ``SLOWEST + distance / BRAKING_M``, at most the full speed.
+
+The distance is that to the point to which the robot steers, in metres.
+"""
 
 
 class Steering:
@@ -54,7 +57,7 @@ class Steering:
         self.turn = turn
 
     def turn_to(self, bearing: float) -> float:
-        """Return the velocity of a turn towards a bearing, in rad/s."""
+        """Return the angular velocity in rad/s that turns the robot towards a bearing in radians."""
         return max(-self.turn, min(self.turn, TURN_GAIN * bearing))
 
     def along(self, bearing: float, away: float) -> Twist:
@@ -69,20 +72,20 @@ class Steering:
         return Twist(speed * math.cos(bearing), self.turn_to(bearing))
 
     def approach(self, bearing: float, gap: float) -> Twist:
-        """Return the velocity at which to drive to the stop in front of a target.
+        """Return the velocity at which to drive towards a target, or backward away from it.
 
         bearing: the direction of the target from the robot, in radians.
-        gap: the distance to the stop, in metres. If it is negative, the robot drives backward.
+        gap: how far the robot still has to drive, in metres. It drives backward if this is negative.
         """
-        speed = min(self.speed, SLOWDOWN * gap) if abs(bearing) < AIMED_RAD else 0.0
+        speed = min(self.speed, SLOWDOWN * gap) if abs(bearing) < MAX_APPROACH_RAD else 0.0
         return Twist(max(speed, -BACK_M_S), self.turn_to(bearing))
 
 
 class Follower:
     """Follows a path by pure pursuit.
 
-    The robot steers to a point of the path at most `LOOKAHEAD_M` away: the farthest one to which a straight line is
-    free. See Coulter, Implementation of the pure pursuit path tracking algorithm, 1992.
+    The robot steers to the farthest point of the path within `LOOKAHEAD_M` that it can reach on a straight line. See
+    Coulter, Implementation of the pure pursuit path tracking algorithm, 1992.
     """
 
     def __init__(self, ground: Traversability, steering: Steering) -> None:
@@ -95,7 +98,7 @@ class Follower:
         self._path, self._open = path
 
     def follow(self, pose: Pose) -> Twist | None:
-        """Return the velocity along the path, or None at its end. If the path is blocked, plan it again."""
+        """Return the velocity along the path, or None at its end. Plan the path again if it is blocked."""
         grid = self._ground.grid
         here = grid.cell_of(pose.x, pose.y)
         if any(grid.evidence[cell] > 0 for cell in self._path):
@@ -108,10 +111,7 @@ class Follower:
         return None
 
     def _find_lookahead(self, here: Cell) -> Cell:
-        """Return the farthest cell of the path, at most `LOOKAHEAD_M` away, to which a straight line is free.
-
-        The cells before it are deleted from the path.
-        """
+        """Return the cell to which the robot steers, and delete the cells before it from the path."""
         limit = round(LOOKAHEAD_M / self._ground.grid.cell)
         ahead = self._path[: 2 * limit]
         straight = are_straight_ways(self._open, [here], ahead)
@@ -120,15 +120,15 @@ class Follower:
         return self._path[0]
 
 
-TURNED_RAD = 0.1
-"""The robot has reached a heading if it differs by less than this from the robot's own heading."""
+HEADING_TOLERANCE_RAD = 0.1
+"""The robot has turned to a heading if its own heading differs from it by less than this."""
 
-AHEAD_RAD = 0.8
-"""`Sweep.ahead` turns by this angle to the left and to the right of a bearing."""
+SCAN_RAD = 0.8
+"""The angle to the left and to the right of a bearing to which `SensorScan.ahead` turns."""
 
 
-class ScanTurn:
-    """A turn of at most 360° in one direction, in which the camera sees all the bearings that it should see."""
+class CameraScan:
+    """A turn of at most 360° in one direction, until the camera has seen the bearings that it should see."""
 
     def __init__(self, heading: float) -> None:
         self._heading = heading
@@ -150,41 +150,38 @@ class ScanTurn:
         return self._sense if is_left else 0.0
 
 
-class Sweep:
+class SensorScan:
     """A turn through several headings, so that the range sensor measures the surroundings."""
 
-    def __init__(self, at: Pose, headings: Iterable[float], *, is_all_round: bool = False) -> None:
-        self.is_all_round = is_all_round
+    def __init__(self, at: Pose, headings: Iterable[float], *, is_full_turn: bool = False) -> None:
+        self.is_full_turn = is_full_turn
         self._at = at
         self._headings = list(headings)
 
     @classmethod
-    def ahead(cls, at: Pose, bearing: float) -> Sweep:
-        """Return a sweep to the left and to the right of a bearing in radians, the side nearer to the heading first."""
+    def ahead(cls, at: Pose, bearing: float) -> SensorScan:
+        """Return a scan to the left and to the right of a bearing in radians, the side nearer to the heading first."""
         middle = at.heading + bearing
-        sides = middle + AHEAD_RAD, middle - AHEAD_RAD
+        sides = middle + SCAN_RAD, middle - SCAN_RAD
         return cls(at, sorted(sides, key=lambda side: abs(wrap_angle(side - at.heading))))
 
     @classmethod
-    def all_round(cls, at: Pose) -> Sweep:
-        """Return a sweep over a full turn."""
-        return cls(at, (at.heading + part * math.tau / 3 for part in (1, 2, 3)), is_all_round=True)
+    def full_turn(cls, at: Pose) -> SensorScan:
+        """Return a scan over a full turn."""
+        return cls(at, (at.heading + part * math.tau / 3 for part in (1, 2, 3)), is_full_turn=True)
 
     def is_near(self, pose: Pose, reach: float) -> bool:
-        """Return whether a pose is less than ``reach`` metres from the sweep's position.
-
-        A robot at such a pose needs no new sweep.
-        """
+        """Return whether a pose is less than ``reach`` metres from the place of this scan."""
         return pose.distance_to(self._at.x, self._at.y) < reach
 
     def turn_direction(self, heading: float) -> float:
-        """Return 1 to turn left, -1 to turn right, or 0 if the robot has reached all headings of the sweep."""
+        """Return 1 to turn left, -1 to turn right, or 0 if the robot has turned to all headings of the scan."""
         while self._headings:
             bearing = wrap_angle(self._headings[0] - heading)
-            if abs(bearing) > TURNED_RAD:
+            if abs(bearing) > HEADING_TOLERANCE_RAD:
                 return math.copysign(1.0, bearing)
             self._headings.pop(0)
         return 0.0
 
 
-NO_SWEEP = Sweep(Pose(math.inf, math.inf, 0.0), ())
+NO_SCAN = SensorScan(Pose(math.inf, math.inf, 0.0), ())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robotcore.autonomy.navigation.mapping import Map
-from robotcore.autonomy.navigation.motion import NO_SWEEP, Follower, ScanTurn, Steering, Sweep
+from robotcore.autonomy.navigation.motion import NO_SCAN, CameraScan, Follower, SensorScan, Steering
 from robotcore.autonomy.navigation.next_best_view import Viewpoint, best_viewpoint
 from robotcore.autonomy.navigation.planner import (
     NO_PATH,
@@ -17,22 +17,26 @@ from robotcore.autonomy.navigation.planner import (
 from robotcore.geometry import Pose, Twist
 from robotcore.hal.robot import Robot
 
-HERE_M = 0.15
-"""A goal of a path must be farther away, because the robot has found no straight path to the target from here."""
+MIN_GOAL_DISTANCE_M = 0.15
+"""The least distance from the robot to a path's goal. From nearer goals there is no straight path to the target."""
 
-BACK_M = 0.1
-"""The distance behind the axle at which the clearance is checked before the robot drives backward."""
+CHECK_BEHIND_M = 0.1
+"""The distance from the axle to the point behind it whose clearance the robot checks before it drives backward."""
 
-BEHIND_M = 0.12
-"""The clearance at that distance behind the axle that the robot needs to drive backward."""
+CLEARANCE_BEHIND_M = 0.12
+"""The clearance around that point that the robot needs to drive backward."""
 
 
 class Navigator:
     """Maps the surroundings, plans paths over free cells, and follows them.
 
-    Call `observe` once in each tick. `look`, `follow`, `survey` and `drive_at` return the velocity for the tick, or
-    None at the end of the motion. Call `begin_look` before `look`. Call `plan_to` or `plan_to_view` before `follow`.
-    Call `survey_ahead` or `survey_more` before `survey`.
+    Call `observe` once in each tick. Then call one of these methods, which return the velocity for the tick, or None at
+    the end of the motion:
+
+    - `look`, after `begin_look`: turn the camera to unseen area.
+    - `follow`, after `plan_to` or `plan_to_view`: drive along the planned path.
+    - `survey`, after `survey_ahead` or `survey_more`: turn the range sensor to the surroundings.
+    - `drive_at`: drive straight to a target.
 
     speed: the greatest velocity forward, in m/s.
     turn: the greatest velocity of a turn, in rad/s.
@@ -50,29 +54,29 @@ class Navigator:
         self._begin_map(Pose(0.0, 0.0, 0.0), reach=0.0)
 
     def observe(self, robot: Robot, pose: Pose) -> None:
-        """Update the map with the newest samples. If the robot leaves the map, start a new map.
+        """Update the map with the newest samples. Start a new map if the robot is near the border of the old one.
 
-        If the samples contradict the map, the plan is deleted.
+        If the samples contradict the map, the planned path is deleted.
 
         robot: the robot, with drive, range sensor and camera.
         pose: the robot's pose now, by odometry.
         """
         self.map.ground.reach = robot.drive.reach
-        if self.map.is_left_at(pose):
+        if self.map.is_near_border(pose):
             self.forget(pose)
         if self.map.observe(robot, pose):
             self._follower.start(NO_PATH)
 
     def forget(self, pose: Pose) -> None:
-        """Start a new map around the robot."""
+        """Delete the map, and start a new one around the robot."""
         self._begin_map(pose, self.map.ground.reach)
 
     def begin_look(self, pose: Pose) -> None:
-        """Start a turn to all bearings at which area that the camera has not seen is visible from the pose."""
-        self._look = ScanTurn(pose.heading)
+        """Start a turn of the camera to all unseen area that is visible from the pose."""
+        self._look = CameraScan(pose.heading)
 
     def look(self, pose: Pose) -> Twist | None:
-        """Return the velocity of the turn to unseen area, or None at its end. Call it once in each tick."""
+        """Return the velocity of the turn to unseen area, or None at its end."""
         return self._turn(self._look.turn_direction(pose.heading, self.map.coverage.unseen_bearings(pose)))
 
     def plan_to_view(self, pose: Pose) -> bool:
@@ -89,10 +93,10 @@ class Navigator:
     def plan_to(self, pose: Pose, target: Target) -> bool:
         """Plan a path to a cell from which a straight path leads to a target, and return whether there is one.
 
-        The path ends at the first cell that is not surely free. Return False also if the path up to there is too short.
-        After a survey or a view from another cell, there may be a path.
+        The path ends before the first cell that is not surely free. Return False also if that path is too short. A
+        later call may find a path, after a survey here or after a view from another cell.
         """
-        goals = find_straight_starts(self.map.grid, target) & ~self.map.grid.disc(pose.x, pose.y, HERE_M)
+        goals = find_straight_starts(self.map.grid, target) & ~self.map.grid.disc(pose.x, pose.y, MIN_GOAL_DISTANCE_M)
         here = self.map.grid.cell_of(pose.x, pose.y)
         self._view = None
         self._detour = plan_path(self.map.ground, here, goals, is_surveyed=self._is_surveyed(pose))
@@ -100,9 +104,9 @@ class Navigator:
         return bool(self._detour.path.cells)
 
     def follow(self, pose: Pose) -> Twist | None:
-        """Return the velocity along the planned path, or None at its end. If the path is blocked, plan it again.
+        """Return the velocity along the planned path, or None at its end. Plan the path again if it is blocked.
 
-        A path to a view also ends if the camera has already seen most of the area that is visible from there.
+        A path to a viewpoint also ends as soon as the camera has seen most of the area that is visible from there.
         """
         if self._view and not self._view.is_worth_going(self.map.coverage):
             return None
@@ -110,24 +114,24 @@ class Navigator:
 
     @property
     def is_at_frontier(self) -> bool:
-        """Whether the planned path continues over unknown cells."""
+        """Whether unknown cells follow at the end of the planned path."""
         return bool(self._detour.unknown_part)
 
     def survey_ahead(self, pose: Pose) -> None:
-        """Start a survey of the direction in which the planned path continues."""
-        self._survey = Sweep.ahead(pose, self._detour.bearing_on(pose, self.map.ground))
+        """Start a survey of the direction of the unknown cells that follow on the planned path."""
+        self._survey = SensorScan.ahead(pose, self._detour.bearing_on(pose, self.map.ground))
 
     def survey_more(self, pose: Pose) -> bool:
-        """Start a survey ahead, or a survey of a full turn if the survey ahead has been done here.
+        """Start the next survey at this pose, and return True. Return False if both surveys have been done here.
 
-        Return False if both have been done here.
+        The first is the survey ahead, the second a survey of a full turn.
         """
         if not self._is_surveyed(pose):
             self.survey_ahead(pose)
             return True
-        if self._survey.is_all_round:
+        if self._survey.is_full_turn:
             return False
-        self._survey = Sweep.all_round(pose)
+        self._survey = SensorScan.full_turn(pose)
         return True
 
     def survey(self, pose: Pose) -> Twist | None:
@@ -137,20 +141,20 @@ class Navigator:
     def is_straight(self, pose: Pose, target: Target) -> bool:
         """Return whether the robot may drive straight to a target.
 
-        No occupied cell may lie on the straight path. Its start must consist of free cells, or the robot must have
-        surveyed it from here.
+        No occupied cell may lie on the straight path. The path's first cells must be known to be free, or the robot
+        must have done a survey near this pose.
         """
         is_known = self._is_surveyed(pose) or is_start_known(self.map.grid, pose, target)
         return is_known and is_unobstructed(self.map.grid, pose, target)
 
     def is_known_straight(self, pose: Pose, target: Target) -> bool:
-        """Return whether no occupied cell lies on the straight path to a target and its start has no unknown cells."""
+        """Return whether the straight path to a target has no occupied cell, and no unknown cell at its start."""
         return is_start_known(self.map.grid, pose, target) and is_unobstructed(self.map.grid, pose, target)
 
     def drive_at(self, pose: Pose, target: Target) -> Twist | None:
-        """Return the velocity straight to a target, or backward if the robot is too near to it.
+        """Return the velocity straight to a target. If the robot is too near to the target, it is backward.
 
-        Return None if the robot would have to drive backward and there is an obstacle behind it.
+        Return None if an obstacle is behind a robot that would have to drive backward.
         """
         gap = target.gap(pose)
         if gap < 0 and not self._is_free_behind(pose):
@@ -158,24 +162,23 @@ class Navigator:
         return self._steering.approach(target.bearing(pose), gap)
 
     def turn_to(self, bearing: float) -> Twist:
-        """Return the velocity of a turn towards a bearing in radians."""
+        """Return the velocity that turns the robot towards a bearing in radians."""
         return Twist(0.0, self._steering.turn_to(bearing))
 
     def _begin_map(self, pose: Pose, reach: float) -> None:
         self.map = Map(pose, reach)
         self._follower = Follower(self.map.ground, self._steering)
-        self._look = ScanTurn(pose.heading)
-        self._survey = NO_SWEEP
+        self._look = CameraScan(pose.heading)
+        self._survey = NO_SCAN
         self._view = None
         self._detour = NO_PATH_PLAN
 
     def _is_surveyed(self, pose: Pose) -> bool:
-        """Return whether the robot is near the position of its last survey."""
         return self._survey.is_near(pose, self.map.ground.reach)
 
     def _is_free_behind(self, pose: Pose) -> bool:
-        behind = self.map.grid.cell_of(*pose.to_world(-BACK_M, 0.0))
-        return bool(self.map.grid.clearance()[behind] > BEHIND_M)
+        behind = self.map.grid.cell_of(*pose.to_world(-CHECK_BEHIND_M, 0.0))
+        return bool(self.map.grid.clearance()[behind] > CLEARANCE_BEHIND_M)
 
     def _turn(self, sense: float) -> Twist | None:
         return Twist(0.0, sense * self._steering.turn) if sense else None

@@ -1,4 +1,4 @@
-"""Exploration: records the cells that a camera has seen, and chooses the cell from which it sees most new ones."""
+"""Exploration: records the cells that the camera has seen, and chooses the next best view."""
 
 from __future__ import annotations
 
@@ -27,30 +27,30 @@ from robotcore.autonomy.navigation.planner import MARGINS_M, Path, Traversabilit
 from robotcore.geometry import Pose
 
 VIEW_M = 1.8
-"""Cells farther from the camera do not count as seen, because it may miss a small ball there."""
+"""Cells farther from the camera than this do not count as seen, because the camera may miss a small ball there."""
 
 GUESS_M = 0.5
-"""The camera is assumed to see through unknown cells for this distance."""
+"""The length of unknown cells along a ray through which the camera is assumed to see."""
 
-DOUBT = 0.25
-"""The probability that an uncertain occupied cell is a gap, through which the camera sees."""
+GAP_PROBABILITY = 0.25
+"""The probability that the camera sees through an uncertain cell. See `OccupancyGrid.uncertain`."""
 
 MIN_TURN_M2 = 0.05
-"""The least unseen area, in m², that is visible at a bearing to which the robot turns."""
+"""The robot turns to a bearing if at least this unseen area, in m², is visible there."""
 
 FINE_RAD = 0.016
-"""The angle between fine rays. It is so small that the rays pass through every cell within `VIEW_M`."""
+"""The angle between the rays that mark cells as seen. It is so small that they reach every cell within `VIEW_M`."""
 
 COARSE_RAYS = 36
-"""The number of coarse rays over a full turn, for estimates of an area."""
+"""The number of rays over a full turn that estimate the unseen area around a cell."""
 
 COARSE_CELLS = 2
-"""The distance between successive points of a coarse ray, in cells."""
+"""The distance between successive points of such a ray, in cells."""
 
 _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
 Areas = NDArray[np.float64]
-Chances = NDArray[np.float64]
+Probabilities = NDArray[np.float64]
 
 
 class Coverage:
@@ -76,10 +76,10 @@ class Coverage:
         self._mark_seen(rays, ~mask_hidden(~rays.of(self._grid.free)))
 
     def add_full_turn(self, x: float, y: float) -> None:
-        """Mark all cells as seen that a camera may see in a full turn at a point. Call it after such a turn."""
+        """Mark all cells as seen that the camera may have seen in a full turn at a point. Call it after the turn."""
         angles = np.linspace(0.0, math.tau, math.ceil(math.tau / FINE_RAD))
         rays = self._rays(self._cell(x, y), angles, 1)
-        self._mark_seen(rays, self._chances(rays, 1) > 0)
+        self._mark_seen(rays, self._view_probabilities(rays, 1) > 0)
 
     def unseen_bearings(self, pose: Pose) -> Angles:
         """Return the bearings from a pose at which at least `MIN_TURN_M2` of unseen area is visible, in [-π, π)."""
@@ -95,30 +95,29 @@ class Coverage:
         return np.asarray(self._areas(cells).sum(axis=1))
 
     def _areas(self, cells: Cells) -> Areas:
-        """Return the unseen area along each coarse ray from each cell, in m², (n, rays)."""
+        """Return the unseen area along each of `COARSE_RAYS` rays from each cell, in m², (n, rays)."""
         rays = self._rays(cells, self._angles, COARSE_CELLS)
         radii = COARSE_CELLS * np.arange(1, rays.rows.shape[2] + 1)
         areas = radii * (COARSE_CELLS * math.tau / COARSE_RAYS * self._grid.cell**2)
-        return np.asarray((self._chances(rays, COARSE_CELLS) * areas).sum(axis=2))
+        return np.asarray((self._view_probabilities(rays, COARSE_CELLS) * areas).sum(axis=2))
 
-    def _chances(self, rays: Rays, step: int) -> Chances:
-        """Return for each cell along rays the probability that the camera will see it for the first time.
+    def _view_probabilities(self, rays: Rays, step: int) -> Probabilities:
+        """Return for each cell along rays the probability that a camera at the ray's start sees it as a new cell.
 
-        The probability is 1, `DOUBT` or 0. The camera is assumed to see through unknown cells for `GUESS_M`. It sees
-        through an uncertain cell with the probability `DOUBT` if the cell is nearer than `CLOSE_M` to the ray's start.
+        The probability is 1, `GAP_PROBABILITY` or 0. From farther than `CLOSE_M`, an uncertain cell is opaque.
         """
-        hides = self._hides(rays, self._grid.taken)
-        hides_surely = self._hides(rays, self._grid.taken & ~self._grid.uncertain)
+        hides = self._mask_opaque(rays, self._grid.taken)
+        hides_surely = self._mask_opaque(rays, self._grid.taken & ~self._grid.uncertain)
         is_near = np.arange(hides.shape[2]) < round(CLOSE_M / self._grid.cell / step)
         unknown = np.cumsum(~rays.of(self._grid.free), axis=2) * (step * self._grid.cell)
         is_new = (unknown <= GUESS_M) & ~rays.of(self.seen)
-        chances = np.where(mask_hidden(np.where(is_near, hides_surely, hides)), 0.0, DOUBT)
+        chances = np.where(mask_hidden(np.where(is_near, hides_surely, hides)), 0.0, GAP_PROBABILITY)
         return np.asarray(np.where(mask_hidden(hides), chances, 1.0) * is_new)
 
-    def _hides(self, rays: Rays, walls: Mask) -> Mask:
+    def _mask_opaque(self, rays: Rays, walls: Mask) -> Mask:
         """Return for each cell along rays whether it is opaque.
 
-        Occupied cells are widened by one cell, so that no ray passes between two cells that touch at a corner.
+        Walls are widened by one cell, so that no ray passes between two cells that touch at a corner.
         """
         thick = np.asarray(cv2.dilate(walls.astype(np.uint8), _SQUARE), np.bool_)
         return np.asarray(rays.of(thick) | ~rays.inside)
@@ -135,22 +134,22 @@ class Coverage:
 
 
 MIN_GAIN_M2 = 0.1
-"""The least unseen area that is visible from a viewpoint, in m²."""
+"""A cell is a viewpoint only if at least this unseen area, in m², is visible from it."""
 
-KEPT_GAIN = 0.3
-"""On the way to a viewpoint, the robot gives it up if less than this fraction of its unseen area is left."""
+MIN_GAIN_SHARE = 0.3
+"""The robot gives up a viewpoint if the camera has seen all but this fraction of the unseen area visible from there."""
 
-ELSEWHERE_M = 0.3
-"""The least distance from the robot to a viewpoint. From nearer cells the camera sees the same as from here."""
+MIN_VIEW_DISTANCE_M = 0.3
+"""The least length of the path to a viewpoint. From nearer cells the camera sees the same as from here."""
 
-LOOK_ROUND_M = 1.2
-"""The cost of the full turn at a viewpoint, as the distance that the robot could drive in the same time."""
+FULL_TURN_COST_M = 1.2
+"""The cost of the full turn at a viewpoint, in metres: the distance that the robot could drive in the same time."""
 
-NARROW = 0.85
-"""A viewpoint's worth is multiplied by this for each of `MARGINS_M` that is too wide for the path to it."""
+MARGIN_FACTOR = 0.85
+"""The factor on a viewpoint's utility for each of `MARGINS_M` that is too wide for the path to the viewpoint."""
 
-EVERY = 4
-"""Only every fourth row and column can have a viewpoint, because views from neighbouring cells are similar."""
+CANDIDATE_STRIDE = 4
+"""Only every fourth row and column has candidates, because the views from neighbouring cells are similar."""
 
 
 class Viewpoint(NamedTuple):
@@ -160,7 +159,7 @@ class Viewpoint(NamedTuple):
     path: Path
     """The path to the cell."""
     least_gain: float
-    """The least unseen area, in m², for which the robot continues to the cell."""
+    """The least unseen area visible from the cell, in m². If less is left, the robot gives up the viewpoint."""
 
     def is_worth_going(self, coverage: Coverage) -> bool:
         """Return whether at least `least_gain` of unseen area is still visible from the cell."""
@@ -168,9 +167,9 @@ class Viewpoint(NamedTuple):
 
 
 def best_viewpoint(ground: Traversability, coverage: Coverage, here: Cell) -> Viewpoint | None:
-    """Return the next best view: the viewpoint with the largest unseen area for each metre of its cost.
+    """Return the viewpoint with the greatest utility, or None if there is no viewpoint.
 
-    Return None if there is no viewpoint.
+    The utility is the unseen area that is visible from the viewpoint, divided by the cost of the path and of a turn.
 
     ground: the traversable cells.
     coverage: the cells that the camera has seen.
@@ -178,28 +177,27 @@ def best_viewpoint(ground: Traversability, coverage: Coverage, here: Cell) -> Vi
     """
     masks = ground.open_cells(here)
     waves = [wavefront(here, mask) for mask in masks]
-    cells = _candidates(waves[-1])
+    cells = _list_reachable_candidates(waves[-1])
     gains = coverage.gains(cells)
-    worths = np.stack([_worths(gains, wave[tuple(cells.T)], ground.grid.cell) for wave in waves])
-    worths *= NARROW ** np.arange(len(MARGINS_M))[:, None]
-    if not worths.any():
+    utilities = np.stack([_compute_utilities(gains, wave[tuple(cells.T)], ground.grid.cell) for wave in waves])
+    utilities *= MARGIN_FACTOR ** np.arange(len(MARGINS_M))[:, None]
+    if not utilities.any():
         return None
-    margin, best = np.unravel_index(int(worths.argmax()), worths.shape)
+    margin, best = np.unravel_index(int(utilities.argmax()), utilities.shape)
     place = int(cells[best, 0]), int(cells[best, 1])
     path = Path(backtrack(waves[margin], place), masks[margin])
-    return Viewpoint(place, path, max(MIN_GAIN_M2, KEPT_GAIN * float(gains[best])))
+    return Viewpoint(place, path, max(MIN_GAIN_M2, MIN_GAIN_SHARE * float(gains[best])))
 
 
-def _candidates(steps: Steps) -> Cells:
-    """Return every fourth cell along rows and columns, (n, 2), if a path leads to it."""
-    return np.argwhere(steps[::EVERY, ::EVERY] != UNREACHED) * EVERY
+def _list_reachable_candidates(steps: Steps) -> Cells:
+    return np.argwhere(steps[::CANDIDATE_STRIDE, ::CANDIDATE_STRIDE] != UNREACHED) * CANDIDATE_STRIDE
 
 
-def _worths(gains: Areas, steps: Steps, cell: float) -> Areas:
-    """Return for each cell the unseen area that is visible from it for each metre of cost, in m²/m.
+def _compute_utilities(gains: Areas, steps: Steps, cell: float) -> Areas:
+    """Return for each cell its utility in m²/m. It is 0 for a cell that cannot be a viewpoint.
 
-    The value is 0 for cells that are too near to the robot or from which too little is visible.
+    gains: the unseen area that is visible from each cell, in m².
     """
     lengths = steps * cell
-    is_view = (gains >= MIN_GAIN_M2) & (lengths >= ELSEWHERE_M) & (steps != UNREACHED)
-    return np.where(is_view, gains / (LOOK_ROUND_M + lengths), 0.0)
+    is_view = (gains >= MIN_GAIN_M2) & (lengths >= MIN_VIEW_DISTANCE_M) & (steps != UNREACHED)
+    return np.where(is_view, gains / (FULL_TURN_COST_M + lengths), 0.0)

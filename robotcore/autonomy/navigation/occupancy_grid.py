@@ -12,22 +12,25 @@ from robotcore.autonomy.navigation.grid_paths import Cell, Mask
 from robotcore.geometry import Pose
 
 FREE_EVIDENCE = -1.5
-"""A reading adds this evidence to each cell in the cone that is nearer to the sensor than the echo."""
+"""A reading adds this to the evidence of each cell in the cone that is nearer to the sensor than the echo."""
 
 TAKEN_EVIDENCE = 0.5
-"""A reading adds this evidence to each cell in the cone that is at the distance of the echo."""
+"""A reading adds this to the evidence of each cell in the cone at the distance of the echo."""
 
-CERTAIN = 4.0
-"""A cell's evidence stays between minus and plus this value, so that a few readings can change an old cell."""
+EVIDENCE_LIMIT = 4.0
+"""The evidence of a cell is clipped to ± this value, so that a few readings can change an old cell."""
 
 SURELY_FREE = -3.0
-"""The evidence of a cell that two readings have shown free and no later echo has contradicted."""
+"""A cell with at most this evidence is surely free: two readings have shown it free, and no later echo was there."""
 
-ABOUT = 2.5
-"""The tolerance of an echo's position on the map, in cells."""
+ECHO_TOLERANCE = 2.5
+"""The cells that may belong to an echo lie within this distance, in cells, of the measured distance."""
 
 CLOSE_M = 0.6
-"""A cell with a nearer echo is certainly occupied. A farther echo may span a gap wide enough for a small robot."""
+"""A cell with an echo from a sensor nearer than this is certainly occupied.
+
+A farther echo marks a wider arc of cells, which may include a gap wide enough for a small robot.
+"""
 
 _SQUARE = cv2.getStructuringElement(cv2.MORPH_RECT, (3, 3))
 
@@ -64,11 +67,11 @@ class OccupancyGrid:
         self.evidence = np.zeros((self.count, self.count), dtype=np.float32)
         """Below 0 for a free cell, above 0 for an occupied cell, 0 for an unknown cell."""
         self.nearest_echo = np.full((self.count, self.count), np.inf, dtype=np.float32)
-        """The shortest distance from the sensor at which the cell gave an echo, in metres; ``inf`` without an echo."""
+        """The least distance of a sensor to which the cell sent an echo, in metres; ``inf`` without an echo."""
         self.updated_at = np.zeros((self.count, self.count), dtype=np.float32)
         """The value of ``travelled`` at the last update of the cell."""
         self.travelled = 0.0
-        """The robot's travel in metres plus its turns in radians. The grid's user must increase it."""
+        """The robot's travel in metres plus its turns in radians. `MapMemory.move` increases it."""
         middles = (np.arange(self.count) + 0.5) * cell - size / 2
         self._xs, self._ys = (middles + round(along / cell) * cell for along in centre)
 
@@ -88,7 +91,7 @@ class OccupancyGrid:
 
     @property
     def uncertain(self) -> Mask:
-        """The occupied cells that have only echoes from farther than `CLOSE_M`. They may be a gap."""
+        """The occupied cells whose echoes all came from farther than `CLOSE_M`. Such a cell may be a gap."""
         return self.taken & (self.nearest_echo > CLOSE_M)
 
     def cell_of(self, x: float, y: float) -> Cell:
@@ -112,7 +115,7 @@ class OccupancyGrid:
         """Update the map with a reading of the range sensor.
 
         sensor: the sensor's pose.
-        distance: the measured distance in metres. ``inf`` means that the whole cone is free.
+        distance: the measured distance in metres; ``inf`` without an echo, so that the whole cone is free.
         max_range: the sensor's range in metres.
         cone: the full opening angle of the cone in radians.
         """
@@ -126,23 +129,23 @@ class OccupancyGrid:
             echo = self._echo(patch > 0, in_cone, radius - distance)
             patch[echo] += TAKEN_EVIDENCE
             nearest_echo[echo] = np.minimum(nearest_echo[echo], distance)
-        np.clip(patch, -CERTAIN, CERTAIN, out=patch)
+        np.clip(patch, -EVIDENCE_LIMIT, EVIDENCE_LIMIT, out=patch)
 
     def add_free_disc(self, x: float, y: float, radius: float, certain: float) -> None:
-        """Mark cells around a point as free. Use it for the floor under the robot.
+        """Mark the cells around a point as free, such as the floor under the robot.
 
         x, y: the point, in metres.
-        radius: within this distance, cells that are not occupied become free.
-        certain: within this distance, all cells become free.
+        radius: the distance in metres within which unknown cells become free.
+        certain: the distance in metres within which occupied cells become free too.
         """
         window = self._window(x, y, radius)
         patch, away = self.evidence[window], self._away(window, x, y)
         is_free = ((away <= radius) & (patch <= 0)) | (away <= certain)
-        patch[is_free] = -CERTAIN
+        patch[is_free] = -EVIDENCE_LIMIT
         self.updated_at[window][is_free] = self.travelled
 
     def contradicts_echo(self, sensor: Pose, distance: float, cone: float) -> bool:
-        """Return whether all cells at and next to the position of an echo are surely free. The map is then wrong."""
+        """Return whether an echo contradicts the map: all cells at its position and next to it are surely free."""
         x, y = sensor.to_world(distance, 0.0)
         if not self.is_within(x, y, 0.0) or self.evidence[self.cell_of(x, y)] > SURELY_FREE:
             return False  # Nearly every call ends here. The rest of the method takes as long as `add_range`.
@@ -151,7 +154,7 @@ class OccupancyGrid:
         return bool((evidence <= SURELY_FREE).all())
 
     def clear_echo(self, sensor: Pose, distance: float, cone: float) -> None:
-        """Mark the cells at and next to the position of an echo as unknown."""
+        """Mark the cells at the position of an echo and next to it as unknown."""
         window, about = self._find_echo_area(sensor, distance, cone)
         self.evidence[window][about] = 0.0
 
@@ -177,9 +180,9 @@ class OccupancyGrid:
         return np.asarray(distance * self.cell, dtype=np.float32)
 
     def _cone(self, window: Window, sensor: Pose, cone: float) -> tuple[Mask, NDArray[np.float64]]:
-        """Return which cells of a window are in the sensor's cone, and each cell's distance from the sensor in metres.
+        """Return a mask of the cells in the sensor's cone, and each cell's distance from the sensor in metres.
 
-        Near the sensor, the cone is widened to the width of a cell.
+        Near the sensor, the cone is as wide as a cell.
         """
         dx, dy = self._xs[window[1]] - sensor.x, (self._ys[window[0]] - sensor.y)[:, None]
         cos, sin = math.cos(sensor.heading), math.sin(sensor.heading)
@@ -188,34 +191,31 @@ class OccupancyGrid:
         return in_cone, np.hypot(ahead, aside)
 
     def _echo(self, taken: Mask, in_cone: Mask, beyond: NDArray[np.float64]) -> Mask:
-        """Return the cells that may have caused an echo: the occupied cells at its distance, or else all cells there.
+        """Return the mask of the cells that may have caused an echo.
 
-        Cells that are already occupied explain the echo, so it is no evidence that the others are occupied. See Thrun,
-        Learning occupancy grids with forward sensor models, 2003.
+        These are the occupied cells at the echo's distance. Without such a cell, they are all cells at that distance.
+        See Thrun, Learning occupancy grids with forward sensor models, 2003.
+
+        beyond: each cell's distance from the sensor minus the echo's, in metres.
         """
         known = in_cone & (np.abs(beyond) <= 1.5 * self.cell) & taken
         arc = in_cone & (beyond >= -0.5 * self.cell) & (beyond <= self.cell)
         return known if known.any() else arc
 
     def _find_echo_area(self, sensor: Pose, distance: float, cone: float) -> tuple[Window, Mask]:
-        """Return a window of the map, and the mask of its cells at and next to the position of an echo."""
-        window = self._window(sensor.x, sensor.y, distance + ABOUT * self.cell)
+        window = self._window(sensor.x, sensor.y, distance + ECHO_TOLERANCE * self.cell)
         in_cone, radius = self._cone(window, sensor, cone)
-        return window, in_cone & (np.abs(radius - distance) <= ABOUT * self.cell)
+        return window, in_cone & (np.abs(radius - distance) <= ECHO_TOLERANCE * self.cell)
 
     def _away(self, window: Window, x: float, y: float) -> NDArray[np.float64]:
-        """Return the distance of each cell of a window to a point, in metres."""
         return np.asarray(np.hypot(self._xs[window[1]] - x, (self._ys[window[0]] - y)[:, None]))
 
     def _window(self, x: float, y: float, reach: float) -> Window:
-        """Return the slices of a square part of the map: ``reach`` metres from a point in each direction."""
+        """Return the slices of the square part of the map that reaches ``reach`` metres from a point to each side."""
         (top, left), (bottom, right) = self.cell_of(x - reach, y - reach), self.cell_of(x + reach, y + reach)
         return slice(max(top, 0), max(bottom + 1, 0)), slice(max(left, 0), max(right + 1, 0))
 
     @staticmethod
     def _closed(free: Mask) -> Mask:
-        """Return the mask of the free cells, with gaps of up to two cells filled.
-
-        A turning sensor leaves such gaps between the cones of successive readings.
-        """
+        """Fill gaps of up to two cells, which a turning sensor leaves between the cones of successive readings."""
         return np.asarray(cv2.morphologyEx(free.astype(np.uint8), cv2.MORPH_CLOSE, _SQUARE), np.bool_)

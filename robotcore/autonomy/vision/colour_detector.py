@@ -77,36 +77,35 @@ def hue_of(hue: str | float) -> float:
     return degrees % 360
 
 
-CAST, ALWAYS_ENOUGH = 0.6, 0.38
-"""If light tinges a whole picture with the hue, a candidate needs more saturation.
+CAST_FACTOR, MAX_MIN_SATURATION = 0.6, 0.38
+"""A candidate needs more saturation if light tinges the whole picture with the hue.
 
-The additional saturation is CAST times the picture's mean saturation. A candidate never needs more than ALWAYS_ENOUGH.
+``CAST_FACTOR`` times the picture's mean saturation is added to the threshold, up to ``MAX_MIN_SATURATION``.
 """
 
-SHARE = 0.5
+CHROMA_SHARE = 0.5
 """A pixel belongs to a region if its chroma is at least this fraction of the region's mean chroma."""
 
 MARGIN_PX = 3
-"""A candidate's region is measured in its box, enlarged on each side by this number of pixels of the full picture."""
+"""How far regions are searched outside of a candidate's box on each side, in pixels of the full picture."""
 
-FEW, MOST = 4, 8
-"""If there are more than FEW candidates, noise or texture causes them, so the picture is blurred and searched again.
+BLUR_ABOVE, MAX_CANDIDATES = 4, 8
+"""More than ``BLUR_ABOVE`` candidates come from noise or texture, so the picture is blurred and searched again.
 
-At most MOST candidates are measured.
+The ``MAX_CANDIDATES`` largest candidates of the blurred picture are measured.
 """
 
 
 class ColourDetector:
     """Finds blobs of a hue in BGR pictures.
 
-    The detector finds candidates by saturation and chroma in a picture of half the size. It measures them by hue in
-    the full picture, with their holes filled. It omits a blob whose centroid is in the box of a larger blob. It returns
-    at most eight blobs.
+    The detector finds candidates by saturation and chroma in a picture of half the size. Then it measures the blobs
+    near each candidate by hue in the full picture. It omits a blob whose centroid is in the box of a larger blob.
 
     hue: a name in `HUES`, or degrees.
     tolerance: the greatest difference between a pixel's hue and ``hue``, in degrees, more than 0 and less than 90.
-    min_saturation: the least saturation in the hue, 0 to 1. A picture that is tinged with the hue needs more.
-    min_chroma: a pixel's chroma, in grey levels, must exceed the chroma of ``min_saturation`` by this.
+    min_saturation: the least saturation of a candidate, 0 to 1. In a picture that is tinged with the hue it is higher.
+    min_chroma: the least chroma of a candidate above that of ``min_saturation``, in grey levels.
     min_area: the least area of a blob, in pixels.
 
     >>> from robotcore.optics import Intrinsics
@@ -131,7 +130,7 @@ class ColourDetector:
             text = f"the tolerance is {tolerance:g} degrees; take more than 0 and less than 90"
             raise UsageError(text, kind="tolerance-out-of-bounds", tolerance=tolerance)
         if not min_area >= 1:
-            text = f"the smallest area is {min_area} pixels; take 1 or more"
+            text = f"min_area is {min_area} pixels; take 1 or more"
             raise UsageError(text, kind="area-too-small", min_area=min_area)
         self.hue = hue_of(hue)
         self._tolerance = tolerance
@@ -161,32 +160,29 @@ class ColourDetector:
         return f"ColourDetector(hue={self.hue:g}, tolerance={self._tolerance:g}, min_area={self._min_area})"
 
     def _find_regions(self, image: Image) -> Iterator[Region]:
-        """Yield the regions of all candidates, in pixels of the full picture. A region may be yielded twice."""
+        """Yield the regions of all candidates in the full picture. Two candidates may yield the same region."""
         height, width = image.shape[:2]
         size = (width + 1) // 2, (height + 1) // 2
         half = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
         for box, chroma in self._find_candidates(half):
-            yield from self._measure_regions(image, box, SHARE * chroma)
+            yield from self._measure_regions(image, box, CHROMA_SHARE * chroma)
 
     def _find_candidates(self, image: Image) -> Iterator[tuple[Box, float]]:
-        """Yield the box and the mean chroma of each candidate, in pixels of the half-size picture.
-
-        If there are more than `FEW` candidates, search again in a blurred picture.
-        """
+        """Yield the box and the mean chroma of each candidate, in pixels of the half-size picture."""
         tests = self._hue_classifier.of_saturation(self._least_saturation(image), self._min_chroma)
         mask = find_hue(image, tests)
         candidates = find_contours(mask)
-        if len(candidates) > FEW:
+        if len(candidates) > BLUR_ABOVE:
             image = np.asarray(cv2.blur(image, (3, 3)), np.uint8)
             mask = find_hue(image, tests)
-            candidates = sorted(find_contours(mask), key=pixels_in)[-MOST:]
+            candidates = sorted(find_contours(mask), key=pixels_in)[-MAX_CANDIDATES:]
         for candidate in candidates:
             left, top, width, height = box = box_of(candidate)
             inside = slice(top, top + height), slice(left, left + width)
             yield box, self._hue_classifier.chroma(cv2.mean(image[inside], mask[inside]))
 
     def _measure_regions(self, image: Image, box: Box, chroma: float) -> Iterator[Region]:
-        """Yield the regions with at least this chroma in and near a box of the half-size picture."""
+        """Yield the regions with at least this chroma. ``box`` is in pixels of the half-size picture."""
         left, top, width, height = box
         right, bottom = 2 * (left + width) + MARGIN_PX, 2 * (top + height) + MARGIN_PX
         left, top = max(0, 2 * left - MARGIN_PX), max(0, 2 * top - MARGIN_PX)
@@ -196,9 +192,8 @@ class ColourDetector:
                 yield measure_region(contour)
 
     def _least_saturation(self, image: Image) -> float:
-        """Return the least saturation of a candidate. It is higher if light or a lawn tinges the whole picture."""
-        cast = CAST * max(0.0, self._hue_classifier.saturation(cv2.mean(image)))
-        return max(self._min_saturation, min(self._min_saturation + cast, ALWAYS_ENOUGH))
+        cast = CAST_FACTOR * max(0.0, self._hue_classifier.saturation(cv2.mean(image)))
+        return max(self._min_saturation, min(self._min_saturation + cast, MAX_MIN_SATURATION))
 
 
 def _area(region: Region) -> int:

@@ -19,10 +19,10 @@ Row = tuple[float, float, float]
 Rows = NDArray[np.float64]
 
 STEEPNESS = 16.0
-"""The slope of a test, in output levels per grey level. With a slope of 32 or more, OpenCV is slow."""
+"""The slope of a test: how many output levels its value rises per grey level. From 32 on, OpenCV is slow."""
 
-OPENING = 2.0
-"""The tangent of the half angle of the wider wedge, divided by that of the narrow one. See `of_saturation`."""
+WEDGE_RATIO = 2.0
+"""The ratio of the tangents of two half angles: of the wedge of `of_saturation`, and of the hue tolerance."""
 
 WHITE = np.array((0, 0, 0, 255), np.float32)
 PACKED_WHITE = 0xFFFF
@@ -50,7 +50,7 @@ class HueClassifier:
         narrow = math.radians(tolerance)
         self._narrow = _make_tests(_sides(along, across, narrow), along) + WHITE
         self._per_chroma = _make_tests(np.zeros((2, 3)), np.zeros(3), (0.0, 0.0, 1.0))
-        wide = math.atan(OPENING * math.tan(narrow))
+        wide = math.atan(WEDGE_RATIO * math.tan(narrow))
         sine = math.sin(wide)
         self._wide = _make_tests(_sides(along, across, wide), along) + WHITE
         self._per_saturation = _make_tests(np.array((sine * value, sine * value)), value)
@@ -69,12 +69,12 @@ class HueClassifier:
         return self._narrow - least * self._per_chroma
 
     def of_saturation(self, least: float, distance: float) -> Tests:
-        """Return the tests for colours in a wider wedge of the plane whose tip is not at grey but at some saturation.
+        """Return the tests for colours in a wedge of the plane, whose tip lies on the line of the hue away from grey.
 
-        The duller a colour is, the nearer to the hue it must be. The darker it is, the more saturated it must be.
+        A less saturated colour must be nearer to the hue. A darker colour must be more saturated.
 
-        least: the saturation of the wedge's tip.
-        distance: the additional chroma of the wedge's tip, in grey levels.
+        least: the saturation at the tip.
+        distance: the chroma at the tip in addition to that of ``least``, in grey levels.
         """
         tests: Tests = self._wide - distance * self._per_distance - least * self._per_saturation
         return tests
@@ -83,8 +83,7 @@ class HueClassifier:
 def find_hue(image: Image, tests: Tests) -> Mask:
     """Return for each pixel of a BGR picture 1 if it passes all three tests, else 0, (height, width).
 
-    The product with the tests is a picture in which exactly these pixels are white. Its pixels are packed into 16 bits
-    each, so that one comparison finds white.
+    A pixel that passes becomes white in the product with the tests. Packed into 16 bits, white takes one comparison.
     """
     packed = cv2.cvtColor(cv2.transform(image, tests), cv2.COLOR_BGR2BGR565)
     mask: Mask = (packed.view(np.uint16)[..., 0] == PACKED_WHITE).view(np.uint8)
@@ -92,7 +91,7 @@ def find_hue(image: Image, tests: Tests) -> Mask:
 
 
 def _sides(along: Rows, across: Rows, half_angle: float) -> Rows:
-    """Return the two tests, one a row, for an angle of at most ``half_angle`` to either side of the hue."""
+    """Return the tests of the two sides of a wedge, one a row. ``half_angle`` is in radians."""
     sine, cosine = math.sin(half_angle), math.cos(half_angle)
     return np.array((sine * along - cosine * across, sine * along + cosine * across))
 
@@ -102,19 +101,16 @@ def _make_tests(sides: Rows, outwards: Rows, offsets: Row = (0.0, 0.0, 0.0)) -> 
 
 
 def _direction(degrees: float) -> Row:
-    """Return the weights of blue, green and red for the coordinate of a colour along a direction of the plane.
-
-    The directions of pure blue, green and red are 240°, 120° and 0°.
-    """
+    """Return the weights of blue, green and red that give a colour's coordinate along a direction of the plane."""
     blue, green, red = (math.cos(math.radians(primary - degrees)) for primary in (240, 120, 0))
     return blue, green, red
 
 
 def _value(hue: float) -> Row:
-    """Return the weights of blue, green and red for the value of a colour of a hue.
+    """Return the weights of blue, green and red that give the value (HSV) of a colour of this hue.
 
-    The value is the largest of blue, green and red. It equals their mean plus two thirds of the chroma along the
-    nearest primary colour. That chroma is the chroma along the hue times the cosine of the angle between the two.
+    The value is the mean of blue, green and red plus two thirds of the chroma along the nearest primary colour. The
+    latter is the chroma along the hue times the cosine of the angle between the hue and the primary colour.
     """
     from_primary = math.radians(abs((hue + 60) % 120 - 60))
     blue, green, red = (1 / 3 + 2 / 3 * math.cos(from_primary) * part for part in _direction(hue))
@@ -148,7 +144,10 @@ class Region(NamedTuple):
 
 
 def find_contours(mask: Mask, offset: tuple[int, int] = (0, 0)) -> list[Contour]:
-    """Return the outer contours of the regions in a mask. ``offset``, (x, y) in pixels, is added to each point."""
+    """Return the outer contours of the regions in a mask.
+
+    offset: (x, y) in pixels; it is added to each point of the contours.
+    """
     found, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=offset)
     return list(found)
 
@@ -156,8 +155,8 @@ def find_contours(mask: Mask, offset: tuple[int, int] = (0, 0)) -> list[Contour]
 def pixels_in(contour: Contour) -> float:
     """Return the number of pixels in the region of a contour.
 
-    A contour goes through the middles of the region's outermost pixels, so it encloses only about half of each. By
-    Pick's theorem, the number of pixels is the enclosed area + the number of outermost pixels / 2 + 1.
+    A contour goes through the middles of the region's outermost pixels, so its area lacks about half of each. By Pick's
+    theorem, the number of pixels is the contour's area + the number of outermost pixels / 2 + 1.
     """
     return cv2.contourArea(contour) + _not_enclosed(contour)
 
@@ -165,7 +164,7 @@ def pixels_in(contour: Contour) -> float:
 def measure_region(contour: Contour) -> Region:
     """Return the region of a contour.
 
-    The contour cuts off the outer parts of the outermost pixels. Their area counts at the centroid of the contour.
+    For the region's centroid, the area that the contour lacks counts as if it were at the centroid of the contour.
     """
     moments, edge = cv2.moments(contour), _not_enclosed(contour)
     edge_u, edge_v = cv2.mean(contour)[:2]

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.navigation.mapping import HISTORY_S, LATELY, Map, MapMemory, PoseHistory, RangeIntegrator
+from robotcore.autonomy.navigation.mapping import DRIFT_LIMIT, HISTORY_S, Map, MapMemory, PoseHistory, RangeIntegrator
 from robotcore.autonomy.navigation.next_best_view import Coverage
 from robotcore.geometry import Pose
 from robotcore.hal.clock import SteppedClock
@@ -121,7 +121,7 @@ def test_single_reading_of_a_turning_sensor_is_no_outlier(mapping: MappingRig) -
 def test_echoes_from_free_cells_delete_the_old_map(mapping: MappingRig) -> None:
     mapping.add(1.8, 1.8, 1.8, heading=1.5)
     mapping.add(1.8, 1.8, 1.8)
-    mapping.grid.travelled += LATELY + 0.1
+    mapping.grid.travelled += DRIFT_LIMIT + 0.1
     mapping.add(1.8, heading=1.5)
     assert mapping.add(1.0, 1.0) == [False, True]
     assert mapping.is_taken(1.0)
@@ -194,8 +194,8 @@ def test_the_same_reading_from_another_heading_is_evidence(rig: Rig, known: Map)
 
 
 def test_a_robot_leaves_its_map_before_it_is_at_the_border(known: Map) -> None:
-    assert not known.is_left_at(Pose(5.0, 0.0, 0.0))
-    assert known.is_left_at(Pose(0.0, -5.7, 0.0))
+    assert not known.is_near_border(Pose(5.0, 0.0, 0.0))
+    assert known.is_near_border(Pose(0.0, -5.7, 0.0))
 
 
 def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, known: Map) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from robotcore.autonomy.navigation.mapping import Map
-from robotcore.autonomy.navigation.motion import BACK_M_S, NO_SWEEP, Follower, ScanTurn, Steering, Sweep
+from robotcore.autonomy.navigation.motion import BACK_M_S, NO_SCAN, CameraScan, Follower, SensorScan, Steering
 from robotcore.autonomy.navigation.planner import Path
 from robotcore.geometry import Pose
 from tests.robotcore.autonomy.navigation.places import HERE, REACH, take
@@ -105,7 +105,7 @@ class TestFollower:
         assert twist.angular == pytest.approx(0.0, abs=0.2)
 
 
-def turn(look: ScanTurn, headings: list[float]) -> float:
+def turn(look: CameraScan, headings: list[float]) -> float:
     """Turn from 0 in steps of 0.1 rad until no bearing is left, and return the turn."""
     heading = 0.0
     for _ in range(200):
@@ -117,7 +117,7 @@ def turn(look: ScanTurn, headings: list[float]) -> float:
     return heading
 
 
-def survey(sweep: Sweep, heading: float) -> list[float]:
+def survey(sweep: SensorScan, heading: float) -> list[float]:
     """Return the headings at which a sweep changes its direction."""
     turning_points, last = [], 0.0
     while sense := sweep.turn_direction(heading):
@@ -130,39 +130,39 @@ def survey(sweep: Sweep, heading: float) -> list[float]:
 
 class TestLook:
     def test_turns_to_the_nearest_bearing_and_on_in_the_same_direction(self) -> None:
-        assert turn(ScanTurn(0.0), [-0.5, 0.8]) == pytest.approx(0.8 - math.tau, abs=0.2)
-        assert turn(ScanTurn(0.0), [0.5, -0.8]) == pytest.approx(math.tau - 0.8, abs=0.2)
+        assert turn(CameraScan(0.0), [-0.5, 0.8]) == pytest.approx(0.8 - math.tau, abs=0.2)
+        assert turn(CameraScan(0.0), [0.5, -0.8]) == pytest.approx(math.tau - 0.8, abs=0.2)
 
     def test_ends_without_bearings(self) -> None:
-        assert turn(ScanTurn(0.0), [1.0, 2.0]) == pytest.approx(2.0, abs=0.2)
-        assert ScanTurn(0.0).turn_direction(0.0, np.array([])) == 0.0
+        assert turn(CameraScan(0.0), [1.0, 2.0]) == pytest.approx(2.0, abs=0.2)
+        assert CameraScan(0.0).turn_direction(0.0, np.array([])) == 0.0
 
     def test_ends_after_one_full_turn(self) -> None:
-        look = ScanTurn(0.0)
+        look = CameraScan(0.0)
         heading, bearing = 0.0, np.array([0.3])
         while look.turn_direction(heading, bearing) and heading < 20:
             heading += 0.1
         assert heading == pytest.approx(math.tau - 0.3, abs=0.1)
 
     def test_turning_back_counts_as_turning_too(self) -> None:
-        look = ScanTurn(0.0)
+        look = CameraScan(0.0)
         senses = [look.turn_direction(heading, np.array([0.5])) for heading in [0.0, 1.0] * 4]
         assert senses == [1.0] * 6 + [0.0] * 2
 
 
 class TestSurvey:
     def test_sweeps_both_sides_of_a_bearing_the_nearer_first(self) -> None:
-        assert survey(Sweep.ahead(HERE, 0.3), 0.0) == pytest.approx([-0.5, 1.1], abs=0.12)
-        assert survey(Sweep.ahead(HERE, -0.3), 0.0) == pytest.approx([0.5, -1.1], abs=0.12)
+        assert survey(SensorScan.ahead(HERE, 0.3), 0.0) == pytest.approx([-0.5, 1.1], abs=0.12)
+        assert survey(SensorScan.ahead(HERE, -0.3), 0.0) == pytest.approx([0.5, -1.1], abs=0.12)
 
     def test_all_round_is_one_whole_turn(self) -> None:
-        assert survey(Sweep.all_round(Pose(0.0, 0.0, 1.0)), 1.0) == pytest.approx([1.0 + math.tau], abs=0.12)
+        assert survey(SensorScan.full_turn(Pose(0.0, 0.0, 1.0)), 1.0) == pytest.approx([1.0 + math.tau], abs=0.12)
 
     def test_holds_until_the_robot_has_moved_on(self) -> None:
-        sweep = Sweep.ahead(HERE, 0.0)
+        sweep = SensorScan.ahead(HERE, 0.0)
         assert sweep.is_near(Pose(0.1, 0.0, 2.0), REACH)
         assert not sweep.is_near(Pose(0.2, 0.0, 0.0), REACH)
 
     def test_no_sweep_is_near_no_pose(self) -> None:
-        assert not NO_SWEEP.is_near(HERE, REACH)
-        assert NO_SWEEP.turn_direction(0.0) == 0.0
+        assert not NO_SCAN.is_near(HERE, REACH)
+        assert NO_SCAN.turn_direction(0.0) == 0.0

@@ -9,15 +9,15 @@ from robotcore.autonomy.navigation import OccupancyGrid
 from robotcore.autonomy.navigation.grid_paths import UNREACHED
 from robotcore.autonomy.navigation.mapping import Map
 from robotcore.autonomy.navigation.next_best_view import (
-    DOUBT,
-    ELSEWHERE_M,
+    GAP_PROBABILITY,
     GUESS_M,
-    KEPT_GAIN,
     MIN_GAIN_M2,
+    MIN_GAIN_SHARE,
+    MIN_VIEW_DISTANCE_M,
     VIEW_M,
     Coverage,
     Viewpoint,
-    _worths,
+    _compute_utilities,
     best_viewpoint,
 )
 from robotcore.autonomy.navigation.occupancy_grid import CLOSE_M
@@ -104,7 +104,7 @@ class TestGains:
         coverage.seen[grid.disc(1.2, 0.0, 0.3)] = False
         open_gain = gain(grid, coverage)
         take(grid, CLOSE_M - 0.1, CLOSE_M - 0.1, -1.0, 1.0, nearest_echo=1.0)
-        assert gain(grid, coverage) == pytest.approx(DOUBT * open_gain)
+        assert gain(grid, coverage) == pytest.approx(GAP_PROBABILITY * open_gain)
 
     def test_far_uncertain_walls_hide_cells(self, grid: OccupancyGrid, coverage: Coverage) -> None:
         coverage.seen[:] = True
@@ -207,7 +207,7 @@ def test_cell_beside_the_robot_is_no_view(field: Map) -> None:
     take(field.grid, -0.5, -0.4, -0.5, 0.5)
     take(field.grid, -0.5, 0.5, 0.4, 0.5)
     take(field.grid, -0.5, 0.5, -0.5, -0.4)
-    hide(field, 0.0, 0.0, ELSEWHERE_M)
+    hide(field, 0.0, 0.0, MIN_VIEW_DISTANCE_M)
     assert view_from_here(field) is None
 
 
@@ -222,7 +222,7 @@ def test_a_view_is_worth_going_to_until_it_has_been_seen(field: Map) -> None:
 
 
 def test_there_is_no_view_without_a_path() -> None:
-    assert _worths(np.array([9.0, 9.0]), np.array([UNREACHED, 20]), 0.04).tolist() == [0.0, 9.0 / 2.0]
+    assert _compute_utilities(np.array([9.0, 9.0]), np.array([UNREACHED, 20]), 0.04).tolist() == [0.0, 9.0 / 2.0]
 
 
 @pytest.mark.parametrize("radius", [0.25, 0.6])
@@ -232,5 +232,5 @@ def test_view_is_given_up_below_its_least_gain(field: Map, radius: float) -> Non
     view = view_from_here(field)
     assert view
     gain = float(field.coverage.gains(np.array([view.place]))[0])
-    assert view.least_gain == pytest.approx(max(MIN_GAIN_M2, KEPT_GAIN * gain))
+    assert view.least_gain == pytest.approx(max(MIN_GAIN_M2, MIN_GAIN_SHARE * gain))
     assert (view.least_gain > MIN_GAIN_M2) is (radius > 0.5)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.navigation.occupancy_grid import CERTAIN, CLOSE_M
+from robotcore.autonomy.navigation.occupancy_grid import CLOSE_M, EVIDENCE_LIMIT
 from robotcore.geometry import Pose
 
 CONE = math.radians(30)
@@ -98,7 +98,7 @@ class TestRange:
     def test_map_follows_a_world_that_changes(self, grid: OccupancyGrid) -> None:
         for _ in range(1000):
             grid.add_range(ORIGIN, math.inf, 1.5, CONE)
-        assert np.abs(grid.evidence).max() == CERTAIN
+        assert np.abs(grid.evidence).max() == EVIDENCE_LIMIT
         for _ in range(9):
             grid.add_range(ORIGIN, 1.0, 1.5, CONE)
         assert is_taken(grid, 1.0, 0.0)
@@ -146,7 +146,7 @@ class TestFreeDisc:
     def test_cells_under_the_robot_are_free(self, grid: OccupancyGrid) -> None:
         grid.add_range(ORIGIN, 0.2, 2.0, CONE)
         grid.add_free_disc(0.0, 0.0, 0.3, certain=0.3)
-        assert grid.evidence[grid.cell_of(0.2, 0.0)] == -CERTAIN
+        assert grid.evidence[grid.cell_of(0.2, 0.0)] == -EVIDENCE_LIMIT
         assert grid.evidence[grid.cell_of(0.35, 0.0)] == 0
         assert grid.free.sum() == pytest.approx(math.pi * 0.3**2 / 0.05**2, rel=0.1)
         assert (grid.free == grid.disc(0.0, 0.0, 0.3)).all()

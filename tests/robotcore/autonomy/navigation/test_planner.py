@@ -12,10 +12,10 @@ from robotcore.autonomy.navigation.occupancy_grid import OccupancyGrid
 from robotcore.autonomy.navigation.planner import (
     BARRED_M,
     MARGINS_M,
+    MIN_FREE_PATH_M,
     NO_PATH,
     NO_PATH_PLAN,
     RING_M,
-    WORTH_M,
     Certainty,
     PathPlan,
     find_straight_starts,
@@ -218,7 +218,7 @@ def test_unknown_part_is_barred_after_a_survey(field: Map) -> None:
     veil(field.grid, 0.6, 0.9, 1.1, 1.6)
     closed = field.grid.point_of(*plan(field, 1.3).unknown_part[0])
     other = plan(field, 1.3, is_surveyed=True)
-    assert len(other.path.cells) * field.grid.cell > WORTH_M
+    assert len(other.path.cells) * field.grid.cell > MIN_FREE_PATH_M
     assert all(math.dist(field.grid.point_of(*cell), closed) > BARRED_M for cell in other.unknown_part)
 
 
