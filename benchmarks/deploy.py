@@ -25,10 +25,10 @@ from time import monotonic
 
 from benchmarks.report import at_least_one, machine, print_table
 from robotcore.deploy.agent.releases import PROJECT, SITE, Release
-from robotcore.deploy.host import Host
+from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.robot_answers import ProbeAnswer
-from robotcore.deploy.rpc import Link
-from robotcore.deploy.wheels import Target, fetch_wheels
+from robotcore.deploy.rpc import RobotLink
+from robotcore.deploy.wheels import Platform, fetch_wheels
 from tests.system import needs
 from tests.system.deploy.client import HOST, Client
 from tests.system.deploy.machine import make_machine as boot_machine
@@ -112,8 +112,8 @@ def _time_rsync(rover: Rover) -> float:
 
 def _fetch_wheels(rover: Rover, requirements: tuple[str, ...]) -> Path:
     """Return the folder of the wheels at the client."""
-    with Link(Host.parse(HOST), rover.client.config) as link:
-        return fetch_wheels(requirements, Target.of(link.call("probe", ProbeAnswer)), print)
+    with RobotLink(RobotAddress.parse(HOST), rover.client.config) as link:
+        return fetch_wheels(requirements, Platform.of(link.call("probe", ProbeAnswer)), print)
 
 
 if __name__ == "__main__":

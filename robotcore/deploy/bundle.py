@@ -1,4 +1,4 @@
-"""Build the bundle: the folder that a push sends, with the project's files, robotcore, and the user's packages."""
+"""Builds the bundle: the folder that a push sends, with the project's files, robotcore, and the user's packages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _IGNORED = ("is ignored by git", "Take it out of .gitignore")
 
 
 MOST_SECRETS = 50
-"""A note names at most this many files that are not sent because they may hold a secret."""
+"""The greatest number of files that the warning about secrets names."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,11 @@ class Bundle:
 
     project: Project
     folder: Path
-    """Its path. The folder ``project`` in it has the user's files, ``site`` has robotcore and the user's packages."""
+    """The folder. It has the folders ``project``, with the user's files, and ``site``, with the sent packages."""
     requirements: tuple[str, ...]
     """The requirements that pip installs on the robot."""
-    notes: tuple[str, ...] = ()
-    """Notes for the user, such as the files that are not sent."""
+    warnings: tuple[str, ...] = ()
+    """Warnings for the user, such as the files that are not sent."""
 
     def __repr__(self) -> str:
         return f"<Bundle of {self.project.name} in {self.folder}: {len(self.requirements)} requirements>"
@@ -50,11 +50,11 @@ class Bundle:
 def build_bundle(project: Project, folder: Path) -> Bundle:
     """Copy everything that a push sends into an empty folder, and return it as a bundle.
 
-    The manifest of the release is missing in it; `Release.write` adds the manifest later.
+    `Release.write` adds the manifest of the release later.
 
     project: the project.
     folder: the empty folder.
-    Raises UsageError for a broken link, for a file that the project names but that is not sent, and for compiled code.
+    Raises UsageError for a broken link, for compiled code, and if the project names a file that must not be sent.
     Raises DeployError if a package cannot be built.
     """
     listing = _copy_project(project, folder / PROJECT)
@@ -63,7 +63,7 @@ def build_bundle(project: Project, folder: Path) -> Bundle:
         project,
         folder,
         collect_requirements(project, folder / SITE, pinned),
-        _format_notes((*listing.secrets, *secrets)),
+        _format_warnings((*listing.secrets, *secrets)),
     )
 
 
@@ -83,24 +83,23 @@ def _copy_project(project: Project, target: Path) -> Listing:
     return listing
 
 
-def _format_notes(secrets: Sequence[str]) -> tuple[str, ...]:
+def _format_warnings(secrets: Sequence[str]) -> tuple[str, ...]:
     if not secrets:
         return ()
     return (f"left out because they may hold a secret: {list_names(secrets, MOST_SECRETS)}",)
 
 
 METADATA = ("METADATA", "entry_points.txt", "top_level.txt")
-"""The files of robotcore's metadata that are sent. The other files name folders of this machine."""
+"""The files of robotcore's metadata that are sent. Its other files contain paths of this machine."""
 
 _NOT_COPIED = shutil.ignore_patterns("__pycache__", "*.py[co]", ".*")
 
 
 def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Fill ``site`` with robotcore, the project's own package, and packages installed from folders of this machine.
+    """Install robotcore, the project's package, and packages from folders of this machine into ``site``.
 
-    source: the copy of the project that is sent.
-    Returns the requirements that pip installs from a package index, and the names of files that may hold a secret.
-    Raises DeployError and UsageError as `build_package` does.
+    source: the copy of the project in the bundle.
+    Returns the requirements of packages from an index, and the names of files that may hold a secret.
     """
     site.mkdir()
     _copy_robotcore(site)
@@ -118,10 +117,9 @@ def _fill_site(project: Project, source: Path, site: Path) -> tuple[tuple[str, .
 
 
 def _copy_robotcore(site: Path) -> None:
-    """Copy robotcore, the packages of its entry points, and the metadata that lists these entry points.
+    """Copy robotcore, the packages of its entry points, and the metadata with these entry points.
 
-    The packages are copied from the folder of the running robotcore, because the working folder may have other packages
-    of the same names.
+    The source is the folder of the running robotcore, because the working folder may have packages of the same names.
     """
     packages = Path(robotcore.__file__).parents[1]
     dist = distribution(ROBOTCORE)
@@ -135,13 +133,13 @@ def _copy_robotcore(site: Path) -> None:
 
 
 def _find_distributions(project: Project) -> Iterator[Distribution]:
-    """Yield the installed distributions, except robotcore, that have the backend, the device drivers and the app."""
+    """Yield the installed distributions with the project's backend, device drivers and app, except robotcore."""
     found = {point.dist.name: point.dist for point in find_entry_points(project) if point.dist}
     return (dist for name, dist in sorted(found.items()) if name != ROBOTCORE)
 
 
 def _find_origin(dist: Distribution) -> Path | str:
-    """Return the folder or archive that a distribution was installed from, or else its requirement.
+    """Return the folder or archive that a distribution was installed from. Without one, return its requirement.
 
     Source: ``direct_url.json``, PEP 610.
     """
@@ -169,18 +167,17 @@ COMPILED_SUFFIXES = (".so", ".pyd", ".dylib")
 """The suffixes of files with machine code."""
 
 _LOCAL_METADATA = ("RECORD", "direct_url.json", "REQUESTED", "INSTALLER")
-"""The files of a package's metadata that name folders of this machine. They are not sent."""
+"""The files of a package's metadata that contain paths of this machine. They are not sent."""
 
 
 def build_package(source: Path, site: Path) -> tuple[str, ...]:
-    """Install a package into ``site`` without its dependencies.
+    """Install a package into ``site`` without its dependencies. Return the names of files that may hold a secret.
 
-    If the source is a folder, it is first copied without its secrets. So the build leaves no files in the original.
+    The function builds a copy of a folder, so that no secret gets into the package and no file into the original.
 
-    source: the package's folder, or an archive.
-    Returns the files of the folder that may hold a secret, as paths that begin with the folder's name.
-    Raises DeployError if the package cannot be built. Raises UsageError if it has compiled code, which the robot may
-    not be able to run.
+    source: the package's folder, or an archive. The returned names begin with the folder's name.
+    Raises DeployError if the package cannot be built. Raises UsageError if it has compiled code, because the robot may
+    have another processor.
     """
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         tree, built = Path(scratch, "source"), Path(scratch, "built")
@@ -204,10 +201,7 @@ def build_package(source: Path, site: Path) -> tuple[str, ...]:
 
 
 def _has_build_requirements(tree: Path) -> bool:
-    """Return whether everything that the build of a package requires is installed here.
-
-    If it is, pip needs no package index to build the package.
-    """
+    """Return whether all build requirements of a package are installed. pip then needs no package index to build it."""
     if not (tree / FILE).is_file():
         return False
     table = read_table(str(tree / FILE)).get("build-system", {})
@@ -236,7 +230,7 @@ def _require_pure(source: Path, built: Path) -> None:
 
 
 def _move_into_site(built: Path, site: Path) -> None:
-    """Copy a built package into ``site``, without its command-line programs and without metadata on this machine."""
+    """Copy a built package into ``site``, without its command-line programs and `_LOCAL_METADATA`."""
     shutil.rmtree(built / "bin", ignore_errors=True)
     for name in _LOCAL_METADATA:
         for file in built.glob(f"*.dist-info/{name}"):

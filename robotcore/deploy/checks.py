@@ -1,4 +1,4 @@
-"""The checks that a project must pass before a push sends it: its tests, and the check of its descriptions."""
+"""Checks of a project before a push: its tests, and the check of its description files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from subprocess import CompletedProcess
 from typing import Generic, TypeVar
 
-from robotcore.deploy.progress import OnStep, Say, begin_step
+from robotcore.deploy.progress import OnStep, ReportText, begin_step
 from robotcore.deploy.project import Project
 from robotcore.deploy.staging import list_files
 from robotcore.description import RobotDescription, load_world
@@ -25,7 +25,7 @@ from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
 
 POLL_S = 0.5
-"""The time between two calls of ``on_poll`` while a process runs, in s."""
+"""The time between two calls of ``on_poll`` in `run_python`, in s."""
 
 
 @dataclass(frozen=True)
@@ -34,31 +34,31 @@ class CheckResult:
 
     summary: str
     """The result in one line."""
-    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     """Warnings, a line each."""
 
 
 def run_python(
     folder: Path | None,
-    words: Sequence[str],
+    arguments: Sequence[str],
     environment: Mapping[str, str] | None = None,
     *,
     limit_s: float,
     on_poll: Callable[[], object] = lambda: None,
 ) -> subprocess.CompletedProcess[str]:
-    """Run this Python with an empty stdin until it ends, and return its output.
+    """Run this Python in a process with an empty stdin, and return its exit status and output.
 
-    If an exception is raised meanwhile, the process is killed.
+    After a time-out or another exception, the process is killed.
 
-    folder: the working folder; None for the current one.
-    words: the command-line arguments of Python.
-    environment: variables that override those of this process.
-    limit_s: the time after which TimeoutError is raised, in s.
+    folder: the working folder; None for the current folder.
+    arguments: the command-line arguments of Python.
+    environment: environment variables that override those of this process.
+    limit_s: the time limit in s. After it, TimeoutError is raised.
     on_poll: this function is called every `POLL_S` while the process runs.
     """
     clock = MonotonicClock()
     with subprocess.Popen(  # noqa: S603  no shell
-        [sys.executable, *words],
+        [sys.executable, *arguments],
         cwd=folder,
         env={**os.environ, **(environment or {})},
         stdin=subprocess.DEVNULL,
@@ -81,36 +81,36 @@ def run_python(
 
 
 def format_command(project: Project, line: str) -> str:
-    """Return a shell command that enters the project's folder and runs a command line there."""
+    """Return a shell command that runs a command line in the project's folder."""
     is_here = project.folder is None or project.folder == Path.cwd().resolve()
     return line if is_here else f"cd {shlex.quote(str(project.folder))} && {line}"
 
 
 def read_process_error(process: subprocess.CompletedProcess[str]) -> str:
-    """Return what a process printed on stderr, without the prefix ``error:``; its exit status if it printed nothing."""
+    """Return the error message that a process printed, without the prefix ``error:``, or else its exit status."""
     return (process.stderr.strip() or process.stdout.strip() or f"exit status {process.returncode}").removeprefix(
         "error: "
     )
 
 
 NO_TESTS = 5
-"""The exit status of pytest if it found no test."""
+"""The exit status of pytest if it finds no test."""
 
 LIMIT_S = 600.0
 """The time limit of the tests, in s."""
 
 MAX_FAILURES = 5
-"""A message names at most this many failing tests."""
+"""The greatest number of failing tests that an error message names."""
 
 _TEST_FILE = re.compile(r"(?:.*/)?(?:test_[^/]*|[^/]*_test)\.py", re.DOTALL)
 _COUNTS = re.compile(r"^=* ?(\d+ [a-z]+(?:, \d+ [a-z]+)*) in [\d.]+s", re.MULTILINE)
 _FAILURES = re.compile(r"^(?:FAILED|ERROR) .*", re.MULTILINE)
 
 
-def run_tests(project: Project, say: Say) -> CheckResult:
-    """Run the project's tests; raises UnprovenError if one fails or pytest is missing.
+def run_tests(project: Project, report_text: ReportText) -> CheckResult:
+    """Run the project's tests in the user's folder, because they may need files that are not sent.
 
-    The tests run in the user's folder, because they may need files that are not sent.
+    Raises UnprovenError if a test fails or pytest is missing.
     """
     if project.folder is None:
         return CheckResult("none: the app is installed, and no files of yours are sent")
@@ -123,7 +123,7 @@ def run_tests(project: Project, say: Say) -> CheckResult:
             "tests: pytest is not installed. Run pip install pytest, or skip all checks: --skip-checks",
             kind="no-pytest",
         )
-    say("pytest")
+    report_text("pytest")
     try:
         process = run_python(project.folder, ["-m", "pytest", "-q", "--color=no"], limit_s=LIMIT_S)
     except TimeoutError as error:
@@ -150,28 +150,28 @@ def _find_counts(process: CompletedProcess[str]) -> str:
 
 
 def _format_failures(process: CompletedProcess[str]) -> str:
-    """Return the names of the first failing tests. If pytest named none, return its exit status and its last line."""
+    """Return pytest's counts and the names of the first failing tests, or else its exit status and last line."""
     lines = _FAILURES.findall(process.stdout)[:MAX_FAILURES]
     last = (process.stderr.strip() or process.stdout.strip() or "no answer").splitlines()[-1]
     counts = _find_counts(process) or f"pytest ended with exit status {process.returncode}: {last}"
     return "\n  ".join((counts, *lines))
 
 
-def check_descriptions(project: Project, say: Say) -> CheckResult:
-    """Check the description files of the robot and the world, and return the warnings as notes.
+def check_descriptions(project: Project, report_text: ReportText) -> CheckResult:
+    """Check the description files of the robot and the world, and return their warnings.
 
     Raises UnprovenError, whose message lists every mistake.
     """
-    notes: list[str] = []
+    warnings: list[str] = []
     for name in filter(None, (project.robot, project.world)):
-        say(escape(name))
+        report_text(escape(name))
         try:
-            notes += _check_description(project, name)
+            warnings += _check_description(project, name)
         except DescriptionError as error:
             again = format_command(project, shlex.join(["robotcore", "check", name]))
             raise UnprovenError(f"check: {error}\nTo repeat it: {again}", kind="description-check-failed") from error
     return CheckResult(
-        "; ".join(f"{escape(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(notes)
+        "; ".join(f"{escape(name)}: OK" for name in filter(None, (project.robot, project.world))), tuple(warnings)
     )
 
 
@@ -180,14 +180,10 @@ def _check_description(project: Project, name: str) -> list[str]:
         load_world(project.resolve(name))
         return []
     robot = project.load_description()
-    return [note for backend in {*robot.backends, project.backend} for note in _list_warnings(robot, backend)]
+    return [warning for backend in {*robot.backends, project.backend} for warning in _list_warnings(robot, backend)]
 
 
 def _list_warnings(robot: RobotDescription, backend: str) -> Iterator[str]:
-    """Yield a backend's warnings on its section of the robot's file.
-
-    Raises DescriptionError if the section is wrong or missing.
-    """
     try:
         loaded = load_backend(backend)
         loaded.check(robot)
@@ -200,19 +196,19 @@ SubjectT = TypeVar("SubjectT")
 
 
 @dataclass(frozen=True)
-class Check(Generic[SubjectT]):
-    """A check before a push."""
+class PushCheck(Generic[SubjectT]):
+    """A check of a project or of a bundle before a push."""
 
     name: str
-    run: Callable[[SubjectT, Say], CheckResult]
+    run: Callable[[SubjectT, ReportText], CheckResult]
     """The function that runs the check and reports its progress.
 
-    It raises UnprovenError if the check fails, and another RobotcoreError if the check cannot run.
+    It raises UnprovenError if the check fails, and another RobotcoreError if it cannot run the check.
     """
 
 
-CHECKS_OF_PROJECT = (Check[Project]("tests", run_tests), Check[Project]("check", check_descriptions))
-"""The checks that run in the user's own folder, before the bundle is built."""
+CHECKS_OF_PROJECT = (PushCheck[Project]("tests", run_tests), PushCheck[Project]("check", check_descriptions))
+"""The checks that run in the user's folder before the bundle is built."""
 
 SIMULATION = "simulation"
 """The name of the check in `robotcore.deploy.simulation`."""
@@ -221,18 +217,18 @@ NAMES = (*(check.name for check in CHECKS_OF_PROJECT), SIMULATION)
 """The names of all checks, in the order in which they run."""
 
 
-def run_checks(checks: Sequence[Check[SubjectT]], subject: SubjectT, on_step: OnStep) -> tuple[str, ...]:
-    """Run the checks. Return a line on each result, such as ``tests: 12 passed``, for the manifest of the release."""
+def run_checks(checks: Sequence[PushCheck[SubjectT]], subject: SubjectT, on_step: OnStep) -> tuple[str, ...]:
+    """Run the checks. Return a line for each result, such as ``tests: 12 passed``, for the release's manifest."""
     lines = []
     for check in checks:
         step = begin_step(check.name, on_step)
         result = check.run(subject, step.update)
-        step.finish(result.summary, *result.notes)
+        step.finish(result.summary, *result.warnings)
         lines.append(f"{check.name}: {result.summary}")
     return tuple(lines)
 
 
 def skip_checks(on_step: OnStep) -> tuple[str, ...]:
-    """Report that all checks are skipped. Return a line on each skipped check, for the manifest of the release."""
+    """Report that all checks are skipped. Return a line for each, such as ``tests: skipped``, for the manifest."""
     begin_step("skipped", on_step).finish(", ".join(NAMES))
     return tuple(f"{name}: skipped" for name in NAMES)

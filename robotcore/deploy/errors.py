@@ -1,7 +1,4 @@
-"""Turn failures of ssh, of rsync and of a robot's answers into errors with a remedy.
-
-The module has patterns of known messages.
-"""
+"""Errors with a remedy for failures of ssh, of rsync and of a robot's answers, and patterns of known messages."""
 
 from __future__ import annotations
 
@@ -12,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from robotcore.deploy.agent.files import MAKE_ROOM
-from robotcore.deploy.host import Host
+from robotcore.deploy.host import RobotAddress
 from robotcore.errors import DeployError
 
 SSH_FAILED = 255
@@ -22,54 +19,55 @@ COMMAND_NOT_FOUND = 127
 """The exit status of a shell that did not find a command."""
 
 BROKEN = "broken"
-"""The kind of a DeployError for a connection that broke."""
+"""The kind of a DeployError if the connection broke."""
 
 DAMAGED = "damaged"
-"""The kind of a DeployError for a malformed answer of a robot."""
-
+"""The kind of a DeployError if a robot's answer is malformed."""
 
 CALL_FAILED, RSYNC_FAILED = "call-failed", "rsync-failed"
-"""The kinds of a DeployError for a failure whose cause is unknown. The cause may be a broken connection."""
+"""The kinds of a DeployError if a call or a transfer failed for an unknown reason, such as a broken connection."""
 
 _FILES = {"file", "key"}
-"""The named groups of a pattern whose text is the name of a file on this machine."""
+"""The named groups that match a file name on this machine, in the patterns of known failures."""
 
 
 @dataclass(frozen=True)
 class KnownFailure:
-    """A known failure of ssh or rsync.
+    """A known failure of ssh or rsync, and its error message.
 
-    ``fault`` and ``remedy`` are formats. In them, ``{host}`` is the host as the user wrote it, and ``{login}`` the
-    arguments with which ssh reaches this host. The name of each named group of the pattern stands for the group's text.
-    In ``remedy``, this text is quoted for a shell.
+    ``problem`` and ``remedy`` are format strings with these values:
+
+    - ``host``: the robot's address as the user wrote it,
+    - ``login``: the arguments with which ssh reaches the robot,
+    - the text of each named group of ``pattern``. In ``remedy`` it is quoted for a shell.
     """
 
     pattern: str
-    """The regular expression that finds the message."""
+    """The regular expression that finds the message of ssh or rsync."""
 
     kind: str
-    """The kind of the error."""
+    """The kind of the DeployError."""
 
-    fault: str
-    """What happened."""
+    problem: str
+    """The cause of the failure."""
 
     remedy: str
-    """What to do."""
+    """What the user can do."""
 
-    def match(self, host: Host, output: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
+    def match(self, host: RobotAddress, output: str, folders: Iterable[Path] = (), **more: str) -> DeployError | None:
         """Return the error if the output contains the known message, else None.
 
-        folders: the folders in which a file must lie that the message names. Otherwise a robot could write a message
-            that names any file of the user.
-        more: further values for the formats, by name.
+        folders: a file that the message names must lie in one of these. Otherwise a robot could write a message that
+            makes the user delete or change any file.
+        more: further values for the format strings, by name.
         """
         found = re.search(self.pattern, output, re.DOTALL | re.MULTILINE)
         if not found or not all(_is_within(found[name], folders) for name in _FILES & found.re.groupindex.keys()):
             return None
         known = {"host": host, "login": _format_login(host), **more}
         quoted = {name: shlex.quote(group) for name, group in found.groupdict("").items()}
-        fault, remedy = self.fault.format(**found.groupdict(), **known), self.remedy.format(**quoted, **known)
-        return DeployError(f"{host}: {fault}. {remedy}", kind=self.kind)
+        problem, remedy = self.problem.format(**found.groupdict(), **known), self.remedy.format(**quoted, **known)
+        return DeployError(f"{host}: {problem}. {remedy}", kind=self.kind)
 
 
 SSH_FAILURES = (
@@ -169,7 +167,7 @@ RSYNC_FAILURES = (
         "Install rsync 3.1 or newer. On macOS: brew install rsync",
     ),
 )
-"""The known failures of rsync over an open connection. ``{where}`` is the machine that receives the files."""
+"""The known failures of rsync over an open connection. The value ``where`` is the machine that receives the files."""
 
 
 def explain_missing_program(name: str, package: str) -> DeployError:
@@ -177,20 +175,20 @@ def explain_missing_program(name: str, package: str) -> DeployError:
     return DeployError(f"{name} is not installed here. Install it: sudo apt install {package}", kind="no-program")
 
 
-def explain_failed_connection(host: Host, status: int, output: str, config: Path | None = None) -> DeployError:
+def explain_failed_connection(host: RobotAddress, status: int, output: str, config: Path | None = None) -> DeployError:
     """Return the error for a connection that could not be opened.
 
     The remedy names a file only if it is in ``~/.ssh`` or in the folder of the ssh configuration.
 
     status: ssh's exit status.
-    output: what ssh or the login shell printed. The robot chooses the text of Received disconnect, so only
-        the first line of that message is searched.
+    output: the text that ssh or the login shell printed.
     config: the ssh configuration in place of the user's.
     """
     by_hand = f"Try it by hand: ssh {_format_login(host)}"
     last = find_last_line(output)
     if status == SSH_FAILED:
         folders = [Path.home() / ".ssh", *([config.parent] if config else [])]
+        # the robot chooses the text of this message, and may add lines that look like messages of ssh
         own = re.sub(r"(?ms)(^Received disconnect from [^\n]*).*", r"\1", output)
         return _match_failure(SSH_FAILURES, host, own, folders) or DeployError(
             f"{host}: ssh failed: {last}. {by_hand}", kind="ssh-failed"
@@ -202,8 +200,8 @@ def explain_failed_connection(host: Host, status: int, output: str, config: Path
     )
 
 
-def explain_login_timeout(host: Host, seconds: float) -> DeployError:
-    """Return the error for a robot that sends nothing after the login."""
+def explain_login_timeout(host: RobotAddress, seconds: float) -> DeployError:
+    """Return the error for a robot that sent nothing within this number of seconds after the login."""
     return DeployError(
         f"{host}: the robot sent nothing within {seconds:g} s of the login. Check whether its login shell waits for "
         f"input: ssh {_format_login(host)}",
@@ -212,19 +210,19 @@ def explain_login_timeout(host: Host, seconds: float) -> DeployError:
     )
 
 
-def explain_lost_connection(host: Host, output: str) -> DeployError:
-    """Return the error for a connection that broke; ``output`` is what ssh printed."""
+def explain_lost_connection(host: RobotAddress, output: str) -> DeployError:
+    """Return the error for a connection that broke. ``output`` is the text that ssh printed."""
     words = f" ({find_last_line(output)})" if output.strip() else ""
     return DeployError(
         f"{host}: the connection broke{words}. Check that the robot is on and in reach, and try again", kind=BROKEN
     )
 
 
-def explain_failed_call(host: Host, status: int, output: str) -> DeployError:
-    """Return the error for a call that ended without an answer.
+def explain_failed_call(host: RobotAddress, status: int, output: str) -> DeployError:
+    """Return the error for a call of the agent that ended without an answer.
 
-    status: the exit status of the call.
-    output: what the call printed on stderr.
+    status: the exit status of the remote command.
+    output: the text that the remote command printed on stderr.
     """
     if status == COMMAND_NOT_FOUND:
         return DeployError(
@@ -238,10 +236,10 @@ def explain_failed_call(host: Host, status: int, output: str) -> DeployError:
     )
 
 
-def explain_damaged_answer(host: Host, action: str, problem: str) -> DeployError:
-    """Return the error for an answer that the client does not accept.
+def explain_damaged_answer(host: RobotAddress, action: str, problem: str) -> DeployError:
+    """Return the error for a malformed answer of a robot.
 
-    problem: the end of a sentence about the answer that begins with ``it``, such as ``is not JSON``.
+    problem: a text that continues a sentence after the word ``it``, such as ``is not JSON``.
     """
     return DeployError(
         f"{host}: the robot's answer to {action!r} is damaged: it {problem}. Check that it is the right robot and that "
@@ -251,11 +249,11 @@ def explain_damaged_answer(host: Host, action: str, problem: str) -> DeployError
     )
 
 
-def explain_failed_transfer(host: Host, status: int, output: str, where: str) -> DeployError:
+def explain_failed_transfer(host: RobotAddress, status: int, output: str, where: str) -> DeployError:
     """Return the error for a transfer that failed.
 
     status: rsync's exit status.
-    output: what rsync printed on stderr.
+    output: the text that rsync printed on stderr.
     where: the machine that receives the files.
     """
     return _match_failure(RSYNC_FAILURES, host, output, where=where) or DeployError(
@@ -266,31 +264,29 @@ def explain_failed_transfer(host: Host, status: int, output: str, where: str) ->
 
 
 def find_first_line(output: str) -> str:
-    """Return the first line with text, without its full stop.
+    """Return the first line that is not blank, without its full stop.
 
-    For rsync this line says more than the last one, which only repeats the exit status.
+    The last line of rsync's output only repeats the exit status.
     """
     return next((line.strip() for line in output.splitlines() if line.strip()), "no message").rstrip(".")
 
 
 def find_last_line(output: str) -> str:
-    """Return the last line with text, without its full stop."""
+    """Return the last line that is not blank, without its full stop."""
     lines = [line.strip() for line in output.splitlines() if line.strip()]
     return lines[-1].rstrip(".") if lines else "no message"
 
 
-def _format_login(host: Host) -> str:
-    """Return the arguments of ssh that name the host."""
+def _format_login(host: RobotAddress) -> str:
     port = f"-p {host.port} " if host.port else ""
     return port + (f"{host.user}@{host.name}" if host.user else host.name)
 
 
 def _match_failure(
-    failures: Iterable[KnownFailure], host: Host, output: str, folders: Sequence[Path] = (), **more: str
+    failures: Iterable[KnownFailure], host: RobotAddress, output: str, folders: Sequence[Path] = (), **more: str
 ) -> DeployError | None:
     return next((error for failure in failures if (error := failure.match(host, output, folders, **more))), None)
 
 
 def _is_within(file: str, folders: Iterable[Path]) -> bool:
-    """Return whether a file lies in one of these folders, after links and ``..`` are resolved."""
     return any(Path(file).resolve().is_relative_to(folder.resolve()) for folder in folders)

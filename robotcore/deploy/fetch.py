@@ -1,4 +1,4 @@
-"""Fetch the recordings of a robot."""
+"""Copies the recordings of a robot to this machine."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from pathlib import Path
 from types import TracebackType
 
 from robotcore.deploy.agent.files import format_bytes, hash_file, measure_free_space, measure_size
-from robotcore.deploy.progress import OnStep, Step, begin_step
-from robotcore.deploy.robot_answers import EraseAnswer, Recordings, RemoteFile
-from robotcore.deploy.rpc import Link
+from robotcore.deploy.progress import OnStep, StepReporter, begin_step
+from robotcore.deploy.robot_answers import EraseAnswer, RecordingsAnswer, RemoteFile
+from robotcore.deploy.rpc import RobotLink
 from robotcore.deploy.rsync import RECORDING
 from robotcore.errors import DeployError, UsageError
 from robotcore.text import escape, list_names, pluralize
@@ -26,32 +26,32 @@ STEP = "brought"
 
 @dataclass(frozen=True)
 class FetchResult:
-    """The names of recordings, sorted by what happened to each."""
+    """The names of the robot's recordings, grouped by the result for each."""
 
     folder: Path
-    """The folder on this machine."""
+    """The folder for the recordings on this machine."""
 
     fetched: tuple[str, ...] = ()
     """The recordings that this fetch copied."""
 
     present: tuple[str, ...] = ()
-    """The recordings that were in the folder before this fetch."""
+    """The recordings that were in the folder before."""
 
     different: tuple[str, ...] = ()
-    """The recordings whose file of the same name in the folder has other content. Neither file was changed."""
+    """The recordings that were not copied because the folder has a file of the same name with other content."""
 
     being_written: tuple[str, ...] = ()
     """The recordings that the robot is still writing."""
 
     skipped: tuple[str, ...] = ()
-    """The files that stay on the robot because they are no recordings by name or type. Their names are escaped."""
+    """The files that were not copied because they are no recordings by name or type. Their names are escaped."""
 
     erased: tuple[str, ...] = ()
-    """The recordings that the robot deleted after they had been copied."""
+    """The recordings that the robot deleted after the copy."""
 
     @property
     def newest(self) -> Path | None:
-        """The path of the newest recording in the folder, or None. A recording's name is its start time."""
+        """The path of the robot's newest recording in the folder, or None. A recording's name is its start time."""
         names = sorted((*self.fetched, *self.present))
         return self.folder / names[-1] if names else None
 
@@ -59,21 +59,21 @@ class FetchResult:
         return f"<FetchResult in {self.folder}: {len(self.fetched)} fetched, {len(self.present)} present>"
 
 
-def fetch(link: Link, folder: Path, on_step: OnStep = print, *, moves: bool = False) -> FetchResult:
+def fetch(link: RobotLink, folder: Path, on_step: OnStep = print, *, moves: bool = False) -> FetchResult:
     """Copy the recordings of a robot that are not in the folder yet.
 
     The function copies only plain files that have the name of a recording, and overwrites no file.
 
-    link: the robot, connected.
-    folder: the folder for the recordings. It is made if it does not exist.
+    link: an open link to the robot.
+    folder: the folder for the recordings. The function creates it if it does not exist.
     on_step: this function is called with the progress.
-    moves: delete each recording from the robot after its copy was verified by SHA-256.
-    Raises DeployError if the robot fails; recordings that are complete by then stay in the folder. Raises UsageError if
-    the folder cannot be written.
+    moves: whether to delete each recording from the robot after its copy was verified by SHA-256.
+    Raises DeployError if a call or a transfer fails. The recordings copied before stay in the folder.
+    Raises UsageError if the folder cannot be written.
     """
     step = begin_step(STEP, on_step)
     step.update("listing the recordings")
-    there = link.call("recordings", Recordings).recordings
+    there = link.call("recordings", RecordingsAnswer).recordings
     found = _compare(there, folder)
     sizes = {each.name: each.bytes for each in there if each.name in found.fetched}
     if sizes:
@@ -86,7 +86,7 @@ def fetch(link: Link, folder: Path, on_step: OnStep = print, *, moves: bool = Fa
 
 
 def _compare(files: Sequence[RemoteFile], folder: Path) -> FetchResult:
-    """Sort the robot's files by their names and sizes into those to fetch and those not to fetch."""
+    """Return the robot's files, grouped by name and size. The files to fetch are in ``fetched``."""
     taken = {each.name: each for each in files if each.is_file and RECORDING.fullmatch(each.name)}
     left = {each.name for each in files} - taken.keys()
     written = {name for name, each in taken.items() if each.is_being_written}
@@ -98,12 +98,11 @@ def _compare(files: Sequence[RemoteFile], folder: Path) -> FetchResult:
 
 
 def _measure_file(path: Path) -> int | None:
-    """Return the size of a plain file in bytes, or None for anything else, such as a link."""
     status = path.lstat()
     return status.st_size if stat.S_ISREG(status.st_mode) else None
 
 
-def _receive(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> None:
+def _receive(link: RobotLink, folder: Path, sizes: dict[str, int], step: StepReporter) -> None:
     incoming = IncomingFiles(folder, sizes)
     with incoming:
         link.receive(
@@ -122,13 +121,13 @@ def _receive(link: Link, folder: Path, sizes: dict[str, int], step: Step) -> Non
         )
 
 
-def _erase(link: Link, found: FetchResult, step: Step) -> FetchResult:
-    """Delete every recording on the robot whose SHA-256 equals that of the file on this machine."""
+def _erase(link: RobotLink, found: FetchResult, step: StepReporter) -> FetchResult:
+    """Delete each recording on the robot whose SHA-256 equals that of the file on this machine."""
     names = (*found.fetched, *found.present)
     if not names:
         return found
     digests = {name: hash_file(found.folder / name) for name in names}
-    gone = link.call("erase", EraseAnswer, on_notice=lambda notice: step.update(notice.say), recordings=digests)
+    gone = link.call("erase", EraseAnswer, on_message=lambda message: step.update(message.text), recordings=digests)
     different = {*gone.different} & digests.keys()
     return replace(
         found,
@@ -139,33 +138,33 @@ def _erase(link: Link, found: FetchResult, step: Step) -> FetchResult:
 
 
 def _format_notes(found: FetchResult) -> list[str]:
-    notes = [f"{name} is still being written, and stays on the robot" for name in found.being_written]
-    notes += [
+    details = [f"{name} is still being written, and stays on the robot" for name in found.being_written]
+    details += [
         f"{name} differs from the file of that name here. Both were kept. To fetch it, name another folder: -o DIR"
         for name in found.different
     ]
     if again := {*found.erased} & {*found.present}:
-        notes.append(f"{pluralize(len(again), 'recording')} of an earlier fetch: deleted on the robot")
+        details.append(f"{pluralize(len(again), 'recording')} of an earlier fetch: deleted on the robot")
     if found.skipped:
-        notes.append(f"left on the robot because they are no recordings: {list_names(found.skipped)}")
-    return notes
+        details.append(f"left on the robot because they are no recordings: {list_names(found.skipped)}")
+    return details
 
 
 RESERVED_DISK_BYTES = 500_000_000
-"""The bytes that a fetch leaves free on the disk of this machine."""
+"""The space in bytes that a fetch leaves free on the disk of this machine."""
 
 SLACK_BYTES = 1 << 20
-"""An allowance in bytes for what the disk uses for folders and for partly filled blocks."""
+"""The allowance in bytes for folders and partly filled blocks on the disk."""
 
 PARTIAL = ".partial"
-"""The folder in the folder of recordings that keeps an incomplete file if the connection breaks."""
+"""The name of the folder that keeps an incomplete file after the connection broke."""
 
 
 class IncomingFiles:
-    """A temporary folder for incoming files, as a context manager.
+    """A context manager with a temporary folder for incoming files.
 
-    At the end of the ``with`` block, files of the stated size are moved into ``folder``, also after an error. All other
-    files are deleted.
+    At the end of the ``with`` block, even after an error, it moves the files of the stated size into ``folder``. It
+    deletes all other files.
 
     folder: the folder for the recordings.
     sizes: the size in bytes that the robot states for each requested recording, by the recording's name.
@@ -200,16 +199,16 @@ class IncomingFiles:
 
     @property
     def partial(self) -> Path:
-        """The path of the folder for incomplete files."""
+        """The path of the folder for an incomplete file."""
         return self._folder / PARTIAL
 
     @property
     def missing(self) -> list[str]:
-        """The recordings that did not arrive as plain files of the stated size. Read it after the ``with`` block."""
+        """The recordings that did not arrive as plain files of the stated size; valid after the ``with`` block."""
         return sorted(self._sizes.keys() - {*self.received})
 
     def check_limits(self) -> None:
-        """Raise DeployError if more bytes arrived than the robot stated, or if this machine's disk is nearly full."""
+        """Raise DeployError if the robot sent more bytes than it stated, or if this machine's disk is nearly full."""
         stated = sum(self._sizes.values())
         if measure_size(self.path) > stated + SLACK_BYTES:
             raise DeployError(
@@ -233,9 +232,9 @@ class IncomingFiles:
             )
 
     def _remove_leftovers(self) -> None:
-        """Delete links and files that were not requested from the folder of incomplete files.
+        """Delete everything but incomplete requested files from the folder `partial`.
 
-        Otherwise rsync would follow a link, and write to the file that it leads to.
+        rsync would follow a link in this folder, and overwrite the target of the link.
         """
         if self.partial.is_symlink():
             self.partial.unlink()
@@ -248,7 +247,7 @@ class IncomingFiles:
                 path.unlink()
 
     def _accept(self, name: str) -> bool:
-        """Move a file into the folder if it is a plain file of the stated size; return whether it was moved."""
+        """Move a file into the folder if it is a plain file of the stated size. Return whether it was moved."""
         file, target = self.path / name, self._folder / name
         if not _is_plain(file) or file.lstat().st_size != self._sizes[name] or os.path.lexists(target):
             return False
@@ -260,6 +259,7 @@ class IncomingFiles:
 
 def _is_plain(path: Path) -> bool:
     """Return whether the path is a regular file: no link, no folder and no device."""
+    # Path.is_file follows links
     try:
         return stat.S_ISREG(path.lstat().st_mode)
     except OSError:

@@ -16,34 +16,34 @@ PATTERN = re.compile(
     r"|\[(?P<address>[0-9A-Fa-f:.]{2,45}(?:%[A-Za-z0-9_.-]{1,15})?)\])"
     r"(?::(?P<port>[0-9]{1,5}))?"
 )
-"""The pattern of an address. It allows only characters without a special meaning for shells and for ssh.
+"""The pattern of an address, without characters that are special for shells or for ssh.
 
-This matters because a ``ProxyCommand`` in an ssh configuration passes the name to a shell.
+A ``ProxyCommand`` in an ssh configuration passes the host name to a shell.
 """
 
 
 @dataclass(frozen=True)
-class Host:
-    """The address of a robot.
+class RobotAddress:
+    """The address of a robot for ssh.
 
-    >>> Host.parse("pi@rover.local:2222")
-    Host(name='rover.local', user='pi', port=2222)
-    >>> print(Host.parse("pi@[fe80::1]"))
+    >>> RobotAddress.parse("pi@rover.local:2222")
+    RobotAddress(name='rover.local', user='pi', port=2222)
+    >>> print(RobotAddress.parse("pi@[fe80::1]"))
     pi@[fe80::1]
     """
 
     name: str
     """A host name, an IP address, or an alias of the user's ssh configuration."""
     user: str = ""
-    """The name of the user on the robot. If it is empty, the ssh configuration decides."""
+    """The user on the robot. If it is empty, ssh takes the user from its configuration."""
     port: int | None = None
-    """The port of ssh on the robot. If it is None, the ssh configuration decides."""
+    """The port of ssh on the robot. If it is None, ssh takes the port from its configuration."""
 
     @classmethod
-    def parse(cls, text: str) -> Host:
-        """Return the host for a text ``[user@]host[:port]``; raises UsageError if the text is not of this form.
+    def parse(cls, text: str) -> RobotAddress:
+        """Return the address in a text ``[user@]host[:port]``. An IPv6 address must be in brackets.
 
-        An IPv6 address must be in brackets.
+        Raises UsageError if the text is not of this form.
         """
         if not (found := PATTERN.fullmatch(text)) or not _is_address(found["address"]) or not _is_port(found["port"]):
             raise UsageError(
@@ -72,14 +72,14 @@ def _is_port(text: str | None) -> bool:
     return text is None or 0 < int(text) < 1 << 16
 
 
-def command_hint(command: str, host: Host, ssh_config: Path | None = None) -> str:
-    """Return a command of ``robotcore deploy`` for a robot, quoted for a shell.
+def command_hint(command: str, host: RobotAddress, ssh_config: Path | None = None) -> str:
+    """Return a command line of ``robotcore deploy`` that a user can paste into a shell.
 
-    command: the subcommand, with options if needed.
+    command: the subcommand, such as ``logs``, with its options.
     host: the robot.
     ssh_config: an ssh configuration in place of the user's.
 
-    >>> print(command_hint("logs", Host.parse("pi@rover:2222"), Path("lab of ours.ssh")))
+    >>> print(command_hint("logs", RobotAddress.parse("pi@rover:2222"), Path("lab of ours.ssh")))
     robotcore deploy logs pi@rover:2222 --ssh-config 'lab of ours.ssh'
     """
     reached_by = () if ssh_config is None else ("--ssh-config", str(ssh_config))

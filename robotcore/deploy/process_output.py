@@ -1,7 +1,4 @@
-"""Read the output of a running process within limits of size and time.
-
-The output comes from a robot, which may send any amount of text.
-"""
+"""Reads the output of a process that may print any amount of text, such as ssh with the output of a robot."""
 
 from __future__ import annotations
 
@@ -13,35 +10,32 @@ from collections.abc import Iterable, Iterator
 from robotcore.text import escape
 
 POLL_S = 0.5
-"""If no output comes for this time, `ProcessOutput.read_pieces` yields an empty piece, in s."""
+"""The time without output, in s, after which `ProcessOutput.read_pieces` yields an empty piece."""
 
 EXCERPT_BYTES = 1 << 13
-"""An excerpt has this many bytes of the beginning of a text, and as many of its end."""
+"""The length in bytes of the beginning of a text in an excerpt, and of the end of the text."""
 
 LONGEST_LINE = 1 << 23
-"""The longest line that is accepted, in bytes.
-
-A list of about 80 000 recordings fits into a line of this length.
-"""
+"""The greatest length of a line, in bytes. A list of about 80 000 recordings fits into such a line."""
 
 LINE_COST = 1 << 7
-"""The bytes that each line counts in addition to its length.
+"""The number of bytes that each line counts in addition to its length.
 
-So a limit of bytes also limits the number of empty lines, which take long to read.
+So a limit in bytes also limits the number of empty lines, which take long to read.
 """
 
 _PIECE = 1 << 16
 
 
 class MalformedError(ValueError):
-    """Raised if the output of a robot is damaged. The message is the end of a sentence that begins with ``it``."""
+    """Raised if the output of a robot is malformed. The message continues a sentence after the word ``it``."""
 
 
 class ProcessOutput:
-    """The output of a process: pieces of stdout, and an excerpt of stderr.
+    """Reads the output of a process: stdout in pieces, and an excerpt of stderr.
 
-    Both pipes are read at the same time, so that the process never blocks on a full pipe. Of stderr only the excerpt is
-    kept, so that the output does not fill the client's memory.
+    It reads both pipes at the same time, so that the process never blocks on a full pipe. It keeps only the excerpt of
+    stderr, so that a long output does not fill the memory.
 
     process: a process whose stdout and stderr are pipes.
     """
@@ -52,13 +46,13 @@ class ProcessOutput:
 
     @property
     def stderr_excerpt(self) -> str:
-        """The beginning and the end of stderr. Control characters except for line breaks are escaped."""
+        """The beginning and the end of stderr, with control characters except for line breaks escaped."""
         return decode_output(self._errors)
 
     def read_pieces(self) -> Iterator[bytes]:
-        """Yield the pieces of stdout until both pipes have ended.
+        """Yield the pieces of stdout until the process has closed both pipes.
 
-        The iterator also yields an empty piece if no output came for `POLL_S`, and after each piece of stderr.
+        Also yield an empty piece after each piece of stderr, and after `POLL_S` without output.
         """
         stdout, stderr = self._process.stdout, self._process.stderr
         assert stdout
@@ -81,20 +75,20 @@ class ProcessOutput:
 
 
 def excerpt(text: bytes) -> bytes:
-    """Return a short text as it is, and only the beginning and the end of a long text."""
+    """Return the beginning and the end of a long text, or a short text unchanged."""
     return text if len(text) <= 2 * EXCERPT_BYTES else text[:EXCERPT_BYTES] + b"\n" + text[1 - EXCERPT_BYTES :]
 
 
 def decode_output(text: bytes) -> str:
-    """Return the output of a program as text, with its control characters escaped and its line breaks kept."""
+    """Return a program's output as text, with control characters except for line breaks escaped."""
     return escape(text.decode(errors="replace").replace("\r\n", "\n"), keep="\n")
 
 
 def split_lines(pieces: Iterable[bytes], max_bytes: int | None) -> Iterator[bytes]:
-    """Yield the lines of the pieces, without their ends.
+    """Yield the lines of a text that comes in pieces, without their line breaks.
 
-    max_bytes: the most bytes that all lines together may have; None for no limit.
-    Raises MalformedError if a line is longer than `LONGEST_LINE`, or if the limit is exceeded.
+    max_bytes: the greatest length of the text in bytes, see `LINE_COST`; None for no limit.
+    Raises MalformedError if the text or a line is too long.
     """
     rest, total = b"", 0
     for piece in pieces:

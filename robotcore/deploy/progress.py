@@ -1,4 +1,4 @@
-"""The progress of a job with several steps, such as a push."""
+"""Progress reports of an operation with several steps, such as a push."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Progress:
+class StepProgress:
     """The progress of a step.
 
-    >>> print(Progress("doctor", "9 ok, 1 warning", ("warning: the disk is nearly full",), is_done=True))
+    >>> print(StepProgress("doctor", "9 ok, 1 warning", ("warning: the disk is nearly full",), is_done=True))
       doctor       9 ok, 1 warning
         warning: the disk is nearly full
     """
@@ -18,42 +18,42 @@ class Progress:
     step: str
     """The name of the step."""
     text: str = ""
-    """The result if the step ``is_done``, else what the step is doing."""
-    notes: tuple[str, ...] = ()
-    """Further results, a line each."""
+    """The result of a finished step, or the current activity of a running one."""
+    details: tuple[str, ...] = ()
+    """Further lines of the result, such as warnings."""
     is_done: bool = False
     """Whether the step is finished."""
 
     def __str__(self) -> str:
-        """Return the step and its text in one line, and the notes below it."""
-        return "\n".join((f"  {self.step:<13}{self.text}".rstrip(), *(f"    {note}" for note in self.notes)))
+        """Return a line with the step's name and text, and a line for each detail."""
+        return "\n".join((f"  {self.step:<13}{self.text}".rstrip(), *(f"    {detail}" for detail in self.details)))
 
 
-Say = Callable[[str], object]
-"""The type of a function that is called with a text on what a step is doing."""
+ReportText = Callable[[str], object]
+"""A function that is called with the current activity of a step, in words."""
 
-OnStep = Callable[[Progress], object]
-"""The type of a function that is called when a step begins, at each update, and when the step is finished."""
+OnStep = Callable[[StepProgress], object]
+"""A function that is called when a step begins, at each update, and when the step is finished."""
 
 
 @dataclass(frozen=True)
-class Step:
-    """A step that has begun, with methods to report its progress."""
+class StepReporter:
+    """Reports the progress of one step."""
 
     name: str
     on_step: OnStep
 
     def update(self, text: str = "") -> None:
-        """Report what the step is doing now."""
-        self.on_step(Progress(self.name, text))
+        """Report the current activity of the step."""
+        self.on_step(StepProgress(self.name, text))
 
-    def finish(self, text: str, *notes: str) -> None:
+    def finish(self, text: str, *details: str) -> None:
         """Report the result of the step."""
-        self.on_step(Progress(self.name, text, notes, is_done=True))
+        self.on_step(StepProgress(self.name, text, details, is_done=True))
 
 
-def begin_step(name: str, on_step: OnStep) -> Step:
-    """Report that a step begins, and return it."""
-    step = Step(name, on_step)
+def begin_step(name: str, on_step: OnStep) -> StepReporter:
+    """Report that a step begins, and return its reporter."""
+    step = StepReporter(name, on_step)
     step.update()
     return step

@@ -1,4 +1,4 @@
-"""The project to deploy, built from its `pyproject.toml` and from the options of the command line."""
+"""The project to deploy: the tables of its ``pyproject.toml``, with the options of the command line applied."""
 
 from __future__ import annotations
 
@@ -32,7 +32,6 @@ Texts = Annotated[tuple[Text, ...], Field(description="a list of strings")]
 
 
 def _format_value(value: Any) -> str:
-    """Return the text that a user would write for a value in a command-line option."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, (str, int, float)):
@@ -41,11 +40,11 @@ def _format_value(value: Any) -> str:
 
 
 OptionText = Annotated[str, BeforeValidator(_format_value)]
-"""The value of a setting or an option, as text in the form of a command-line option."""
+"""The text of a setting's or an option's value, as in a command-line option: ``true``, ``0.5``."""
 
 
 class DeployTable(StrictModel):
-    """The table ``[tool.robotcore.deploy]``. Options of ``robotcore deploy push`` override its keys."""
+    """The table ``[tool.robotcore.deploy]``. The options of ``robotcore deploy push`` override its keys."""
 
     backend: Text = "raspberrypi"
     settings: dict[str, OptionText] = Field(default_factory=dict)
@@ -60,7 +59,7 @@ class DeployTable(StrictModel):
 class RobotcoreTable(StrictModel):
     """The table ``[tool.robotcore]``.
 
-    The app, the robot and the world are each a file, relative to the project's folder, or the name of an installed one.
+    Each key names a file relative to the project's folder, or an installed app, robot or world.
     """
 
     app: Text | None = None
@@ -70,7 +69,7 @@ class RobotcoreTable(StrictModel):
 
 
 class ProjectTable(StrictModel):
-    """The keys of the table ``[project]`` that a deploy uses. Source: PEP 621."""
+    """The keys of the table ``[project]`` that a push reads. Source: PEP 621."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
@@ -81,19 +80,19 @@ class ProjectTable(StrictModel):
 
 
 class Tables(StrictModel):
-    """The tables of a ``pyproject.toml`` that a deploy uses."""
+    """The tables of a ``pyproject.toml`` that a push reads."""
 
     robotcore: RobotcoreTable | None = None
-    """The table ``[tool.robotcore]``; None if the file has none."""
+    """The table ``[tool.robotcore]``; None if the file has no such table."""
     project: ProjectTable = ProjectTable()
     is_package: bool = False
     """Whether the file has a table ``[build-system]``, so that pip can install the project."""
 
 
 def read_tables(folder: Path) -> Tables:
-    """Return the tables of the ``pyproject.toml`` in a folder. They are empty if there is no such file.
+    """Return the tables of the ``pyproject.toml`` in a folder, or empty tables if there is no such file.
 
-    Raises DescriptionError, whose message lists every mistake in the file.
+    Raises DescriptionError with a list of all mistakes in the file.
     """
     file = folder / FILE
     if not file.is_file():
@@ -120,13 +119,13 @@ def _validate_table(model: type[ModelT], file: Path, where: str, table: Any) -> 
 def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:
     """Return the path of a file relative to the project's folder.
 
-    The path begins with ``./`` if robotcore could otherwise take it for an option or for an installed name.
+    The path begins with ``./`` if it would otherwise look like an option or like an installed name.
 
     folder: the project's folder.
-    base: the folder that the name is relative to.
-    name: the name of the file. For an app, ``FILE:CLASS`` is possible too.
-    kind: ``app``, ``robot`` or ``world``; the error message has this word.
-    Raises UsageError if the file does not exist, or if it is outside of the folder and would not be sent.
+    base: the folder to which ``name`` is relative.
+    name: the name of the file. An app may be ``FILE:CLASS``.
+    kind: ``app``, ``robot`` or ``world``, for the error message.
+    Raises UsageError if the file does not exist, or is outside of the project's folder and would not be sent.
     """
     path, colon, rest = name.partition(":") if is_app_file(name) else (name, "", "")
     file = Path(os.path.normpath(base / path))
@@ -150,7 +149,7 @@ def resolve_file(folder: Path, base: Path, name: str, kind: str) -> str:
 
 
 def require_sendable(folder: Path) -> None:
-    """Raise UsageError if a project's folder is the user's home or contains it: a push would send all files in it."""
+    """Raise UsageError if a project's folder is or contains the user's home, because a push would send all of it."""
     if Path.home().resolve().is_relative_to(folder.resolve()):
         raise UsageError(
             f"{escape(str(folder))} contains your home folder, and a push sends the whole folder. Make a folder for "
@@ -161,9 +160,9 @@ def require_sendable(folder: Path) -> None:
 
 @dataclass(frozen=True)
 class DeployOptions:
-    """The options of a push that override the project's ``pyproject.toml``. If one is None, the file's value applies.
+    """The options of a push. Each option that is not None overrides the project's ``pyproject.toml``.
 
-    Names of files are relative to the current folder.
+    File names are relative to the current folder.
     """
 
     app: str | None = None
@@ -171,14 +170,14 @@ class DeployOptions:
     world: str | None = None
     backend: str | None = None
     settings: Mapping[str, str] = field(default_factory=dict)
-    """Settings of the app. They are added to those of the project, and override those of the same name."""
+    """Settings of the app. They override the project's settings of the same name."""
     options: Mapping[str, str] = field(default_factory=dict)
-    """Options of the backend. They are added to those of the project, and override those of the same name."""
+    """Options of the backend. They override the project's options of the same name."""
     rate_hz: float | None = None
     seeds: str | None = None
     """The seeds of the simulation check, such as ``1-3`` or ``1,5,9-12``."""
     require: tuple[str, ...] | None = None
-    """The bounds that the results of the simulation check must reach, such as ``verified>=1``."""
+    """The bounds on the results of the simulation check, such as ``verified>=1``."""
     record: bool | None = None
     """Whether each run on the robot is recorded."""
     folder: Path | None = None
@@ -190,14 +189,14 @@ class Project:
     """A project to deploy: an app, a robot, and how the app runs there."""
 
     folder: Path | None
-    """The absolute path of the user's folder. None if everything is installed: then no files of the user are sent."""
+    """The absolute path of the user's folder; None if app, robot and world are installed, so that no file is sent."""
     name: str
     app: str
     """The app's name, or its file relative to the folder."""
     robot: str
     """The robot's name, or its file relative to the folder."""
     world: str | None = None
-    """The world's name, or its file relative to the folder. It is used in simulation only."""
+    """The world's name, or its file relative to the folder. Only simulators use it."""
     backend: str = "raspberrypi"
     settings: Mapping[str, str] = field(default_factory=dict)
     """Settings of the app."""
@@ -207,47 +206,47 @@ class Project:
     seeds: str = "1-3"
     """The seeds of the simulation check."""
     require: tuple[str, ...] = ()
-    """The bounds that the results of the simulation check must reach. Without bounds, every run must pass."""
+    """The bounds on the results of the simulation check. Without bounds, every run must pass."""
     extras: tuple[str, ...] = ()
-    """Extras of robotcore or of the project that pip installs too."""
+    """Extras of robotcore or of the project whose requirements pip installs too."""
     is_recorded: bool = True
     """Whether each run on the robot is recorded."""
     is_package: bool = False
     """Whether pip can build and install the folder."""
     metadata: ProjectTable = field(default_factory=ProjectTable)
-    """The table ``[project]`` of the project's file."""
+    """The table ``[project]`` of the ``pyproject.toml``."""
 
     def __repr__(self) -> str:
         return f"<Project {self.name}: {self.app} on {self.robot}, {self.backend}>"
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The files that the project names as app, robot and world, relative to its folder."""
+        """The files of the app, the robot and the world, relative to the project's folder, without installed ones."""
         app = (self.app.partition(":")[0],) if is_app_file(self.app) else ()
         return (*app, *(name for name in (self.robot, self.world) if name and is_own(name)))
 
     def load_description(self) -> RobotDescription:
-        """Return the robot's description; raises as `load_robot` does."""
+        """Return the robot's description. Raises the errors of `load_robot`."""
         return load_robot(self.resolve(self.robot))
 
     def resolve(self, name: str) -> str:
-        """Return the absolute path of a file of the project. Return the name of something installed as it is."""
+        """Return the absolute path of a file of the project. Return an installed name unchanged."""
         return str(self.folder / name) if self.folder and (is_own(name) or is_app_file(name)) else name
 
 
 def build_project(options: DeployOptions, here: Path | None = None) -> Project:
     """Return the project of a folder, with the options of the user applied.
 
-    The folder is ``options.folder`` if that is given. Otherwise it is ``here`` if the ``pyproject.toml`` there has a
-    table ``[tool.robotcore]``, or if the options name a file. Otherwise the project has no folder, and its app, robot
-    and world must be installed.
+    The folder is ``options.folder``, or else ``here``. If ``here`` has no ``pyproject.toml`` with a table
+    ``[tool.robotcore]`` and the options name no file, the project has no folder. Its app, robot and world are then
+    installed ones.
 
     >>> build_project(DeployOptions(app="green-search", robot="rover"), Path("/"))
     <Project green-search: green-search on rover, raspberrypi>
 
     options: the options of the user.
-    here: the folder that file names in the options are relative to; None for the current folder.
-    Raises UsageError if a name is unknown or a file is outside of the folder, and DescriptionError if
+    here: the folder to which file names in the options are relative; None for the current folder.
+    Raises UsageError if a name is unknown or a file is outside of the folder. Raises DescriptionError if the
     ``pyproject.toml`` has mistakes.
     """
     here = (here or Path.cwd()).absolute()
@@ -266,7 +265,7 @@ def build_project(options: DeployOptions, here: Path | None = None) -> Project:
 
 
 def _merge(options: DeployOptions, tables: Tables, folder: Path | None, here: Path) -> Project:
-    """Return the project that the tables describe, with the values that the options override."""
+    """Return the project of the tables. An option overrides the value in a table."""
     table = tables.robotcore or RobotcoreTable()
     deploy = table.deploy
     app = _resolve_name(options, table, "app", folder, here)
@@ -302,7 +301,10 @@ def _is_file(name: str) -> bool:
 
 
 def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, folder: Path | None, here: Path) -> str:
-    """Return the installed name of the app, robot or world, or its file relative to the project's folder."""
+    """Return the installed name of an app, robot or world, or its file relative to the project's folder.
+
+    kind: ``app``, ``robot`` or ``world``.
+    """
     given = getattr(options, kind)
     name = given or getattr(table, kind)
     if not name:
@@ -317,13 +319,10 @@ def _resolve_name(options: DeployOptions, table: RobotcoreTable, kind: str, fold
 
 
 def _validate_project(project: Project) -> Project:
-    """Return the project; raise UsageError if it has an unknown name, or an invalid rate, seed or bound.
-
-    The settings of an app in a user's file are not checked, because that file is not imported here.
-    """
+    """Return the project. Raise UsageError if it has an unknown name, or an invalid rate, seed or bound."""
     require_rate(project.rate_hz)
     load_backend(project.backend)
-    if not is_app_file(project.app):
+    if not is_app_file(project.app):  # a user's file is not imported here, so its settings are not checked
         if app_name(project.app) not in app_names():
             raise UnknownNameError("app", project.app, app_names())
         configure(load_app(project.app), project.settings)

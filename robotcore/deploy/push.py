@@ -1,4 +1,4 @@
-"""Push a project: check it, send it, install it, start it, and wait until it is healthy."""
+"""The push of a project: check it, send it, install it, start it, and wait until it is healthy."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from robotcore.deploy import health_progress as health
 from robotcore.deploy.agent.files import format_bytes, measure_size
 from robotcore.deploy.agent.releases import NAME_FORMAT, WHEELS, Release
 from robotcore.deploy.bundle import Bundle, build_bundle
-from robotcore.deploy.host import Host
-from robotcore.deploy.progress import OnStep, Step, begin_step
+from robotcore.deploy.host import RobotAddress
+from robotcore.deploy.progress import OnStep, StepReporter, begin_step
 from robotcore.deploy.project import Project
-from robotcore.deploy.robot_answers import BeginAnswer, EmptyAnswer, Finding, InstallAnswer, ProbeAnswer
-from robotcore.deploy.rpc import Link
+from robotcore.deploy.robot_answers import BeginAnswer, EmptyAnswer, FindingMessage, InstallAnswer, ProbeAnswer
+from robotcore.deploy.rpc import RobotLink
 from robotcore.deploy.staging import build_git_environment
-from robotcore.deploy.wheels import Target, fetch_wheels
+from robotcore.deploy.wheels import Platform, fetch_wheels
 from robotcore.errors import DeployError
 from robotcore.hal.backend import load_backend
 from robotcore.runtime.plan import DEFAULT_WORLD, RunRequest
@@ -39,35 +39,35 @@ FILES = "files"
 
 @dataclass(frozen=True)
 class Push:
-    """The options of a push."""
+    """The project, the robot and the options of a push."""
 
-    host: Host
+    host: RobotAddress
     project: Project
     ssh_config: Path | None = None
     """An ssh configuration in place of the user's."""
 
     is_checked: bool = True
-    """Whether the tests, the checks of the descriptions and the simulation run first."""
+    """Whether the checks run first: the tests, the check of the descriptions, and the simulation."""
 
     is_offline: bool = False
     """Whether the push also sends the wheels of the requirements, for a robot without a network."""
 
     healthy_within_s: float = health.HEALTHY_WITHIN_S
-    """The time within which the app must complete its first tick on the robot, in s."""
+    """The time limit for the app's first tick on the robot, in s."""
 
 
 def push(request: Push, on_step: OnStep = print) -> str:
-    """Check a project, send it to a robot, and start it there; return the release's name.
+    """Check a project, send it to a robot, and start it there. Return the release's name.
 
-    After every error, the robot still runs the old or the new release.
+    After any error, the robot has the complete old or the complete new release.
 
     request: the project, the robot and the options.
     on_step: this function is called with the progress.
-    Raises UnprovenError if a check fails; then nothing was sent. Raises DeployError if the robot cannot be reached or
-    cannot run the project. Raises UnhealthyError if the release is not healthy and was rolled back.
+    Raises UnprovenError if a check fails, before anything is sent. Raises DeployError if the robot cannot be reached or
+    cannot run the project. Raises UnhealthyError if the robot has rolled back the release.
     """
     with TemporaryDirectory(prefix="robotcore-") as folder:
-        checks_passed = (
+        check_lines = (
             checks.run_checks(checks.CHECKS_OF_PROJECT, request.project, on_step)
             if request.is_checked
             else checks.skip_checks(on_step)
@@ -75,53 +75,53 @@ def push(request: Push, on_step: OnStep = print) -> str:
         begin_step(FILES, on_step).update("collecting the files")
         bundle = build_bundle(request.project, Path(folder))
         if request.is_checked:
-            checks_passed += checks.run_checks(simulation.CHECKS_OF_BUNDLE, bundle, on_step)
-        release = create_release(request.project, bundle.requirements, checks_passed)
+            check_lines += checks.run_checks(simulation.CHECKS_OF_BUNDLE, bundle, on_step)
+        release = create_release(request.project, bundle.requirements, check_lines)
         step = begin_step("robot", on_step)
-        with Link(request.host, request.ssh_config) as link:
+        with RobotLink(request.host, request.ssh_config) as link:
             upload = ReleaseUpload(link, release, bundle, on_step)
             upload.probe(step)
             name = upload.upload(is_offline=request.is_offline)
-            check = health.HealthCheck(request.host, request.ssh_config, begin_step(health.STEP, on_step))
+            check = health.HealthCheckClient(request.host, request.ssh_config, begin_step(health.STEP, on_step))
             return check.follow(link, "activate", name, healthy_within_s=request.healthy_within_s)
 
 
 def describe_state_after(step: str, request: Push) -> str:
-    """Return a sentence about the state that the robot is in if the user interrupts a push in this step."""
+    """Return a sentence about the state of the robot after a push that ended in this step."""
     if step == health.STEP:
         return health.status_hint(request.host, request.ssh_config)
     return f"Nothing {'was sent to' if step in {*checks.NAMES, FILES} else 'has changed on'} {request.host}"
 
 
 SHOWN_LEVELS = ("error", "warning")
-"""The levels of the doctor's findings that are printed in full, the worst first."""
+"""The levels of the doctor's findings that the push reports in full, the worst first."""
 
 
 class ReleaseUpload:
-    """Uploads a release to a connected robot. Call `probe` first, then `upload`.
+    """Uploads a release to a robot. Call `probe` first, then `upload`.
 
-    link: the robot, connected.
+    link: an open link to the robot.
     release: the manifest.
     bundle: the folder to send.
-    on_step: is called with the progress.
+    on_step: this function is called with the progress.
     """
 
-    def __init__(self, link: Link, release: Release, bundle: Bundle, on_step: OnStep) -> None:
+    def __init__(self, link: RobotLink, release: Release, bundle: Bundle, on_step: OnStep) -> None:
         self._link, self._release, self._bundle, self._on_step = link, release, bundle, on_step
-        self._has_environment, self._target = False, Target("", "")
+        self._has_environment, self._target = False, Platform("", "")
 
-    def probe(self, step: Step) -> None:
+    def probe(self, step: StepReporter) -> None:
         """Report the robot's system; raises DeployError if the project cannot run on it."""
         facts = self._link.call("probe", ProbeAnswer, requirements=self._release.requirements, is_push=True)
         room = f"{format_bytes(facts.free_bytes)} free"
         step.finish(f"{facts.host}: {facts.machine}, {facts.system}, Python {facts.python}, {room}")
-        self._target, self._has_environment = Target.of(facts), facts.has_environment
+        self._target, self._has_environment = Platform.of(facts), facts.has_environment
         self._target.require_python(self._bundle.project)
 
     def upload(self, *, is_offline: bool) -> str:
-        """Send the release, install its requirements and run its doctor; return the name that the robot gave it.
+        """Send the release, install its requirements, and run its doctor. Return the name that the robot gave it.
 
-        If a step fails, the robot deletes the release.
+        After an error, the robot deletes the upload.
         """
         if is_offline and not self._has_environment:
             self._add_wheels()
@@ -138,10 +138,7 @@ class ReleaseUpload:
 
     @contextmanager
     def _discard_on_error(self, release: str) -> Iterator[None]:
-        """Tell the robot to delete the upload if the ``with`` block raises.
-
-        If the robot cannot be reached then, the next push deletes the upload.
-        """
+        """Make the robot delete the upload if the ``with`` block raises. If this fails, the next push deletes it."""
         try:
             yield
         except BaseException:
@@ -150,22 +147,23 @@ class ReleaseUpload:
             raise
 
     def _add_wheels(self) -> None:
-        """Download the wheels that fit the robot, and add them to the bundle."""
         step = begin_step("wheels", self._on_step)
         wheels = fetch_wheels(self._release.requirements, self._target, step.update)
         shutil.copytree(wheels, self._bundle.folder / WHEELS)
         step.finish(f"{len(list(wheels.iterdir()))} for {self._target}")
 
-    def _send(self, begun: BeginAnswer, step: Step) -> None:
+    def _send(self, begun: BeginAnswer, step: StepReporter) -> None:
         done = self._link.send(self._bundle.folder, begun.to, begun.copy_from, _report_transfer(step))
-        step.finish(f"{done.files} files, {done.changed} of them new, {format_bytes(done.sent)}", *self._bundle.notes)
+        step.finish(
+            f"{done.files} files, {done.changed} of them new, {format_bytes(done.sent)}", *self._bundle.warnings
+        )
 
     def _install(self, release: str, *, is_offline: bool) -> None:
         step = begin_step("environment", self._on_step)
         made = self._link.call(
             "install",
             InstallAnswer,
-            on_notice=lambda notice: step.update(notice.say),
+            on_message=lambda message: step.update(message.text),
             release=release,
             is_offline=is_offline,
         )
@@ -173,34 +171,38 @@ class ReleaseUpload:
         _report_findings(made.findings, begin_step("doctor", self._on_step))
 
 
-def _report_transfer(step: Step) -> Callable[[int, float], None]:
+def _report_transfer(step: StepReporter) -> Callable[[int, float], None]:
     return lambda size, part: step.update(f"{part:.0%}, {format_bytes(size)}")
 
 
-def _report_findings(findings: Sequence[Finding], step: Step) -> None:
-    """Report the findings of the doctor. A finding of the level ``error`` raises nothing: the health check decides."""
+def _report_findings(findings: Sequence[FindingMessage], step: StepReporter) -> None:
+    """Report the doctor's findings. An error among them does not end the push, because the health check decides."""
     counts = Counter(finding.level for finding in findings)
     bad = [finding for level in SHOWN_LEVELS for finding in findings if finding.level == level]
     said = [f"{counts['ok']} ok", *(pluralize(counts[level], level) for level in SHOWN_LEVELS if counts[level])]
     step.finish(", ".join(said), *(_format_finding(finding) for finding in bad))
 
 
-def _format_finding(finding: Finding) -> str:
+def _format_finding(finding: FindingMessage) -> str:
     remedy = f". {finding.remedy}" if finding.remedy else ""
     return f"{finding.level}: {finding.what}: {finding.said}{remedy}"
 
 
 UNTIL_STOPPED_S = 1e9
-"""The time-out of a run on the robot, in s. It is 30 years, so that the app runs until a user stops it."""
+"""The time-out of a run on the robot, in s: about 30 years."""
 
 
-def create_release(project: Project, requirements: tuple[str, ...], checks_passed: tuple[str, ...]) -> Release:
-    """Return the release for a bundle. Its name is the current time; the robot may give it a later name."""
+def create_release(project: Project, requirements: tuple[str, ...], check_lines: tuple[str, ...]) -> Release:
+    """Return the manifest of a new release. Its name is the current time, but the robot may give it a later name.
+
+    requirements: the requirements that pip installs on the robot.
+    check_lines: a line for each check before the push, with its result.
+    """
     return build_release(
         project,
         f"{datetime.now(timezone.utc):{NAME_FORMAT}}",
         requirements=requirements,
-        gates=checks_passed,
+        check_lines=check_lines,
         robotcore=version("robotcore"),
         revision=_find_revision(project.folder),
         sender=f"{getpass.getuser()}@{platform.node()}",
@@ -212,20 +214,12 @@ def build_release(
     name: str,
     *,
     requirements: tuple[str, ...] = (),
-    gates: tuple[str, ...] = (),
+    check_lines: tuple[str, ...] = (),
     robotcore: str = "",
     revision: str = "",
     sender: str = "",
 ) -> Release:
-    """Return a release of a project. Its commands are relative to the project's folder on the robot.
-
-    name: the release's name.
-    requirements: the requirements that pip installs on the robot.
-    gates: a line on the result of each check before the push.
-    robotcore: the version of robotcore.
-    revision: the project's commit in git.
-    sender: the user and the machine that push it.
-    """
+    """Return the manifest of a release. For the parameters, see the fields of `Release`."""
     return Release(
         name=name,
         project=project.name,
@@ -235,7 +229,7 @@ def build_release(
         run=("run", project.app, *format_options(_build_run(project))),
         stop=("stop", "--backend", project.backend, "--robot", project.robot, *_build_stop_options(project)),
         requirements=requirements,
-        gates=gates,
+        checks=check_lines,
         robotcore=robotcore,
         revision=revision,
         sender=sender,
@@ -248,7 +242,7 @@ def _build_stop_options(project: Project) -> list[str]:
 
 
 def _build_run(project: Project) -> RunRequest:
-    """Return the request for the run on the robot. For a simulator, the request has a world and the first seed."""
+    """Return the request for the run on the robot, with a world and the first seed if the backend is a simulator."""
     is_simulated = load_backend(project.backend).builds_world(project.load_description())
     return RunRequest(
         app=project.app,
@@ -265,7 +259,7 @@ def _build_run(project: Project) -> RunRequest:
 
 
 def _find_revision(folder: Path | None) -> str:
-    """Return the git commit of a folder, with ``-dirty`` if files have changed since; empty without git."""
+    """Return the git commit of a folder, with ``-dirty`` after uncommitted changes; empty without git."""
     if folder is None:
         return ""
     command = ("git", "describe", "--always", "--dirty", "--abbrev=12", "--exclude=*")

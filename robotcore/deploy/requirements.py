@@ -1,4 +1,4 @@
-"""Collect the requirements that pip installs on the robot."""
+"""Collects the requirements that pip installs on the robot."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ __all__ = ["ROBOTCORE", "Requirement", "SpecifierSet", "canonicalize_name", "col
 ROBOTCORE = "robotcore"
 
 _EXTRA = re.compile(r'(?:(?P<rest>.*) and )?extra == "(?P<extra>[^"]+)"', re.DOTALL)
-"""The marker of a requirement that belongs to an extra. Build tools write the extra at the end of the marker."""
+"""The pattern of the marker of an extra's requirement. Build tools write the extra at the end of the marker."""
 
 _SECRET = re.compile(":.*@", re.DOTALL)
-"""The part of an address that may hold a password."""
+"""The pattern of the part of an address that may have a password."""
 
 
 def collect_requirements(project: Project, site: Path, pinned: Iterable[str] = ()) -> tuple[str, ...]:
-    """Return the requirements of robotcore, of the other packages in ``site``, and of the project, sorted.
+    """Return the requirements of the project and of the sent packages, sorted, in pip's format.
 
     Environment markers stay in the requirements, because pip evaluates them on the robot for the robot's Python.
 
     project: the project.
-    site: the folder of the packages that are sent. pip does not install them on the robot.
+    site: the folder of the sent packages. pip does not install these on the robot.
     pinned: further requirements, such as ``name==version``.
-    Raises UsageError for a requirement that a robot cannot install: a file of this machine, an address with a
-    password, or another version of a package that is sent.
+    Raises UsageError for a requirement that the robot cannot install: a file of this machine, an address with a
+    password, or another version of a sent package.
     """
     sent = {canonicalize_name(each.metadata["Name"]): each for each in distributions(path=[str(site)])}
     own = _select_extras(project, sent[canonicalize_name(ROBOTCORE)])
@@ -59,7 +59,7 @@ def collect_requirements(project: Project, site: Path, pinned: Iterable[str] = (
 
 
 class _RequirementCollector:
-    """Collects requirements. If the push sends a required package, its own requirements are collected instead."""
+    """Collects requirements. In place of a sent package, it collects the requirements of that package."""
 
     def __init__(self, sent: Mapping[NormalizedName, Distribution]) -> None:
         self._sent = sent
@@ -81,7 +81,7 @@ class _RequirementCollector:
 
 
 def _list_requirements(dist: Distribution, extra: str) -> Iterator[Requirement]:
-    """Yield the requirements of a distribution for an extra. For an empty extra, yield those that every user needs."""
+    """Yield the requirements of a distribution for an extra, or those without an extra if ``extra`` is empty."""
     for requirement in map(_parse, dist.requires or ()):
         of_extra = _EXTRA.fullmatch(str(requirement.marker or ""))
         if (of_extra["extra"] if of_extra else "") == extra:
@@ -91,7 +91,6 @@ def _list_requirements(dist: Distribution, extra: str) -> Iterator[Requirement]:
 
 
 def _list_project_requirements(project: Project) -> Iterator[str]:
-    """Yield the dependencies of the table ``[project]``."""
     if project.is_package:  # its built metadata has them, dynamic ones too
         return
     yield from project.metadata.dependencies
@@ -100,7 +99,6 @@ def _list_project_requirements(project: Project) -> Iterator[str]:
 
 
 def _select_extras(project: Project, robotcore: Distribution) -> set[str]:
-    """Return the extras to install, of robotcore and of the project; raises UnknownNameError."""
     known = {*robotcore.metadata.get_all("Provides-Extra", ()), *project.metadata.optional}
     for extra in project.extras:
         if extra not in known:
@@ -149,13 +147,13 @@ def _require_installable(requirement: Requirement) -> None:
 
 
 RECORD = "record"
-"""The extra that recordings need."""
+"""The extra of robotcore that recordings need."""
 
 _EXTRAS = re.compile(r"robotcore\[([\w,-]+)\]")
 
 
 def find_entry_points(project: Project) -> list[EntryPoint]:
-    """Return the entry points of the project's backend, of its device drivers, and of its app if that is installed."""
+    """Return the entry points of the project's backend and device drivers, and of its app if the app is installed."""
     keys = [(BACKENDS, project.backend), *((DEVICES, name) for name in _find_driver_names(project))]
     if not is_app_file(project.app):
         keys.append((APPS, app_name(project.app)))
@@ -163,10 +161,8 @@ def find_entry_points(project: Project) -> list[EntryPoint]:
 
 
 def find_extras(project: Project) -> set[str]:
-    """Return the extras of robotcore that the project needs.
-
-    Backends and device drivers name these extras in the remedy for a missing package.
-    """
+    """Return the extras of robotcore that the project needs."""
+    # backends and device drivers name their extras in the remedy for a missing package
     remedies = [load_backend(project.backend).remedy]
     for name in _find_driver_names(project):
         with suppress(BackendMissingError):  # a broken package, which `robotcore check` reports
@@ -176,10 +172,7 @@ def find_extras(project: Project) -> set[str]:
 
 
 def _find_driver_names(project: Project) -> set[str]:
-    """Return the installed device drivers that the robot's file names, if the backend uses device drivers.
-
-    Raises DescriptionError if the robot's file has mistakes.
-    """
+    """Return the installed device drivers that the robot's file names. Without device drivers, return an empty set."""
     robot = project.load_description()
     if not load_backend(project.backend).check(robot):
         return set()
@@ -187,7 +180,6 @@ def _find_driver_names(project: Project) -> set[str]:
 
 
 def _walk_drivers(value: Any) -> Iterator[str]:
-    """Yield the value of each key ``driver`` in a table and in its nested tables."""
     if not isinstance(value, dict):
         return
     for key, item in value.items():

@@ -1,7 +1,7 @@
 """The answers of a robot: a model for each action, and functions that parse and validate an answer.
 
-The client does not trust a robot: an attacker may control it, or another machine may use its name. Each answer is
-validated here, and every string in it is escaped, before any other code of the client uses it.
+The client does not trust a robot, because an attacker may control it. This module escapes every string of an answer and
+validates the answer before other code of the client uses it. A field with an alias has that name in the protocol.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ REMOTE_FOLDER = re.compile(r"\w[\w.-]*(?:/\w[\w.-]*)*", re.ASCII)
 """The pattern of a folder below ``~/robotcore``, without characters that a shell interprets and without ``..``."""
 
 MOST_ITEMS = 100_000
-"""The most items that a list in a robot's answer may have."""
+"""The greatest number of items of a list in a robot's answer."""
 
-AnswerT = TypeVar("AnswerT", bound="Answer")
+AnswerT = TypeVar("AnswerT", bound="RobotMessage")
 
 
 def _require_remote_folder(path: str) -> str:
@@ -47,37 +47,37 @@ LibcVersion = Annotated[str, StringConstraints(pattern=r"^(?:\d{1,3}(?:\.\d{1,3}
 Machine = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_.-]{0,40}$")]
 
 
-class Answer(BaseModel):
-    """The base class of the messages of a robot. Keys that the model does not have are ignored."""
+class RobotMessage(BaseModel):
+    """The base class of a robot's messages. Keys without a field are ignored."""
 
     model_config = ConfigDict(strict=True, frozen=True, extra="ignore", allow_inf_nan=False)
 
 
-class Notice(Answer):
-    """The progress of an action."""
+class ProgressMessage(RobotMessage):
+    """The progress of an action on the robot."""
 
-    say: str
-    """A text on what the action is doing now."""
+    text: str = Field(alias="say")
+    """What the action is doing now, in words."""
     release: ReleaseName | None = None
-    """The release that the robot chose, if it chose one."""
+    """The name that the robot gave the release; None if this message does not have it."""
 
 
-class Refusal(Answer):
-    """A robot's answer if it did not do an action."""
+class Refusal(RobotMessage):
+    """The answer of a robot that cannot do an action."""
 
-    fault: str
-    """What happened, without a full stop."""
+    problem: str = Field(alias="fault")
+    """The cause, without a full stop."""
     remedy: str
-    """What to do about it, without a full stop."""
+    """What the user can do, without a full stop."""
     kind: Annotated[str, AfterValidator(_reject_broken)] = ""
     """The kind of the DeployError that the client raises."""
 
 
-class EmptyAnswer(Answer):
-    """The answer of an action that has nothing to return."""
+class EmptyAnswer(RobotMessage):
+    """The answer of an action that returns nothing."""
 
 
-class ProbeAnswer(Answer):
+class ProbeAnswer(RobotMessage):
     """The answer of ``probe``: the facts about a robot that decide whether a release can run on it."""
 
     host: str
@@ -95,41 +95,40 @@ class ProbeAnswer(Answer):
     """Whether an environment with the release's requirements exists already."""
 
 
-class BeginAnswer(Answer):
-    """The answer of ``begin``: the place of the upload. Folders are relative to ``~/robotcore``."""
+class BeginAnswer(RobotMessage):
+    """The answer of ``begin``: the folder of the upload. Folders are relative to ``~/robotcore``."""
 
     release: ReleaseName
     """The name that the robot gave the release."""
     to: RemoteFolder
     """The folder that receives the upload."""
     copy_from: RemoteFolder | None
-    """The folder of an earlier release. Files that are equal to those in it are copied on the robot instead of sent."""
+    """The folder of an earlier release. A file that is equal to one in it is copied on the robot instead of sent."""
 
 
-class Finding(Answer):
-    """A finding of the doctor on a robot."""
+class FindingMessage(RobotMessage):
+    """A finding of ``robotcore doctor`` on a robot."""
 
     level: str
     """``ok``, ``warning`` or ``error``."""
     what: str
-    """The part of the robot that the doctor examined."""
+    """The examined part of the robot, such as ``disk``."""
     said: str
-    """What the doctor found."""
+    """The state of that part, in words."""
     remedy: str
-    """What to do about it; empty if there is nothing to do."""
+    """What the user can do; empty if the level is ``ok``."""
 
 
-class InstallAnswer(Answer):
+class InstallAnswer(RobotMessage):
     """The answer of ``install``."""
 
     environment: str
-    """``kept`` if an environment with these requirements existed, else ``made``."""
-    findings: Annotated[list[Finding], Field(max_length=MOST_ITEMS)]
-    """The findings of the doctor."""
+    """``kept`` if the robot had an environment with the release's requirements, else ``made``."""
+    findings: Annotated[list[FindingMessage], Field(max_length=MOST_ITEMS)]
 
 
-class HealthResult(Answer):
-    """The answer of ``activate`` and ``rollback``: the result of a health check, and the state after it."""
+class HealthAnswer(RobotMessage):
+    """The answer of ``activate`` and ``rollback``: the result of a health check, and the robot's state after it."""
 
     release: ReleaseName
     """The release that was checked."""
@@ -142,45 +141,46 @@ class HealthResult(Answer):
     """The current release after the check."""
     is_running: bool
     """Whether the current release runs."""
-    is_standing: bool
-    """Whether the current release is stopped, as it was before the check."""
+    is_stopped: bool = Field(alias="is_standing")
+    """Whether no app runs, as before the check."""
 
 
-class LastRelease(Answer):
-    """The newest release that was checked. The answer has it only if no release is current."""
+class LastRelease(RobotMessage):
+    """The newest release with a completed health check."""
 
     name: ReleaseName
     outcome: str
     reason: str
 
 
-class RecordingsSummary(Answer):
+class RecordingsSummary(RobotMessage):
     """The number of recordings on a robot, and their size."""
 
     files: Count
     bytes: Count
 
 
-class State(Answer):
+class StatusAnswer(RobotMessage):
     """The answer of ``status``, ``start`` and ``stop``: the state of the app and of the robot."""
 
     release: ReleaseName | None
     """The current release."""
-    verdict: str | None
-    """The outcome of the last health check of the current release."""
-    on_trial: ReleaseName | None
-    """The release whose health check is not complete."""
+    outcome: str | None = Field(alias="verdict")
+    """The outcome of the current release's last health check."""
+    pending: ReleaseName | None = Field(alias="on_trial")
+    """The release whose health check is pending or running."""
     last: LastRelease | None
+    """None if a release is current, or if no health check was completed."""
     state: str
     """``running``, ``starting``, ``stopping``, ``restarting``, ``ended``, ``failed`` or ``stopped``."""
     for_s: Annotated[float, Field(ge=0, le=1e10)] | None
     """How long the app has been running, in s; None if it does not run."""
     restarts: Count
     """The number of times that systemd has restarted the app after a failure."""
-    words: str
+    status_text: str = Field(alias="words")
     """The last status text of the app."""
     reason: str
-    """The failure after which the app ended or was restarted; empty if there was none."""
+    """The cause of the app's last failure; empty without a failure."""
     lines: Texts
     """The last lines of the app's output before that failure."""
     starts_with_robot: bool
@@ -190,18 +190,18 @@ class State(Answer):
     free_bytes: Count
 
 
-class UnreadableRelease(Answer):
+class UnreadableRelease(RobotMessage):
     """A release whose manifest cannot be read."""
 
     name: ReleaseName
     unreadable: str
     """Why the manifest cannot be read."""
-    verdict: str | None
+    outcome: str | None = Field(alias="verdict")
     reason: str
 
 
-class ListedRelease(Answer):
-    """A release: the fields of its manifest, see `agent.releases.Release`, and the result of its last health check."""
+class ListedRelease(RobotMessage):
+    """A release: the fields of its manifest (`agent.releases.Release`), and the result of its last health check."""
 
     name: ReleaseName
     project: str
@@ -211,32 +211,32 @@ class ListedRelease(Answer):
     run: Texts
     stop: Texts
     requirements: Texts
-    gates: Texts
-    """A line on the result of each check before the push."""
+    checks: Texts = Field(alias="gates")
+    """A line for each check before the push, with its result."""
     robotcore: str
     revision: str
     sender: str
     is_recorded: bool
-    verdict: str | None
+    outcome: str | None = Field(alias="verdict")
     reason: str
 
 
-class Releases(Answer):
+class ReleasesAnswer(RobotMessage):
     """The answer of ``releases``: the releases on the robot, the newest first."""
 
     releases: Annotated[list[UnreadableRelease | ListedRelease], Field(max_length=MOST_ITEMS)]
     current: ReleaseName | None
-    on_trial: ReleaseName | None
+    pending: ReleaseName | None = Field(alias="on_trial")
 
 
-class RemoveAnswer(Answer):
+class RemoveAnswer(RobotMessage):
     """The answer of ``remove``."""
 
     kept: bool
     """Whether recordings are still on the robot."""
 
 
-class RemoteFile(Answer):
+class RemoteFile(RobotMessage):
     """A file, a link or a folder among the recordings of a robot. The client decides whether it is a recording."""
 
     name: str
@@ -245,23 +245,23 @@ class RemoteFile(Answer):
     is_being_written: bool
 
 
-class Recordings(Answer):
-    """The answer of ``recordings``: the entries of the robot's folder of recordings."""
+class RecordingsAnswer(RobotMessage):
+    """The answer of ``recordings``: the files, links and folders in the robot's folder of recordings."""
 
     recordings: Annotated[list[RemoteFile], Field(max_length=MOST_ITEMS)]
 
 
-class EraseAnswer(Answer):
+class EraseAnswer(RobotMessage):
     """The answer of ``erase``."""
 
     erased: Texts
     """The recordings that the robot deleted."""
     different: Texts
-    """The recordings whose content on the robot differs from that of the client's copy."""
+    """The recordings whose content on the robot differs from the client's copy."""
 
 
 def parse(line: bytes) -> dict[str, Any]:
-    """Return the JSON object in a line that a robot sent. Control characters in its strings are escaped.
+    """Return the JSON object in a line of a robot's output. Control characters in its strings are escaped.
 
     Raises MalformedError if the line is not a JSON object.
     """
@@ -277,10 +277,10 @@ def parse(line: bytes) -> dict[str, Any]:
 
 
 def validate(model: type[AnswerT], data: Any, where: str) -> AnswerT:
-    """Return data of a robot as an object of a model, after validation.
+    """Return the data of a robot as an object of a model, after validation.
 
-    where: the name of the data. In an error message, the key of the wrong value begins with it.
-    Raises MalformedError, whose message has the first wrong key and what is wrong with it.
+    where: the key of the data in the message of the robot. The error message names it.
+    Raises MalformedError for the first invalid value.
     """
     try:
         return model.model_validate(data)

@@ -1,4 +1,4 @@
-"""Calls to the agent on a robot, and transfers of files, over one ssh connection."""
+"""Calls of the agent on a robot, and transfers of files, over one ssh connection."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from typing import IO, TYPE_CHECKING, Any, Generic
 from robotcore.deploy import rsync
 from robotcore.deploy.agent.rpc import MARK
 from robotcore.deploy.errors import explain_damaged_answer, explain_failed_call
-from robotcore.deploy.host import Host
+from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import MalformedError, ProcessOutput, split_lines
-from robotcore.deploy.robot_answers import AnswerT, EmptyAnswer, Notice, Refusal, parse, validate
+from robotcore.deploy.robot_answers import AnswerT, EmptyAnswer, ProgressMessage, Refusal, parse, validate
 from robotcore.deploy.rsync import OnPoll, OnProgress, Transfer
-from robotcore.deploy.ssh import Connection
+from robotcore.deploy.ssh import SshConnection
 from robotcore.errors import DeployError
 from robotcore.hal.wall_clock import MonotonicClock
 from robotcore.text import escape
@@ -29,44 +29,44 @@ if TYPE_CHECKING:
     from importlib.abc import Traversable  # moved in 3.11, and gone from here in 3.14
 
 
-OnNotice = Callable[[Notice], object]
-"""The type of a function that is called with the progress of an action."""
+OnMessage = Callable[[ProgressMessage], object]
+"""A function that is called with each progress message of an action."""
 
 OnLine = Callable[[str], object]
-"""The type of a function that is called with each line that an action prints, escaped and without the line break."""
+"""A function that is called with each line that an action prints, escaped and without the line break."""
 
 MAX_ANSWER_BYTES = 1 << 24
-"""The most bytes that a robot may write in answer to one call."""
+"""The greatest length of a robot's output for one call, in bytes."""
 
 SILENCE_S = 900.0
-"""A call has failed if the robot sends nothing for this time, in s.
+"""The time without output of the robot, in s, after which a call fails.
 
 A build by pip and the hash of a large recording take less time.
 """
 
 
 def ignore(*arguments: object, **more: object) -> None:
-    """Ignore the argument. This is the default for a function that is called with progress."""
+    """Ignore the arguments: the default for functions that are called with progress."""
 
 
-class Link:
-    """A context manager that connects to a robot and calls its agent.
+class RobotLink:
+    """A context manager that connects to a robot, calls the agent there, and transfers files.
 
-    Every method raises DeployError with a remedy. If an exception ends a call or a transfer on this machine, it also
-    ends on the robot.
+    Every method raises DeployError with a remedy. If an exception on this machine interrupts a call or a transfer, the
+    robot ends it too.
 
     host: the robot.
     config: an ssh configuration in place of the user's.
     """
 
-    def __init__(self, host: Host, config: Path | None = None) -> None:
+    def __init__(self, host: RobotAddress, config: Path | None = None) -> None:
         self.host = host
-        self._connection = Connection(host, config)
+        self._connection = SshConnection(host, config)
 
     def __repr__(self) -> str:
         return f"<Link to {self.host}>"
 
-    def __enter__(self) -> Link:
+    def __enter__(self) -> RobotLink:
         self._connection.__enter__()
         return self
 
@@ -75,7 +75,7 @@ class Link:
     ) -> None:
         self._connection.__exit__(kind, error, traceback)
 
-    def call(self, action: str, answer: type[AnswerT], /, on_notice: OnNotice = ignore, **arguments: Any) -> AnswerT:
+    def call(self, action: str, answer: type[AnswerT], /, on_message: OnMessage = ignore, **arguments: Any) -> AnswerT:
         """Run an action on the robot, and return its validated answer.
 
         action: the action's name, see `robotcore.deploy.agent.rpc.ACTIONS`.
@@ -85,25 +85,25 @@ class Link:
         Raises DeployError. If the robot refuses the action, the error has the ``kind`` that the robot sent. If the
         answer does not fit the model, is too long, or does not come, the kind is `DAMAGED`.
         """
-        return self._ask(Call(action, answer, on_notice), arguments)
+        return self._ask(RemoteCall(action, answer, on_message), arguments)
 
     def stream(self, action: str, /, on_line: OnLine, max_bytes: int | None, **arguments: Any) -> None:
         """Run an action on the robot that prints lines, and pass each line to a function.
 
         action: the action's name.
         on_line: this function is called with each line, escaped and without the line break.
-        max_bytes: the most bytes that the robot may send; None for a stream without an end.
+        max_bytes: the greatest length of the robot's output in bytes; None for a stream without an end.
         arguments: the parameters of the action.
         """
-        self._ask(Call(action, EmptyAnswer, on_line=on_line, max_bytes=max_bytes), arguments)
+        self._ask(RemoteCall(action, EmptyAnswer, on_line=on_line, max_bytes=max_bytes), arguments)
 
     def send(self, folder: Path, to: str, copy_from: str | None = None, on_progress: OnProgress = ignore) -> Transfer:
         """Copy the contents of a folder to the robot.
 
         folder: the folder on this machine.
         to: an existing folder on the robot, relative to `Layout.root`.
-        copy_from: another folder on the robot. Files that are equal to those in it are copied there instead of sent.
-        on_progress: is called with the bytes that are done, and with their part of all, 0 to 1.
+        copy_from: another folder on the robot. A file that is equal to one in it is copied there instead of sent.
+        on_progress: this function is called with the transferred bytes, and with their fraction of all bytes, 0 to 1.
         """
         return rsync.send(self._connection, self.host, folder, to, copy_from, on_progress)
 
@@ -116,17 +116,17 @@ class Link:
         on_poll: OnPoll = ignore,
         on_progress: OnProgress = ignore,
     ) -> Transfer:
-        """Copy recordings from the robot. The robot keeps its files.
+        """Copy recordings from the robot. They stay on the robot too.
 
         what: the names of the recordings.
         folder: the folder on this machine.
         partial: the folder that keeps an incomplete file if the connection breaks. The next call completes that file.
         on_poll: this function is called at least every half second. If it raises an exception, the transfer ends.
-        on_progress: is called with the bytes that are done, and with their part of all, 0 to 1.
+        on_progress: this function is called with the transferred bytes, and with their fraction of all bytes, 0 to 1.
         """
         return rsync.receive(self._connection, self.host, what, folder, partial, on_poll, on_progress)
 
-    def _ask(self, call: Call[AnswerT], arguments: Mapping[str, Any]) -> AnswerT:
+    def _ask(self, call: RemoteCall[AnswerT], arguments: Mapping[str, Any]) -> AnswerT:
         with tempfile.TemporaryFile() as script:
             script.write(build_script(call.action, arguments).encode("ascii"))
             script.seek(0)
@@ -141,12 +141,12 @@ class Link:
                     explain_failed_call(self.host, process.returncode, output.stderr_excerpt)
                 )
         if isinstance(answer, Refusal):
-            raise DeployError(f"{self.host}: {answer.fault}. {answer.remedy}", kind=answer.kind)
+            raise DeployError(f"{self.host}: {answer.problem}. {answer.remedy}", kind=answer.kind)
         return answer
 
     @contextmanager
     def _run(self, script: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
-        """Run a script on the robot during a ``with`` block. If the block raises, the script is ended."""
+        """Run a script on the robot during a ``with`` block. If the block raises, end the script."""
         command = [*self._connection.ssh_command, REMOTE_COMMAND]
         with subprocess.Popen(  # noqa: S603  constants
             command, stdin=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
@@ -160,26 +160,23 @@ class Link:
 
 
 @dataclass
-class Call(Generic[AnswerT]):
-    """One call of an action, and how to read its answer."""
+class RemoteCall(Generic[AnswerT]):
+    """One call of an action. It parses the robot's output."""
 
     action: str
-    """The action's name."""
     answer: type[AnswerT]
     """The model of the answer."""
-    on_notice: OnNotice = ignore
-    """The function that is called with the progress."""
+    on_message: OnMessage = ignore
     on_line: OnLine = ignore
-    """The function that is called with each line that the action prints."""
     max_bytes: int | None = MAX_ANSWER_BYTES
-    """The most bytes that the robot may write; None for a stream without an end."""
+    """The greatest length of the output in bytes; None for a stream without an end."""
 
     def parse_answer(self, pieces: Iterable[bytes]) -> AnswerT | Refusal | None:
-        """Return the answer in the output of a robot, or None if the output has none.
+        """Return the answer in a robot's output, or None if the output has no answer.
 
-        Lines before the first `MARK` are dropped, because a login shell prints them.
+        The method ignores the lines before the first `MARK`, because a login shell prints them.
 
-        Raises MalformedError if the output is damaged.
+        Raises MalformedError if the output is malformed.
         """
         answer, has_begun = None, False
         for line in split_lines(self._limit_silence(pieces), self.max_bytes):
@@ -192,9 +189,9 @@ class Call(Generic[AnswerT]):
         return answer
 
     def _read(self, message: Mapping[str, Any]) -> AnswerT | Refusal | None:
-        """Return the answer in a message, or None if the message is about progress."""
+        """Return the answer in a message, or None for a progress message."""
         if "say" in message:
-            self.on_notice(validate(Notice, message, "progress"))
+            self.on_message(validate(ProgressMessage, message, "progress"))
         elif "refused" in message:
             return validate(Refusal, message["refused"], "refused")
         elif "done" in message:
@@ -204,7 +201,7 @@ class Call(Generic[AnswerT]):
         return None
 
     def _limit_silence(self, pieces: Iterable[bytes]) -> Iterator[bytes]:
-        """Yield the pieces. Raises MalformedError if none comes for `SILENCE_S`, except in an endless stream."""
+        """Yield the pieces. Raise MalformedError if no piece comes for `SILENCE_S`, except in an endless stream."""
         clock, received_s = MonotonicClock(), 0.0
         for piece in pieces:
             if piece:
@@ -221,17 +218,16 @@ AGENT_PACKAGE = "robotcore.deploy.agent"
 """The package that runs on the robot."""
 
 EMPTY_PACKAGES = ("robotcore/__init__.py", "robotcore/deploy/__init__.py")
-"""The packages that contain the agent's package. On the robot their files are empty."""
+"""The files of the agent's parent packages. They are empty on the robot."""
 
 
 def build_script(action: str, arguments: Mapping[str, Any]) -> str:
-    """Return a Python script in ASCII that runs an action of the agent.
+    """Return a Python script in ASCII that contains the agent's source and runs one of its actions.
 
-    The script contains the source of the agent. The arguments are string literals that contain JSON, so that
-    Python never runs them as code.
+    The arguments are string literals with JSON, so that Python never runs them as code.
 
     action: the action's name.
-    arguments: its parameters, which JSON can represent.
+    arguments: the parameters of the action, which JSON can represent.
     """
     first = files(AGENT_PACKAGE).joinpath("bootstrap.py").read_text(encoding="utf-8")
     literals = ", ".join(map(ascii, (json.dumps(read_agent_sources()), action, json.dumps(arguments))))
@@ -239,7 +235,7 @@ def build_script(action: str, arguments: Mapping[str, Any]) -> str:
 
 
 def read_agent_sources() -> dict[str, str]:
-    """Return the source of each module of the agent by its file, such as ``robotcore/deploy/agent/files.py``."""
+    """Return the source text of each module of the agent by its path, such as ``robotcore/deploy/agent/files.py``."""
     return dict.fromkeys(EMPTY_PACKAGES, "") | dict(
         _read_sources(files(AGENT_PACKAGE), AGENT_PACKAGE.replace(".", "/"))
     )

@@ -17,19 +17,19 @@ from typing import IO
 
 from robotcore.deploy.agent.files import FOLDER
 from robotcore.deploy.errors import explain_failed_transfer, explain_missing_program
-from robotcore.deploy.host import Host
+from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import ProcessOutput
 from robotcore.deploy.robot_answers import REMOTE_FOLDER
-from robotcore.deploy.ssh import Connection
+from robotcore.deploy.ssh import SshConnection
 
 OnProgress = Callable[[int, float], object]
-"""The type of a function that is called with the transferred bytes, and with their share of all bytes, 0 to 1."""
+"""A function that is called with the transferred bytes, and with their fraction of all bytes, 0 to 1."""
 
 OnPoll = Callable[[], object]
-"""The type of a function that is called during a transfer. If it raises an exception, the transfer ends."""
+"""A function that is called repeatedly during a transfer. If it raises an exception, the transfer ends."""
 
 TIMEOUT_S = 60
-"""A transfer has failed if no data are transferred for this time, in s."""
+"""The time without data, in s, after which a transfer fails."""
 
 COMMON_OPTIONS = (
     "--times",
@@ -51,13 +51,13 @@ RECEIVE_OPTIONS = (
     "--from0",
     "--files-from=-",
 )
-"""The options for receiving: only plain files, only those that are named, and none executable."""
+"""The options for receiving: only the named files, only plain files, and without execute permission."""
 
 RECORDING = re.compile(r"\w[\w.-]{0,94}\.mcap", re.ASCII)
 """The name of a recording: at most 100 ASCII letters, digits, underscores, dots and dashes, ending in .mcap."""
 
 MAX_OUTPUT_CHARACTERS = 1 << 16
-"""Of rsync's output, this many characters at the end are kept. They contain the statistics."""
+"""The number of characters at the end of rsync's output that are kept. The statistics are there."""
 
 PROGRESS = re.compile(r"\s*(\d{1,18})\s+(\d{1,3})%\s")
 STATS = {
@@ -73,23 +73,22 @@ class Transfer:
     """The statistics of a transfer."""
 
     files: int
-    """The number of files."""
+    """The number of plain files at the source."""
     changed: int
-    """The number of files that were transferred, because they differed."""
+    """The number of files whose content was transferred, because they are new or differed at the destination."""
     sent: int
-    """The bytes from this machine to the robot."""
+    """The number of bytes from this machine to the robot."""
     received: int
-    """The bytes from the robot to this machine."""
+    """The number of bytes from the robot to this machine."""
 
 
 def send(
-    connection: Connection, host: Host, folder: Path, to: str, copy_from: str | None, on_progress: OnProgress
+    connection: SshConnection, host: RobotAddress, folder: Path, to: str, copy_from: str | None, on_progress: OnProgress
 ) -> Transfer:
-    """Send the contents of a folder, see `Link.send`.
+    """Send the contents of a folder, and delete other files in the target folder. See `RobotLink.send`.
 
-    rsync compares files by content instead of time, because a fresh checkout has new times. A file that differs is sent
-    as a whole: rsync 3.2.7 of Debian 12 cannot verify a file that it patches from a folder of ``--copy-dest``. Other
-    files in the target folder are deleted, because an interrupted upload may have left them.
+    rsync compares the contents of files instead of their times, because a fresh checkout has new times. It sends a
+    different file as a whole, because rsync 3.2.7 of Debian 12 cannot verify a file patched from ``--copy-dest``.
     """
     options = [*SEND_OPTIONS, "--no-inc-recursive"]
     if copy_from is not None:
@@ -99,15 +98,15 @@ def send(
 
 
 def receive(
-    connection: Connection,
-    host: Host,
+    connection: SshConnection,
+    host: RobotAddress,
     what: Sequence[str],
     folder: Path,
     partial: Path | None,
     on_poll: OnPoll,
     on_progress: OnProgress,
 ) -> Transfer:
-    """Copy recordings from the robot, see `Link.receive`. rsync reads their names from stdin, not through a shell."""
+    """Copy recordings from the robot, see `RobotLink.receive`. Their names go through stdin instead of a shell."""
     options = RECEIVE_OPTIONS if partial is None else (f"--partial-dir={partial.absolute()}", *RECEIVE_OPTIONS)
     ends = (f"robot:~/{FOLDER}/recordings/", f"{folder.absolute()}/")
     names = b"".join(_require_recording_name(name).encode() + b"\0" for name in what)
@@ -127,8 +126,8 @@ def _require_recording_name(name: str) -> str:
 
 
 def _transfer(
-    connection: Connection,
-    host: Host,
+    connection: SshConnection,
+    host: RobotAddress,
     arguments: Sequence[str],
     on_progress: OnProgress,
     stdin: bytes = b"",
@@ -138,7 +137,7 @@ def _transfer(
 ) -> Transfer:
     """Run rsync, and return the statistics of the transfer.
 
-    where: the machine that receives the files, for an error message.
+    where: the receiving machine, for an error message.
     """
     if not shutil.which("rsync"):
         raise explain_missing_program("rsync", "rsync")
@@ -157,6 +156,7 @@ def _transfer(
 @contextmanager
 def _run(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Popen[bytes]]:
     """Run rsync during a ``with`` block. Ctrl-C does not reach rsync. If the block raises, rsync and its ssh end."""
+    # a session of its own, so that the terminal sends no SIGINT
     with subprocess.Popen(  # noqa: S603  constants, and a folder of this machine
         command,
         stdin=stdin,
@@ -175,12 +175,12 @@ def _run(command: Sequence[str], stdin: IO[bytes]) -> Iterator[subprocess.Popen[
 
 
 def _build_environment() -> dict[str, str]:
-    """Return the environment without variables that change rsync's options, and with messages in English."""
+    """Return the environment for messages in English, without the variables that change rsync's options."""
     return {name: value for name, value in os.environ.items() if not name.startswith("RSYNC_")} | {"LC_ALL": "C"}
 
 
 def _read(pieces: Iterable[bytes], on_progress: OnProgress, on_poll: OnPoll) -> str:
-    """Report the progress while rsync runs, and return the end of its output without the progress lines."""
+    """Report the progress until rsync ends. Return the end of rsync's output without the progress lines."""
     printed = rest = ""
     for piece in pieces:
         on_poll()

@@ -1,4 +1,4 @@
-"""The check that runs the app in simulation, from the files that will be sent."""
+"""A check before a push: run the app in simulation, from the files that will be sent."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from typing import Any
 from robotcore.deploy.agent import service
 from robotcore.deploy.agent.releases import PROJECT, SITE
 from robotcore.deploy.bundle import Bundle
-from robotcore.deploy.checks import SIMULATION, Check, CheckResult, format_command, read_process_error, run_python
-from robotcore.deploy.progress import Say
+from robotcore.deploy.checks import SIMULATION, CheckResult, PushCheck, format_command, read_process_error, run_python
+from robotcore.deploy.progress import ReportText
 from robotcore.deploy.project import Project
 from robotcore.errors import UnprovenError, UsageError
 from robotcore.hal.backend import load_backend
@@ -27,27 +27,31 @@ from robotcore.sweep.spec import format_options, parse_seeds
 from robotcore.text import escape
 
 PINS_SIMULATOR, PLAIN_SIMULATOR = "virtualpi", "kinematic"
-"""The backend that simulates the Pi below the robot's own drivers, and the one that needs no further packages."""
+"""Two simulator backends.
+
+The first simulates the pins of a Raspberry Pi, so that the robot's own drivers run. The second needs no further
+package.
+"""
 
 SECTION = "raspberrypi"
-"""The name of the section of a robot's file that describes the pins of a Raspberry Pi."""
+"""The name of the section in a robot's file that describes the pins of a Raspberry Pi."""
 
 ROBOTCORE, RESULTS = "robotcore", "results.jsonl"
-"""The command in the hint for repeating a run, and the name of the file with the results of the sweep."""
+"""The command of robotcore, and the name of a sweep's file of results."""
 
 HANG_MARGIN_S = 60.0
-"""A run counts as hanging if it takes longer than its time-out plus this margin, in s of the wall clock."""
+"""The wall-clock time after a run's time-out, in s, after which the run counts as hanging."""
 
 
-def simulate(bundle: Bundle, say: Say) -> CheckResult:
-    """Run the app in simulation, with only those files that are in the bundle.
+def simulate(bundle: Bundle, report_text: ReportText) -> CheckResult:
+    """Run the app in simulation with the files of the bundle only.
 
-    If the project requires bounds, the results must reach them. Otherwise every run must pass, see `is_pass`.
+    The results must reach the project's bounds (`Project.require`). Without bounds, every run must pass, see `is_pass`.
 
     Raises UnprovenError with a command that repeats the failing run.
     """
     project = bundle.project
-    backend, notes = choose_simulator(project)
+    backend, warnings = choose_simulator(project)
     world = project.world or DEFAULT_WORLD
     if "," in world:
         raise UsageError(
@@ -56,7 +60,7 @@ def simulate(bundle: Bundle, say: Say) -> CheckResult:
             world=world,
         )
     where = f"{backend}, {escape(world)}, seeds {project.seeds}"
-    say(where)
+    report_text(where)
     with TemporaryDirectory(prefix="robotcore-") as scratch:
         results = Path(scratch, "results")
         answer = _run_sweep(
@@ -64,20 +68,25 @@ def simulate(bundle: Bundle, say: Say) -> CheckResult:
             build_sweep_arguments(project, backend, world),
             Path(scratch),
             results,
-            lambda done, runs: say(f"{where}: {done} of {runs} runs"),
+            lambda done, runs: report_text(f"{where}: {done} of {runs} runs"),
         )
         records = [Record.from_json(line) for line in (results / RESULTS).read_bytes().splitlines()]
     _require_pass(project, answer["missed"], [record for record in records if not is_pass(record)])
     is_judged = any(record.result.verified is not None for record in records)
     passed = sum(map(is_pass, records))
-    return CheckResult(f"{where}: {passed} of {len(records)} {'verified' if is_judged else 'without a contact'}", notes)
+    return CheckResult(
+        f"{where}: {passed} of {len(records)} {'verified' if is_judged else 'without a contact'}", warnings
+    )
 
 
 def choose_simulator(project: Project) -> tuple[str, tuple[str, ...]]:
-    """Return the name of the backend for the simulation, and notes on the choice.
+    """Return the name of the backend for the simulation, and warnings.
 
-    It is the project's backend if that is a simulator. Otherwise it is the simulated Pi if the robot has a section for
-    the Pi and gpiozero is installed. Otherwise it is the kinematic simulator.
+    The choice is the first possible one of
+
+    1. the project's backend if it is a simulator,
+    2. `PINS_SIMULATOR` if the robot has a section for the Raspberry Pi and gpiozero is installed,
+    3. `PLAIN_SIMULATOR`.
     """
     robot = project.load_description()
     if load_backend(project.backend).builds_world(robot):
@@ -90,10 +99,10 @@ def choose_simulator(project: Project) -> tuple[str, tuple[str, ...]]:
 
 
 def is_pass(record: Record) -> bool:
-    """Return whether a run passes if no bounds are required.
+    """Return whether a run passes in a project without bounds.
 
-    A run passes if it ends with success. An app that never ends and whose result nothing verifies passes if the run
-    reaches its time-out without a contact.
+    A run passes if it ends with success. A run without a verified result also passes if it reaches its time-out without
+    a contact, because its app may never end.
     """
     result = record.result
     is_endless = result.outcome is Outcome.TIMEOUT and result.verified is None and not result.contacts
@@ -103,7 +112,7 @@ def is_pass(record: Record) -> bool:
 def build_sweep_arguments(project: Project, backend: str, world: str) -> list[str]:
     """Return the arguments of ``robotcore`` that run the sweep.
 
-    The options of the project's backend are left out if the simulation uses another backend.
+    They have the options of the project's backend only if the simulation uses this backend.
     """
     options = project.options if backend == project.backend else {}
     request = RunRequest(
@@ -115,20 +124,21 @@ def build_sweep_arguments(project: Project, backend: str, world: str) -> list[st
 
 
 def _run_sweep(
-    bundle: Bundle, words: Sequence[str], scratch: Path, results: Path, report: Callable[[int, int], object]
+    bundle: Bundle, arguments: Sequence[str], scratch: Path, results: Path, report: Callable[[int, int], object]
 ) -> dict[str, Any]:
-    """Run ``robotcore sweep`` and return its answer; raises UnprovenError if the sweep did not end.
+    """Run ``robotcore sweep`` in a copy of the bundle, and return its answer to ``--json``.
 
-    The sweep runs in a copy of the bundle. So files that the app writes or that Python compiles are not sent.
+    The copy keeps files that the app writes or that Python compiles out of the bundle.
 
-    words: the arguments of the sweep.
-    scratch: a folder for the copy.
-    results: the folder for the results.
-    report: this function is called with the number of runs that are done, and the number of all runs.
+    arguments: the arguments of ``robotcore``.
+    scratch: an existing folder for the copy.
+    results: the folder for the results of the sweep.
+    report: this function is called with the number of completed runs and the number of all runs.
+    Raises UnprovenError if the sweep did not end.
     """
     copy = shutil.copytree(bundle.folder, scratch / "sent", symlinks=True)
     runs, limit_s = len(parse_seeds(bundle.project.seeds)), HANG_MARGIN_S + RunRequest.timeout_s
-    line = [*service.ROBOTCORE_ARGUMENTS, *words, "--wall-timeout", f"{limit_s:g}", "--out", str(results), "--json"]
+    line = [*service.ROBOTCORE_ARGUMENTS, *arguments, "--wall-timeout", f"{limit_s:g}", "--out", str(results), "--json"]
     try:
         process = run_python(
             copy / PROJECT,
@@ -143,7 +153,7 @@ def _run_sweep(
     except ValueError:
         answer = {"error": read_process_error(process)}
     if "error" in answer:
-        again = _format_repeat(bundle.project, shlex.join([ROBOTCORE, *words]))
+        again = _format_repeat(bundle.project, shlex.join([ROBOTCORE, *arguments]))
         raise UnprovenError(f"simulation: {answer['error']}{again}", kind="simulation-not-run")
     return answer
 
@@ -153,22 +163,18 @@ def _count_results(file: Path) -> int:
 
 
 def _format_repeat(project: Project, line: str) -> str:
-    """Return lines with the command that repeats a run in the user's folder.
-
-    That folder has more files than the bundle, so the lines say what it means if the repeated run passes.
-    """
     more = "\nIf that run passes, the app needs a file that is not sent: git ignores it, or it may hold a secret"
     return f"\nTo repeat it: {format_command(project, line)}{more if project.folder else ''}"
 
 
 def _build_environment(site: Path) -> dict[str, str]:
-    """Return the environment variables that make Python search modules in ``site`` first, as on the robot."""
+    """Return the environment variables with which Python searches modules in ``site`` first, as on the robot."""
     paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {"PYTHONPATH": os.pathsep.join(paths)}
 
 
 def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Record]) -> None:
-    """Raise UnprovenError if a required bound is missed or, without required bounds, if a run does not pass."""
+    """Raise UnprovenError if the results miss a bound or, in a project without bounds, if a run does not pass."""
     if not (missed if project.require else failing):
         return
     first = failing[0] if failing else None
@@ -180,5 +186,5 @@ def _require_pass(project: Project, missed: Sequence[str], failing: Sequence[Rec
     raise UnprovenError(f"simulation: {why}{which}{again}", kind=kind, missed=tuple(missed), seed=seed)
 
 
-CHECKS_OF_BUNDLE = (Check[Bundle](SIMULATION, simulate),)
-"""The checks that run in the bundle, after it is built."""
+CHECKS_OF_BUNDLE = (PushCheck[Bundle](SIMULATION, simulate),)
+"""The checks that run after the bundle is built."""

@@ -1,4 +1,4 @@
-"""One ssh connection that all calls and transfers share, so that ssh asks for a password once."""
+"""One ssh connection for all calls and transfers, so that ssh asks for a password only once."""
 
 from __future__ import annotations
 
@@ -21,39 +21,39 @@ from robotcore.deploy.errors import (
     explain_lost_connection,
     explain_missing_program,
 )
-from robotcore.deploy.host import Host
+from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import decode_output
 from robotcore.errors import DeployError
 
 CONNECT_S, ALIVE_S, ALIVE_COUNT = 10, 5, 3
-"""The time limit to connect, the time between two keep-alive messages, both in s, and how many may stay unanswered."""
+"""The options ConnectTimeout and ServerAliveInterval of ssh, in s, and ServerAliveCountMax. See ssh_config(5)."""
 
 LOGIN_S = 150
-"""The time limit of the login, in s: sshd closes a connection after 120 s, and a login shell takes some time."""
+"""The time limit of the login, in s. sshd closes a connection after 120 s, and a login shell takes some time."""
 
 EXIT_GRACE_S = 5
-"""How long ssh may take to end after its stdin was closed, in s."""
+"""The time that ssh may take to end, in s, before it gets the next signal."""
 
 TERMINATE_RETRY_S = 0.2
-"""The time between two signals to ssh, in s.
+"""The time between two SIGTERM to ssh, in s.
 
-The signal is repeated because ssh misses one that comes just before it waits for a password.
+ssh misses a signal that comes just before it waits for a password, so the signal is repeated.
 """
 
 BREAK_GRACE_S = 1
-"""How long to wait for the end of ssh after a call has failed, in s.
+"""The time to wait for the end of ssh after a failed call, in s.
 
 If the connection breaks, a call may fail shortly before ssh ends.
 """
 
 SOCKET_FOLDER = "/tmp"  # noqa: S108  the socket is in a private folder in it
-"""The folder for the socket's private folder.
+"""The folder for the private folder with ssh's socket.
 
-The path of a socket must be short. The default folder for temporary files on macOS has a long path.
+The path of a socket must be short, and the default folder for temporary files has a long path on macOS.
 """
 
 GREETING = b"\x1erobotcore\n"
-"""Text that the robot sends back after its login shell has printed everything."""
+"""The text that ``cat`` on the robot sends back. It follows the output of the login shell."""
 
 MASTER_OPTIONS = {
     "ControlMaster": "yes",
@@ -67,48 +67,47 @@ MASTER_OPTIONS = {
     "RemoteCommand": "none",
     "LogLevel": "ERROR",
 }
-"""The options that override the user's ssh configuration. The rest of that configuration applies.
+"""The options that override the user's ssh configuration.
 
-At a lower log level ssh does not print why it fails. At the level INFO it prints the robot's banner too.
+At a lower LogLevel, ssh does not print the reason of a failure. At the level INFO, it prints the robot's banner too.
 """
 
 MAX_LOGIN_BYTES = 1 << 20
-"""The most bytes that a login shell may print."""
+"""The greatest length of a login shell's output, in bytes."""
 
 LOG_BLOCKS = 1 << 16
-"""The limit of ssh's log, in blocks of POSIX's ulimit: 32 MB, then ssh ends. A robot's stderr goes into this log."""
+"""The greatest size of ssh's log, in blocks of 512 bytes as in POSIX's ulimit.
+
+The log has the robot's stderr, which may be of any length. ssh ends at the limit.
+"""
 
 LOG_TAIL_BYTES = 1 << 13
-"""Of the log, only this many bytes at the end are read."""
+"""The number of bytes at the end of the log that are read."""
 
 LAUNCHER = ("sh", "-c", f'trap "" INT; ulimit -S -f {LOG_BLOCKS} || :; exec "$@"', "sh")
-"""The command that starts ssh so that it ignores SIGINT. After Ctrl-C, `Connection` itself closes ssh."""
+"""The command that starts ssh with a limited log and without SIGINT. After Ctrl-C, `SshConnection` closes ssh."""
 
 
-class Connection:
-    """A context manager that holds a connection to a host. Raises DeployError if the robot does not answer.
+class SshConnection:
+    """A context manager that keeps a connection to a robot open. It raises DeployError if the robot does not answer.
 
-    ``cat`` runs on the robot while the connection is open, with this process at the other end of its stdin. If this
-    process is killed, ``cat`` ends, and ssh with it.
+    ``cat`` runs on the robot until its stdin is closed by this process. So ssh ends even if this process is killed.
 
     host: the robot.
     config: an ssh configuration in place of the user's.
     """
 
-    def __init__(self, host: Host, config: Path | None = None) -> None:
+    def __init__(self, host: RobotAddress, config: Path | None = None) -> None:
         self._host = host
         self._config = config
         self._unwind = ExitStack()
 
     @property
     def ssh_command(self) -> list[str]:
-        """The ssh command line that uses the connection, without the remote command. No part of it needs quotes.
-
-        This ssh reads no configuration file.
-        """
+        """The ssh command line that uses the connection, without the remote command. No part of it needs quotes."""
         return ["ssh", "-F", "none", "-S", f"{self._folder}/master", "-o", "ProxyCommand=false", "-T", "robot"]
 
-    def __enter__(self) -> Connection:
+    def __enter__(self) -> SshConnection:
         if not shutil.which("ssh"):
             raise explain_missing_program("ssh", "openssh-client")
         with ExitStack() as unwind:
@@ -127,10 +126,7 @@ class Connection:
         self._unwind.close()
 
     def find_cause(self, error: DeployError) -> DeployError:
-        """Return the error to raise after a call has failed with ``error``.
-
-        If the connection has ended, that is the cause, and the returned error says so. Otherwise it is ``error``.
-        """
+        """Return the cause of a call's error: the broken connection if ssh has ended, else the error itself."""
         if error.kind in {CALL_FAILED, RSYNC_FAILED}:
             with suppress(subprocess.TimeoutExpired):
                 self._master.wait(BREAK_GRACE_S)
@@ -145,7 +141,6 @@ class Connection:
             )
 
     def _build_options(self) -> list[str]:
-        """Return the options with which ssh writes messages into a file, and asks questions on the terminal."""
         host, file = self._host, self._config
         options = MASTER_OPTIONS | ({} if _can_ask() else {"BatchMode": "yes"})
         return [
@@ -157,7 +152,7 @@ class Connection:
         ]
 
     def _send_greeting(self) -> None:
-        """Send the greeting, and wait until the robot sends it back. If that fails, end ssh, also during a question."""
+        """Send the greeting, and wait until the robot sends it back. After an error, end ssh."""
         assert self._master.stdin
         assert self._master.stdout
         with suppress(BrokenPipeError):
@@ -170,7 +165,7 @@ class Connection:
             raise
 
     def _cancel_login(self) -> None:
-        """Terminate ssh by SIGTERM. After SIGKILL during a password question, the terminal would not echo any more."""
+        """End ssh by SIGTERM. After SIGKILL while ssh asks for a password, the terminal would no longer echo input."""
         for _ in range(int(EXIT_GRACE_S / TERMINATE_RETRY_S)):
             self._master.terminate()
             with suppress(subprocess.TimeoutExpired):
@@ -198,7 +193,6 @@ class Connection:
         return ""
 
     def _close(self) -> None:
-        """Close the stdin of ssh, and wait until ssh ends. If it does not end, terminate or kill it."""
         with self._master as master:
             assert master.stdin
             with suppress(BrokenPipeError):
@@ -211,7 +205,7 @@ class Connection:
 
 
 def _can_ask() -> bool:
-    """Return whether ssh can ask the user, at a terminal or in a window."""
+    """Return whether ssh can ask the user for a password, at a terminal or in a window."""
     if os.environ.get("SSH_ASKPASS"):
         return True
     with suppress(OSError):

@@ -1,7 +1,4 @@
-"""Select and copy the files of a folder that a push sends.
-
-These are the files that git lists, without secrets and without broken links.
-"""
+"""Selects and copies the files of a project that a push sends: the files that git lists, without secrets."""
 
 from __future__ import annotations
 
@@ -24,29 +21,29 @@ GENERATED = re.compile(
 """The names of files and folders that programs generate. They are not sent unless git tracks them."""
 
 RESULT_FOLDERS = ("sweeps", "recordings", "dist", "build")
-"""The folders directly in a project's folder that robotcore and build tools make."""
+"""The names of folders that robotcore and build tools make directly in a project's folder."""
 
 VENV_FILE = "pyvenv.cfg"
-"""A folder with a file of this name is a virtual environment."""
+"""The name of a file that every virtual environment has."""
 
 _GIT_VARIABLES = ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE", "GIT_PREFIX")
-"""Variables that git sets for its hooks. They may name another repository."""
+"""The environment variables that git sets for its hooks. They may name another repository."""
 
 
 @dataclass(frozen=True)
 class Listing:
-    """The files of a folder, as paths relative to that folder."""
+    """The files of a folder: their paths relative to the folder."""
 
     names: tuple[str, ...]
     """The files and links that are sent."""
     secrets: tuple[str, ...] = ()
-    """The files that are not sent, because they may hold a secret."""
+    """The files that are not sent because they may hold a secret."""
 
 
 def list_files(folder: Path) -> Listing:
-    """Return the files of a folder that are sent, sorted, without secrets and without files that git ignores.
+    """Return the files of a folder, sorted, without the files that git ignores and without generated files.
 
-    Raises UsageError if a folder in it cannot be read.
+    Raises UsageError if a file or a folder in it cannot be read.
     """
     try:
         of_git = _list_by_git(folder)
@@ -61,7 +58,7 @@ def list_files(folder: Path) -> Listing:
 
 
 def _list_by_git(folder: Path) -> list[str] | None:
-    """Return the files that git lists in a folder; None if the folder is in no work tree of git, or git ignores it."""
+    """Return the files that git lists in a folder. Return None if git is missing, or if git ignores the folder."""
     tracked = _ls_files(folder, "--cached")
     others = _ls_files(folder, "--others", "--exclude-standard")
     if tracked is None or others is None:
@@ -91,9 +88,9 @@ def build_git_environment() -> dict[str, str]:
 
 
 def _expand_repositories(folder: Path, names: Iterable[str]) -> Iterator[str]:
-    """Yield those names in git's list whose files exist.
+    """Yield the names of existing files in git's list.
 
-    A folder in this list is a nested repository. It is replaced by its own files.
+    A folder in the list is a nested repository. The function yields its files instead.
     """
     for name in names:
         path = folder / name
@@ -105,7 +102,7 @@ def _expand_repositories(folder: Path, names: Iterable[str]) -> Iterator[str]:
 
 
 def _walk(folder: Path, below: Path) -> Iterator[str]:
-    """Yield the files and links below a folder, as paths relative to ``folder``, without generated files."""
+    """Yield the files and links in the folder ``below``, as paths relative to ``folder``, without generated files."""
     for path in below.iterdir():
         name = str(path.relative_to(folder))
         if _is_generated(name):
@@ -117,7 +114,7 @@ def _walk(folder: Path, below: Path) -> Iterator[str]:
 
 
 def _is_generated(name: str) -> bool:
-    """Return whether a program generated the file, or one of the folders that contain the file."""
+    """Return whether a program generated the file or one of its parent folders, according to their names."""
     parts = Path(name).parts
     return parts[0] in RESULT_FOLDERS or any(map(GENERATED.fullmatch, parts))
 
@@ -128,28 +125,28 @@ _SECRET_FILES = re.compile(
     |\.vault_pass|rclone\.conf|wpa_supplicant.*\.conf|.*\.nmconnection""",
     re.VERBOSE | re.DOTALL | re.IGNORECASE,
 )
-"""A file is secret if its whole name matches this pattern."""
+"""The pattern of the whole name of a secret file."""
 
 _SECRET_WORDS = re.compile(
     r"""secret|credential|passw|token(?!i[sz])|api[_-]?key|kubeconfig|service[_-]?account|deploy[_-]?key|private[_-]?key
     |firebase-adminsdk|(?:\b|_)id_(?:rsa|dsa|ecdsa|ed25519)""",
     re.VERBOSE | re.IGNORECASE,
 )
-"""A file is secret if its name contains one of these words, unless it is a Python file, which the app may import."""
+"""The words in the name of a secret file. They do not apply to Python files, which the app may import."""
 
 _SECRET_MODULES = re.compile(r"_*(?:secrets?|credentials?|passwords?|passwd|api_?keys?)\.pyi?", re.IGNORECASE)
-"""A Python file is secret if its whole name matches this pattern."""
+"""The pattern of the whole name of a secret Python file."""
 
 _BACKUP = re.compile(r"(?:\.(?:bak|backup|old|orig|save|copy|tmp|\d+)|~)+", re.IGNORECASE)
 _EXAMPLE = re.compile(r"\.(?:example|sample|template)(?:\.\w+)?|\.pub", re.IGNORECASE)
-"""Endings of file names. A backup is as secret as the original file. An example or a public key is not secret."""
+"""The endings of names. A backup is as secret as its original, and an example or a public key is not secret."""
 
 _SECRET_WORD_FOLDERS = {"secret", "secrets", "credentials"}
-"""All files in these folders are secret, except for Python files, examples and public keys."""
+"""The names of folders whose files are secret, except for Python files, examples and public keys."""
 
 _SECRET_FOLDERS = {".ssh", ".gnupg", ".aws", ".kube", ".secrets"}
 _SECRET_PLACES = {(".docker", "config.json")}
-"""Folders whose files are all secret, and single files in a folder that are secret."""
+"""The names of folders whose files are all secret, and the folder and name of single secret files."""
 
 _PRIVATE_KEY = re.compile(
     rb"""^[\ \t\#>]*-{4}[-\ ]BEGIN\ [A-Z0-9\ ]*PRIVATE\ KEY  # at the beginning of a line, a comment or a quotation
@@ -159,14 +156,14 @@ _PRIVATE_KEY = re.compile(
     re.VERBOSE | re.MULTILINE,
 )
 _BEGINNING = 1 << 16
-"""The function that detects a private key searches this many bytes of a file."""
+"""The number of bytes at the beginning of a file in which a private key is searched."""
 
 
 def is_secret(folder: Path, name: str) -> bool:
-    """Return whether a file of a folder may hold a key, a password or a token.
+    """Return whether a file may hold a key, a password or a token.
 
     folder: the project's folder.
-    name: the file, relative to it.
+    name: the file's path relative to that folder.
     """
     path = Path(name)
     is_in_place = not _SECRET_FOLDERS.isdisjoint(path.parts[:-1]) or path.parts[-2:] in _SECRET_PLACES
@@ -188,7 +185,7 @@ def _remove_end(end: re.Pattern[str], name: str) -> str:
 
 
 def _has_private_key(file: Path) -> bool:
-    """Return whether the first 64 kB of a file contain a private key, as text in ASCII, UTF-8 or UTF-16."""
+    """Return whether the beginning of a file has a private key as text, in ASCII, UTF-8 or UTF-16."""
     if not file.is_file():
         return False
     try:
@@ -200,13 +197,13 @@ def _has_private_key(file: Path) -> bool:
 
 
 def copy_files(folder: Path, target: Path) -> Listing:
-    """Copy the files that a push sends; return the names of these files and of those that may hold a secret.
+    """Copy the files of a folder that a push sends, and return the result of `list_files`.
 
-    Sockets and pipes are left out. A link to another file that is sent becomes a relative link.
+    The function leaves out sockets and pipes. A link to another file that is sent becomes a relative link.
 
-    folder: the project's folder, absolute.
+    folder: the absolute path of the project's folder.
     target: the folder for the copy.
-    Raises UsageError with all links that lead to no file that is sent, because they would be broken on the robot.
+    Raises UsageError for links that would be broken on the robot.
     """
     listing = list_files(folder)
     links = dict(_find_links(folder, listing.names))
@@ -230,7 +227,7 @@ def _copy_file(file: Path, place: Path) -> None:
 
 
 def _find_links(folder: Path, names: Collection[str]) -> Iterator[tuple[str, str]]:
-    """Yield the links among the names, each with its target relative to the link's folder."""
+    """Yield the name of each link, and its target relative to the link's folder."""
     top = folder.resolve()
     sent = {Path(name) for name in names}
     sent |= {parent for path in sent for parent in path.parents}

@@ -1,7 +1,7 @@
-"""An observer that reports a run's state to systemd (``Type=notify``).
+"""An observer that reports the state of a run to systemd, for a service with ``Type=notify``.
 
 Source: sd_notify(3), sd_watchdog_enabled(3). The libraries sdnotify, systemd-watchdog and python-systemd block while
-systemd does not read its socket. A control loop must not block.
+systemd does not read its socket, but a control loop must not block.
 """
 
 from __future__ import annotations
@@ -22,40 +22,43 @@ from robotcore.runtime.result import RunResult
 from robotcore.runtime.trace import TickRecord, format_voltages
 
 SOCKET, WATCHDOG_US, WATCHDOG_PID = "NOTIFY_SOCKET", "WATCHDOG_USEC", "WATCHDOG_PID"
-"""The variables that systemd sets for a service's process."""
+"""The environment variables that systemd sets for the process of a service."""
 
 READY, ALIVE = "READY=1", "WATCHDOG=1"
 
 STOPPING = "STOPPING=1\nEXTEND_TIMEOUT_USEC=60000000"
-"""The message at the end of a run. It makes systemd wait a minute (stated in µs) before it kills the process.
+"""The message at the end of a run. It makes systemd wait a minute before it kills the process.
 
-The recorder may need that minute to finish a recording on a slow disk.
+The recorder may need that minute to finish a recording on a slow disk. The number in the message is in µs.
 """
 
 FAILED = 6
-"""The exit status of a service that ended by itself without success. Python itself uses 1 for an uncaught exception."""
+"""The exit status of a service that ended by itself without success.
+
+It differs from 1, which Python returns after an uncaught exception.
+"""
 
 FEED_S = 0.5
-"""The longest time between two resets of the watchdog, in s. A health check requires a recent reset."""
+"""The greatest time between two resets of the watchdog, in s. A health check needs a recent reset."""
 
 STATUS_S = 1.0
-"""The shortest time between two status texts, in s."""
+"""The least time between two status texts, in s."""
 
 LONGEST = 200
-"""The longest status text, in characters."""
+"""The greatest length of a status text, in characters."""
 
 
 class Notifier:
-    """An observer of a run that reports to systemd: first that the app is ready, then that it is alive, then its end.
+    """An observer of a run that reports to systemd that the app is ready, that it is alive, and that it ends.
 
-    The app is ready after the first tick without an error.
+    The app is ready after the first tick without an error. The control loop's thread resets systemd's watchdog, so the
+    watchdog detects a loop that hangs.
 
-    It never raises and never blocks. A message that systemd does not accept at once is lost; the next tick repeats it.
-    The thread of the control loop resets the watchdog. So the watchdog detects a loop that hangs.
+    The notifier never raises and never blocks. If systemd does not accept a message at once, the next tick repeats it.
 
     address: the path of systemd's socket, or ``@`` and the name of an abstract socket.
-    watchdog_s: the time limit of systemd's watchdog, in s; None if there is no watchdog. It is reset at least four
-        times within this limit, and at least every `FEED_S`, if the ticks are frequent enough.
+    watchdog_s: the time limit of systemd's watchdog, in s; None without a watchdog. The notifier resets it every
+        quarter of this time, and at least every `FEED_S`, if the ticks are frequent enough.
     clock: the clock that times the resets; by default the machine's monotonic clock.
     """
 
@@ -71,9 +74,8 @@ class Notifier:
     def of(cls, environment: MutableMapping[str, str]) -> Notifier | None:
         """Return a notifier if systemd expects messages of this process, else None.
 
-        The function deletes systemd's variables from the environment, so that child processes do not send messages.
-
-        environment: the variables of this process.
+        environment: the environment variables of this process. The method deletes systemd's variables from it, so that
+            child processes send no messages.
         """
         address, period_us, pid = (environment.pop(name, "") for name in (SOCKET, WATCHDOG_US, WATCHDOG_PID))
         if not address.startswith(("/", "@")) or (pid and pid != str(os.getpid())):
@@ -86,7 +88,7 @@ class Notifier:
     def tick(self, record: TickRecord) -> None:
         now = self._clock.now()
         if not self._is_ready:
-            self._is_ready = self._is_well and self._send(READY)
+            self._is_ready = self._has_no_error and self._send(READY)
         if self._feed_s is not None and now - self._fed >= self._feed_s and self._send(ALIVE):
             self._fed = now
         if now - self._status_sent >= STATUS_S and self._send(_format_status(_format_progress(record))):
@@ -97,22 +99,22 @@ class Notifier:
 
     @staticmethod
     def choose_exit_status(result: RunResult) -> RunResult:
-        """Return the result with the exit status of a service, which decides whether systemd restarts the app.
+        """Return the result with the exit status that decides whether systemd restarts the app.
 
-        A run that hung has the status of an app that raised, so that it is restarted. Without this, it would have the
-        status of a safety stop, after which a user must look first. A run that ended without success has `FAILED`.
+        A run that hung gets the exit status of an app that raised, so systemd restarts it. A run that ended by itself
+        without success gets `FAILED`, so systemd does not restart it.
         """
         if isinstance(result.error, WatchdogError):
             return replace(result, exit_status=BehaviourError.exit_status)
         return replace(result, exit_status=FAILED) if result.exit_status and not result.error else result
 
     @property
-    def _is_well(self) -> bool:
-        """Whether no exception ends the run in this tick. The loop also reports the tick of an exception."""
+    def _has_no_error(self) -> bool:
+        """Whether no exception ends the run in this tick. The control loop also reports the tick of an exception."""
         return sys.exc_info()[1] is self._outer
 
     def _send(self, *lines: str) -> bool:
-        """Send lines to systemd; return whether systemd accepted them."""
+        """Send lines to systemd. Return whether systemd accepted them."""
         with suppress(OSError), socket(AF_UNIX, SOCK_DGRAM) as link:
             link.sendto("\n".join(lines).encode(errors="replace"), MSG_DONTWAIT, self._address)
             return True

@@ -1,4 +1,4 @@
-"""Download wheels for a robot that has no network, and cache them on this machine."""
+"""Downloads wheels for a robot without a network, and caches them on this machine."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from zipfile import ZipFile
 
-from robotcore.deploy.progress import Say
+from robotcore.deploy.progress import ReportText
 from robotcore.deploy.project import FILE, Project
 from robotcore.deploy.requirements import Requirement, SpecifierSet, canonicalize_name
 from robotcore.deploy.robot_answers import ProbeAnswer
 from robotcore.errors import DeployError, DescriptionError
 
 OLDEST_GLIBC = {"x86_64": 5, "aarch64": 17}
-"""The minor version of glibc 2 that the oldest wheels for each processor need. Source: PEP 600, PEP 599."""
+"""The minor version of glibc 2 in the oldest manylinux tag of each processor. Source: PEP 600, PEP 599."""
 
 LEGACY = {  # the old names of platform tags
     "x86_64": ("manylinux2014_x86_64", "manylinux2010_x86_64", "manylinux1_x86_64"),
@@ -33,10 +33,10 @@ LEGACY = {  # the old names of platform tags
 
 
 @dataclass(frozen=True)
-class Target:
-    """The Python and the machine that wheels must fit.
+class Platform:
+    """The Python, the processor and the C library of a robot, which determine the wheels that it can install.
 
-    >>> target = Target("3.11.2", "aarch64", libc_version="2.36")
+    >>> target = Platform("3.11.2", "aarch64", libc_version="2.36")
     >>> print(target)
     Python 3.11 on aarch64
     >>> target.platforms[0], target.platforms[-1]
@@ -50,11 +50,11 @@ class Target:
     libc: str = "glibc"
     """The C library."""
     libc_version: str = "2.17"
-    """The C library's version."""
+    """The version of the C library."""
 
     @classmethod
-    def of(cls, facts: ProbeAnswer) -> Target:
-        """Return the target of a robot's answer to ``probe``."""
+    def of(cls, facts: ProbeAnswer) -> Platform:
+        """Return the platform of the robot with these facts."""
         return cls(facts.python, facts.machine, facts.libc, facts.libc_version)
 
     def __str__(self) -> str:
@@ -62,14 +62,14 @@ class Target:
 
     @property
     def python_version(self) -> str:
-        """The major and minor version."""
+        """Python's major and minor version, such as ``3.11``."""
         return ".".join(self.python.split(".")[:2])
 
     @property
     def platforms(self) -> tuple[str, ...]:
-        """The platform tags of the wheels that run on the target, the newest first.
+        """The platform tags of the wheels that the robot can install, the newest first.
 
-        If the C library is not glibc 2, only wheels with the tag ``linux_`` and the processor run.
+        Without glibc 2, the only tag is ``linux_`` with the processor's name.
         """
         major, _, minor = self.libc_version.partition(".")
         if self.libc != "glibc" or major != "2" or self.machine not in OLDEST_GLIBC:
@@ -81,7 +81,7 @@ class Target:
 
     @property
     def markers(self) -> dict[str, str]:
-        """The values of the variables in environment markers of requirements, for the target. Source: PEP 508."""
+        """The robot's values of the variables in environment markers. Source: PEP 508."""
         return {
             "implementation_name": "cpython",
             "implementation_version": self.python,
@@ -97,7 +97,7 @@ class Target:
         }
 
     def require_python(self, project: Project) -> None:
-        """Raise DeployError if the project needs another Python than the target has.
+        """Raise DeployError if the project needs another version of Python.
 
         Raises DescriptionError if the project's ``requires-python`` is invalid.
         """
@@ -121,14 +121,16 @@ _NOT_FOUND = re.compile(r"No matching distribution found for ([^\s(]+)")
 _UNREACHABLE_INDEX = re.compile(r"NewConnectionError|NameResolutionError|ConnectTimeoutError|Network is unreachable")
 
 
-def fetch_wheels(requirements: Iterable[str], target: Target, say: Say, cache: Path | None = None) -> Path:
-    """Return a folder with the wheels of the requirements, and of everything that these require in turn.
+def fetch_wheels(
+    requirements: Iterable[str], target: Platform, report_text: ReportText, cache: Path | None = None
+) -> Path:
+    """Return a folder with the wheels of the requirements and of all their dependencies.
 
     The wheels are downloaded once, and then kept in the cache. To download newer ones, delete the folder.
 
     requirements: the requirements, in pip's format.
-    target: the Python and the machine of the robot.
-    say: this function is called with the progress.
+    target: the robot's platform.
+    report_text: this function is called with the current activity in words.
     cache: the folder of the cache; by default ``~/.cache/robotcore/wheels``.
     Raises DeployError if a requirement has no wheel for the robot, or if no package index can be reached.
     """
@@ -140,13 +142,13 @@ def fetch_wheels(requirements: Iterable[str], target: Target, say: Say, cache: P
         with TemporaryDirectory(dir=folder.parent) as scratch:
             whole = Path(scratch, "wheels")
             whole.mkdir()
-            _download_all([Requirement(each) for each in texts], target, whole, say)
+            _download_all([Requirement(each) for each in texts], target, whole, report_text)
             _move_to_cache(whole, folder)
     return folder
 
 
 def _move_to_cache(whole: Path, folder: Path) -> None:
-    """Move wheels into the cache atomically. If another process has already cached the same wheels, keep its wheels."""
+    """Move wheels into the cache atomically. If another process has cached the same wheels, keep those."""
     try:
         whole.rename(folder)
     except OSError:
@@ -155,28 +157,27 @@ def _move_to_cache(whole: Path, folder: Path) -> None:
 
 
 def _find_cache_folder() -> Path:
-    """Return the folder of the cache. Source: XDG base directory specification."""
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "robotcore", "wheels")
 
 
-def _download_all(requirements: list[Requirement], target: Target, folder: Path, say: Say) -> None:
+def _download_all(requirements: list[Requirement], target: Platform, folder: Path, report_text: ReportText) -> None:
     """Download wheels until every requirement has a wheel.
 
-    One download is not enough: pip evaluates environment markers for the Python of this machine, not for the robot's.
-    So pip may leave out a package that the robot needs.
+    One download may not be enough. pip evaluates environment markers for the Python of this machine, so it may leave
+    out a package that the robot needs.
     """
     requested: list[Requirement] = []
     missing = list(_select_applicable(requirements, target, {""}))
     while missing:
         _require_names(missing)
         requested += missing
-        say(f"downloading wheels for {target}")
+        report_text(f"downloading wheels for {target}")
         _download(requested, target, folder)
         missing = list(_find_missing(requested, target, folder))
 
 
 def _require_names(requirements: Iterable[Requirement]) -> None:
-    """Raise DeployError if a requirement has an address: pip on the robot would use the address, not the wheel."""
+    """Raise DeployError if a requirement has an address, because pip on the robot would use it instead of the wheel."""
     for each in requirements:
         if each.url:
             raise DeployError(
@@ -188,8 +189,8 @@ def _require_names(requirements: Iterable[Requirement]) -> None:
             )
 
 
-def _download(requested: Sequence[Requirement], target: Target, folder: Path) -> None:
-    """Make pip download wheels for the robot. A pure Python package without a wheel is built on this machine."""
+def _download(requested: Sequence[Requirement], target: Platform, folder: Path) -> None:
+    """Download wheels for the robot. If a pure Python package has no wheel, build one."""
     platforms = [word for platform in target.platforms for word in ("--platform", platform)]
     python = ("--implementation", "cp", "--python-version", target.python_version)
     where = ("--only-binary=:all:", "--dest", str(folder), "--find-links", str(folder), *python, *platforms)
@@ -208,7 +209,7 @@ def _download(requested: Sequence[Requirement], target: Target, folder: Path) ->
 
 
 def _build_wheel(requirement: str, folder: Path) -> bool:
-    """Build a wheel from source into the folder; return whether that succeeded and the wheel is pure Python."""
+    """Build a wheel in the folder. Return whether the build succeeded and the wheel is pure Python."""
     with TemporaryDirectory() as scratch:
         process = run_pip(["wheel", "--quiet", "--no-deps", "--wheel-dir", scratch, "--", requirement])
         pure = list(Path(scratch).glob("*-none-any.whl"))
@@ -217,7 +218,7 @@ def _build_wheel(requirement: str, folder: Path) -> bool:
         return process.returncode == 0 and bool(pure)
 
 
-def _explain_unreachable_index(requirement: str, target: Target) -> DeployError:
+def _explain_unreachable_index(requirement: str, target: Platform) -> DeployError:
     return DeployError(
         f"no package index can be reached from this machine, and it has no wheel of {requirement} for {target}. "
         "Connect it to the network once, and push again: it keeps the wheels",
@@ -226,7 +227,7 @@ def _explain_unreachable_index(requirement: str, target: Target) -> DeployError:
     )
 
 
-def _explain_missing_wheel(requirement: str, target: Target) -> DeployError:
+def _explain_missing_wheel(requirement: str, target: Platform) -> DeployError:
     return DeployError(
         f"{requirement} has no wheel for {target}. Use another version, or another package. Or connect the robot once, "
         "and push without --offline: the robot keeps the installed package",
@@ -235,8 +236,8 @@ def _explain_missing_wheel(requirement: str, target: Target) -> DeployError:
     )
 
 
-def _find_missing(requested: Iterable[Requirement], target: Target, folder: Path) -> Iterator[Requirement]:
-    """Yield those requirements of the downloaded wheels for which the folder has no wheel yet."""
+def _find_missing(requested: Iterable[Requirement], target: Platform, folder: Path) -> Iterator[Requirement]:
+    """Yield the requirements, and those of the downloaded wheels, for which the folder has no wheel yet."""
     needs = {canonicalize_name(name): each for name, each in map(_read_metadata, folder.glob("*.whl"))}
     seen: set[str] = set()
     queue = list(requested)
@@ -251,9 +252,9 @@ def _find_missing(requested: Iterable[Requirement], target: Target, folder: Path
 
 
 def _select_applicable(
-    requirements: Iterable[Requirement], target: Target, extras: Iterable[str]
+    requirements: Iterable[Requirement], target: Platform, extras: Iterable[str]
 ) -> Iterator[Requirement]:
-    """Yield the requirements that apply to the robot and to one of the extras. Their markers are removed."""
+    """Yield the requirements that apply to the robot and to one of the extras, without their markers."""
     environments = [{**target.markers, "extra": extra} for extra in extras]
     for each in requirements:
         if each.marker is None or any(map(each.marker.evaluate, environments)):
@@ -263,7 +264,7 @@ def _select_applicable(
 
 
 def _read_metadata(wheel: Path) -> tuple[str, list[Requirement]]:
-    """Return the name of a wheel's package, and its requirements."""
+    """Return the name and the requirements of a wheel's package."""
     with ZipFile(wheel) as opened:
         (file,) = (name for name in opened.namelist() if re.fullmatch(r"[^/]+\.dist-info/METADATA", name))
         metadata = message_from_string(opened.read(file).decode())
@@ -271,7 +272,7 @@ def _read_metadata(wheel: Path) -> tuple[str, list[Requirement]]:
 
 
 def run_pip(arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    """Run pip with the user's configuration, and return its output; raises DeployError if pip is not installed."""
+    """Run pip with the user's configuration, and return its output. Raises DeployError if pip is not installed."""
     if find_spec("pip") is None:
         raise DeployError("pip is not installed here. Run python -m ensurepip", kind="no-pip")
     return subprocess.run(  # noqa: S603  no shell
@@ -285,7 +286,7 @@ def run_pip(arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
 
 
 def read_pip_error(process: subprocess.CompletedProcess[str]) -> str:
-    """Return the last error message of pip, or its last line."""
+    """Return the last error message in pip's output, or else its last line or exit status."""
     lines = [line.strip() for line in process.stderr.splitlines() if line.strip()]
     errors = [line.removeprefix("ERROR: ") for line in lines if line.startswith("ERROR: ")]
     return (errors or lines or [f"exit status {process.returncode}"])[-1]

@@ -190,7 +190,7 @@ BORDER_M = 0.5
 """A robot that is nearer than this to the map's border needs a new map."""
 
 
-class Map:
+class NavigationMap:
     """The robot's map: its free and occupied cells, the cells that the camera has seen, and the traversable cells.
 
     pose: the robot's pose; its position becomes the middle of the map.

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from robotcore.autonomy.navigation.grid_paths import Angles, Cell, are_straight_ways
-from robotcore.autonomy.navigation.planner import NO_PATH, Path, Traversability
+from robotcore.autonomy.navigation.planner import NO_PATH, GridPath, Traversability
 from robotcore.geometry import Pose, Twist, wrap_angle
 
 LOOKAHEAD_M = 0.5
@@ -93,7 +93,7 @@ class Follower:
         self._steering = steering
         self.start(NO_PATH)
 
-    def start(self, path: Path) -> None:
+    def start(self, path: GridPath) -> None:
         """Begin to follow a path."""
         self._path, self._open = path
 

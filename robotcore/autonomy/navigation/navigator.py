@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robotcore.autonomy.navigation.mapping import Map
+from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.motion import NO_SCAN, CameraScan, Follower, SensorScan, Steering
 from robotcore.autonomy.navigation.next_best_view import Viewpoint, best_viewpoint
 from robotcore.autonomy.navigation.planner import (
@@ -166,7 +166,7 @@ class Navigator:
         return Twist(0.0, self._steering.turn_to(bearing))
 
     def _begin_map(self, pose: Pose, reach: float) -> None:
-        self.map = Map(pose, reach)
+        self.map = NavigationMap(pose, reach)
         self._follower = Follower(self.map.ground, self._steering)
         self._look = CameraScan(pose.heading)
         self._survey = NO_SCAN

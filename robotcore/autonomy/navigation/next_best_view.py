@@ -23,7 +23,7 @@ from robotcore.autonomy.navigation.grid_paths import (
     wavefront,
 )
 from robotcore.autonomy.navigation.occupancy_grid import CLOSE_M, OccupancyGrid
-from robotcore.autonomy.navigation.planner import MARGINS_M, Path, Traversability
+from robotcore.autonomy.navigation.planner import MARGINS_M, GridPath, Traversability
 from robotcore.geometry import Pose
 
 VIEW_M = 1.8
@@ -156,7 +156,7 @@ class Viewpoint(NamedTuple):
     """A cell to which the robot drives to look around with its camera."""
 
     place: Cell
-    path: Path
+    path: GridPath
     """The path to the cell."""
     least_gain: float
     """The least unseen area visible from the cell, in m². If less is left, the robot gives up the viewpoint."""
@@ -185,7 +185,7 @@ def best_viewpoint(ground: Traversability, coverage: Coverage, here: Cell) -> Vi
         return None
     margin, best = np.unravel_index(int(utilities.argmax()), utilities.shape)
     place = int(cells[best, 0]), int(cells[best, 1])
-    path = Path(backtrack(waves[margin], place), masks[margin])
+    path = GridPath(backtrack(waves[margin], place), masks[margin])
     return Viewpoint(place, path, max(MIN_GAIN_M2, MIN_GAIN_SHARE * float(gains[best])))
 
 

@@ -38,7 +38,7 @@ class Certainty(Enum):
     DOUBTFUL = "free, unknown and uncertain cells"
 
 
-class Path(NamedTuple):
+class GridPath(NamedTuple):
     """A path over the map."""
 
     cells: list[Cell]
@@ -47,7 +47,7 @@ class Path(NamedTuple):
     """The mask of all cells that the robot may use, for short cuts at the path's corners."""
 
 
-NO_PATH = Path([], np.zeros((0, 0), np.bool_))
+NO_PATH = GridPath([], np.zeros((0, 0), np.bool_))
 
 
 class Traversability:
@@ -75,14 +75,14 @@ class Traversability:
             mask[beside] |= ~self.grid.taken[beside]
         return masks
 
-    def find_path(self, here: Cell, goal: Cell) -> Path:
+    def find_path(self, here: Cell, goal: Cell) -> GridPath:
         """Return a path over free cells with the widest possible margin, or `NO_PATH` if there is none."""
         goals = np.zeros_like(self._barred)
         goals[goal] = True
         for mask in self.open_cells(here):
             steps = wavefront(here, mask, goals)
             if steps[goal] != UNREACHED:
-                return Path(backtrack(steps, goal), mask)
+                return GridPath(backtrack(steps, goal), mask)
         return NO_PATH
 
     def _clearance(self, trust: Certainty) -> Metres:
@@ -202,7 +202,7 @@ UNKNOWN_BEARING_M = 0.32
 class PathPlan(NamedTuple):
     """A path over free cells, and the cells that follow on the way to the goal but are not surely free."""
 
-    path: Path
+    path: GridPath
     unknown_part: list[Cell]
 
     def bearing_on(self, pose: Pose, ground: Traversability) -> float:
@@ -268,4 +268,4 @@ def _split_path(ground: Traversability, candidate: _Candidate) -> PathPlan:
     path = candidate.path
     known_cells = ground.open_cells(path[0])[candidate.margin]
     known = list(takewhile(lambda cell: known_cells[cell], path))
-    return PathPlan(Path(known, known_cells), path[len(known) :])
+    return PathPlan(GridPath(known, known_cells), path[len(known) :])

@@ -12,12 +12,12 @@ from robotcore.cli.command_classes import AnsweringCommand
 from robotcore.errors import Interrupted, RobotcoreError
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
-    from robotcore.deploy.rpc import Link
+    from robotcore.deploy.host import RobotAddress
+    from robotcore.deploy.rpc import RobotLink
 
 
 class DeployCommand(click.Command):
-    """A command that raises Interrupted at SIGINT and SIGTERM, so that it stops the processes that it started."""
+    """A command that raises Interrupted at SIGINT and SIGTERM, so that its child processes end."""
 
     def invoke(self, ctx: click.Context) -> Any:
         from robotcore.runtime.signals import SignalGuard
@@ -27,7 +27,7 @@ class DeployCommand(click.Command):
 
 
 class AnsweringDeployCommand(AnsweringCommand):
-    """A command whose answer to ``--json`` after an error has ``host``, ``error`` and ``exit_status``."""
+    """A command with ``--json``. After an error, it prints ``host``, ``error`` and ``exit_status``."""
 
     def build_failure_answer(
         self, parameters: Mapping[str, Any], error: RobotcoreError | Interrupted
@@ -46,14 +46,14 @@ def robot_arguments(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.argument("host", type=_parse_host)(config(command))
 
 
-def make_link(host: Host, ssh_config: Path | None) -> Link:
-    """Return a link to a robot. The link connects when its ``with`` block begins."""
-    from robotcore.deploy.rpc import Link
+def make_link(host: RobotAddress, ssh_config: Path | None) -> RobotLink:
+    """Return a link to a robot, which connects at the beginning of its ``with`` block."""
+    from robotcore.deploy.rpc import RobotLink
 
-    return Link(host, ssh_config)
+    return RobotLink(host, ssh_config)
 
 
-def _parse_host(value: str) -> Host:
-    from robotcore.deploy.host import Host
+def _parse_host(value: str) -> RobotAddress:
+    from robotcore.deploy.host import RobotAddress
 
-    return Host.parse(value)
+    return RobotAddress.parse(value)

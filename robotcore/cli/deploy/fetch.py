@@ -20,11 +20,11 @@ from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
     from robotcore.deploy.fetch import FetchResult
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.host import RobotAddress
 
 
 RECORDINGS = Path("recordings")
-"""The folder for recordings in the current folder. It has one folder for each robot."""
+"""The folder for recordings in the current folder. It has a folder for each robot."""
 
 
 @click.command("fetch", cls=AnsweringDeployCommand)
@@ -34,7 +34,7 @@ RECORDINGS = Path("recordings")
 )
 @click.option("--move", "moves", is_flag=True, help="Delete each recording from the robot once its copy is verified.")
 @as_json
-def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: bool, as_json: bool) -> int:
+def command(host: RobotAddress, ssh_config: Path | None, out: Path | None, *, moves: bool, as_json: bool) -> int:
     """Copy the recordings of HOST that are not in the folder yet.
 
     Fetches plain files with the names of recordings. Overwrites no file here, and leaves a recording that is still
@@ -53,7 +53,7 @@ def command(host: Host, ssh_config: Path | None, out: Path | None, *, moves: boo
     return status
 
 
-def _default_folder(host: Host) -> Path:
+def _default_folder(host: RobotAddress) -> Path:
     """Return the path ``recordings/HOST``; raises UsageError if ``recordings`` or ``HOST`` is a symbolic link."""
     folder = RECORDINGS / host.name
     for path in (RECORDINGS, folder):
@@ -68,7 +68,7 @@ def _default_folder(host: Host) -> Path:
 
 
 def _ignore_progress(_progress: object) -> None:
-    """Print no progress, because the output must be one line of JSON."""
+    """Print no progress, because the output is one line of JSON."""
 
 
 def _build_payload(result: FetchResult) -> dict[str, Any]:

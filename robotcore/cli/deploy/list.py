@@ -17,12 +17,12 @@ from robotcore.cli.deploy._options import AnsweringDeployCommand, make_link, rob
 from robotcore.cli.output import as_json, write_json, write_line, write_table
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.host import RobotAddress
     from robotcore.deploy.robot_answers import ListedRelease, UnreadableRelease
 
 
 SKIPPED = ": skipped"
-"""The line of a skipped check in the manifest ends with this text."""
+"""The end of a skipped check's line in the manifest."""
 
 COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 
@@ -30,16 +30,16 @@ COLUMNS = ("release", "state", "app", "robot", "from", "proven")
 @click.command("list", cls=AnsweringDeployCommand)
 @robot_arguments
 @as_json
-def command(host: Host, ssh_config: Path | None, *, as_json: bool) -> int:
+def command(host: RobotAddress, ssh_config: Path | None, *, as_json: bool) -> int:
     """List the releases on HOST, the newest first, and the checks that each passed before it was sent."""
     from robotcore.cli.deploy._output import NO_RELEASE
     from robotcore.deploy.host import command_hint
-    from robotcore.deploy.robot_answers import Releases
+    from robotcore.deploy.robot_answers import ReleasesAnswer
 
     with make_link(host, ssh_config) as link:
-        found = link.call("releases", Releases)
+        found = link.call("releases", ReleasesAnswer)
     if as_json:
-        write_json({"host": str(host), **found.model_dump(), "exit_status": 0})
+        write_json({"host": str(host), **found.model_dump(by_alias=True), "exit_status": 0})
     elif found.releases:
         write_table(COLUMNS, [_build_row(each, found.current) for each in found.releases])
     else:
@@ -52,10 +52,10 @@ def _build_row(release: ListedRelease | UnreadableRelease, current: str | None) 
 
     if isinstance(release, UnreadableRelease):
         return [release.name, f"cannot be read: {release.unreadable}", "", "", "", ""]
-    state = ", ".join(word for word in ("current" if release.name == current else "", release.verdict or "") if word)
+    state = ", ".join(word for word in ("current" if release.name == current else "", release.outcome or "") if word)
     sender = " ".join(part for part in (release.sender, release.revision) if part)
-    return [release.name, state, release.app, release.robot, sender, _format_checks(release.gates)]
+    return [release.name, state, release.app, release.robot, sender, _format_checks(release.checks)]
 
 
-def _format_checks(gates: Sequence[str]) -> str:
-    return "\n".join(gate for gate in gates if not gate.endswith(SKIPPED)) or "nothing"
+def _format_checks(checks: Sequence[str]) -> str:
+    return "\n".join(line for line in checks if not line.endswith(SKIPPED)) or "nothing"

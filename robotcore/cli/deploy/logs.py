@@ -11,14 +11,14 @@ from robotcore.cli.deploy._options import DeployCommand, make_link, robot_argume
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.host import RobotAddress
 
 
 LINE_BYTES = 1 << 16
-"""The longest line of a log, in bytes. journald splits lines at 48 kB. Source: journald.conf(5), LineMax."""
+"""The greatest length of a log line, in bytes. journald splits lines at 48 kB. Source: journald.conf(5), LineMax."""
 
 OVERHEAD_BYTES = 1 << 20
-"""The most bytes of messages that systemd and journalctl may add to the lines of the app."""
+"""The greatest length of the messages by systemd and journalctl, in bytes, in addition to the app's lines."""
 
 
 @click.command("logs", cls=DeployCommand)
@@ -33,7 +33,7 @@ OVERHEAD_BYTES = 1 << 20
     show_default=True,
     help="Number of past lines to show.",
 )
-def command(host: Host, ssh_config: Path | None, lines: int, *, follow: bool) -> int:
+def command(host: RobotAddress, ssh_config: Path | None, lines: int, *, follow: bool) -> int:
     """Print the log of the app on HOST, with systemd's messages about it. Ctrl-C does not stop the app."""
     from robotcore.errors import Interrupted
 

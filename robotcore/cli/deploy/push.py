@@ -13,7 +13,7 @@ from robotcore.cli.output import write_lines
 from robotcore.deploy.agent.systemd_units import START_LIMIT_S
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.host import RobotAddress
     from robotcore.deploy.project import Project
 
 
@@ -51,7 +51,13 @@ PROJECT_FOLDER = click.Path(path_type=Path, exists=True, file_okay=False)
     help="Roll back if the app has not completed its first tick within this time.",
 )
 def command(
-    host: Host, ssh_config: Path | None, *, skip_checks: bool, offline: bool, healthy_within_s: float, **chosen: Any
+    host: RobotAddress,
+    ssh_config: Path | None,
+    *,
+    skip_checks: bool,
+    offline: bool,
+    healthy_within_s: float,
+    **chosen: Any,
 ) -> int:
     """Put the project in this folder on HOST, and keep it running there.
 

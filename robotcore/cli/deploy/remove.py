@@ -13,14 +13,14 @@ from robotcore.cli.output import write_line
 from robotcore.errors import UsageError
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.host import RobotAddress
 
 
 @click.command("remove", cls=DeployCommand)
 @robot_arguments
 @click.option("--recordings", is_flag=True, help="Remove the recordings too.")
 @click.option("--yes", is_flag=True, help="Do not ask for confirmation.")
-def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
+def command(host: RobotAddress, ssh_config: Path | None, *, recordings: bool, yes: bool) -> int:
     """Stop the app on HOST and remove all that was deployed; keep the recordings unless --recordings."""
     from robotcore.deploy.host import command_hint
     from robotcore.deploy.robot_answers import RemoveAnswer
@@ -37,7 +37,7 @@ def command(host: Host, ssh_config: Path | None, *, recordings: bool, yes: bool)
 
 
 def _confirm(question: str) -> bool:
-    """Ask the user for confirmation; raises UsageError if stdin is not a terminal."""
+    """Ask the user for confirmation. Raises UsageError if stdin is not a terminal."""
     if not sys.stdin.isatty():
         raise UsageError(
             "remove asks for confirmation, but stdin is not a terminal. To remove without a question: --yes",

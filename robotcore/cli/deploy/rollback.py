@@ -12,7 +12,7 @@ from robotcore.cli.output import write_lines
 from robotcore.errors import Interrupted
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.host import RobotAddress
 
 
 def _parse_release(value: str) -> str:
@@ -27,7 +27,7 @@ def _parse_release(value: str) -> str:
 @click.command("rollback", cls=DeployCommand)
 @robot_arguments
 @click.argument("release", required=False, type=_parse_release)
-def command(host: Host, ssh_config: Path | None, release: str | None) -> int:
+def command(host: RobotAddress, ssh_config: Path | None, release: str | None) -> int:
     """Run the last healthy release before the current one on HOST again, or RELEASE.
 
     The robot checks its health as after a push. If it is not healthy, the current release runs again. `robotcore deploy

@@ -12,17 +12,17 @@ from robotcore.cli.deploy._output import write_state
 from robotcore.cli.output import write_line
 
 if TYPE_CHECKING:
-    from robotcore.deploy.host import Host
+    from robotcore.deploy.host import RobotAddress
 
 
 @click.command("stop", cls=DeployCommand)
 @robot_arguments
-def command(host: Host, ssh_config: Path | None) -> int:
+def command(host: RobotAddress, ssh_config: Path | None) -> int:
     """Stop the app on HOST and every motor; it stays stopped until `robotcore deploy start` or the next push."""
-    from robotcore.deploy.robot_answers import State
+    from robotcore.deploy.robot_answers import StatusAnswer
 
     with make_link(host, ssh_config) as link:
-        state = link.call("stop", State)
+        state = link.call("stop", StatusAnswer)
     if state.release is None:
         write_line(f"{host}: no release is on the robot, so no app runs")
     else:

@@ -1,11 +1,10 @@
-"""The part of a deploy that runs on the robot. The client sends its source code with each call.
+"""The agent: the part of a deploy that runs on the robot. The client sends the agent's source code with each call.
 
-The client is the user's computer. `robotcore.deploy.agent.rpc` answers its calls. systemd starts
+The client is the program on the user's computer. `robotcore.deploy.agent.rpc` answers its calls. systemd starts
 `robotcore.deploy.agent.service`.
 
-This package imports only Python's standard library and itself. So it works on a robot that has no release, or a broken
-one.
+The agent imports only Python's standard library and itself. So it works on a robot without a working release.
 """
 
 sources: dict[str, str] = {}
-"""The source text of each module by its path, ``robotcore/deploy/agent/…``. Empty unless a call sent the sources."""
+"""The source text of each module by its path, ``robotcore/deploy/agent/…``. It is empty outside of a call."""

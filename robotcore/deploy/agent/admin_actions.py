@@ -6,7 +6,6 @@ import os
 import stat
 from collections.abc import Container, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +19,7 @@ from robotcore.deploy.agent.systemd_units import UNIT_TEXTS, list_installed_unit
 
 
 def list_releases(layout: Layout) -> dict[str, Any]:
-    """Return the ``releases``, the newest first, with the names of two of them, ``current`` and ``on_trial``.
-
-    ``on_trial`` is the release whose health check is pending or running, or None. Each release has the fields of its
-    manifest, and the ``verdict`` and ``reason`` of its last health check. ``verdict`` is None if there was no check. A
-    release with an unreadable manifest has only its ``name`` and ``unreadable``, the cause.
-    """
+    """Return the releases, the newest first, see `robot_answers.ReleasesAnswer`."""
     pending = health_check.read_pending(layout)
     return {
         "releases": [_describe_release(layout, name) for name in releases.list_names(layout)],
@@ -37,7 +31,7 @@ def list_releases(layout: Layout) -> dict[str, Any]:
 def _describe_release(layout: Layout, name: str) -> dict[str, Any]:
     folder = layout.releases / name
     try:
-        row = asdict(Release.read(folder))
+        row = Release.read(folder).to_fields()
     except (OSError, ValueError, KeyError, TypeError) as error:
         row = {"name": name, "unreadable": str(error)}
     result = HealthResult.read(folder)
@@ -45,10 +39,10 @@ def _describe_release(layout: Layout, name: str) -> dict[str, Any]:
 
 
 def list_recordings(layout: Layout) -> dict[str, Any]:
-    """Return the ``recordings``, each with ``name``, ``bytes``, ``is_file`` and ``is_being_written``.
+    """Return the entries of the folder of recordings, see `robot_answers.RecordingsAnswer`.
 
-    ``is_file`` is False for links, folders and devices. They are listed so that the client can report that it does not
-    fetch them. Empty files are not listed, because a run on a full disk leaves them.
+    The list also has links, folders and devices, so that the client can report that it does not fetch them. It has no
+    empty files, which a run on a full disk leaves.
     """
     open_files = find_open_files()
     listed = [_describe_recording(path, open_files) for path in sorted(layout.recordings.glob("*"))]
@@ -56,7 +50,7 @@ def list_recordings(layout: Layout) -> dict[str, Any]:
 
 
 def find_open_files() -> set[str]:
-    """Return the paths of all files that processes of this user have open."""
+    """Return the paths of all files that are open in processes of this user."""
     return set(_walk_open_files())
 
 
@@ -79,12 +73,11 @@ def _walk_open_files() -> Iterator[str]:
 
 
 def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[str, Any]:
-    """Delete each of these recordings from the robot if its content equals that of the client's copy.
+    """Delete each of these recordings if its content equals the client's copy. See `robot_answers.EraseAnswer`.
 
-    A recording that a process is still writing is not deleted. Links, folders and devices are not deleted either.
+    The function does not delete a recording that a process is still writing. It deletes no link, folder or device.
 
     recordings: the SHA-256 of the client's copy in hex, by the recording's name.
-    Returns the names of the ``erased`` recordings, and of those whose content is ``different``.
     """
     open_files = find_open_files()
     erased, different = [], []
@@ -107,10 +100,10 @@ def erase_recordings(layout: Layout, *, recordings: Mapping[str, str]) -> dict[s
 
 
 def remove_robotcore(layout: Layout, *, keeps_recordings: bool = True) -> dict[str, Any]:
-    """Stop the app and delete everything that deploys have put on the robot.
+    """Stop the app, and delete all files that deploys have put on the robot. See `robot_answers.RemoveAnswer`.
 
-    The setting of lingering stays as it is. If the app does not stop, AgentError is raised, and nothing is deleted.
-    Returns ``removed``, whether anything was deleted, and ``kept``, whether recordings remain on the robot.
+    The function does not change the user's lingering. It raises AgentError and deletes nothing if the app does not
+    stop.
     """
     units = list_installed_units(layout)
     if not units and not layout.root.exists():

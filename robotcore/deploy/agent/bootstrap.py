@@ -1,7 +1,7 @@
-"""The first code that the robot's Python reads from stdin: import the agent from memory and answer one call.
+"""The beginning of the script that the robot's Python reads from stdin. It imports the agent and answers one call.
 
 `robotcore.deploy.rpc` sends this module as text, followed by a call of `answer_call`. Every Python 3 must be able to
-parse this module. A Python that is too old then answers with an error message instead of a syntax error.
+parse this module, so that a Python that is too old answers with an error message.
 """
 
 import json
@@ -17,7 +17,7 @@ from importlib.util import spec_from_loader
 OLDEST = (3, 10)
 
 AGAIN_S = 3.0
-"""After the client has disconnected, the call gets an interrupt at this interval until it ends, in s."""
+"""The time between two interrupts of a call whose client has disconnected, in s."""
 
 
 class MemoryImporter(MetaPathFinder, ExecutionLoader):
@@ -42,7 +42,7 @@ class MemoryImporter(MetaPathFinder, ExecutionLoader):
 def answer_call(sources: str, action: str, parameters: str) -> int:
     """Run one action of the agent, send its answer to the client, and return the exit status.
 
-    sources: the source text of each of the agent's modules by its path, in JSON.
+    sources: the source text of each module of the agent by its path, in JSON.
     action: the name of the action in the protocol.
     parameters: the action's parameters by name, in JSON.
     """

@@ -25,7 +25,7 @@ from robotcore.deploy.agent.rpc import AgentError, ReportProgress
 from robotcore.deploy.agent.uploads import delete, discard
 
 COMPLETE_FILE = "whole.json"
-"""The file in an environment's folder that lists its contents. Only complete environments have it."""
+"""The file that lists an environment's contents. An environment without this file is incomplete."""
 
 _EMPTY_BYTES = 30_000_000
 """The size of an environment that has only pip, in bytes."""
@@ -38,16 +38,16 @@ _KEPT_LINES = 400
 
 @dataclass(frozen=True)
 class EnvironmentSpec:
-    """What determines the contents of an environment: its requirements and its Python."""
+    """The specification of an environment's contents: its requirements and its Python."""
 
     requirements: tuple[str, ...]
     """The requirements in pip's format, sorted."""
     python: str
-    """The version of Python and the processor that the packages are installed for."""
+    """The version of Python and the processor, such as ``cpython-311 aarch64``."""
 
     @classmethod
     def of(cls, requirements: Iterable[str]) -> EnvironmentSpec:
-        """Return the specification for this Python on this machine."""
+        """Return the specification of an environment with these requirements for the running Python."""
         lines = sorted({" ".join(requirement.split()) for requirement in requirements})
         return cls(tuple(lines), f"{sys.implementation.cache_tag} {platform.machine()}")
 
@@ -59,21 +59,21 @@ class EnvironmentSpec:
 
 @dataclass(frozen=True)
 class PipInputs:
-    """What pip gets in addition to the requirements."""
+    """The inputs of pip in addition to the requirements."""
 
     wheels: Path | None = None
-    """The folder of uploaded wheels. If it is given, pip does not use the network."""
+    """The folder of uploaded wheels; None if pip uses the network."""
     site: Path | None = None
-    """The folder of the packages that the release brings. pip does not install these packages."""
+    """The folder of the packages in the release. pip does not install these packages."""
     handles: tuple[int, ...] = ()
-    """File handles that pip inherits, such as that of the lock."""
+    """The file handles that pip inherits, such as the handle of the lock."""
 
 
 def find_environment(layout: Layout, spec: EnvironmentSpec) -> Path | None:
-    """Return the folder of an existing environment that fits the specification; None if there is none.
+    """Return the folder of an existing environment with this specification; None if there is no such environment.
 
-    An environment also uses packages of the system, such as picamera2 from apt. If the version of one of them has
-    changed since the environment was made, the environment does not fit.
+    An environment also uses packages of the operating system, such as picamera2 from apt. After an update of such a
+    package, the environment no longer fits.
     """
     made = sorted(layout.environments.glob(f"{spec.digest}-*"), reverse=True)
     return next((folder for folder in made if _is_unchanged(folder, spec)), None)
@@ -82,11 +82,12 @@ def find_environment(layout: Layout, spec: EnvironmentSpec) -> Path | None:
 def make_environment(
     layout: Layout, spec: EnvironmentSpec, release: str, inputs: PipInputs, report: ReportProgress
 ) -> Path:
-    """Make an environment for a release, and return its folder. The caller must hold the lock.
+    """Create an environment for a release, and return its folder. The caller must hold the lock.
 
-    The environment always gets a new folder, because an older environment with the same requirements may be in use.
-    Incomplete environments of killed processes are deleted. If this environment cannot be made, its folder is deleted
-    too, and AgentError is raised.
+    The function first deletes incomplete environments of killed processes. It always creates a new folder, because an
+    older environment with the same requirements may be in use.
+
+    Raises AgentError if pip or venv fails.
     """
     folder = layout.environments / f"{spec.digest}-{release}"
     layout.environments.mkdir(parents=True, exist_ok=True)
@@ -96,8 +97,10 @@ def make_environment(
         _create_venv(folder, with_pip=bool(spec.requirements))
         system_packages = install_requirements(folder, spec.requirements, inputs, report) if spec.requirements else ()
         os.sync()
-        leans_on = {name: _read_system_version(name) for name in sorted(system_packages)}
-        files.write_file(folder / COMPLETE_FILE, json.dumps({**asdict(spec), "leans_on": leans_on}, indent=2) + "\n")
+        system_versions = {name: _read_system_version(name) for name in sorted(system_packages)}
+        files.write_file(
+            folder / COMPLETE_FILE, json.dumps({**asdict(spec), "leans_on": system_versions}, indent=2) + "\n"
+        )
     except BaseException:
         delete(folder)
         raise
@@ -133,18 +136,17 @@ def _create_venv(folder: Path, *, with_pip: bool) -> None:
 def _is_unchanged(folder: Path, spec: EnvironmentSpec) -> bool:
     try:
         contents = json.loads(folder.joinpath(COMPLETE_FILE).read_text(encoding="utf-8"))
-        existing, leans_on = (
+        existing, system_versions = (
             EnvironmentSpec(tuple(contents["requirements"]), contents["python"]),
             dict(contents["leans_on"]),
         )
     except (OSError, ValueError, TypeError, KeyError):
         return False
-    is_unchanged = all(_read_system_version(name) == version for name, version in leans_on.items())
+    is_unchanged = all(_read_system_version(name) == version for name, version in system_versions.items())
     return existing == spec and is_unchanged and folder.joinpath("bin", "python").exists()
 
 
 def _read_system_version(distribution: str) -> str | None:
-    """Return the version of a package of the operating system's Python; None if it is not installed."""
     try:
         return metadata.version(distribution)
     except metadata.PackageNotFoundError:
@@ -154,7 +156,10 @@ def _read_system_version(distribution: str) -> str | None:
 def install_requirements(
     environment: Path, requirements: Sequence[str], inputs: PipInputs, report: ReportProgress
 ) -> set[str]:
-    """Install requirements; return the names of those that the system already has. Raises AgentError if pip fails."""
+    """Install requirements, and return the names of packages that the operating system already has.
+
+    Raises AgentError if pip fails.
+    """
     lines: deque[str] = deque(maxlen=_KEPT_LINES)
     system_packages: set[str] = set()
     with _start_pip(environment, requirements, inputs) as running:
@@ -172,7 +177,7 @@ def install_requirements(
 
 
 class _PipProcess(subprocess.Popen[str]):
-    """A process that is killed with all its children if its ``with`` block raises."""
+    """Kills itself with all its children if its ``with`` block raises."""
 
     def __exit__(self, *raised: object) -> None:
         if any(raised):
@@ -182,7 +187,6 @@ class _PipProcess(subprocess.Popen[str]):
 
 
 def _start_pip(environment: Path, requirements: Sequence[str], inputs: PipInputs) -> _PipProcess:
-    """Start pip in its own process group. It ignores packages in the user's home and asks no questions."""
     variables = {"LC_ALL": "C.UTF-8", "PYTHONNOUSERSITE": "1", "PYTHONPATH": str(inputs.site or "")}
     return _PipProcess(
         [str(environment / "bin/python"), "-m", "pip", "install", *_build_options(inputs), "--", *requirements],
@@ -212,13 +216,13 @@ _CORRECT_IT = "Correct it in the project's dependencies"
 
 @dataclass(frozen=True)
 class _Failure:
-    """A known failure of pip, with the line of pip's output that identifies it."""
+    """A known failure of pip, and its error message."""
 
     line: re.Pattern[str]
-    """The pattern of a line in pip's output. It has at most one group."""
+    """The pattern of a line in pip's output, with at most one group."""
     kind: str
-    fault: str
-    """What happened, as a format. ``{}`` is the group of the pattern."""
+    problem: str
+    """A format string. ``{}`` is the text of the pattern's group, ``{here}`` the robot's Python and processor."""
     remedy: str
 
 
@@ -269,24 +273,26 @@ _REASON = re.compile(r"^ *(.+)\n *\[end of output\]", re.MULTILINE)
 
 
 def explain_failure(lines: Iterable[str], *, is_offline: bool) -> AgentError:
-    """Return the error that explains pip's output. If the failure is unknown, the error quotes the output."""
+    """Return the error for the output of a pip that failed. For an unknown failure, it quotes the output.
+
+    is_offline: whether pip installed uploaded wheels without the network.
+    """
     output = "\n".join(lines)
     for failure in (*_COMMON, _NOT_UPLOADED) if is_offline else (*_COMMON, *_NETWORK, _UNKNOWN):
         if found := failure.line.search(output):
-            fault = failure.fault.format(*found.groups(), here=_describe_python())
-            return AgentError(fault, failure.remedy, failure.kind)
+            problem = failure.problem.format(*found.groups(), here=_describe_python())
+            return AgentError(problem, failure.remedy, failure.kind)
     if _BUILDING.search(output):
         return _explain_build(output)
     return AgentError(f"pip failed on the robot: {_quote_errors(output)}", "Look at the project's dependencies", "pip")
 
 
 def _explain_build(output: str) -> AgentError:
-    """Return the error for a package that has no wheel and that the robot cannot build."""
     name = next((filter(None, found.groups()) for found in reversed(list(_BUILT_PACKAGE.finditer(output)))), iter(()))
     reason = _REASON.findall(output)[-1:]
-    fault = f"{next(name, 'a requirement')} has no wheel for {_describe_python()}, and cannot be built on the robot"
+    problem = f"{next(name, 'a requirement')} has no wheel for {_describe_python()}, and cannot be built on the robot"
     remedy = "Use another version, or the system's package if there is one: sudo apt install python3-NAME"
-    return AgentError(": ".join([fault, *reason]), remedy, "wheels")
+    return AgentError(": ".join([problem, *reason]), remedy, "wheels")
 
 
 def _describe_python() -> str:

@@ -1,4 +1,4 @@
-"""Files on the robot: where they are, writing them safely against a power cut, sizes and hashes."""
+"""Files on the robot: their paths, writing that survives a power cut, sizes and hashes."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 FOLDER = "robotcore"
-"""The folder of all deployed files in the user's home. Its name needs no quotes in a shell."""
+"""The name of the folder in the user's home that has all deployed files. It needs no quotes in a shell."""
 
 MAKE_ROOM = "Make room on the robot: fetch its recordings with robotcore deploy fetch --move, and look at df -h"
-"""The remedy in error messages about a full disk, also in those of the client."""
+"""The remedy in error messages about a full disk of the robot."""
 
 _PIECE_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The paths of everything that a deploy puts on a robot."""
+    """The paths of all deployed files and folders on a robot."""
 
     home: Path
-    """The home folder of the user who logged in."""
+    """The home folder of the user who logged in by ssh."""
 
     @property
     def root(self) -> Path:
@@ -30,7 +30,7 @@ class Layout:
 
     @property
     def incoming(self) -> Path:
-        """The folder that has a folder for each upload, and the folders that are being deleted."""
+        """The parent of the folders of uploads, and of folders that a process is deleting."""
         return self.root / "incoming"
 
     @property
@@ -39,7 +39,7 @@ class Layout:
 
     @property
     def environments(self) -> Path:
-        """The folder of the environments. Each one's name has its digest and the release that it was made for."""
+        """The parent of the environments' folders. Their names are ``DIGEST-RELEASE``, see `EnvironmentSpec.digest`."""
         return self.root / "environments"
 
     @property
@@ -53,7 +53,7 @@ class Layout:
 
     @property
     def health_check(self) -> Path:
-        """The file that describes the pending or running health check. It is absent if there is no such check."""
+        """The file of the pending or running health check. Without such a check, it does not exist."""
         return self.root / "trial.json"
 
     @property
@@ -62,7 +62,7 @@ class Layout:
 
     @property
     def program(self) -> Path:
-        """This package as one ZIP file, which systemd starts."""
+        """The ZIP file with this package that systemd starts as a program."""
         return self.root / "aboard.pyz"
 
     @property
@@ -71,7 +71,7 @@ class Layout:
 
 
 def write_file(path: Path, content: str | bytes) -> None:
-    """Replace the content of a file atomically. If writing fails, the file keeps its old content."""
+    """Replace the content of a file atomically. After an error, the file has its old content."""
     temporary = _temporary_path(path)
     try:
         with temporary.open("wb") as file:
@@ -94,9 +94,9 @@ def replace_link(path: Path, target: str) -> None:
 
 
 def move_path(source: Path, to: Path) -> None:
-    """Rename a file or a folder, and wait until the disk has the new name.
+    """Rename a file or a folder, and wait until the new name is on the disk.
 
-    Both paths must be on the same disk. A file, a link or an empty folder at the new path is replaced.
+    The function replaces a file, a link or an empty folder at the new path. Both paths must be on the same disk.
     """
     source.replace(to)
     for folder in {source.parent, to.parent}:
@@ -104,7 +104,7 @@ def move_path(source: Path, to: Path) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the disk has stored the names in a folder."""
+    """Wait until all changes of names in a folder are on the disk."""
     handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         os.fsync(handle)
@@ -117,18 +117,18 @@ def _temporary_path(path: Path) -> Path:
 
 
 def measure_free_space(path: Path) -> int:
-    """Return the bytes that this user may still write on the disk of a path. The path need not exist."""
+    """Return the free space in bytes for this user on the disk of a path. The path need not exist."""
     existing = next(folder for folder in (path, *path.parents) if folder.exists())
     status = os.statvfs(existing)
     return status.f_bavail * status.f_frsize
 
 
 def measure_size(folder: Path) -> int:
-    """Return the bytes that the files below a folder take on the disk. A file deleted during the call counts 0."""
+    """Return the space in bytes that the files below a folder take on the disk."""
     total = 0
     for root, _, files in os.walk(folder):
         for name in files:
-            with suppress(OSError):
+            with suppress(OSError):  # a file may be deleted during the call
                 total += os.lstat(os.path.join(root, name)).st_blocks * 512  # noqa: PTH118  thousands of files
     return total
 
@@ -157,9 +157,8 @@ def hash_file(file: Path) -> str:
 
 
 def find_runtime_folder() -> Path:
-    """Return the user's runtime folder, such as ``/run/user/1000``: its files last until a reboot.
+    """Return the user's runtime folder, such as ``/run/user/1000``. It has the socket of the user's systemd.
 
-    The socket of the user's systemd is in this folder. If the login sets no ``XDG_RUNTIME_DIR``, the folder still
-    exists for a user with lingering.
+    A reboot deletes its files. If the login sets no ``XDG_RUNTIME_DIR``, the folder exists for a user with lingering.
     """
     return Path(os.environ.get("XDG_RUNTIME_DIR") or f"/run/user/{os.getuid()}")

@@ -1,7 +1,7 @@
-"""Check the health of a new release: start it in place of the current one, watch it, and keep it or roll back.
+"""The health check of a new release: start it in place of the current one, watch its app, and keep it or roll back.
 
-The check is written to disk before anything changes, and each of its steps may run twice without harm. So systemd can
-start the check again after its process was killed or the power failed.
+The check is stored on disk before anything changes, and each of its steps is idempotent. So systemd can start the check
+again after its process was killed or the power failed.
 """
 
 from __future__ import annotations
@@ -22,26 +22,26 @@ from robotcore.deploy.agent.systemctl import UnitState
 from robotcore.deploy.agent.systemd_units import HEALTH_CHECK, SERVICE, START_LIMIT_S
 
 HEALTHY_WITHIN_S, SETTLE_S = 60.0, 4.0
-"""How long an app may take until its first tick, and how long it must then keep running, in s."""
+"""The default time limit for an app's first tick, and the default time that it must then keep running, in s."""
 
 POLL_S = 0.25
 """The time between two queries of the app's state, in s.
 
-It is far shorter than RestartSec of the units, so that the check sees each restart of a failing app.
+It is far shorter than RestartSec of the unit, so that the check detects each restart of a failing app.
 """
 
 STOP_LIMIT_S = 90.0
-"""How long the previous release may take to stop, in s: the sum of its unit's limits for the app and for the motors."""
+"""The time limit for the stop of the previous release, in s: the unit's limit for the app plus that for the motors."""
 
 NO_WATCHDOG_S = 30.0
-"""If an app runs this long without a reset of the watchdog, a user has disabled the watchdog, in s.
+"""An app that runs this long, in s, without a reset of the watchdog has a unit whose watchdog a user has disabled.
 
 The time is far longer than WatchdogSec of the unit.
 """
 
 
 class ShutdownError(Exception):
-    """Raised if the robot shuts down during a health check, so that the check has no result."""
+    """Raised if the robot shuts down during a health check. The check then has no result."""
 
 
 @dataclass(frozen=True)
@@ -49,25 +49,24 @@ class HealthCheck:
     """A health check of a release, as it is stored on the robot."""
 
     release: str
-    """The release that is checked."""
+    """The name of the checked release."""
     previous: str | None
-    """The release that becomes current again if the check fails."""
+    """The name of the release that a rollback makes current; None without such a release."""
     healthy_within_s: float = HEALTHY_WITHIN_S
-    """How long the app may take until its first tick, in s."""
+    """The time limit for the app's first tick, in s."""
     settle_s: float = SETTLE_S
-    """How long the app must keep running after its first tick, in s."""
+    """The time that the app must keep running after its first tick, in s."""
     since: str = ""
-    """When the check began, in UTC. It distinguishes checks of the same release."""
+    """The time in UTC at which the check began. It distinguishes several checks of a release."""
     was_standing: bool = False
-    """Whether no app ran before the check. If so, a rollback starts no app."""
+    """Whether no app ran before the check. A rollback then starts no app."""
     was_enabled: bool = True
     """Whether systemd started the previous release at each boot of the robot."""
 
     def begin(self, layout: Layout) -> None:
-        """Store the check on disk and start the systemd unit that runs it.
+        """Store the check on disk, and start the systemd unit that runs it. The caller must hold the lock.
 
-        From then on systemd completes the check, even after a power failure. The caller must hold the
-        lock. If OSError or AgentError is raised, no check is pending.
+        systemd completes the check even after a power failure. After OSError or AgentError, no check is pending.
         """
         files.write_file(layout.health_check, json.dumps(asdict(self), indent=2) + "\n")
         try:
@@ -83,7 +82,7 @@ class HealthCheck:
 
 
 def read_pending(layout: Layout) -> HealthCheck | None:
-    """Return the pending or running check; None if there is none."""
+    """Return the health check that is pending or running; None if there is no such check."""
     try:
         fields = json.loads(layout.health_check.read_text(encoding="utf-8"))
         require_name(fields["release"])
@@ -93,34 +92,41 @@ def read_pending(layout: Layout) -> HealthCheck | None:
 
 
 def format_now() -> str:
-    """Return the current time in UTC, in the format of `HealthCheck.since`."""
+    """Return the current time in UTC in the format of `HealthCheck.since`."""
     return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
 
 
 def run_check(layout: Layout) -> None:
-    """Run the pending health check until it has a result; do nothing if no check is pending."""
+    """Run the pending health check to its end, and keep the release or roll back. Without a check, do nothing."""
     with hold_lock(layout, "a health check"):
         if check := read_pending(layout):
             result = check.read_result(layout) or _check_release(layout, check)
-            _conclude(layout, check, result)
+            _apply_result(layout, check, result)
 
 
 def abandon_check(layout: Layout) -> None:
-    """End the pending check of a service that a user stopped. Roll back unless the release is healthy; start no app."""
+    """End the pending health check after a user has stopped the app. Roll back unless the release is healthy already.
+
+    This function starts no app.
+    """
     with hold_lock(layout, "a health check is ended"):
         if check := read_pending(layout):
             stopped = HealthResult(STOPPED, "a user stopped it", since=check.since)
-            _conclude(
+            _apply_result(
                 layout, replace(check, was_standing=True, was_enabled=False), check.read_result(layout) or stopped
             )
 
 
 def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
-    """Restart the service and return its result, without ``since``.
+    """Restart the app, watch it, and return the result of the health check without ``since``.
 
-    The app must complete its first tick within ``healthy_within_s``, and then keep running for ``settle_s``. After that
-    it must reset systemd's watchdog once more, because systemd also calls a hanging app active. An app that ends with
-    success is healthy. Raises AgentError if systemd does not answer, and `ShutdownError` if the robot shuts down.
+    An app is healthy if it ends with success, or if
+
+    - it completes its first tick within ``healthy_within_s``,
+    - it then keeps running for ``settle_s``,
+    - and it resets systemd's watchdog after that. systemd calls a hanging app active too.
+
+    Raises AgentError if systemd does not answer, and `ShutdownError` if the robot shuts down.
     """
     result = _watch(healthy_within_s, settle_s)
     if result.outcome != HEALTHY and systemd.is_shutting_down():
@@ -129,7 +135,6 @@ def watch_app(healthy_within_s: float, settle_s: float) -> HealthResult:
 
 
 def _check_release(layout: Layout, check: HealthCheck) -> HealthResult:
-    """Run the release that is checked; store and return the result of the check."""
     if not (layout.releases / check.release).is_dir():
         return HealthResult(UNHEALTHY, "the robot no longer has it", since=check.since)
     releases.set_current(layout, check.release)
@@ -144,16 +149,16 @@ def _watch_release(check: HealthCheck) -> HealthResult:
     except AgentError as error:
         if error.kind == systemd.MANAGER_GONE:
             raise
-        return HealthResult(UNHEALTHY, error.fault)
+        return HealthResult(UNHEALTHY, error.problem)
 
 
 def _write_result(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
-    """Store a result. A full disk raises nothing, because the rollback of a bad release must still follow."""
+    """Store a result. A full disk raises nothing, because the rollback must follow in any case."""
     with suppress(OSError):
         result.write(layout.releases / check.release)
 
 
-def _conclude(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
+def _apply_result(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
     """Keep the release or roll back, and delete the check."""
     if result.outcome == STOPPED:
         _write_result(layout, check, result)
@@ -164,9 +169,9 @@ def _conclude(layout: Layout, check: HealthCheck, result: HealthResult) -> None:
 
 
 def _roll_back(layout: Layout, check: HealthCheck, *, is_to_run: bool) -> None:
-    """Make the previous release the current one, and start it if it ran before the check.
+    """Make the previous release the current one, and start its app if an app ran before the check.
 
-    If the disk has no room for the link to it, no release is current, and no app runs.
+    If the disk has no room for the link to the release, no release is current, and no app runs.
     """
     systemd.stop(SERVICE)
     releases.set_current(layout, None)
@@ -182,7 +187,7 @@ def _watch(healthy_within_s: float, settle_s: float) -> HealthResult:
     if state is None:
         return HealthResult(UNHEALTHY, "systemd did not start it")
     ours, started, up_since = state.invocation, time.monotonic(), None
-    while (result := _judge_state(state, ours)) is None:
+    while (result := _find_result(state, ours)) is None:
         now = time.monotonic()
         up_since = up_since or (now if state.is_up else None)
         if state.is_up and up_since and _has_settled(state, up_since + settle_s, now):
@@ -201,9 +206,11 @@ def _has_settled(state: UnitState, until: float, now: float) -> bool:
 
 
 def _wait_for_start(before: str) -> UnitState | None:
-    """Wait until systemd has started the service anew, and return its state; None if systemd did not start it.
+    """Wait until systemd has started the service, and return its state; None if systemd does not start it.
 
     If the previous release had failed, systemd may restart that release first. Such a start does not count.
+
+    before: the identifier of the invocation before the start.
     """
     until = time.monotonic() + STOP_LIMIT_S
     while time.monotonic() < until:
@@ -217,10 +224,12 @@ def _wait_for_start(before: str) -> UnitState | None:
     return None
 
 
-def _judge_state(state: UnitState, ours: str) -> HealthResult | None:
-    """Return the result of the check that follows from a state of the service; None if the check must go on.
+def _find_result(state: UnitState, ours: str) -> HealthResult | None:
+    """Return the result of the check if the state of the service decides it, else None.
 
-    After a failure, the check goes on until the process has ended: its exit status and last output are unknown before.
+    After a failure, the result has to wait for the end of the process, with its exit status and its last output.
+
+    ours: the identifier of the service's invocation with the checked release.
     """
     if state.has_failed and state.active == "deactivating":
         return None
@@ -243,22 +252,22 @@ def _build_unhealthy(reason: str, invocation: str) -> HealthResult:
 
 
 FOLLOW_POLL_S = 0.3
-"""The time between two queries of the check, in s."""
+"""The time between two queries of the health check's state, in s."""
 
 ABANDONED_S = 45.0
-"""A health check without a process is abandoned if its file still exists after this time, in s."""
+"""The time without a process of the health check, in s, after which a pending check counts as abandoned."""
 
 
 def follow_check(layout: Layout, check: HealthCheck) -> dict[str, Any]:
-    """Report the progress of a health check until it ends; return its result as `build_report` does.
+    """Report the progress of a health check until it ends. Return `build_report`'s report.
 
     Raises AgentError if no process runs the check.
     """
     phase, running_at = "", time.monotonic()
     while read_pending(layout) == check:
-        if (words := _describe_phase(check)) not in {phase, ""}:
-            phase = words
-            report_progress(words)
+        if (text := _describe_phase(check)) not in {phase, ""}:
+            phase = text
+            report_progress(text)
         if _is_check_running():
             running_at = time.monotonic()
         elif time.monotonic() - running_at > ABANDONED_S:
@@ -274,11 +283,9 @@ def follow_check(layout: Layout, check: HealthCheck) -> dict[str, Any]:
 
 
 def build_report(layout: Layout, release: str, result: HealthResult) -> dict[str, Any]:
-    """Return the result of a release's health check as the client expects it.
+    """Return the answer to the client about a completed health check, see `robot_answers.HealthAnswer`.
 
-    ``outcome``, ``reason`` and ``lines`` are those of the result. ``current`` is the current release or None.
-    ``is_running`` says whether the current release runs, ``is_standing`` whether it is stopped. If the previous release
-    is starting again, the function first waits until it has started.
+    After a rollback, the function first waits until the previous release has started again.
     """
     name = releases.read_current(layout)
     is_back = name is not None and result.outcome == UNHEALTHY
@@ -294,21 +301,21 @@ def build_report(layout: Layout, release: str, result: HealthResult) -> dict[str
     }
 
 
-def wait_until_settled(words: str = "") -> UnitState:
+def wait_until_settled(text: str = "") -> UnitState:
     """Wait until the service is neither starting nor stopping, and return its state.
 
-    words: the progress text to report if the service is up then; empty for no report.
+    text: the progress text to report if the service runs after the wait; empty for no report.
     """
     until = time.monotonic() + START_LIMIT_S
     while (state := systemd.read_state(SERVICE)).is_changing and time.monotonic() < until:
         time.sleep(FOLLOW_POLL_S)
-    if words and state.is_up:
-        report_progress(words)
+    if text and state.is_up:
+        report_progress(text)
     return state
 
 
 def _describe_phase(check: HealthCheck) -> str:
-    """Return a text on the progress of the release that is checked; empty while another release runs."""
+    """Return the activity of the checked release in words; empty while another release runs."""
     if releases.read_running() != check.release:
         return ""
     if systemd.read_state(SERVICE).is_up:
@@ -319,13 +326,13 @@ def _describe_phase(check: HealthCheck) -> str:
 def _is_check_running() -> bool:
     """Return whether the systemd unit of the health check runs or is about to start.
 
-    Raises AgentError if the unit has failed and systemd does not restart it.
+    Raises AgentError if the unit has failed for good.
     """
     state = systemd.read_state(HEALTH_CHECK)
     if state.active == "failed":
-        words = " / ".join(journal.read_last_lines(HEALTH_CHECK, state.invocation)) or state.describe_end()
+        text = " / ".join(journal.read_last_lines(HEALTH_CHECK, state.invocation)) or state.describe_end()
         raise AgentError(
-            f"the health check of the release failed: {words}",
+            f"the health check of the release failed: {text}",
             "On the robot: systemctl --user status robotcore-trial",
             "check-failed",
         )

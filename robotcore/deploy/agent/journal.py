@@ -1,4 +1,4 @@
-"""The app's output, read from systemd's journal."""
+"""Reads the app's output from systemd's journal."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from robotcore.deploy.agent.rpc import AgentError
 from robotcore.deploy.agent.systemctl import EXITED, KILLED, UnitState
 
 LAST_LINES = 12
-"""How many of the app's last lines explain its end. They hold an error message, or the end of a traceback."""
+"""The number of the app's last lines that a failure report has: an error message, or the end of a traceback."""
 
 _READ_LINES = 300
-"""How many lines of the journal are read at most: Python's dump of an aborted process has several for each thread."""
+"""The greatest number of lines read. Python's dump of an aborted process has several lines for each thread."""
 
 _ABORTED = "Fatal Python error: "
 _DUMP_LINE = re.compile(r'(Current thread|Thread) 0x|  File "|  \.\.\.|  <|Extension modules: ')
 _CURRENT_THREAD = "Current thread 0x"
 _FRAMES_KEPT = 5
-"""The lines that Python's faulthandler prints, innermost frame first, and the number of frames to keep."""
+"""The number of frames kept of a dump by Python's faulthandler. The innermost frame comes first."""
 
 _EXIT_MESSAGE_ID = "98e322203f7a4ed290d09fe03c09fe15"
-"""systemd's message identifier for the end of a main process. Source: systemd, sd-messages.h."""
+"""systemd's identifier of the message that a main process has ended. Source: systemd, sd-messages.h."""
 
 _TRIES, _RETRY_S = 5, 0.2
 """The number of attempts to read, and the pause between them in s.
 
-The journal receives the last lines of a process only some time after its end.
+The journal receives the last lines of a process only after the end of the process.
 """
 
 _COMMAND = ("journalctl", "--no-pager")
@@ -41,7 +41,7 @@ _UNREADABLE_TEXTS = ("insufficient permissions", "No journal files were found")
 
 
 def read_last_lines(unit: str, invocation: str, count: int = LAST_LINES) -> tuple[str, ...]:
-    """Return the last lines that a unit's processes printed in one invocation, without the messages of systemd."""
+    """Return the last lines that the processes of a unit printed in one invocation, without systemd's messages."""
     matches = [f"_SYSTEMD_USER_UNIT={unit}", f"_SYSTEMD_INVOCATION_ID={invocation}", f"_UID={os.getuid()}"]
     for _ in range(_TRIES):
         done = _run_journalctl("--output=cat", f"--lines={_READ_LINES}", *matches)
@@ -54,7 +54,7 @@ def read_last_lines(unit: str, invocation: str, count: int = LAST_LINES) -> tupl
 
 
 def _shorten_dump(lines: Sequence[str]) -> list[str]:
-    """Return the lines with a dump by Python's faulthandler cut to the innermost frames of the aborted thread."""
+    """Shorten a dump by Python's faulthandler in these lines to the innermost frames of the aborted thread."""
     aborted = [number for number, line in enumerate(lines) if line.startswith(_ABORTED)]
     if not aborted:
         return list(lines)
@@ -65,7 +65,10 @@ def _shorten_dump(lines: Sequence[str]) -> list[str]:
 
 
 def read_last_end(unit: str) -> tuple[str, str] | None:
-    """Return how a unit's main process last failed, in words, and in which invocation; None if it never failed."""
+    """Return the cause of the last failure of a unit's main process, in words, and the identifier of its invocation.
+
+    Return None if the process never failed.
+    """
     fields = "--output-fields=EXIT_CODE,EXIT_STATUS,USER_INVOCATION_ID"
     matches = (f"MESSAGE_ID={_EXIT_MESSAGE_ID}", f"USER_UNIT={unit}", f"_UID={os.getuid()}")
     try:
@@ -78,12 +81,13 @@ def read_last_end(unit: str) -> tuple[str, str] | None:
 
 
 def print_lines(unit: str, count: int, *, is_followed: bool) -> None:
-    """Print the last lines of a unit's journal; raises AgentError if the journal cannot be read.
+    """Print the last lines of a unit's journal.
 
-    The lines are selected by the unit's name instead of by user: on Raspberry Pi OS the journal is in memory, and all
-    users share one.
+    The function selects lines by the unit's name, because all users of Raspberry Pi OS share one journal in memory.
 
-    is_followed: print new lines too, until the client closes the connection.
+    count: the number of lines.
+    is_followed: whether to print new lines too, until the client closes the connection.
+    Raises AgentError if the journal cannot be read.
     """
     command = [*_COMMAND, "--quiet", "--output=short-iso", f"--lines={count}", f"--user-unit={unit}"]
     status = subprocess.run([*command, *(["--follow"] if is_followed else [])], check=False).returncode  # noqa: S603
@@ -102,5 +106,4 @@ def _build_remedy() -> str:
 
 
 def _strip_control(line: str) -> str:
-    """Return a line without control characters."""
     return "".join(each for each in line.expandtabs(4) if each.isprintable())

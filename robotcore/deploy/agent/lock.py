@@ -1,4 +1,4 @@
-"""The lock of the robot's folders: only the process that holds the lock changes releases and environments.
+"""The lock of the robot's folders. Only the process that holds the lock may change releases and environments.
 
 The kernel releases the lock when the process ends.
 """
@@ -16,7 +16,7 @@ from robotcore.deploy.agent.files import Layout
 from robotcore.deploy.agent.rpc import AgentError
 
 TIMEOUT_S = 20.0
-"""How long to wait for the process that holds the lock, in s."""
+"""The default time limit for the wait for the lock, in s."""
 
 POLL_S = 0.1
 
@@ -27,8 +27,9 @@ def hold_lock(layout: Layout, doing: str, timeout_s: float = TIMEOUT_S) -> Itera
 
     If a child process inherits the handle, the lock stays held until that child has ended too.
 
-    doing: a text on the work of this process. The error message of a process that waits in vain quotes it.
-    timeout_s: how long to wait for the lock, in s. After this time, AgentError of the kind ``busy`` is raised.
+    doing: the work of this process in words, for the error message of another process that waits in vain.
+    timeout_s: the time limit for the wait, in s.
+    Raises AgentError of the kind ``busy`` after the time limit.
     """
     handle = _acquire(layout, timeout_s)
     try:
@@ -39,7 +40,6 @@ def hold_lock(layout: Layout, doing: str, timeout_s: float = TIMEOUT_S) -> Itera
 
 
 def _acquire(layout: Layout, timeout_s: float) -> int:
-    """Lock the lock file for this process, and return its handle."""
     while True:
         layout.root.mkdir(parents=True, exist_ok=True)
         handle = os.open(layout.lock, os.O_RDWR | os.O_CREAT, 0o600)
@@ -60,8 +60,8 @@ def _wait_for(handle: int, timeout_s: float) -> None:
         Event().wait(POLL_S)
     if not _try_lock(handle):
         holder = os.pread(handle, 200, 0).decode(errors="replace") or "an unknown process"
-        fault = f"another deploy is at work on this robot: {holder}"
-        raise AgentError(fault, "Wait for it to end, and try again", "busy", holder=holder)
+        problem = f"another deploy is at work on this robot: {holder}"
+        raise AgentError(problem, "Wait for it to end, and try again", "busy", holder=holder)
 
 
 def _try_lock(handle: int) -> bool:
@@ -79,8 +79,8 @@ def _is_at(path: Path, handle: int) -> bool:
         return False
 
 
-def _write_holder(handle: int, words: str) -> None:
-    """Write the holder into the lock file. A full disk raises nothing, because `remove` must work on it too."""
+def _write_holder(handle: int, text: str) -> None:
+    """Write the holder's text into the lock file. A full disk raises nothing, because `remove` must work on it too."""
     with suppress(OSError):
         os.ftruncate(handle, 0)
-        os.pwrite(handle, words.encode(), 0)
+        os.pwrite(handle, text.encode(), 0)

@@ -34,10 +34,10 @@ from robotcore.deploy.agent.uploads import discard
 
 
 def probe(layout: Layout, *, requirements: Sequence[str] = (), is_push: bool = False) -> dict[str, Any]:
-    """Return the facts about the robot, the current ``release``, and whether an environment for the new release exists.
+    """Return the facts about the robot, see `robot_answers.ProbeAnswer`.
 
     requirements: the new release's requirements, in pip's format.
-    is_push: raise AgentError if this robot cannot receive a push.
+    is_push: whether to raise AgentError if this robot cannot receive a push.
     """
     answer = {**collect_facts(layout), "release": releases.read_current(layout)}
     answer["has_environment"] = (
@@ -50,20 +50,18 @@ def probe(layout: Layout, *, requirements: Sequence[str] = (), is_push: bool = F
 
 
 SPARE_BYTES = 100_000_000
-"""The bytes that a push leaves free on the disk for the operating system."""
+"""The space in bytes that a push leaves free on the disk for the operating system."""
 
 
 def begin_upload(layout: Layout, *, release: str, size: int) -> dict[str, Any]:
-    """Make room on the disk for an upload; return the name ``release`` and the folders ``to`` and ``copy_from``.
+    """Make room on the disk, and create the folder of an upload. Return the fields of `robot_answers.BeginAnswer`.
 
-    ``release`` is the proposed name if it is later than all names on the robot. Otherwise it is the latest of them plus
-    one second. So each push has its own name, and names sort in the order of the pushes. The client writes into the
-    folder ``to``. ``copy_from`` is the folder of an earlier release, or None if the robot has no release. Both folders
-    are relative to ``~/robotcore``. If the disk is still full after old releases were deleted, the upload is deleted,
-    and AgentError is raised.
+    The release gets the proposed name if that is later than all names on the robot. Otherwise it gets the latest of
+    these names plus one second. So names sort in the order of the pushes.
 
     release: the name that the client proposes.
     size: the size of the upload in bytes.
+    Raises AgentError if the disk has too little room even without the old releases.
     """
     with hold_lock(layout, f"push of {require_name(release)}"):
         for folder in (layout.incoming, layout.releases, layout.recordings):
@@ -90,7 +88,7 @@ def _choose_name(layout: Layout, proposed: str) -> str:
 
 
 def _measure_missing(layout: Layout, size: int) -> int:
-    """Return how many more bytes must be freed on the disk for an upload."""
+    """Return the space in bytes that the disk lacks for an upload of this size."""
     return max(0, size + SPARE_BYTES - files.measure_free_space(layout.root))
 
 
@@ -105,17 +103,18 @@ def _build_disk_error(layout: Layout, size: int, missing: int) -> AgentError:
 
 
 KEPT_HEALTHY, KEPT_OTHERS = 5, 2
-"""How many healthy releases are kept, and how many of the others.
+"""The number of healthy releases and the number of other releases that the robot keeps.
 
-The numbers are separate, so that failed releases do not displace healthy ones.
+The numbers are separate so that failed releases do not displace healthy ones.
 """
 
 
 def prune_releases(layout: Layout, keep: int = KEPT_HEALTHY) -> tuple[str, ...]:
-    """Delete old releases that are not needed, and unused environments. The caller must hold the lock.
+    """Delete old releases and unused environments, and return the names of the deleted releases.
 
-    keep: how many healthy releases to keep.
-    Returns the names of the deleted releases.
+    The caller must hold the lock.
+
+    keep: the number of healthy releases to keep.
     """
     healthy = [name for name in releases.list_names(layout) if releases.is_healthy(layout, name)]
     others = [name for name in releases.list_names(layout) if name not in healthy]
@@ -128,7 +127,7 @@ def prune_releases(layout: Layout, keep: int = KEPT_HEALTHY) -> tuple[str, ...]:
 
 
 def _list_needed(layout: Layout) -> Iterator[str | None]:
-    """Yield the names of the releases to keep: the current one, that of a rollback, and those of a pending check."""
+    """Yield the releases that a running app, a rollback or a health check needs."""
     yield releases.read_current(layout)
     yield releases.find_previous(layout)
     if pending := health_check.read_pending(layout):
@@ -136,10 +135,11 @@ def _list_needed(layout: Layout) -> Iterator[str | None]:
 
 
 def install_release(layout: Layout, *, release: str, is_offline: bool = False) -> dict[str, Any]:
-    """Turn a complete upload into a release: link it to an environment, run its doctor, move it to the releases.
+    """Turn a complete upload into a release. Return the doctor's findings, see `robot_answers.InstallAnswer`.
 
-    is_offline: install the requirements from the uploaded wheels, without the network.
-    Returns the ``findings`` of the doctor, and ``environment``: ``kept`` if a fitting one existed, else ``made``.
+    The function links the upload to an environment, runs its doctor, and moves it to the releases.
+
+    is_offline: whether pip installs uploaded wheels without the network.
     """
     folder = layout.incoming / require_name(release)
     with hold_lock(layout, f"installation of {release}") as handle:
@@ -176,25 +176,25 @@ def _provide_environment(layout: Layout, release: Release, inputs: environments.
 
 
 def discard_upload(layout: Layout, *, release: str) -> dict[str, Any]:
-    """Delete the upload of a release; return whether such an upload existed."""
+    """Delete the upload of a release. Return whether the robot had such an upload."""
     return {"discarded": uploads.discard_upload(layout, require_name(release))}
 
 
 DOCTOR_TIMEOUT_S = 180
-"""How long the doctor may run, in s. It takes long on an SD card, because the first start of a release compiles it."""
+"""The time limit of the doctor, in s. The first start of a release compiles modules, which is slow on an SD card."""
 
 FindingRow = dict[str, Any]
-"""A finding of ``robotcore doctor --json``: about, level, what, said, remedy."""
+"""A finding in the output of ``robotcore doctor --json``."""
 
 _PROC = Path("/proc")
 _SERVICE_GROUP = f"/{SERVICE}"
-"""The name of the control group of each process of the running release ends with this. Source: cgroups(7)."""
+"""The end of the control group's name in ``/proc/PID/cgroup`` of the app's processes. Source: cgroups(7)."""
 
 
 def run_doctor(folder: Path, release: Release) -> list[FindingRow]:
-    """Run the doctor of a release on this robot; return its findings.
+    """Run the doctor of a release on this robot, and return its findings.
 
-    If the doctor does not run, the only finding says so. A pin that the running release uses is not an error, because
+    If the doctor does not run, that is the only finding. A pin that the running release uses is not an error, because
     that release stops before the new one starts.
     """
     try:
@@ -204,11 +204,11 @@ def run_doctor(folder: Path, release: Release) -> list[FindingRow]:
         return [_build_failure(f"has not ended within {DOCTOR_TIMEOUT_S} s")]
     except (ValueError, KeyError, TypeError):
         last = [line for line in done.stderr.splitlines() if line.strip()][-1:]
-        return [_build_failure(f"does not run: {last[0] if last else f'it ended with {done.returncode}'}")]
+        return [_build_failure(f"does not run: {last[0] if last else f'it ended with status {done.returncode}'}")]
 
 
 def _run_doctor(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run the doctor with a temporary folder as the working folder (``LG_WD``) of the pin library lgpio."""
+    """Run the doctor. The pin library lgpio writes into its working folder, ``LG_WD``, so this is a temporary one."""
     called = build_launch(folder, "doctor", "--json", *arguments)
     with TemporaryDirectory() as scratch:
         return subprocess.run(  # noqa: S603  no shell

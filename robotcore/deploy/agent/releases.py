@@ -1,4 +1,4 @@
-"""Releases on the robot: their manifests, the results of their health checks, and which one is current."""
+"""Releases on the robot: their manifests, the results of their health checks, and the current release."""
 
 from __future__ import annotations
 
@@ -6,39 +6,47 @@ import json
 import re
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from robotcore.deploy.agent import files
 from robotcore.deploy.agent.files import Layout
 
 FORMAT = 1
-"""The version of the manifest's format. A manifest with another number is refused."""
+"""The version of the manifest's format. `Release.from_json` refuses other versions."""
 
 MANIFEST = "release.json"
+
+_JSON_NAMES = {"checks": "gates"}
+"""The fields of `Release` that have another name in the manifest."""
+
 PROJECT, SITE, ENVIRONMENT, WHEELS = "project", "site", "environment", "wheels"
-"""The folders in a release's folder.
+"""The entries of a release's folder.
 
 ``project`` has the user's files. ``site`` has robotcore and the project's package. ``environment`` is a
-link to the environment. ``wheels`` has the uploaded wheels until they are installed.
+link to the environment. ``wheels`` has the uploaded wheels until pip has installed them.
 """
 
 NAME_PATTERN = re.compile(r"\d{4}-\d\d-\d\dT\d\d-\d\d-\d\dZ")
-"""A release's name is the time of its push in UTC. Names sort by age, and need no quotes in a shell."""
+"""The pattern of a release's name: the time of its push in UTC.
+
+So names sort by age. They need no quotes in a shell.
+"""
 
 NAME_FORMAT = "%Y-%m-%dT%H-%M-%SZ"
-"""A release's name as a format of strftime(3)."""
+"""The format of a release's name for strftime(3)."""
 
 RESULT_FILE = "verdict.json"
 HEALTHY, UNHEALTHY, STOPPED = "healthy", "unhealthy", "stopped"
 """The outcomes of a health check.
 
-Healthy: the app kept running or ended with success. Unhealthy: the app failed. Stopped: a user stopped the app during
-the check.
+``HEALTHY``: the app kept running, or ended with success. ``UNHEALTHY``: the app failed. ``STOPPED``: a user stopped the
+app during the check.
 """
 
 
 @dataclass(frozen=True)
 class Release:
-    """The manifest of a release: its origin, and the commands that run and stop it.
+    """The manifest of a release: its project, its requirements, and the commands that run and stop its app.
 
     >>> release = Release("2026-11-21T22-40-03Z", "mine", "search.py", "rover", "mock", ("run",), ("stop",))
     >>> Release.from_json(release.to_json()) == release
@@ -46,29 +54,29 @@ class Release:
     """
 
     name: str
-    """The time of the push; see `NAME_PATTERN`."""
+    """The release's name, see `NAME_PATTERN`."""
     project: str
     """The project's name."""
     app: str
-    """The app's file or name, as the project states it."""
+    """The app's name, or its file relative to the project's folder."""
     robot: str
-    """The robot's description file."""
+    """The robot's name, or its description file relative to the project's folder."""
     backend: str
     """The name of the backend."""
     run: tuple[str, ...]
-    """The arguments of the command ``robotcore`` that runs the app. Its working folder is the project's."""
+    """The arguments of ``robotcore`` that run the app. File names in them are relative to the project's folder."""
     stop: tuple[str, ...]
-    """The arguments of the command ``robotcore`` that stops the motors while no app runs."""
+    """The arguments of ``robotcore`` that stop the motors while no app runs."""
     requirements: tuple[str, ...] = ()
-    """The requirements that pip installs."""
-    gates: tuple[str, ...] = ()
-    """A line for each check that the client makes before a push: the result, or that the check was skipped."""
+    """The requirements that pip installs, in pip's format."""
+    checks: tuple[str, ...] = ()
+    """A line for each check before the push, such as ``tests: 12 passed`` or ``tests: skipped``."""
     robotcore: str = ""
     """The version of robotcore in the release."""
     revision: str = ""
     """The project's commit in git."""
     sender: str = ""
-    """The user and the computer that pushed the release, as ``user@computer``."""
+    """The user and the computer of the push, as ``user@computer``."""
     is_recorded: bool = True
     """Whether the robot records each run of the app."""
 
@@ -76,9 +84,13 @@ class Release:
         """Write the manifest into a release's folder."""
         folder.joinpath(MANIFEST).write_text(self.to_json() + "\n", encoding="utf-8")
 
+    def to_fields(self) -> dict[str, Any]:
+        """Return the fields of the manifest by their names in JSON."""
+        return {_JSON_NAMES.get(name, name): value for name, value in asdict(self).items()}
+
     def to_json(self) -> str:
         """Return the manifest as JSON."""
-        return json.dumps({"format": FORMAT, **asdict(self)}, indent=2)
+        return json.dumps({"format": FORMAT, **self.to_fields()}, indent=2)
 
     @classmethod
     def read(cls, folder: Path) -> Release:
@@ -87,18 +99,18 @@ class Release:
 
     @classmethod
     def from_json(cls, text: str) -> Release:
-        """Return the release of a manifest; raises ValueError if the manifest is not valid."""
+        """Return the release of a manifest. Raises ValueError, KeyError or TypeError if the manifest is not valid."""
         manifest = json.loads(text)
         number = manifest.pop("format", None) if isinstance(manifest, dict) else None
         if number != FORMAT:
             raise ValueError(f"{MANIFEST} has the format {number!r}; this robotcore reads {FORMAT}")
         for key in ("run", "stop", "requirements", "gates"):
             manifest[key] = tuple(manifest[key])
-        return cls(**manifest)
+        return cls(checks=manifest.pop("gates"), **manifest)
 
 
 def require_name(name: str) -> str:
-    """Return the name of a release if it is valid, else raise ValueError.
+    """Return the name of a release if it matches `NAME_PATTERN`, else raise ValueError.
 
     Call this function before you build a path from a name that the client sent.
 
@@ -117,11 +129,11 @@ class HealthResult:
     outcome: str
     """`HEALTHY`, `UNHEALTHY` or `STOPPED`."""
     reason: str = ""
-    """The cause of the outcome, in a few words."""
+    """The cause of the outcome, in words."""
     lines: tuple[str, ...] = ()
     """The last lines of the app's output, if the app failed."""
     since: str = ""
-    """When the check began, in UTC. A release may be checked more than once."""
+    """The time in UTC at which the check began. It distinguishes several checks of a release."""
 
     @property
     def is_healthy(self) -> bool:
@@ -133,7 +145,7 @@ class HealthResult:
 
     @classmethod
     def read(cls, release: Path) -> HealthResult | None:
-        """Return the result in a release's folder; None if there is none."""
+        """Return the result in a release's folder; None without a valid result."""
         try:
             result = json.loads(release.joinpath(RESULT_FILE).read_text(encoding="utf-8"))
             return cls(**{**result, "lines": tuple(result["lines"])})
@@ -151,7 +163,7 @@ def read_current(layout: Layout) -> str | None:
 
 
 def set_current(layout: Layout, name: str | None) -> None:
-    """Make a release the current one atomically; with None, no release is current. Raises OSError."""
+    """Make a release the current one atomically. With None, no release is current. Raises OSError."""
     if name is None:
         layout.current.unlink(missing_ok=True)
         files.sync_folder(layout.root)
@@ -160,16 +172,16 @@ def set_current(layout: Layout, name: str | None) -> None:
 
 
 def find_running_link() -> Path:
-    """Return the path of the symbolic link to the running release.
+    """Return the path of the symbolic link to the folder of the running release.
 
-    systemd makes the folder of this link when the service starts, and deletes the folder when the service ends. The
-    running release may differ from the current one, because a push first changes the current one and then restarts.
+    The running release may differ from the current one, because a push changes the current release before it restarts
+    the service. systemd creates the folder of the link when the service starts, and deletes it when the service ends.
     """
     return files.find_runtime_folder() / "robotcore" / "release"
 
 
 def read_running() -> str | None:
-    """Return the name of the running release; None if none runs."""
+    """Return the name of the running release; None if no release runs."""
     name = find_running_link().resolve().name
     return name if NAME_PATTERN.fullmatch(name) else None
 
@@ -182,13 +194,13 @@ def list_names(layout: Layout) -> list[str]:
 
 
 def find_previous(layout: Layout) -> str | None:
-    """Return the name of the newest healthy release that is older than the current one; None if there is none."""
+    """Return the name of the newest healthy release before the current one; None if there is no such release."""
     now = read_current(layout)
     older = [name for name in list_names(layout) if now is None or name < now]
     return next((name for name in older if is_healthy(layout, name)), None)
 
 
 def is_healthy(layout: Layout, name: str) -> bool:
-    """Return whether the last health check of a release found it healthy."""
+    """Return whether the outcome of a release's last health check is `HEALTHY`."""
     result = HealthResult.read(layout.releases / name)
     return result is not None and result.is_healthy

@@ -1,4 +1,4 @@
-"""Facts about the robot: its user, system and packages, and the checks of what a push needs."""
+"""Facts about the robot, such as its user, system and packages, and checks of the requirements of a push."""
 
 from __future__ import annotations
 
@@ -21,31 +21,31 @@ from robotcore.deploy.agent.files import Layout, find_runtime_folder, measure_fr
 from robotcore.deploy.agent.rpc import AgentError
 
 _GROUPS = ("gpio", "i2c", "spi", "video")
-"""The groups whose members may use a Raspberry Pi's devices."""
+"""The user groups with access to a Raspberry Pi's devices."""
 
 LINGER_FOLDER = Path("/var/lib/systemd/linger")
-"""The folder with a file for each user whose services run without a login (lingering). Source: systemd's loginctl."""
+"""The folder with a file for each user with lingering: services that run without a login. Source: loginctl(1)."""
 
 _MODEL = Path("/proc/device-tree/model")
 
 MANAGER_TIMEOUT_S = 5.0
-"""How long the user's systemd may take to start after lingering was turned on, in s."""
+"""The time limit for the start of the user's systemd after lingering was turned on, in s."""
 
 
 def read_user() -> str:
-    """Return the name of the user who is logged in, from the system's user database."""
+    """Return the name of the user of this process."""
     return pwd.getpwuid(os.getuid()).pw_name
 
 
 def build_environment() -> dict[str, str]:
-    """Return the environment of systemd's tools: the user's runtime folder, and output in English without colours."""
+    """Return the environment variables for systemd's tools: the runtime folder, and plain output in English."""
     return {**os.environ, "XDG_RUNTIME_DIR": str(find_runtime_folder()), "LC_ALL": "C.UTF-8", "SYSTEMD_COLORS": "0"}
 
 
 def collect_facts(layout: Layout) -> dict[str, Any]:
-    """Return the facts about this robot that the client needs to decide whether a release can run on it.
+    """Return the facts about this robot that decide whether a release can run on it.
 
-    The function needs no root. If a program or a file is missing, it raises nothing.
+    The function needs no root. It raises nothing if a program or a file is missing.
     """
     libc, libc_version = platform.libc_ver()
     return {
@@ -78,39 +78,39 @@ def read_system() -> str:
 
 
 def read_model() -> str:
-    """Return the model of the board, such as ``Raspberry Pi 4 Model B``; empty if the system does not state it."""
+    """Return the model of the board, such as ``Raspberry Pi 4 Model B``; empty for an unknown board."""
     with suppress(OSError):
         return _MODEL.read_text(errors="replace").rstrip("\0")
     return ""
 
 
 def count_bits() -> int:
-    """Return the word size of the installed programs in bits, 32 or 64. The kernel may have another one."""
+    """Return the word size of the installed programs in bits, 32 or 64. That of the kernel may differ."""
     return 64 if sys.maxsize > 2**32 else 32
 
 
 def has_venv() -> bool:
-    """Return whether Python can make virtual environments with pip. On Debian this needs the package python3-venv."""
+    """Return whether Python can create virtual environments with pip. On Debian this needs the package python3-venv."""
     return bool(find_spec("venv") and find_spec("ensurepip"))
 
 
 def is_lingering() -> bool:
-    """Return whether the services of this user run without a login."""
+    """Return whether lingering is on for this user, so that the user's services run without a login."""
     return (LINGER_FOLDER / read_user()).exists()
 
 
 def has_user_manager() -> bool:
-    """Return whether the systemd instance of this user runs."""
+    """Return whether this user's systemd runs."""
     return _succeeds("systemctl", "--user", "show", "--property=Version")
 
 
 def can_read_journal() -> bool:
-    """Return whether this user may read the output of their services in systemd's journal."""
+    """Return whether this user may read the output of the user's services in systemd's journal."""
     return _succeeds("journalctl", "--user", "--lines=0", "--quiet")
 
 
 def read_groups() -> dict[str, bool]:
-    """Return whether the user is a member, by the name of each device group that exists on this robot."""
+    """Return for each device group on this robot, by its name, whether the user is a member."""
     mine = {*os.getgroups(), os.getgid()}
     return {group.gr_name: group.gr_gid in mine for group in grp.getgrall() if group.gr_name in _GROUPS}
 
@@ -126,20 +126,20 @@ def _succeeds(*command: str) -> bool:
 
 
 def require_push_needs(facts: dict[str, object], *, has_environment: bool) -> None:
-    """Raise AgentError if the robot lacks something that a push needs. The error lists everything that is missing.
+    """Raise AgentError with a list of all requirements of a push that the robot does not meet.
 
     The function turns lingering on if the user may do that.
 
-    facts: as `collect_facts` returns them.
-    has_environment: whether the environment of the release exists already. If it does, python3-venv is not needed.
+    facts: the result of `collect_facts`.
+    has_environment: whether the environment of the release exists already, so that python3-venv is not needed.
     """
     if missing := list(_list_missing(facts, has_environment=has_environment)):
-        faults, remedies, kinds = zip(*missing, strict=True)
-        raise AgentError(". ".join(faults), ". ".join(remedies), kinds[0], kinds=kinds)
+        problems, remedies, kinds = zip(*missing, strict=True)
+        raise AgentError(". ".join(problems), ". ".join(remedies), kinds[0], kinds=kinds)
 
 
 def _list_missing(facts: dict[str, object], *, has_environment: bool) -> Iterator[tuple[str, str, str]]:
-    """Yield what is missing, its remedy, and the kind of the error, for each need that the robot lacks."""
+    """Yield the problem, the remedy and the kind of the error for each requirement that the robot does not meet."""
     if facts["bits"] != 64:
         yield (
             f"{facts['system']} is a 32-bit system, for which NumPy and OpenCV have no wheels",
@@ -161,19 +161,19 @@ def _list_missing(facts: dict[str, object], *, has_environment: bool) -> Iterato
 
 
 def require_lingering() -> None:
-    """Raise AgentError if the user's systemd would end as soon as the ssh connection is closed."""
+    """Turn lingering on. Raise AgentError if it stays off, because services then end with the ssh connection."""
     if not enable_lingering():
         raise AgentError(*_describe_no_linger())
 
 
 def _describe_no_linger() -> tuple[str, str, str]:
     user = read_user()
-    fault = f"lingering is off, so the services of {user} run only during a login"
-    return fault, f"On the robot: sudo loginctl enable-linger {user}", "linger"
+    problem = f"lingering is off, so the services of {user} run only during a login"
+    return problem, f"On the robot: sudo loginctl enable-linger {user}", "linger"
 
 
 def enable_lingering() -> bool:
-    """Turn lingering on if it is off and the user may do that. Return whether lingering is on then."""
+    """Turn lingering on if the user may do that. Return whether lingering is on."""
     if not is_lingering():
         with suppress(OSError, subprocess.TimeoutExpired):
             command = ["loginctl", "--no-ask-password", "enable-linger"]
@@ -182,7 +182,7 @@ def enable_lingering() -> bool:
 
 
 def wait_for_user_manager() -> bool:
-    """Wait at most `MANAGER_TIMEOUT_S` until the systemd instance of this user runs; return whether it runs."""
+    """Wait at most `MANAGER_TIMEOUT_S` until this user's systemd runs. Return whether it runs."""
     for _ in range(round(MANAGER_TIMEOUT_S)):
         if has_user_manager():
             return True

@@ -1,4 +1,4 @@
-"""Answer remote calls from the client.
+"""Answers remote calls from the client.
 
 A call has the name and the parameters of an action. The answer is a JSON text sequence (RFC 7464).
 """
@@ -18,7 +18,7 @@ MARK = "\x1e"
 """The first character of each message. It distinguishes a message from lines that a login shell prints."""
 
 ReportProgress = Callable[..., None]
-"""A function that reports progress to the client. Its arguments are a text, and further values by name."""
+"""A function that reports progress to the client, see `report_progress`."""
 
 ACTIONS = {
     "probe": "push_actions:probe",
@@ -36,27 +36,27 @@ ACTIONS = {
     "erase": "admin_actions:erase_recordings",
     "remove": "admin_actions:remove_robotcore",
 }
-"""The module and the function of each action, by the name of the action in the protocol.
+"""The module and the function of each action, by the action's name in the protocol.
 
-A function takes the layout and the client's parameters by name. It returns a mapping that JSON can represent. Its
-module is imported when the action is called, so that a call compiles only the modules that it needs.
+The function takes the layout, and the client's parameters by name. It returns a mapping that JSON can represent. Its
+module is imported during the call, so that a call compiles only the modules that it needs.
 """
 
 Action = Callable[..., Mapping[str, Any]]
 
 
 def answer_call(action: str, parameters: Mapping[str, Any], layout: Layout | None = None) -> int:
-    """Run an action, write its result to the client as the message ``done`` or ``refused``, and return the exit status.
+    """Run an action, send its result to the client as the message ``done`` or ``refused``, and return the exit status.
 
-    action: the name of the action in the protocol.
+    action: the action's name in the protocol.
     parameters: the action's parameters by name.
-    layout: the folders of the robot. By default they are in the user's home.
+    layout: the folders of the robot; by default those in the user's home.
     """
     run = find_action(action)
     try:
         write_message({"done": run(layout or Layout(Path.home()), **parameters)})
     except AgentError as error:
-        write_message({"refused": {"fault": error.fault, "remedy": error.remedy, "kind": error.kind}})
+        write_message({"refused": {"fault": error.problem, "remedy": error.remedy, "kind": error.kind}})
         return 1
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
@@ -66,14 +66,13 @@ def answer_call(action: str, parameters: Mapping[str, Any], layout: Layout | Non
 
 
 def find_action(name: str) -> Action:
-    """Return the function of an action, by the action's name in the protocol. Raises KeyError for an unknown name."""
+    """Return the function of an action. Raises KeyError for an unknown name."""
     module, _, function = ACTIONS[name].partition(":")
     action: Action = getattr(import_module(f"robotcore.deploy.agent.{module}"), function)
     return action
 
 
 def _build_remedy(error: OSError) -> str:
-    """Return the remedy for an error of the operating system."""
     import errno
 
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
@@ -84,20 +83,20 @@ def _build_remedy(error: OSError) -> str:
 class AgentError(Exception):
     """Raised if the robot cannot do the action.
 
-    fault: what happened, as a sentence without its full stop.
-    remedy: what to do about it, as a sentence without its full stop.
-    kind: a stable identifier of the fault. The client chooses a better remedy for some kinds.
-    fields: the values in the text of the fault, by name. They are not sent to the client.
+    problem: the cause, as a sentence without its full stop.
+    remedy: what the user can do, as a sentence without its full stop.
+    kind: a stable identifier of the problem. The client chooses a better remedy for some kinds.
+    fields: the values in the text of the problem, by name. They are not sent to the client.
     """
 
-    def __init__(self, fault: str, remedy: str, kind: str, **fields: object) -> None:
-        super().__init__(f"{fault}. {remedy}")
-        self.fault, self.remedy, self.kind, self.fields = fault, remedy, kind, fields
+    def __init__(self, problem: str, remedy: str, kind: str, **fields: object) -> None:
+        super().__init__(f"{problem}. {remedy}")
+        self.problem, self.remedy, self.kind, self.fields = problem, remedy, kind, fields
 
 
-def report_progress(words: str, **more: Any) -> None:
-    """Report progress to the client."""
-    write_message({"say": words, **more})
+def report_progress(text: str, **more: Any) -> None:
+    """Report the current activity to the client, in words, with further fields of the message by name."""
+    write_message({"say": text, **more})
 
 
 def write_message(message: Any) -> None:

@@ -1,4 +1,4 @@
-"""Actions on the app: activate, roll back, start and stop a release, read the app's status and log."""
+"""Actions on the app: activate or roll back a release, start and stop the app, read its status and log."""
 
 from __future__ import annotations
 
@@ -26,11 +26,10 @@ def activate_release(
     healthy_within_s: float = health_check.HEALTHY_WITHIN_S,
     settle_s: float = health_check.SETTLE_S,
 ) -> dict[str, Any]:
-    """Check the health of a release and make it the current one if it is healthy; return `build_report`'s report.
+    """Make a release the current one if its health check passes. Return `build_report`'s report.
 
-    A second call for the same release starts no second check: it follows the running check, or returns the stored
-    result. An interrupt of the call does not end the check. If the release cannot be checked, AgentError is raised, and
-    nothing has changed.
+    A second call for the same release follows the running check, or returns the stored result. An interrupt of the call
+    does not end the check. If the release cannot be checked, the function raises AgentError and changes nothing.
     """
     result = HealthResult.read(_find_folder(layout, release))
     is_over = result and (releases.read_current(layout) == release or not result.is_healthy)
@@ -40,7 +39,7 @@ def activate_release(
 
 
 def start_check(layout: Layout, release: str, healthy_within_s: float, settle_s: float) -> dict[str, Any]:
-    """Check the health of a release, even if it was checked before; return `build_report`'s report."""
+    """Check the health of a release, even if it has a stored result. Return `build_report`'s report."""
     _require_possible(layout, release, healthy_within_s)
     pending = health_check.read_pending(layout)
     if pending and pending.release == release:
@@ -67,7 +66,6 @@ def _require_possible(layout: Layout, release: str, healthy_within_s: float) -> 
 
 
 def _find_folder(layout: Layout, release: str) -> Path:
-    """Return the path of a release's folder; raises AgentError if the name is not valid."""
     try:
         return layout.releases / require_name(release)
     except ValueError as error:
@@ -77,11 +75,8 @@ def _find_folder(layout: Layout, release: str) -> Path:
 
 
 def _plan_check(layout: Layout, release: str) -> HealthCheck:
-    """Return the health check to begin for a release: which release to roll back to, and whether an app runs now.
-
-    A release whose own check is not complete is not chosen for a rollback.
-    """
-    if pending := health_check.read_pending(layout):
+    """Return a health check for a release, with the release to roll back to, and whether an app runs now."""
+    if pending := health_check.read_pending(layout):  # its release is not healthy yet, so keep its previous release
         plan = replace(pending, release=release)
     else:
         state = systemd.read_state(SERVICE)
@@ -101,9 +96,9 @@ def roll_back(
     healthy_within_s: float = health_check.HEALTHY_WITHIN_S,
     settle_s: float = health_check.SETTLE_S,
 ) -> dict[str, Any]:
-    """Check and activate an older release; return `build_report`'s report.
+    """Make an older release the current one if its health check passes. Return `build_report`'s report.
 
-    release: the release's name. By default it is the newest healthy one before the current release.
+    release: the release's name; None for the newest healthy release before the current one.
     """
     names = releases.list_names(layout)
     if release is not None and release not in names:
@@ -111,19 +106,18 @@ def roll_back(
     name = release or _choose_previous(layout)
     if name == releases.read_current(layout):
         raise AgentError(f"{name} is the current release", "Start it: robotcore deploy start", "already-current")
-    # after a lost connection, the client asks for the result by this name
+    # after the connection broke, the client asks for the result by this name
     report_progress(f"going back to {name}", release=name)
     return start_check(layout, name, healthy_within_s, settle_s)
 
 
 def _choose_previous(layout: Layout) -> str:
-    """Return the newest healthy release that is older than the current one; raises AgentError if there is none."""
     if name := releases.find_previous(layout):
         return name
     now = releases.read_current(layout)
     others = [name for name in releases.list_names(layout) if name != now and not _is_unhealthy(layout, name)]
-    fault = f"no release before {now} was healthy" if now else "no release was healthy"
-    raise AgentError(fault, _list_choices(others), "no-healthy-release", current=now, choices=others)
+    problem = f"no release before {now} was healthy" if now else "no release was healthy"
+    raise AgentError(problem, _list_choices(others), "no-healthy-release", current=now, choices=others)
 
 
 def _list_choices(names: list[str]) -> str:
@@ -136,9 +130,9 @@ def _is_unhealthy(layout: Layout, name: str) -> bool:
 
 
 def start_app(layout: Layout) -> dict[str, Any]:
-    """Start the current release, now and at each boot of the robot; return `read_status`'s status.
+    """Start the current release's app, now and at each boot of the robot. Return `read_status`'s status.
 
-    If a health check is pending, it is resumed.
+    A pending health check continues.
     """
     if releases.read_current(layout) is None:
         raise AgentError("there is no release to start", "Send one: robotcore deploy push", "no-current-release")
@@ -153,10 +147,10 @@ def start_app(layout: Layout) -> dict[str, Any]:
 
 
 def stop_app(layout: Layout) -> dict[str, Any]:
-    """Stop the app, and do not start it at the next boot; return `read_status`'s status.
+    """Stop the app, and do not start it at the next boot. Return `read_status`'s status.
 
-    The function does not wait for the lock. It ends a running health check: the previous release becomes the current
-    one, and is not started.
+    The app stops before the function waits for the lock. If a health check is running, it ends: the previous release
+    becomes the current one, and its app is not started.
     """
     if list_installed_units(layout):
         systemd.stop(SERVICE, HEALTH_CHECK)
@@ -167,14 +161,7 @@ def stop_app(layout: Layout) -> dict[str, Any]:
 
 
 def read_status(layout: Layout) -> dict[str, Any]:
-    """Return the state of the app and of the robot.
-
-    ``state`` is running, starting, stopping, restarting, ended, failed or stopped. ``for_s`` is how long the app has
-    been running, in s, or None. ``words`` is the app's last status text, unless the app is stopped. ``reason`` and
-    ``lines`` explain the last failure of an app that failed or was restarted. ``on_trial`` is the release with a
-    pending health check. If no release is current, ``last`` has the ``name``, ``outcome`` and ``reason`` of the newest
-    release that was checked.
-    """
+    """Return the state of the app and of the robot, see `robot_answers.StatusAnswer`."""
     state, name, pending = systemd.read_state(SERVICE), releases.read_current(layout), health_check.read_pending(layout)
     state_name = _name_state(state)
     reason, lines = _explain_failure(state)
@@ -234,6 +221,9 @@ def _measure_recordings(layout: Layout) -> dict[str, int]:
 
 
 def print_log(layout: Layout, *, lines: int = 50, follow: bool = False) -> dict[str, Any]:  # noqa: ARG001  every action takes it
-    """Print the last ``lines`` lines of the app's output as plain text. With ``follow``, print new lines too."""
+    """Print the last lines of the app's output as plain text. With ``follow``, print new lines too.
+
+    lines: the number of lines.
+    """
     journal.print_lines(SERVICE, lines, is_followed=follow)
     return {}

@@ -1,7 +1,7 @@
-"""The program that systemd starts on the robot. It runs the robotcore that a release brings.
+"""The program that systemd starts on the robot. It runs the robotcore in the release's folder.
 
-Its command ``run`` starts the app, ``off`` stops the motors after the app has ended, ``trial`` checks the health of a
-new release.
+The command ``run`` starts the app. ``off`` stops the motors after the app has ended. ``trial`` runs the health check of
+a new release.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ from robotcore.deploy.agent.releases import ENVIRONMENT, PROJECT, SITE, Release
 from robotcore.deploy.agent.rpc import AgentError
 
 FAILED, UNUSABLE = 1, 2
-"""Exit statuses of this program. After `FAILED`, such as a read error, systemd starts the program again.
+"""Exit statuses of this program.
 
-After `UNUSABLE` systemd does not start it again.
+systemd starts the program again after ``FAILED``, such as a read error, but not after ``UNUSABLE``, such as an invalid
+release.
 """
 
 ROBOTCORE_ARGUMENTS = (
@@ -33,10 +34,10 @@ ROBOTCORE_ARGUMENTS = (
         "import runpy; runpy.run_module('robotcore', run_name='__main__', alter_sys=True)"
     ),
 )
-"""Python's arguments that do the same as ``-m robotcore``, but import no modules from the working folder.
+"""The arguments of Python that run robotcore as ``-m robotcore`` does, but without modules of the working folder.
 
-Otherwise a folder ``drivers`` of the project would hide robotcore's package of that name. Python has an environment
-variable for this, but only from 3.11 on.
+A folder ``drivers`` of the project would hide robotcore's package of that name. Only Python 3.11 and later have an
+environment variable for this.
 """
 
 
@@ -46,36 +47,40 @@ class Launch:
 
     command: tuple[str, ...]
     folder: Path
-    """The working folder, which is the project's."""
+    """The working folder: the project's folder in the release."""
     environment: dict[str, str]
     """The process's environment variables."""
 
 
 def build_launch(release: Path, *arguments: str) -> Launch:
-    """Return the command line that runs the robotcore of a release with these arguments."""
+    """Return the command line that runs the robotcore of a release.
+
+    release: the release's folder.
+    arguments: the arguments of robotcore.
+    """
     python = release / ENVIRONMENT / "bin" / "python"
     isolation = {"PYTHONPATH": str(release / SITE), "PYTHONNOUSERSITE": "1"}
     return Launch((str(python), *ROBOTCORE_ARGUMENTS, *arguments), release / PROJECT, {**os.environ, **isolation})
 
 
 def main(arguments: Sequence[str] = tuple(sys.argv[1:]), layout: Layout | None = None) -> int:
-    """Run the command that systemd passes as the argument; return the exit status."""
+    """Run the command ``run``, ``off`` or ``trial`` that systemd passes, and return the exit status."""
     commands: dict[str, Callable[[Layout], int]] = {"run": run_app, "off": stop_motors, "trial": run_health_check}
     try:
         return commands[arguments[0]](layout or Layout(Path.home()))
     except FileNotFoundError as error:
-        return _print_fault(f"{error.filename}: {error.strerror}. Push again")
+        return _print_error(f"{error.filename}: {error.strerror}. Push again")
     except OSError as error:
-        _print_fault(f"{error.filename}: {error.strerror}. Check the disk of the robot, or push again")
+        _print_error(f"{error.filename}: {error.strerror}. Check the disk of the robot, or push again")
         return FAILED
     except (AgentError, ValueError, KeyError, TypeError) as error:
-        return _print_fault(str(error))
+        return _print_error(str(error))
 
 
 def run_app(layout: Layout) -> int:
-    """Replace this process by the app of the current release; return only on failure.
+    """Replace this process by the app of the current release. Return only after a failure.
 
-    The app runs in the release's own folder instead of ``current``, so that a change of ``current`` does not affect it.
+    The working folder is the release's own folder, so that a change of the link ``current`` does not affect the app.
     """
     folder = layout.current.resolve()
     release = Release.read(folder)
@@ -87,7 +92,7 @@ def run_app(layout: Layout) -> int:
 
 
 def stop_motors(layout: Layout) -> int:
-    """Stop the motors of the release that ran until now; return the exit status."""
+    """Stop the motors with the release whose app has ended. Return the exit status."""
     running = releases.find_running_link()
     folder = (running if running.exists() else layout.current).resolve()
     if not folder.is_dir():
@@ -99,28 +104,23 @@ def stop_motors(layout: Layout) -> int:
     done = subprocess.run(  # noqa: S603 - no shell
         launch.command, cwd=launch.folder, env=launch.environment, capture_output=True, text=True, check=False
     )
-    return _print_fault(f"the motors may still turn: {done.stderr or done.stdout}") if done.returncode else 0
+    return _print_error(f"the motors may still turn: {done.stderr or done.stdout}") if done.returncode else 0
 
 
 def run_health_check(layout: Layout) -> int:
-    """Complete the pending health check; return the exit status.
-
-    Its modules are imported here, so that an error in them cannot keep an app from running or motors from stopping.
-    """
+    """Run the pending health check to its end. Return the exit status."""
+    # an import error in this module must not affect the other commands
     from robotcore.deploy.agent.health_check import ShutdownError, run_check
 
     try:
         run_check(layout)
     except ShutdownError as error:
-        return _print_fault(str(error))
+        return _print_error(str(error))
     return 0
 
 
 def _build_record_options(layout: Layout, release: Release) -> tuple[str, ...]:
-    """Return the arguments that record a run into a new file.
-
-    The file may take at most half the free space, so that a robot that runs for days does not fill its disk.
-    """
+    """Return the arguments that record a run into a new file, which may take at most half of the free space."""
     if not release.is_recorded:
         return ()
     layout.recordings.mkdir(exist_ok=True)
@@ -130,6 +130,6 @@ def _build_record_options(layout: Layout, release: Release) -> tuple[str, ...]:
     return ("--record", str(path), "--record-limit", str(max(1, measure_free_space(layout.home) // 2)))
 
 
-def _print_fault(fault: str) -> int:
-    print(f"robotcore: {fault}", file=sys.stderr)  # noqa: T201 - into the journal
+def _print_error(text: str) -> int:
+    print(f"robotcore: {text}", file=sys.stderr)  # noqa: T201 - into the journal
     return UNUSABLE

@@ -1,4 +1,4 @@
-"""Calls of the user's systemd: control a unit, read its state, and explain a failure."""
+"""Calls of systemctl for the user's systemd: control a unit, read its state, and describe its failure."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from robotcore.deploy.agent import robot_facts
 from robotcore.deploy.agent.rpc import AgentError
 
 CALL_TIMEOUT_S = 90.0
-"""How long a call of systemctl may take, in s. A service may take less time to stop."""
+"""The time limit of a call of systemctl, in s. It is longer than the stop of a service may take."""
 
 EXITED, KILLED = 1, 2
-"""``CLD_EXITED`` and ``CLD_KILLED`` of wait(2): a process ended by itself, or by a signal."""
+"""The codes ``CLD_EXITED`` and ``CLD_KILLED`` of waitid(2): a process ended by itself, or by a signal."""
 
 _STATUSES = {
     2: "it cannot run as it is described",
@@ -24,10 +24,10 @@ _STATUSES = {
     5: "the app raised, or hung",
     6: "it ended without a success",
 }
-"""The exit statuses of ``robotcore run`` as a service, in words."""
+"""The meaning of the exit statuses of ``robotcore run`` as a service."""
 
 MANAGER_GONE = "manager"
-"""The kind of the AgentError that is raised if the user's systemd does not answer."""
+"""The kind of an AgentError if the user's systemd does not answer."""
 
 _NO_BUS_TEXTS = (
     "Failed to connect to bus",
@@ -40,25 +40,25 @@ _NO_BUS_TEXTS = (
 
 @dataclass(frozen=True)
 class UnitState:
-    """The state of a systemd unit. The names of its states are those of org.freedesktop.systemd1(5)."""
+    """The state of a systemd unit. For ``active``, ``sub`` and ``result``, see org.freedesktop.systemd1(5)."""
 
     active: str = "inactive"
     sub: str = "dead"
     result: str = "success"
     invocation: str = ""
-    """An identifier that changes with each start."""
+    """The identifier of the unit's last start."""
     restarts: int = 0
-    """The number of times that systemd has restarted the unit after a failure."""
+    """The number of restarts by systemd after failures."""
     status_text: str = ""
-    """The last status that the unit sent to systemd."""
+    """The last status text that the unit sent to systemd."""
     code: int = 0
-    """How the main process ended, as in wait(2)."""
+    """`EXITED`, `KILLED`, or another ``si_code`` of the main process's end; 0 if the process has not ended."""
     status: int = 0
-    """The main process's exit status or signal, as in wait(2)."""
+    """The exit status of the main process, or the signal that ended it."""
     active_since_s: float = 0.0
-    """When the unit became active, in s of the monotonic clock."""
+    """The time on the monotonic clock at which the unit became active, in s."""
     alive_at_s: float = 0.0
-    """When the unit last reset systemd's watchdog, in s of the monotonic clock."""
+    """The time on the monotonic clock of the last reset of systemd's watchdog, in s."""
     is_enabled: bool = False
     """Whether systemd starts the unit at each boot of the robot."""
     has_job: bool = False
@@ -66,7 +66,7 @@ class UnitState:
 
     @classmethod
     def of(cls, properties: Mapping[str, str]) -> UnitState:
-        """Return the state from the output of ``systemctl show``."""
+        """Return the state for the properties that ``systemctl show`` prints."""
         return cls(
             active=properties["ActiveState"],
             sub=properties["SubState"],
@@ -99,7 +99,7 @@ class UnitState:
 
     @property
     def is_changing(self) -> bool:
-        """Whether the unit is starting or stopping, or is about to. The pause before a restart does not count."""
+        """Whether the unit is starting or stopping, or is about to. In the pause before a restart, this is False."""
         return self.has_job or (self.active in {"activating", "deactivating"} and self.sub != "auto-restart")
 
     @property
@@ -113,7 +113,7 @@ class UnitState:
         return self.is_down and (self.code, self.status) == (EXITED, 0)
 
     def describe_end(self) -> str:
-        """Describe how the main process ended."""
+        """Return the cause of the main process's end, in words."""
         if self.result == "watchdog":
             return "it hung: it did not reset systemd's watchdog"
         if self.result == "timeout":
@@ -135,16 +135,13 @@ _PROPERTIES = (
 
 
 def read_state(unit: str) -> UnitState:
-    """Return the state of a unit. A unit that systemd does not know is down."""
+    """Return the state of a unit. An unknown unit is down."""
     lines = systemctl("show", f"--property={_PROPERTIES}", unit).splitlines()
     return UnitState.of(dict(line.partition("=")[::2] for line in lines))
 
 
 def restart(unit: str) -> str:
-    """Tell systemd to restart a unit, and reset the unit's earlier failures; do not wait for the restart.
-
-    Returns the identifier of the invocation before the restart.
-    """
+    """Make systemd restart a unit, without waiting. Return the identifier of the invocation before the restart."""
     _forget_failures(unit)
     before = read_state(unit).invocation
     systemctl("restart", "--no-block", unit)
@@ -152,19 +149,19 @@ def restart(unit: str) -> str:
 
 
 def start(unit: str) -> None:
-    """Make systemd start a unit, and reset the unit's earlier failures; do not wait for the start."""
+    """Make systemd start a unit, without waiting."""
     _forget_failures(unit)
     systemctl("start", "--no-block", unit)
 
 
 def stop(*units: str) -> None:
-    """Stop units, wait until they are down, and reset their failures."""
+    """Stop units, and wait until they are down."""
     systemctl("stop", *units)
     _forget_failures(*units)
 
 
 def _forget_failures(*units: str) -> None:
-    """Reset the failures of units. systemd refuses this for a unit that is not loaded, which has no failures."""
+    """Reset systemd's counts of failures. An error is ignored: a unit that is not loaded has no failures."""
     _call("reset-failed", *units)
 
 
@@ -174,7 +171,7 @@ def enable(*units: str) -> None:
 
 
 def disable(*units: str) -> None:
-    """Make systemd no longer start units at the boot of the robot."""
+    """Make systemd start units no longer at the boot of the robot."""
     systemctl("disable", *units)
 
 
@@ -184,13 +181,13 @@ def reload_units() -> None:
 
 
 def is_shutting_down() -> bool:
-    """Return whether the robot or this user's systemd is shutting down."""
+    """Return whether the robot or the user's systemd is shutting down."""
     done = _call("is-system-running")
     return done.stdout.strip() not in {"running", "degraded", "starting", "initializing", "maintenance"}
 
 
 def systemctl(*arguments: str) -> str:
-    """Run systemctl for the user's systemd; return its output. Raises AgentError if it fails."""
+    """Run systemctl for the user's systemd, and return its output. Raises AgentError if it fails."""
     done = _call(*arguments)
     if done.returncode:
         raise _build_error(arguments, done.stderr.strip())

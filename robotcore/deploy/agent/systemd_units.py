@@ -1,9 +1,7 @@
 """The two systemd units of a deploy, and the program that they start.
 
-One unit keeps the app running, the other one checks the health of a new release.
-
-The units are constant text, so that no user input gets into them. See systemd.service(5) and systemd.unit(5): ``%h`` is
-the home folder, ``%t`` the folder for files that last until a reboot.
+One unit keeps the app running, the other one runs the health check of a new release. The units are constant text, so
+that they contain no user input. In them, ``%h`` is the home folder, and ``%t`` the runtime folder: see systemd.unit(5).
 """
 
 from __future__ import annotations
@@ -20,11 +18,13 @@ from robotcore.deploy.agent.files import Layout
 SERVICE, HEALTH_CHECK = "robotcore.service", "robotcore-trial.service"
 
 START_LIMIT_S = 120
-"""The longest time that a release may take until its app has completed its first tick, in s."""
+"""The greatest time limit for an app's first tick, in s: systemd's limit for the start of the service."""
 
 _FINAL_STATUSES = "2 4 6"
-"""The exit statuses of robotcore after which systemd does not restart the app: it cannot run, the safety stage stopped
-it, or it ended by itself without success (`robotcore.deploy.systemd_notify.FAILED`)."""
+"""The exit statuses of the app after which systemd does not restart it.
+
+2: the app cannot run. 4: the safety stage stopped it. 6: it ended by itself without success.
+"""
 
 _SERVICE = f"""\
 # Written by robotcore deploy. Put changes into a drop-in: systemctl --user edit {SERVICE}
@@ -83,21 +83,18 @@ UNIT_TEXTS = {SERVICE: _SERVICE, HEALTH_CHECK: _HEALTH_CHECK}
 
 _MAIN = "from robotcore.deploy.agent.service import main\n\nraise SystemExit(main())\n"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The time of all files in the ZIP file. It is constant so that the same sources give the same ZIP file."""
+"""The time stamp of all files in the ZIP file. It is constant so that equal sources give equal ZIP files."""
 
 
 def install_service(layout: Layout) -> None:
-    """Install the program and the units.
-
-    Raises AgentError if the user's systemd would end as soon as the ssh connection is closed.
-    """
+    """Install the program and the units. Raises the AgentError of `require_lingering`."""
     robot_facts.require_lingering()
     install_program(layout, sources)
     install_units(layout)
 
 
 def install_units(layout: Layout) -> None:
-    """Write the unit files that differ from those on the disk, and make systemd start the units at each boot."""
+    """Write the unit files that are new or have changed, and make systemd start the units at each boot."""
     layout.units.mkdir(parents=True, exist_ok=True)
     changed = {name: text for name, text in UNIT_TEXTS.items() if not _is_up_to_date(layout.units / name, text)}
     for name, text in changed.items():
@@ -108,7 +105,7 @@ def install_units(layout: Layout) -> None:
 
 
 def list_installed_units(layout: Layout) -> list[Path]:
-    """Return the paths of the unit files that exist. After an interrupted removal these are only some of the units."""
+    """Return the paths of the existing unit files. After an interrupted removal, there may be only one."""
     return [unit for name in UNIT_TEXTS if (unit := layout.units / name).exists()]
 
 
@@ -117,9 +114,9 @@ def _is_up_to_date(path: Path, text: str) -> bool:
 
 
 def install_program(layout: Layout, sources: Mapping[str, str]) -> None:
-    """Write the program if it differs from that on the disk.
+    """Write the program if it is new or has changed.
 
-    sources: the text of each module by its path, ``robotcore/deploy/…``.
+    sources: the source text of each module by its path, such as ``robotcore/deploy/agent/files.py``.
     """
     content = build_program(sources)
     if not layout.program.is_file() or layout.program.read_bytes() != content:

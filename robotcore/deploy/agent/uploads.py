@@ -1,4 +1,4 @@
-"""Uploads: the folder that receives the files of a push, and a check whether that push is still connected."""
+"""Uploads: the folders that receive the files of pushes, and the check whether such a push is still connected."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ _PUSHED_BY = ".pushed-by"
 _PROC = Path("/proc")
 _BOOT = _PROC / "sys/kernel/random/boot_id"
 _CONNECTION_PROGRAMS = ("sshd", "dropbear")
-"""The names of the programs that serve an ssh connection begin with these. From OpenSSH 9.8 on it is sshd-session."""
+"""The beginnings of the names of programs that serve an ssh connection, such as ``sshd-session`` of OpenSSH 9.8."""
 
 
 def open_upload(layout: Layout, release: str) -> Path:
-    """Return the path of a folder for the upload of a release.
+    """Create the folder for the upload of a release, and return its path.
 
-    If a push was interrupted, the newest such folder is renamed and used again, so that rsync sends only what differs.
+    After an interrupted push, the function renames the newest folder of such a push instead. rsync then sends only the
+    missing files.
     """
     folder = layout.incoming / release
     leftovers = list(list_leftovers(layout))
@@ -38,14 +39,14 @@ def open_upload(layout: Layout, release: str) -> Path:
 
 
 def list_leftovers(layout: Layout) -> Iterator[Path]:
-    """Yield the folders of interrupted uploads, the newest first, and folders that are not fully deleted yet."""
+    """Yield the folders of interrupted uploads, the newest first, and folders of interrupted deletions."""
     for path in sorted(layout.incoming.glob("*"), reverse=True):
         if path.suffix != _PUSHED_BY and not is_process_alive(_read_owner(_owner_file(layout, path.name))):
             yield path
 
 
 def discard_upload(layout: Layout, release: str) -> bool:
-    """Delete the upload of a release; return whether such an upload existed."""
+    """Delete the upload of a release. Return whether such an upload existed."""
     folder = layout.incoming / release
     was_there = folder.is_dir()
     if was_there:
@@ -55,7 +56,7 @@ def discard_upload(layout: Layout, release: str) -> bool:
 
 
 def discard(layout: Layout, folder: Path) -> None:
-    """Rename a folder, then delete it. So no other process finds a partly deleted folder under the old name."""
+    """Rename a folder, then delete it, so that no other process uses a partly deleted folder."""
     layout.incoming.mkdir(parents=True, exist_ok=True)
     renamed = layout.incoming / f"gone-{os.getpid()}-{folder.name}"
     _make_writable(folder)
@@ -64,7 +65,7 @@ def discard(layout: Layout, folder: Path) -> None:
 
 
 def delete(folder: Path) -> None:
-    """Delete a folder with everything in it, also read-only folders, or delete a file or a link."""
+    """Delete a file, a link, or a folder with all its files, even in read-only folders."""
     if folder.is_symlink() or not folder.is_dir():
         folder.unlink(missing_ok=True)
         return
@@ -79,7 +80,6 @@ def _make_writable(folder: Path) -> None:
 
 
 def _delete_stale_owners(layout: Layout) -> None:
-    """Delete the owner files of uploads whose folders are gone."""
     for owner in layout.incoming.glob(f"*{_PUSHED_BY}"):
         if not (layout.incoming / owner.stem).exists():
             owner.unlink()
@@ -102,16 +102,19 @@ def read_boot_id() -> str:
 
 
 def identify_process(pid: int) -> str:
-    """Return a text that identifies a process for ever; raises OSError if there is no process of this number.
+    """Return a text that identifies a process uniquely: boot, process number, and start time.
 
-    The operating system uses process numbers again, so the text also has the boot and the start time.
+    Raises OSError if there is no process of this number.
     """
     _, _, started = _read_process(pid)
     return f"{read_boot_id()} {pid} {started}"
 
 
 def is_process_alive(identity: str) -> bool:
-    """Return whether the process runs that has this identity, as `identify_process` returns it."""
+    """Return whether the process with this identity runs.
+
+    identity: the result of `identify_process`.
+    """
     try:
         return identify_process(int(identity.split()[1])) == identity
     except (OSError, ValueError, IndexError):
@@ -119,10 +122,9 @@ def is_process_alive(identity: str) -> bool:
 
 
 def identify_connection() -> str:
-    """Return the identity of the process that serves the client's ssh connection.
+    """Return the identity of the process that serves the client's ssh connection, or else of the parent process.
 
-    This process runs as long as the push is connected. If there is no such process, the function returns the identity
-    of the parent process.
+    This process runs as long as the push is connected.
     """
     servers = (pid for pid in _list_ancestors() if _read_process(pid)[0].startswith(_CONNECTION_PROGRAMS))
     return identify_process(next(servers, os.getppid()))
@@ -136,7 +138,7 @@ def _list_ancestors() -> Iterator[int]:
 
 
 def _read_process(pid: int) -> tuple[str, int, str]:
-    """Return a process's name, its parent, and its start time in ticks since boot. Source: proc(5), /proc/PID/stat."""
+    """Return a process's name, the number of its parent, and its start time in clock ticks. Source: proc(5)."""
     name, _, rest = (_PROC / str(pid) / "stat").read_text().partition(" (")[2].rpartition(") ")
     fields = rest.split()
     return name, int(fields[1]), fields[19]

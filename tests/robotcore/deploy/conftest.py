@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from robotcore.deploy import rpc
-from robotcore.deploy.host import Host
-from robotcore.deploy.rpc import Link
+from robotcore.deploy.host import RobotAddress
+from robotcore.deploy.rpc import RobotLink
 from tests.robotcore.deploy.sshd import Sshd, serving, sshd
 
 __all__ = ["add_action", "sshd"]
@@ -22,13 +22,13 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
 
 
 @pytest.fixture(scope="module")
-def held(robot: Sshd) -> Iterator[Link]:
-    with Link(Host.parse(robot.host), robot.config) as link:
+def held(robot: Sshd) -> Iterator[RobotLink]:
+    with RobotLink(RobotAddress.parse(robot.host), robot.config) as link:
         yield link
 
 
 @pytest.fixture
-def link(robot: Sshd, held: Link) -> Link:
+def link(robot: Sshd, held: RobotLink) -> RobotLink:
     """The link that all tests of a module share. Each test must leave it working."""
     shutil.rmtree(robot.home / "robotcore", ignore_errors=True)
     (robot.home / "robotcore" / "incoming" / "new").mkdir(parents=True)

@@ -93,7 +93,7 @@ def test_bundle_runs_alone_and_names_nothing_of_this_machine(
     }
     assert not [each for each in bundle.requirements if each.startswith(("robotcore", "lidar", "my-rover"))]
     assert any(each.startswith("adafruit-circuitpython-vl53l0x") for each in bundle.requirements)
-    assert bundle.notes == ("left out because they may hold a secret: .env, lidar/.env",)
+    assert bundle.warnings == ("left out because they may hold a secret: .env, lidar/.env",)
     assert _runs(bundle)
 
 

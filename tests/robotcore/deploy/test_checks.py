@@ -165,9 +165,9 @@ def test_simulator_is_the_nearest_one_to_the_robot(tmp_path: Path, monkeypatch: 
     assert choose_simulator(replace(rover, robot="bubblerob")) == ("kinematic", ())
     assert choose_simulator(replace(rover, backend="kinematic")) == ("kinematic", ())
     monkeypatch.setattr(simulation, "find_spec", lambda _: None)
-    backend, notes = choose_simulator(rover)
-    assert (backend, len(notes)) == ("kinematic", 1)
-    assert "pip install gpiozero" in notes[0]
+    backend, warnings = choose_simulator(rover)
+    assert (backend, len(warnings)) == ("kinematic", 1)
+    assert "pip install gpiozero" in warnings[0]
 
 
 def test_world_with_a_comma_in_its_name_is_refused(tmp_path: Path) -> None:

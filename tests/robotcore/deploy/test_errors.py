@@ -15,9 +15,9 @@ import pytest
 
 from robotcore.deploy import rsync, ssh
 from robotcore.deploy.errors import BROKEN, explain_failed_connection
-from robotcore.deploy.host import Host
+from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.robot_answers import EmptyAnswer
-from robotcore.deploy.rpc import Link
+from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd, make_key, serving
@@ -35,7 +35,7 @@ def act(layout):
 
 def connect(server: Sshd | None = None, host: str = "robot") -> None:
     """Connect to a host, and close the connection."""
-    with Link(Host.parse(host), server.config if server else None):
+    with RobotLink(RobotAddress.parse(host), server.config if server else None):
         pass
 
 
@@ -154,9 +154,9 @@ def test_remedy_names_no_file_outside_of_the_users_ssh_folder(
 ) -> None:
     monkeypatch.setenv("HOME", str(tmp_path))
     line = "Permissions 0644 for '{0}' are too open.\nhi\n"
-    refused = explain_failed_connection(Host.parse("robot"), 255, line.format(named.format(home=tmp_path)))
+    refused = explain_failed_connection(RobotAddress.parse("robot"), 255, line.format(named.format(home=tmp_path)))
     assert refused.kind == "ssh-failed"
-    accepted = explain_failed_connection(Host.parse("robot"), 255, line.format(f"{tmp_path}/.ssh/id"))
+    accepted = explain_failed_connection(RobotAddress.parse("robot"), 255, line.format(f"{tmp_path}/.ssh/id"))
     assert accepted.kind == "open-key"
 
 
@@ -165,7 +165,7 @@ def test_text_of_a_disconnect_does_not_get_into_a_remedy(tmp_path: Path, monkeyp
     output = (
         f"Received disconnect from 10.0.0.1 port 22:2: bye\nPermissions 0644 for '{tmp_path}/.ssh/id' are too open.\n"
     )
-    assert explain_failed_connection(Host.parse("robot"), 255, output).kind == "ssh-failed"
+    assert explain_failed_connection(RobotAddress.parse("robot"), 255, output).kind == "ssh-failed"
 
 
 def test_missing_ssh_on_this_machine(
@@ -179,7 +179,7 @@ def test_missing_ssh_on_this_machine(
 def test_missing_rsync_on_this_machine(
     sshd: Sshd, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, raises: Raises
 ) -> None:
-    with Link(Host.parse("robot"), sshd.config) as link:
+    with RobotLink(RobotAddress.parse("robot"), sshd.config) as link:
         monkeypatch.setenv("PATH", str(tmp_path))
         with raises(DeployError, "no-program"):
             link.send(tmp_path, "incoming")
@@ -188,14 +188,14 @@ def test_missing_rsync_on_this_machine(
 def test_missing_rsync_on_the_robot(tmp_path: Path, raises: Raises) -> None:
     with (
         robot_with(tmp_path / "sshd", "cat") as server,
-        Link(Host.parse("robot"), server.config) as link,
+        RobotLink(RobotAddress.parse("robot"), server.config) as link,
         raises(DeployError, "no-rsync"),
     ):
         link.send(tmp_path, "incoming")
 
 
 def test_missing_python_on_the_robot(tmp_path: Path, raises: Raises) -> None:
-    with robot_with(tmp_path / "sshd", "cat") as server, Link(Host.parse("robot"), server.config) as link:
+    with robot_with(tmp_path / "sshd", "cat") as server, RobotLink(RobotAddress.parse("robot"), server.config) as link:
         (server.bin / "python3").unlink()
         with raises(DeployError, "python"):
             link.call("probe", EmptyAnswer)
@@ -218,7 +218,7 @@ def test_full_disk_of_the_robot(sshd: Sshd, tmp_path: Path, raises: Raises) -> N
         pytest.skip("only root may mount a small disk")
     with ExitStack() as unwind:
         unwind.callback(subprocess.run, ("umount", full), check=True)
-        link = unwind.enter_context(Link(Host.parse("robot"), sshd.config))
+        link = unwind.enter_context(RobotLink(RobotAddress.parse("robot"), sshd.config))
         with raises(DeployError, "disk-full"):
             link.send(folder, "incoming")
 
@@ -238,10 +238,10 @@ def test_connection_that_breaks_in_a_call(
             os.kill(pid, number)
 
     with (
-        Link(Host.parse("robot"), sshd.config) as link,
+        RobotLink(RobotAddress.parse("robot"), sshd.config) as link,
         pytest.raises(DeployError) as raised,
     ):
-        link.call("wait", EmptyAnswer, on_notice=break_connection)
+        link.call("wait", EmptyAnswer, on_message=break_connection)
     assert raised.value.kind == BROKEN
     for pid in connections:
         if number is signal.SIGSTOP:
@@ -259,7 +259,7 @@ def test_connection_that_breaks_in_a_transfer(sshd: Sshd, tmp_path: Path, monkey
         for pid in sshd.connections():
             os.kill(pid, signal.SIGKILL)
 
-    with Link(Host.parse("robot"), sshd.config) as link, pytest.raises(DeployError) as raised:
+    with RobotLink(RobotAddress.parse("robot"), sshd.config) as link, pytest.raises(DeployError) as raised:
         link.send(folder, "incoming", on_progress=break_connection)
     assert raised.value.kind == BROKEN
     assert not (sshd.home / "robotcore" / "incoming" / "big").exists()

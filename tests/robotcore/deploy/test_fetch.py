@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from robotcore.deploy.fetch import FetchResult, fetch
-from robotcore.deploy.host import Host
-from robotcore.deploy.progress import Progress
-from robotcore.deploy.rpc import Link
+from robotcore.deploy.host import RobotAddress
+from robotcore.deploy.progress import StepProgress
+from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError
 from robotcore.text import escape
 from tests.robotcore.deploy.conftest import AddAction
@@ -20,21 +20,21 @@ FIRST, SECOND, THIRD = (f"2026-11-21T22-4{minute}-00Z.mcap" for minute in range(
 
 
 @pytest.fixture(scope="module")
-def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Link, Path]]:
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[RobotLink, Path]]:
     with serving(tmp_path_factory.mktemp("robot") / "sshd") as server:
         recordings = server.home / "robotcore" / "recordings"
         recordings.mkdir(parents=True)
-        with Link(Host(server.host), server.config) as link:
+        with RobotLink(RobotAddress(server.host), server.config) as link:
             yield link, recordings
 
 
 @pytest.fixture
-def link(robot: tuple[Link, Path]) -> Link:
+def link(robot: tuple[RobotLink, Path]) -> RobotLink:
     return robot[0]
 
 
 @pytest.fixture
-def there(robot: tuple[Link, Path]) -> Path:
+def there(robot: tuple[RobotLink, Path]) -> Path:
     """The robot's folder, with two recordings of different content."""
     shutil.rmtree(robot[1])
     robot[1].mkdir()
@@ -52,13 +52,13 @@ def names(folder: Path) -> list[str]:
     return sorted(file.name for file in folder.iterdir())
 
 
-def fetch_all(link: Link, here: Path, *, moves: bool = False) -> tuple[FetchResult, Progress]:
-    steps: list[Progress] = []
+def fetch_all(link: RobotLink, here: Path, *, moves: bool = False) -> tuple[FetchResult, StepProgress]:
+    steps: list[StepProgress] = []
     fetched = fetch(link, here, steps.append, moves=moves)
     return fetched, steps[-1]
 
 
-def test_new_recordings_are_copied_and_stay_on_the_robot(link: Link, there: Path, here: Path) -> None:
+def test_new_recordings_are_copied_and_stay_on_the_robot(link: RobotLink, there: Path, here: Path) -> None:
     fetched, progress = fetch_all(link, here)
     assert names(here) == names(there) == [FIRST, SECOND]
     assert (here / SECOND).read_text() == f"content of {SECOND}"
@@ -66,7 +66,7 @@ def test_new_recordings_are_copied_and_stay_on_the_robot(link: Link, there: Path
     assert progress.text == f"2 recordings, 72 bytes, to {here}"
 
 
-def test_second_fetch_copies_only_new_recordings(link: Link, there: Path, here: Path) -> None:
+def test_second_fetch_copies_only_new_recordings(link: RobotLink, there: Path, here: Path) -> None:
     fetch_all(link, here)
     (there / THIRD).write_text("new")
     fetched, progress = fetch_all(link, here)
@@ -74,13 +74,13 @@ def test_second_fetch_copies_only_new_recordings(link: Link, there: Path, here: 
     assert progress.text.startswith("1 recording, 3 bytes")
 
 
-def test_file_with_other_content_is_never_overwritten(link: Link, there: Path, here: Path) -> None:
+def test_file_with_other_content_is_never_overwritten(link: RobotLink, there: Path, here: Path) -> None:
     here.mkdir(parents=True)
     (here / FIRST).write_text("mine")
     fetched, progress = fetch_all(link, here)
     assert (here / FIRST).read_text() == "mine"
     assert fetched.different == (FIRST,)
-    assert FIRST in progress.notes[0]
+    assert FIRST in progress.details[0]
 
 
 @pytest.mark.parametrize(
@@ -88,18 +88,18 @@ def test_file_with_other_content_is_never_overwritten(link: Link, there: Path, h
     ["evil.py", ".hidden.mcap", "a b.mcap", "\x1b[2J.mcap", "two\nlines.mcap", "ü.mcap", f"{'a' * 96}.mcap", "-x.mcap"],
 )
 def test_file_without_the_name_of_a_recording_is_named_and_stays_on_the_robot(
-    link: Link, there: Path, here: Path, name: str
+    link: RobotLink, there: Path, here: Path, name: str
 ) -> None:
     (there / name).write_text("import os")
     fetched, progress = fetch_all(link, here, moves=True)
     assert names(here) == [FIRST, SECOND]
     assert names(there) == [name]
     assert fetched.skipped == (escape(name),)
-    assert escape(name) in progress.notes[-1]
+    assert escape(name) in progress.details[-1]
     assert "\x1b" not in str(progress)
 
 
-def test_other_kinds_of_files_are_named_and_stay_on_the_robot(link: Link, there: Path, here: Path) -> None:
+def test_other_kinds_of_files_are_named_and_stay_on_the_robot(link: RobotLink, there: Path, here: Path) -> None:
     (there / "folder.mcap").mkdir()
     (there / "link.mcap").symlink_to("/etc/hostname")
     os.mkfifo(there / "pipe.mcap")
@@ -109,13 +109,13 @@ def test_other_kinds_of_files_are_named_and_stay_on_the_robot(link: Link, there:
     assert names(there) == list(fetched.skipped)
 
 
-def test_fetched_file_is_not_executable(link: Link, there: Path, here: Path) -> None:
+def test_fetched_file_is_not_executable(link: RobotLink, there: Path, here: Path) -> None:
     (there / FIRST).chmod(0o6755)
     fetch_all(link, here)
     assert not (here / FIRST).stat().st_mode & 0o7111
 
 
-def test_link_here_is_neither_followed_nor_replaced(link: Link, there: Path, here: Path, tmp_path: Path) -> None:
+def test_link_here_is_neither_followed_nor_replaced(link: RobotLink, there: Path, here: Path, tmp_path: Path) -> None:
     here.mkdir(parents=True)
     (tmp_path / "mine.py").write_text("mine")
     (here / FIRST).symlink_to(tmp_path / "mine.py")
@@ -138,7 +138,7 @@ def act(layout):
 
 @pytest.mark.parametrize("name", ["folder.mcap", "link.mcap", "pipe.mcap", "large.mcap", "absent.mcap"])
 def test_file_that_differs_from_the_robots_list_is_not_kept(
-    link: Link, there: Path, here: Path, add_action: AddAction, name: str
+    link: RobotLink, there: Path, here: Path, add_action: AddAction, name: str
 ) -> None:
     (there / "folder.mcap").mkdir()
     (there / "link.mcap").symlink_to("/etc/hostname")
@@ -152,7 +152,7 @@ def test_file_that_differs_from_the_robots_list_is_not_kept(
 
 
 def test_transfer_ends_if_the_robot_sends_more_than_it_stated(
-    link: Link, there: Path, here: Path, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    link: RobotLink, there: Path, here: Path, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     (there / "large.mcap").write_bytes(bytes(30_000_000))
     add_action("recordings", LISTED.format(name="large.mcap", size=5))
@@ -164,7 +164,7 @@ def test_transfer_ends_if_the_robot_sends_more_than_it_stated(
 
 
 def test_no_transfer_begins_if_the_disk_is_too_small(
-    link: Link, there: Path, here: Path, add_action: AddAction
+    link: RobotLink, there: Path, here: Path, add_action: AddAction
 ) -> None:
     add_action("recordings", LISTED.format(name="large.mcap", size=1 << 60))
     with pytest.raises(DeployError) as raised:
@@ -174,7 +174,7 @@ def test_no_transfer_begins_if_the_disk_is_too_small(
 
 
 def test_complete_recordings_are_kept_after_an_error(
-    link: Link, there: Path, here: Path, add_action: AddAction
+    link: RobotLink, there: Path, here: Path, add_action: AddAction
 ) -> None:
     listed = [{"name": name, "bytes": 36, "is_file": True, "is_being_written": False} for name in (FIRST, "gone.mcap")]
     add_action("recordings", f"def act(layout):\n    return {{'recordings': {listed}}}\n")
@@ -183,7 +183,7 @@ def test_complete_recordings_are_kept_after_an_error(
     assert names(here) == [FIRST]
 
 
-def test_moved_recordings_are_deleted_on_the_robot(link: Link, there: Path, here: Path) -> None:
+def test_moved_recordings_are_deleted_on_the_robot(link: RobotLink, there: Path, here: Path) -> None:
     fetch_all(link, here)
     (there / THIRD).write_text("new")
     fetch_all(link, here, moves=True)
@@ -191,7 +191,9 @@ def test_moved_recordings_are_deleted_on_the_robot(link: Link, there: Path, here
     assert names(here) == [FIRST, SECOND, THIRD]
 
 
-def test_recording_with_other_content_here_is_not_deleted_on_the_robot(link: Link, there: Path, here: Path) -> None:
+def test_recording_with_other_content_here_is_not_deleted_on_the_robot(
+    link: RobotLink, there: Path, here: Path
+) -> None:
     fetch_all(link, here)
     content = (here / FIRST).read_text()
     (here / FIRST).write_text(content.upper())
@@ -202,17 +204,17 @@ def test_recording_with_other_content_here_is_not_deleted_on_the_robot(link: Lin
     assert (here / FIRST).read_text() == content.upper()
 
 
-def test_recording_that_is_being_written_stays_on_the_robot(link: Link, there: Path, here: Path) -> None:
+def test_recording_that_is_being_written_stays_on_the_robot(link: RobotLink, there: Path, here: Path) -> None:
     with (there / THIRD).open("w") as writer:
         writer.write("half")
         fetched, progress = fetch_all(link, here, moves=True)
     assert fetched.being_written == (THIRD,)
     assert names(there) == [THIRD]
     assert names(here) == [FIRST, SECOND]
-    assert THIRD in progress.notes[0]
+    assert THIRD in progress.details[0]
 
 
-def test_robot_without_recordings_makes_no_folder(link: Link, there: Path, here: Path) -> None:
+def test_robot_without_recordings_makes_no_folder(link: RobotLink, there: Path, here: Path) -> None:
     for file in there.iterdir():
         file.unlink()
     fetched, _ = fetch_all(link, here)

@@ -9,10 +9,10 @@ import pytest
 from robotcore.deploy import health_progress as health
 from robotcore.deploy.errors import BROKEN
 from robotcore.deploy.health_progress import RECONNECTING
-from robotcore.deploy.host import Host, command_hint
-from robotcore.deploy.progress import Progress, begin_step
-from robotcore.deploy.robot_answers import HealthResult
-from robotcore.deploy.rpc import Link
+from robotcore.deploy.host import RobotAddress, command_hint
+from robotcore.deploy.progress import StepProgress, begin_step
+from robotcore.deploy.robot_answers import HealthAnswer
+from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError, UnhealthyError
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd, serving
@@ -50,8 +50,8 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Sshd]:
 
 
 @pytest.fixture(scope="module")
-def link(robot: Sshd) -> Iterator[Link]:
-    with Link(Host(robot.host), robot.config) as link:
+def link(robot: Sshd) -> Iterator[RobotLink]:
+    with RobotLink(RobotAddress(robot.host), robot.config) as link:
         yield link
 
 
@@ -61,25 +61,25 @@ def prompt(monkeypatch: pytest.MonkeyPatch, robot: Sshd) -> None:
     (robot.home / "begun").unlink(missing_ok=True)
 
 
-def follow(link: Link, robot: Sshd, release: str | None = NEW) -> list[Progress]:
+def follow(link: RobotLink, robot: Sshd, release: str | None = NEW) -> list[StepProgress]:
     """Follow a health check; return its progress."""
-    steps: list[Progress] = []
-    check = health.HealthCheck(link.host, robot.config, begin_step(health.STEP, steps.append))
+    steps: list[StepProgress] = []
+    check = health.HealthCheckClient(link.host, robot.config, begin_step(health.STEP, steps.append))
     check.follow(link, "activate", release, healthy_within_s=5.0)
     return steps
 
 
-def follow_cut(robot: Sshd, action: str = "activate", release: str | None = NEW) -> list[Progress]:
+def follow_cut(robot: Sshd, action: str = "activate", release: str | None = NEW) -> list[StepProgress]:
     """Follow a health check over a connection that breaks with the first progress."""
-    steps: list[Progress] = []
+    steps: list[StepProgress] = []
 
-    def break_connection(progress: Progress) -> None:
+    def break_connection(progress: StepProgress) -> None:
         steps.append(progress)
         if progress.text == "it starts":
             os.kill(robot.connections()[-1], signal.SIGKILL)
 
-    with Link(Host(robot.host), robot.config) as link:
-        check = health.HealthCheck(link.host, robot.config, begin_step(health.STEP, break_connection))
+    with RobotLink(RobotAddress(robot.host), robot.config) as link:
+        check = health.HealthCheckClient(link.host, robot.config, begin_step(health.STEP, break_connection))
         check.follow(link, action, release, healthy_within_s=5.0)
     return steps
 
@@ -98,12 +98,14 @@ def answer(
     return ANSWER.format(result={"release": NEW, "lines": lines, **result})
 
 
-def test_healthy_release_is_reported_as_running(link: Link, robot: Sshd, add_action: AddAction) -> None:
+def test_healthy_release_is_reported_as_running(link: RobotLink, robot: Sshd, add_action: AddAction) -> None:
     add_action("activate", answer("healthy"))
-    assert follow(link, robot)[-1] == Progress("release", f"{NEW} is healthy; it runs", is_done=True)
+    assert follow(link, robot)[-1] == StepProgress("release", f"{NEW} is healthy; it runs", is_done=True)
 
 
-def test_release_that_ended_with_success_is_reported_as_ended(link: Link, robot: Sshd, add_action: AddAction) -> None:
+def test_release_that_ended_with_success_is_reported_as_ended(
+    link: RobotLink, robot: Sshd, add_action: AddAction
+) -> None:
     add_action("activate", answer("healthy", "it ended with success", is_running=False))
     assert follow(link, robot)[-1].text == f"{NEW} is healthy; it ended with success"
 
@@ -114,7 +116,7 @@ def test_release_that_ended_with_success_is_reported_as_ended(link: Link, robot:
     ids=["runs", "stopped", "failed", "none"],
 )
 def test_unhealthy_release_raises_with_its_last_lines_and_the_current_release(
-    link: Link,
+    link: RobotLink,
     robot: Sshd,
     add_action: AddAction,
     raises: Raises,
@@ -136,8 +138,8 @@ def test_unhealthy_release_raises_with_its_last_lines_and_the_current_release(
 def test_message_begins_with_the_error_of_robotcore(error: str, check_text: CheckText) -> None:
     lines = ["Traceback (most recent call last):", f"error: {error}", "error: the recording is not whole"]
     fields = {"release": NEW, "outcome": "unhealthy", "reason": "the app raised", "lines": lines, "current": None}
-    result = HealthResult.model_validate({**fields, "is_running": False, "is_standing": True})
-    check_text(health._format_failure(Host("robot"), result, "logs"))
+    result = HealthAnswer.model_validate({**fields, "is_running": False, "is_standing": True})
+    check_text(health._format_failure(RobotAddress("robot"), result, "logs"))
 
 
 def test_client_connects_again_and_follows_the_check_to_its_end(robot: Sshd, add_action: AddAction) -> None:
@@ -162,11 +164,11 @@ def test_lost_robot_is_an_error_with_the_command_for_its_status(
         follow_cut(robot)
     assert type(caught.value) is DeployError
     assert caught.value.kind == BROKEN
-    assert command_hint("status", Host("robot"), robot.config) in str(caught.value)
+    assert command_hint("status", RobotAddress("robot"), robot.config) in str(caught.value)
 
 
 def test_client_does_not_connect_again_after_a_refusal(
-    link: Link, robot: Sshd, add_action: AddAction, raises: Raises
+    link: RobotLink, robot: Sshd, add_action: AddAction, raises: Raises
 ) -> None:
     add_action(
         "activate",

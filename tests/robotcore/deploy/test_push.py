@@ -9,12 +9,12 @@ import pytest
 from robotcore.deploy import checks, simulation
 from robotcore.deploy import push as push_module
 from robotcore.deploy.agent.releases import Release
-from robotcore.deploy.checks import Check, CheckResult
-from robotcore.deploy.host import Host
-from robotcore.deploy.progress import Progress, Say
+from robotcore.deploy.checks import CheckResult, PushCheck
+from robotcore.deploy.host import RobotAddress
+from robotcore.deploy.progress import ReportText, StepProgress
 from robotcore.deploy.project import DeployOptions, build_project
 from robotcore.deploy.push import Push, describe_state_after, push
-from robotcore.deploy.wheels import Target
+from robotcore.deploy.wheels import Platform
 from robotcore.errors import DeployError, DescriptionError, UnprovenError
 from tests.robotcore.deploy.conftest import AddAction
 from tests.robotcore.deploy.sshd import Sshd, serving
@@ -85,7 +85,7 @@ def wanted(robot: Sshd, tmp_path_factory: pytest.TempPathFactory) -> Push:
     folder = tmp_path_factory.mktemp("project")
     (folder / "still.py").write_text(APP)
     project = build_project(DeployOptions(app="still.py", robot="rover", backend="kinematic"), folder)
-    return Push(Host(robot.host), project, robot.config, is_checked=False, healthy_within_s=7.0)
+    return Push(RobotAddress(robot.host), project, robot.config, is_checked=False, healthy_within_s=7.0)
 
 
 @pytest.fixture(autouse=True)
@@ -107,7 +107,7 @@ def list_folders(robot: Sshd, below: str) -> set[str]:
 
 
 def test_push_reports_each_step_and_sends_only_changes_again(wanted: Push, robot: Sshd) -> None:
-    steps: list[Progress] = []
+    steps: list[StepProgress] = []
     before = push(wanted, lambda _: None)
     release = push(wanted, steps.append)
     done = {each.step: each for each in steps if each.is_done}
@@ -115,7 +115,7 @@ def test_push_reports_each_step_and_sends_only_changes_again(wanted: Push, robot
     assert done["robot"].text == "rover: aarch64, Debian 12, Python 3.11.2, 12.3 GB free"
     assert ", 1 of them new," in done["sent"].text  # release.json
     assert done["doctor"].text == "1 ok, 1 warning"
-    assert done["doctor"].notes == ("warning: disk: nearly full. Make room",)
+    assert done["doctor"].details == ("warning: disk: nearly full. Make room",)
     assert done["release"].text == f"{release} is healthy; it runs"
     current = robot.home / "robotcore" / "current"
     assert (current / "project" / "still.py").read_text() == APP
@@ -150,22 +150,24 @@ def test_release_that_cannot_be_installed_is_deleted_and_the_current_one_stays(
 def test_client_does_not_connect_before_every_check_is_passed(
     wanted: Push, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
-    def fail(_project: object, say: Say) -> CheckResult:
+    def fail(_project: object, report_text: ReportText) -> CheckResult:
         raise UnprovenError("simulation: 1 of 3 verified", kind="run-failed")
 
-    monkeypatch.setattr(checks, "CHECKS_OF_PROJECT", (Check("tests", lambda _project, _say: CheckResult("12 passed")),))
-    monkeypatch.setattr(simulation, "CHECKS_OF_BUNDLE", (Check("simulation", fail),))
-    steps: list[Progress] = []
-    nowhere = replace(wanted, is_checked=True, host=Host("nobody.invalid"))
+    monkeypatch.setattr(
+        checks, "CHECKS_OF_PROJECT", (PushCheck("tests", lambda _project, _say: CheckResult("12 passed")),)
+    )
+    monkeypatch.setattr(simulation, "CHECKS_OF_BUNDLE", (PushCheck("simulation", fail),))
+    steps: list[StepProgress] = []
+    nowhere = replace(wanted, is_checked=True, host=RobotAddress("nobody.invalid"))
     with raises(UnprovenError, "run-failed"):
         push(nowhere, steps.append)
     assert [each.step for each in steps] == ["tests", "tests", "files", "files", "simulation"]
-    assert steps[1] == Progress("tests", "12 passed", is_done=True)
+    assert steps[1] == StepProgress("tests", "12 passed", is_done=True)
 
 
 @pytest.mark.parametrize("step", ["", "tests", "files", "simulation", "sent", "doctor", "release"])
 def test_interrupted_push_describes_the_state_of_the_robot(wanted: Push, step: str, check_text: CheckText) -> None:
-    check_text(describe_state_after(step, replace(wanted, host=Host("rover"), ssh_config=None)))
+    check_text(describe_state_after(step, replace(wanted, host=RobotAddress("rover"), ssh_config=None)))
 
 
 def test_nothing_is_sent_to_a_robot_with_an_unsuitable_python(wanted: Push, robot: Sshd) -> None:
@@ -180,4 +182,4 @@ def test_nothing_is_sent_to_a_robot_with_an_unsuitable_python(wanted: Push, robo
 def test_invalid_requirement_of_python_is_a_mistake_in_the_projects_file(wanted: Push, raises: Raises) -> None:
     metadata = wanted.project.metadata.model_copy(update={"requires_python": "three"})
     with raises(DescriptionError, key="project.requires-python"):
-        Target("3.11.2", "aarch64").require_python(replace(wanted.project, metadata=metadata))
+        Platform("3.11.2", "aarch64").require_python(replace(wanted.project, metadata=metadata))

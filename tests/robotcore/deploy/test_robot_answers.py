@@ -14,26 +14,29 @@ from hypothesis import strategies as st
 from robotcore.deploy import robot_answers as answers
 from robotcore.deploy import rpc
 from robotcore.deploy.errors import CALL_FAILED, DAMAGED
-from robotcore.deploy.host import Host
+from robotcore.deploy.host import RobotAddress
 from robotcore.deploy.process_output import MalformedError
 from robotcore.deploy.robot_answers import (
-    Answer,
     EmptyAnswer,
-    HealthResult,
-    Notice,
+    HealthAnswer,
     ProbeAnswer,
-    Recordings,
+    ProgressMessage,
+    RecordingsAnswer,
     Refusal,
-    State,
+    RobotMessage,
+    StatusAnswer,
 )
-from robotcore.deploy.rpc import Call, Link
+from robotcore.deploy.rpc import RemoteCall, RobotLink
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
 from tests.robotcore.deploy.sshd import serving
 from tests.texts import Raises
 
-MODELS = [each for each in vars(answers).values() if isinstance(each, type) and issubclass(each, Answer)]
-KEYS = sorted({key for model in MODELS for key in model.model_fields} | {"done", "refused", "say", "begun"})
+MODELS = [each for each in vars(answers).values() if isinstance(each, type) and issubclass(each, RobotMessage)]
+KEYS = sorted(
+    {field.alias or name for model in MODELS for name, field in model.model_fields.items()}
+    | {"done", "refused", "say", "begun"}
+)
 
 FACTS: dict[str, Any] = {
     "host": "rover",
@@ -66,10 +69,10 @@ def texts_in(value: Any) -> list[str]:
     return [value] if isinstance(value, str) else []
 
 
-def parse_texts(model: type[Answer], *pieces: bytes) -> list[str]:
+def parse_texts(model: type[RobotMessage], *pieces: bytes) -> list[str]:
     """Parse the output of a robot; return each text that the client gets from it, also in an error."""
     said: list[str] = []
-    call = Call("status", model, on_notice=lambda notice: said.append(notice.say), on_line=said.append)
+    call = RemoteCall("status", model, on_message=lambda message: said.append(message.text), on_line=said.append)
     try:
         answer = call.parse_answer(pieces)
     except MalformedError as error:
@@ -80,7 +83,7 @@ def parse_texts(model: type[Answer], *pieces: bytes) -> list[str]:
 @settings(max_examples=100, deadline=None)
 @given(model=st.sampled_from(MODELS), messages=st.lists(st.dictionaries(st.sampled_from(KEYS), VALUES), max_size=3))
 def test_any_json_is_an_answer_or_damaged_and_its_texts_are_printable(
-    model: type[Answer], messages: list[dict[str, Any]]
+    model: type[RobotMessage], messages: list[dict[str, Any]]
 ) -> None:
     raw = "".join(f"\x1e{json.dumps(each)}\n" for each in ({"begun": "status"}, *messages)).encode()
     assert all(text.replace("\t", "").isprintable() for text in parse_texts(model, raw))
@@ -89,7 +92,7 @@ def test_any_json_is_an_answer_or_damaged_and_its_texts_are_printable(
 @settings(max_examples=300, deadline=None)
 @given(model=st.sampled_from(MODELS), pieces=st.lists(st.binary() | st.just(b"\x1e") | st.just(b"\n"), max_size=8))
 def test_any_bytes_are_an_answer_or_damaged_and_their_texts_are_printable(
-    model: type[Answer], pieces: list[bytes]
+    model: type[RobotMessage], pieces: list[bytes]
 ) -> None:
     assert all(text.replace("\t", "").isprintable() for text in parse_texts(model, b'\x1e{"begun": 1}\n', *pieces))
 
@@ -123,7 +126,7 @@ def test_unknown_key_is_ignored() -> None:
 def test_invalid_name_of_a_release_is_damaged(name: str) -> None:
     payload: dict[str, Any] = {"release": name, "outcome": "", "reason": "", "lines": [], "current": None}
     with pytest.raises(MalformedError, match=r"done\.release"):
-        answers.validate(HealthResult, {**payload, "is_running": True, "is_standing": False}, "done")
+        answers.validate(HealthAnswer, {**payload, "is_running": True, "is_standing": False}, "done")
 
 
 def test_robot_cannot_refuse_with_a_kind_of_the_client() -> None:
@@ -133,14 +136,14 @@ def test_robot_cannot_refuse_with_a_kind_of_the_client() -> None:
 
 def test_too_long_list_is_damaged() -> None:
     with pytest.raises(MalformedError, match=r"done\.recordings: "):
-        answers.validate(Recordings, {"recordings": [[]] * 1_000_000}, "done")
+        answers.validate(RecordingsAnswer, {"recordings": [[]] * 1_000_000}, "done")
 
 
 @pytest.mark.parametrize("for_s", [1e300, -1.0, float("nan"), float("inf"), "1"])
 def test_impossible_time_is_damaged(for_s: Any) -> None:
     payload = {"release": None, "verdict": None, "on_trial": None, "last": None, "state": "running", "for_s": for_s}
     with pytest.raises(MalformedError, match=r"done\.for_s"):
-        answers.validate(State, payload, "done")
+        answers.validate(StatusAnswer, payload, "done")
 
 
 RAW = """
@@ -154,7 +157,7 @@ def act(layout, **arguments):
 """
 
 
-class Home(Answer):
+class Home(RobotMessage):
     home: str
 
 
@@ -177,7 +180,7 @@ class Home(Answer):
         b"\x1e" + b"9" * 5000,
     ],
 )
-def test_invalid_answer_is_damaged(link: Link, add_action: AddAction, raw: bytes) -> None:
+def test_invalid_answer_is_damaged(link: RobotLink, add_action: AddAction, raw: bytes) -> None:
     add_action("raw", RAW.format(raw=raw))
     with pytest.raises(DeployError) as caught:
         link.call("raw", Home)
@@ -186,7 +189,7 @@ def test_invalid_answer_is_damaged(link: Link, add_action: AddAction, raw: bytes
 
 
 @pytest.mark.parametrize("piece", [b"x" * (1 << 16), b"x\n" * (1 << 15), b'\x1e{"say": "more"}\n' * 3000])
-def test_endless_output_ends_the_call(link: Link, add_action: AddAction, piece: bytes) -> None:
+def test_endless_output_ends_the_call(link: RobotLink, add_action: AddAction, piece: bytes) -> None:
     add_action("raw", RAW.format(raw=b"") + f"    while True:\n        sys.stdout.buffer.write({piece!r})\n")
     with pytest.raises(DeployError) as caught:
         link.call("raw", Home)
@@ -194,7 +197,7 @@ def test_endless_output_ends_the_call(link: Link, add_action: AddAction, piece: 
 
 
 def test_silence_ends_the_call(
-    link: Link, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, raises: Raises
+    link: RobotLink, add_action: AddAction, monkeypatch: pytest.MonkeyPatch, raises: Raises
 ) -> None:
     monkeypatch.setattr(rpc, "SILENCE_S", 1.0)
     add_action("wait", WAIT)
@@ -203,11 +206,11 @@ def test_silence_ends_the_call(
 
 
 def test_output_on_stderr_is_no_silence() -> None:
-    answer = Call("raw", Home).parse_answer([*[b""] * 3000, b'\x1e{"done": {"home": "/home/pi"}}\n'])
+    answer = RemoteCall("raw", Home).parse_answer([*[b""] * 3000, b'\x1e{"done": {"home": "/home/pi"}}\n'])
     assert answer == Home(home="/home/pi")
 
 
-def test_endless_stderr_fills_neither_memory_nor_disk(link: Link, add_action: AddAction) -> None:
+def test_endless_stderr_fills_neither_memory_nor_disk(link: RobotLink, add_action: AddAction) -> None:
     flood = "    for _ in range(400):\n        sys.stderr.write('\\x1b]0;t' + 'x' * 100_000 + '\\n')\n    os._exit(3)\n"
     add_action("raw", RAW.format(raw=b"") + flood)
     with pytest.raises(DeployError) as caught:
@@ -217,15 +220,15 @@ def test_endless_stderr_fills_neither_memory_nor_disk(link: Link, add_action: Ad
     assert str(caught.value).isprintable()
 
 
-def test_texts_of_a_robot_are_escaped(link: Link, add_action: AddAction) -> None:
-    said: list[Notice] = []
+def test_texts_of_a_robot_are_escaped(link: RobotLink, add_action: AddAction) -> None:
+    said: list[ProgressMessage] = []
     lines: list[str] = []
     add_action(
         "raw", RAW.format(raw=b'a\x1b]0;t\x07\r\tb\n\x1e{"say": "1\\n\\u001b[2J"}\n\x1e{"done": {"home": "\\u202e"}}\n')
     )
-    answer = link.call("raw", Home, on_notice=said.append)
+    answer = link.call("raw", Home, on_message=said.append)
     link.stream("raw", lines.append, max_bytes=None)
-    assert (answer.home, said[0].say) == (r"\u202e", r"1\n\x1b[2J")
+    assert (answer.home, said[0].text) == (r"\u202e", r"1\n\x1b[2J")
     assert lines == ["a\\x1b]0;t\\x07\\r\tb"]
 
 
@@ -234,7 +237,7 @@ def test_login_shell_that_floods_the_log_of_ssh_ends(tmp_path: Path) -> None:
     with (
         serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd,
         pytest.raises(DeployError) as caught,
-        Link(Host.parse("robot"), sshd.config),
+        RobotLink(RobotAddress.parse("robot"), sshd.config),
     ):
         pass
     assert caught.value.kind == "login-shell-ended"
@@ -244,7 +247,7 @@ def test_login_shell_with_endless_output_ends_the_connection(tmp_path: Path) -> 
     with (
         serving(tmp_path / "sshd", "ForceCommand yes evil") as sshd,
         pytest.raises(DeployError) as caught,
-        Link(Host.parse("robot"), sshd.config),
+        RobotLink(RobotAddress.parse("robot"), sshd.config),
     ):
         pass
     assert caught.value.kind == DAMAGED
@@ -261,7 +264,7 @@ def test_robot_does_not_get_the_users_ssh_agent(tmp_path: Path, add_action: AddA
             sshd.config.write_text(own + sshd.config.read_text())
             while not (tmp_path / "agent").exists():
                 assert agent.poll() is None
-            with Link(Host.parse("robot"), sshd.config):
+            with RobotLink(RobotAddress.parse("robot"), sshd.config):
                 environment = (tmp_path / "environment").read_text()
         finally:
             agent.terminate()

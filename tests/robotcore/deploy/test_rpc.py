@@ -16,9 +16,9 @@ import pytest
 
 from robotcore.deploy import rpc, ssh
 from robotcore.deploy.agent.rpc import MARK
-from robotcore.deploy.host import Host
-from robotcore.deploy.robot_answers import Answer, EmptyAnswer, Notice
-from robotcore.deploy.rpc import Link
+from robotcore.deploy.host import RobotAddress
+from robotcore.deploy.robot_answers import EmptyAnswer, ProgressMessage, RobotMessage
+from robotcore.deploy.rpc import RobotLink
 from robotcore.errors import DeployError
 from robotcore.text import escape
 from tests.robotcore.deploy.conftest import ECHO, WAIT, AddAction
@@ -96,11 +96,11 @@ def act(layout, refuses=False):
 """
 
 
-class Home(Answer):
+class Home(RobotMessage):
     home: str
 
 
-class Echo(Answer):
+class Echo(RobotMessage):
     arguments: dict[str, Any]
 
 
@@ -158,29 +158,31 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
-def test_call_reports_progress_and_returns_the_answer(link: Link, robot: Sshd, add_action: AddAction) -> None:
+def test_call_reports_progress_and_returns_the_answer(link: RobotLink, robot: Sshd, add_action: AddAction) -> None:
     add_action("report", REPORT)
-    said: list[Notice] = []
-    answer = link.call("report", Home, on_notice=said.append)
+    said: list[ProgressMessage] = []
+    answer = link.call("report", Home, on_message=said.append)
     assert answer == Home(home=str(robot.home))
-    assert said == [Notice(say="half of it")]
+    assert said == [ProgressMessage(say="half of it")]
 
 
-def test_stream_passes_on_lines(link: Link, add_action: AddAction) -> None:
+def test_stream_passes_on_lines(link: RobotLink, add_action: AddAction) -> None:
     add_action("report", REPORT)
     lines: list[str] = []
     link.stream("report", lines.append, max_bytes=None)
     assert lines == ["a line of a log"]
 
 
-def test_refusal_has_the_kind_and_the_remedy_of_the_robot(link: Link, add_action: AddAction, raises: Raises) -> None:
+def test_refusal_has_the_kind_and_the_remedy_of_the_robot(
+    link: RobotLink, add_action: AddAction, raises: Raises
+) -> None:
     add_action("report", REPORT)
     with raises(DeployError, "full"):
         link.call("report", Home, refuses=True)
 
 
 def test_arguments_arrive_unchanged_and_no_shell_runs_them(
-    link: Link, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    link: RobotLink, robot: Sshd, add_action: AddAction, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     add_action("echo", ECHO)
@@ -190,7 +192,7 @@ def test_arguments_arrive_unchanged_and_no_shell_runs_them(
 
 
 def test_files_of_any_name_arrive_and_no_shell_runs_them(
-    link: Link, robot: Sshd, folder: Path, monkeypatch: pytest.MonkeyPatch
+    link: RobotLink, robot: Sshd, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("RSYNC_CHECKSUM_LIST", "of a user's own")
     transfer = link.send(folder, "incoming/new")
@@ -199,7 +201,7 @@ def test_files_of_any_name_arrive_and_no_shell_runs_them(
     assert not list(folder.parent.rglob("canary"))
 
 
-def test_equal_files_are_copied_on_the_robot_whatever_their_time(link: Link, robot: Sshd, folder: Path) -> None:
+def test_equal_files_are_copied_on_the_robot_whatever_their_time(link: RobotLink, robot: Sshd, folder: Path) -> None:
     root = robot.home / "robotcore"
     first = link.send(folder, "incoming/new")
     (root / "incoming" / "new").rename(root / "current")
@@ -216,7 +218,7 @@ def test_equal_files_are_copied_on_the_robot_whatever_their_time(link: Link, rob
     assert second.sent < first.sent
 
 
-def test_files_of_a_broken_push_are_deleted(link: Link, robot: Sshd, folder: Path) -> None:
+def test_files_of_a_broken_push_are_deleted(link: RobotLink, robot: Sshd, folder: Path) -> None:
     there = robot.home / "robotcore" / "incoming" / "new"
     (there / "deleted").mkdir(parents=True)
     (there / "deleted" / "app.py").write_text("of before")
@@ -224,7 +226,7 @@ def test_files_of_a_broken_push_are_deleted(link: Link, robot: Sshd, folder: Pat
     assert {path.name for path in there.iterdir()} == {path.name for path in folder.iterdir()}
 
 
-def test_progress_of_a_transfer_ends_with_all_bytes(link: Link, folder: Path) -> None:
+def test_progress_of_a_transfer_ends_with_all_bytes(link: RobotLink, folder: Path) -> None:
     progress: list[tuple[int, float]] = []
     link.send(folder, "incoming/new", on_progress=lambda done, part: progress.append((done, part)))
     assert progress == sorted(progress)
@@ -232,7 +234,7 @@ def test_progress_of_a_transfer_ends_with_all_bytes(link: Link, folder: Path) ->
 
 
 def test_next_transfer_resumes_an_incomplete_recording(
-    link: Link, robot: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    link: RobotLink, robot: Sshd, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recording = robot.home / "robotcore" / "recordings" / "long.mcap"
     home, partial = tmp_path / "at home: $(touch canary)", tmp_path / "partial"
@@ -258,35 +260,35 @@ def test_next_transfer_resumes_an_incomplete_recording(
 @pytest.mark.parametrize(
     "name", [*NAMES, "", ".", "..", "../a.mcap", "/etc/a.mcap", "a\0.mcap", f"{'a' * 96}.mcap", "ü.mcap"]
 )
-def test_only_recordings_are_received(link: Link, tmp_path: Path, name: str) -> None:
+def test_only_recordings_are_received(link: RobotLink, tmp_path: Path, name: str) -> None:
     with pytest.raises(ValueError, match=re.escape(repr(name))):
         link.receive([name], tmp_path)
 
 
-def test_files_are_sent_into_the_robots_folder_only(link: Link, folder: Path) -> None:
+def test_files_are_sent_into_the_robots_folder_only(link: RobotLink, folder: Path) -> None:
     for to in ("", "..", "/etc", "incoming/../../.ssh", "a b", "$(touch canary)", "-x", "~", "incoming/new\n"):
         with pytest.raises(ValueError, match=re.escape(repr(to))):
             link.send(folder, to)
 
 
-def test_interrupted_call_ends_on_the_robot_and_the_link_still_works(link: Link, add_action: AddAction) -> None:
+def test_interrupted_call_ends_on_the_robot_and_the_link_still_works(link: RobotLink, add_action: AddAction) -> None:
     add_action("wait", WAIT)
     add_action("echo", ECHO)
     waiting: list[int] = []
 
-    def interrupt(notice: Notice) -> None:
-        waiting.extend(os.pidfd_open(int(pid)) for pid in notice.say.split())
+    def interrupt(message: ProgressMessage) -> None:
+        waiting.extend(os.pidfd_open(int(pid)) for pid in message.text.split())
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        link.call("wait", EmptyAnswer, on_notice=interrupt)
+        link.call("wait", EmptyAnswer, on_message=interrupt)
     for process in waiting:
         assert select.select([process], [], [], GONE_S)[0]
         os.close(process)
     assert link.call("echo", Echo, a=1) == Echo(arguments={"a": 1})
 
 
-def test_link_works_after_an_interrupted_transfer(link: Link, add_action: AddAction, folder: Path) -> None:
+def test_link_works_after_an_interrupted_transfer(link: RobotLink, add_action: AddAction, folder: Path) -> None:
     add_action("echo", ECHO)
 
     def interrupt(done: int, part: float) -> None:
@@ -300,7 +302,7 @@ def test_link_works_after_an_interrupted_transfer(link: Link, add_action: AddAct
 def test_closed_link_leaves_no_process_and_no_file(sshd: Sshd, monkeypatch: pytest.MonkeyPatch) -> None:
     with TemporaryDirectory(dir=ssh.SOCKET_FOLDER) as room:
         monkeypatch.setattr(ssh, "SOCKET_FOLDER", room)
-        with Link(Host.parse(sshd.host), sshd.config):
+        with RobotLink(RobotAddress.parse(sshd.host), sshd.config):
             [process] = map(os.pidfd_open, sshd.connections())
             assert list(Path(room).iterdir())
         assert select.select([process], [], [], GONE_S)[0]
@@ -313,7 +315,10 @@ def test_login_shell_that_prints_disturbs_transfers_but_no_calls(
 ) -> None:
     add_action("report", REPORT)
     shell = "echo Welcome; printf '$ '; echo oops >&2; eval \"$SSH_ORIGINAL_COMMAND\""
-    with serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd, Link(Host.parse("robot"), sshd.config) as link:
+    with (
+        serving(tmp_path / "sshd", f"ForceCommand {shell}") as sshd,
+        RobotLink(RobotAddress.parse("robot"), sshd.config) as link,
+    ):
         lines: list[str] = []
         link.stream("report", lines.append, max_bytes=None)
         assert lines == ["a line of a log"]
@@ -328,7 +333,7 @@ def test_every_login_shell_works(shell: str, tmp_path: Path, add_action: AddActi
         pytest.skip(f"{shell} is not installed")
     add_action("echo", ECHO)
     command = f'ForceCommand {program} -c "$SSH_ORIGINAL_COMMAND"'
-    with serving(tmp_path / "sshd", command) as sshd, Link(Host.parse("robot"), sshd.config) as link:
+    with serving(tmp_path / "sshd", command) as sshd, RobotLink(RobotAddress.parse("robot"), sshd.config) as link:
         (sshd.home / "robotcore").mkdir()
         assert link.call("echo", Echo, a="$(x)") == Echo(arguments={"a": "$(x)"})
         assert link.send(folder, "new").changed == len(NAMES)
@@ -343,5 +348,5 @@ def test_ssh_configuration_of_the_user_for_logins_does_no_harm(sshd: Sshd, add_a
         "ControlPersist 600",
     )
     sshd.config.write_text("\n".join((*own, "ExitOnForwardFailure yes", sshd.config.read_text())))
-    with Link(Host.parse("robot"), sshd.config) as link:
+    with RobotLink(RobotAddress.parse("robot"), sshd.config) as link:
         assert link.call("echo", Echo, a=1) == Echo(arguments={"a": 1})

@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from robotcore.deploy import ssh
-from robotcore.deploy.host import Host
+from robotcore.deploy.host import RobotAddress
 from robotcore.errors import UsageError
 from tests.robotcore.deploy.sshd import Sshd, make_key, slow_rsync
 
@@ -94,23 +94,23 @@ HOSTILE = (
 @pytest.mark.parametrize("text", HOSTILE)
 def test_text_with_a_meaning_for_a_shell_or_for_ssh_is_no_host(text: str) -> None:
     with pytest.raises(UsageError) as raised:
-        Host.parse(text)
+        RobotAddress.parse(text)
     assert raised.value.kind == "invalid-host"
 
 
 @pytest.mark.parametrize(
     "text, host",
     [
-        ("rover", Host("rover")),
-        ("pi@rover.local", Host("rover.local", "pi")),
-        ("rover_2:2222", Host("rover_2", "", 2222)),
-        ("pi.zero-2@192.168.1.20:22", Host("192.168.1.20", "pi.zero-2", 22)),
-        ("[::1]", Host("::1")),
-        ("pi@[fe80::1%wlan0]:2222", Host("fe80::1%wlan0", "pi", 2222)),
+        ("rover", RobotAddress("rover")),
+        ("pi@rover.local", RobotAddress("rover.local", "pi")),
+        ("rover_2:2222", RobotAddress("rover_2", "", 2222)),
+        ("pi.zero-2@192.168.1.20:22", RobotAddress("192.168.1.20", "pi.zero-2", 22)),
+        ("[::1]", RobotAddress("::1")),
+        ("pi@[fe80::1%wlan0]:2222", RobotAddress("fe80::1%wlan0", "pi", 2222)),
     ],
 )
-def test_text_of_a_host_is_that_of_the_user(text: str, host: Host) -> None:
-    assert Host.parse(text) == host
+def test_text_of_a_host_is_that_of_the_user(text: str, host: RobotAddress) -> None:
+    assert RobotAddress.parse(text) == host
     assert str(host) == text
 
 

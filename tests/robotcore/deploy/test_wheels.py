@@ -8,12 +8,12 @@ from zipfile import ZipFile
 
 import pytest
 
-from robotcore.deploy.wheels import Target, fetch_wheels
+from robotcore.deploy.wheels import Platform, fetch_wheels
 from robotcore.errors import DeployError
 from tests.robotcore.deploy.projects import project_in
 from tests.texts import Raises
 
-PI = Target("3.12.3", "aarch64", "glibc", "2.36")
+PI = Platform("3.12.3", "aarch64", "glibc", "2.36")
 Publish = Callable[..., None]
 
 
@@ -37,7 +37,7 @@ def publish(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Publish:
     return add_wheel
 
 
-def fetch(tmp_path: Path, *requirements: str, target: Target = PI) -> list[str]:
+def fetch(tmp_path: Path, *requirements: str, target: Platform = PI) -> list[str]:
     return sorted(path.name for path in fetch_wheels(requirements, target, str, tmp_path / "cache").iterdir())
 
 
@@ -109,17 +109,17 @@ def test_unreachable_package_index_is_reported(tmp_path: Path, monkeypatch: pyte
 
 
 def test_platforms_depend_on_the_version_of_the_c_library() -> None:
-    tags = Target("3.11.2", "aarch64", "glibc", "2.36").platforms
+    tags = Platform("3.11.2", "aarch64", "glibc", "2.36").platforms
     assert "manylinux_2_36_aarch64" in tags
     assert "manylinux_2_37_aarch64" not in tags
     assert tags.index("manylinux_2_36_aarch64") < tags.index("manylinux2014_aarch64")
-    assert Target("3.11.2", "armv7l").platforms == ("linux_armv7l",)
+    assert Platform("3.11.2", "armv7l").platforms == ("linux_armv7l",)
 
 
 def test_too_old_python_is_refused(tmp_path: Path, raises: Raises) -> None:
     project = project_in(
         tmp_path, '[project]\nrequires-python = ">=3.12"\n[tool.robotcore]\napp="app.py"\nrobot="rover"\n'
     )
-    Target("3.13.0rc1", "aarch64").require_python(project)
+    Platform("3.13.0rc1", "aarch64").require_python(project)
     with raises(DeployError, "python-version", required=">=3.12", found="3.11.2"):
-        Target("3.11.2", "aarch64").require_python(project)
+        Platform("3.11.2", "aarch64").require_python(project)

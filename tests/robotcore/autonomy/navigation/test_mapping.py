@@ -5,7 +5,14 @@ import math
 import pytest
 
 from robotcore.autonomy.navigation import OccupancyGrid
-from robotcore.autonomy.navigation.mapping import DRIFT_LIMIT, HISTORY_S, Map, MapMemory, PoseHistory, RangeIntegrator
+from robotcore.autonomy.navigation.mapping import (
+    DRIFT_LIMIT,
+    HISTORY_S,
+    MapMemory,
+    NavigationMap,
+    PoseHistory,
+    RangeIntegrator,
+)
 from robotcore.autonomy.navigation.next_best_view import Coverage
 from robotcore.geometry import Pose
 from robotcore.hal.clock import SteppedClock
@@ -166,11 +173,11 @@ def rig() -> Rig:
 
 
 @pytest.fixture
-def known() -> Map:
-    return Map(HERE, REACH)
+def known() -> NavigationMap:
+    return NavigationMap(HERE, REACH)
 
 
-def test_observe_maps_echo_position_and_view(rig: Rig, known: Map) -> None:
+def test_observe_maps_echo_position_and_view(rig: Rig, known: NavigationMap) -> None:
     known.observe(rig.robot, Pose(0.0, 0.01, 0.0))
     ahead = rig.robot.range.mount.x + 1.0
     assert known.grid.taken[known.grid.cell_of(ahead, 0.0)]
@@ -179,26 +186,26 @@ def test_observe_maps_echo_position_and_view(rig: Rig, known: Map) -> None:
     assert not known.coverage.seen[known.grid.cell_of(ahead, 0.0)]
 
 
-def test_a_reading_that_repeats_the_last_one_is_no_new_evidence(rig: Rig, known: Map) -> None:
+def test_a_reading_that_repeats_the_last_one_is_no_new_evidence(rig: Rig, known: NavigationMap) -> None:
     known.observe(rig.robot, HERE)
     once = known.grid.evidence.copy()
     known.observe(rig.robot, Pose(0.0, 0.001, 0.001))
     assert (known.grid.evidence == once).all()
 
 
-def test_the_same_reading_from_another_heading_is_evidence(rig: Rig, known: Map) -> None:
+def test_the_same_reading_from_another_heading_is_evidence(rig: Rig, known: NavigationMap) -> None:
     known.observe(rig.robot, HERE)
     once = known.grid.evidence.copy()
     known.observe(rig.robot, Pose(0.0, 0.0, 0.1))
     assert (known.grid.evidence != once).any()
 
 
-def test_a_robot_leaves_its_map_before_it_is_at_the_border(known: Map) -> None:
+def test_a_robot_leaves_its_map_before_it_is_at_the_border(known: NavigationMap) -> None:
     assert not known.is_near_border(Pose(5.0, 0.0, 0.0))
     assert known.is_near_border(Pose(0.0, -5.7, 0.0))
 
 
-def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, known: Map) -> None:
+def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, known: NavigationMap) -> None:
     known.observe(rig.robot, HERE)
     once = known.grid.evidence.copy()
     rig.sleep(0.1)
@@ -212,7 +219,7 @@ def test_late_reading_is_used_with_the_pose_at_its_time(rig: Rig, known: Map) ->
     assert known.grid.taken[known.grid.cell_of(*at)]
 
 
-def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, known: Map) -> None:
+def test_late_picture_is_used_with_the_pose_at_its_time(rig: Rig, known: NavigationMap) -> None:
     known.observe(rig.robot, HERE)
     rig.eye._newest = lambda: Frame(picture(), 0.0, 0)  # type: ignore[method-assign]
     rig.sleep(0.1)

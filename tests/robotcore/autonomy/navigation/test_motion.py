@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from robotcore.autonomy.navigation.mapping import Map
+from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.motion import BACK_M_S, NO_SCAN, CameraScan, Follower, SensorScan, Steering
-from robotcore.autonomy.navigation.planner import Path
+from robotcore.autonomy.navigation.planner import GridPath
 from robotcore.geometry import Pose
 from tests.robotcore.autonomy.navigation.places import HERE, REACH, take
 
@@ -20,11 +20,11 @@ def steering() -> Steering:
 
 
 @pytest.fixture
-def follower(field: Map, steering: Steering) -> Follower:
+def follower(field: NavigationMap, steering: Steering) -> Follower:
     return Follower(field.ground, steering)
 
 
-def begin(follower: Follower, field: Map, x: float, y: float) -> None:
+def begin(follower: Follower, field: NavigationMap, x: float, y: float) -> None:
     follower.start(field.ground.find_path(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(x, y)))
 
 
@@ -63,11 +63,11 @@ class TestFollower:
     def test_returns_none_without_a_path(self, follower: Follower) -> None:
         assert follower.follow(HERE) is None
 
-    def test_ends_at_the_end_of_the_path(self, follower: Follower, field: Map) -> None:
+    def test_ends_at_the_end_of_the_path(self, follower: Follower, field: NavigationMap) -> None:
         begin(follower, field, 1.2, -0.8)
         assert walk(follower, HERE)[-1].distance_to(1.2, -0.8) < 0.08
 
-    def test_cuts_corners_but_keeps_its_distance(self, follower: Follower, field: Map) -> None:
+    def test_cuts_corners_but_keeps_its_distance(self, follower: Follower, field: NavigationMap) -> None:
         take(field.grid, 0.5, 0.6, -0.4, 0.4)
         begin(follower, field, 1.2, 0.0)
         poses = walk(follower, HERE)
@@ -75,7 +75,7 @@ class TestFollower:
         assert poses[-1].distance_to(1.2, 0.0) < 0.08
         assert min(clearance[field.grid.cell_of(pose.x, pose.y)] for pose in poses) > REACH
 
-    def test_plans_again_if_the_path_is_blocked(self, follower: Follower, field: Map) -> None:
+    def test_plans_again_if_the_path_is_blocked(self, follower: Follower, field: NavigationMap) -> None:
         begin(follower, field, 1.2, 0.0)
         poses = walk(follower, HERE, ticks=20)
         take(field.grid, 0.6, 0.7, -0.4, 0.4)
@@ -83,23 +83,23 @@ class TestFollower:
         assert poses[-1].distance_to(1.2, 0.0) < 0.08
         assert max(abs(pose.y) for pose in poses) > 0.4
 
-    def test_returns_none_if_no_path_is_left(self, follower: Follower, field: Map) -> None:
+    def test_returns_none_if_no_path_is_left(self, follower: Follower, field: NavigationMap) -> None:
         begin(follower, field, 1.2, 0.0)
         take(field.grid, 0.5, 0.6, -2.0, 2.0)
         assert follower.follow(HERE) is None
 
-    def test_does_not_change_the_given_path(self, follower: Follower, field: Map) -> None:
+    def test_does_not_change_the_given_path(self, follower: Follower, field: NavigationMap) -> None:
         way = field.ground.find_path(field.grid.cell_of(0.0, 0.0), field.grid.cell_of(0.6, 0.0))
         length = len(way.cells)
         follower.start(way)
         walk(follower, HERE)
         assert len(way.cells) == length
 
-    def test_drives_at_the_lookahead_point(self, follower: Follower, field: Map) -> None:
+    def test_drives_at_the_lookahead_point(self, follower: Follower, field: NavigationMap) -> None:
         start, corner, end = (field.grid.cell_of(*point) for point in ((0.0, 0.0), (0.8, 0.0), (0.8, 0.8)))
         along = [(start[0], column) for column in range(start[1], corner[1])]
         up = [(row, corner[1]) for row in range(corner[0], end[0])]
-        follower.start(Path(along + up, field.grid.free))
+        follower.start(GridPath(along + up, field.grid.free))
         twist = follower.follow(HERE)
         assert twist
         assert twist.angular == pytest.approx(0.0, abs=0.2)

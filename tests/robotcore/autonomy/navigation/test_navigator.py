@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from robotcore.autonomy.navigation import Navigator, Target
-from robotcore.autonomy.navigation.mapping import Map
+from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.geometry import Pose, Twist
 from tests.robotcore.autonomy.navigation.places import HERE, take, veil
 from tests.robotcore.fakes import Rig
@@ -16,7 +16,7 @@ BALL = Target(1.4, 0.0, 0.5)
 
 
 @pytest.fixture
-def way(field: Map) -> Navigator:
+def way(field: NavigationMap) -> Navigator:
     """Return a navigator in an open field."""
     navigator = Navigator(SPEED, TURN)
     navigator.forget(HERE)

@@ -7,7 +7,7 @@ import pytest
 
 from robotcore.autonomy.navigation import OccupancyGrid
 from robotcore.autonomy.navigation.grid_paths import UNREACHED
-from robotcore.autonomy.navigation.mapping import Map
+from robotcore.autonomy.navigation.mapping import NavigationMap
 from robotcore.autonomy.navigation.next_best_view import (
     GAP_PROBABILITY,
     GUESS_M,
@@ -154,19 +154,19 @@ class TestUnseenBearings:
         assert not coverage.unseen_bearings(HERE).size
 
 
-def view_from_here(field: Map) -> Viewpoint | None:
+def view_from_here(field: NavigationMap) -> Viewpoint | None:
     return best_viewpoint(field.ground, field.coverage, field.grid.cell_of(0.0, 0.0))
 
 
-def hide(field: Map, x: float, y: float, radius: float) -> None:
+def hide(field: NavigationMap, x: float, y: float, radius: float) -> None:
     field.coverage.seen[field.grid.disc(x, y, radius)] = False
 
 
-def test_there_is_no_view_if_all_cells_are_seen(field: Map) -> None:
+def test_there_is_no_view_if_all_cells_are_seen(field: NavigationMap) -> None:
     assert view_from_here(field) is None
 
 
-def test_view_shows_unseen_area(field: Map) -> None:
+def test_view_shows_unseen_area(field: NavigationMap) -> None:
     take(field.grid, 0.5, 0.6, -1.0, 1.0)
     hide(field, 1.2, 0.0, 0.4)
     view = view_from_here(field)
@@ -176,7 +176,7 @@ def test_view_shows_unseen_area(field: Map) -> None:
     assert field.coverage.seen[field.grid.disc(1.2, 0.0, 0.4)].mean() > 0.5
 
 
-def test_nearer_of_two_equal_views_is_best(field: Map) -> None:
+def test_nearer_of_two_equal_views_is_best(field: NavigationMap) -> None:
     take(field.grid, 0.5, 0.6, -0.5, 0.5)
     hide(field, 0.9, 0.0, 0.22)
     take(field.grid, -1.1, -1.0, -0.5, 0.5)
@@ -186,7 +186,7 @@ def test_nearer_of_two_equal_views_is_best(field: Map) -> None:
     assert field.grid.point_of(*view.place)[0] > 0
 
 
-def test_a_good_view_through_a_narrow_gap_is_worth_more_than_a_poor_one_beside(field: Map) -> None:
+def test_a_good_view_through_a_narrow_gap_is_worth_more_than_a_poor_one_beside(field: NavigationMap) -> None:
     take(field.grid, 0.5, 0.6, -2.0, -REACH - 0.09)
     take(field.grid, 0.5, 0.6, REACH + 0.09, 2.0)
     hide(field, 1.2, 0.9, 0.5)
@@ -197,12 +197,12 @@ def test_a_good_view_through_a_narrow_gap_is_worth_more_than_a_poor_one_beside(f
     assert field.grid.point_of(*view.place)[0] > 0.3
 
 
-def test_area_visible_from_here_is_no_other_view(field: Map) -> None:
+def test_area_visible_from_here_is_no_other_view(field: NavigationMap) -> None:
     hide(field, 0.0, 0.9, 0.1)
     assert view_from_here(field) is None
 
 
-def test_cell_beside_the_robot_is_no_view(field: Map) -> None:
+def test_cell_beside_the_robot_is_no_view(field: NavigationMap) -> None:
     take(field.grid, 0.4, 0.5, -0.5, 0.5)
     take(field.grid, -0.5, -0.4, -0.5, 0.5)
     take(field.grid, -0.5, 0.5, 0.4, 0.5)
@@ -211,7 +211,7 @@ def test_cell_beside_the_robot_is_no_view(field: Map) -> None:
     assert view_from_here(field) is None
 
 
-def test_a_view_is_worth_going_to_until_it_has_been_seen(field: Map) -> None:
+def test_a_view_is_worth_going_to_until_it_has_been_seen(field: NavigationMap) -> None:
     take(field.grid, 0.5, 0.6, -1.0, 1.0)
     hide(field, 1.2, 0.0, 0.4)
     view = view_from_here(field)
@@ -226,7 +226,7 @@ def test_there_is_no_view_without_a_path() -> None:
 
 
 @pytest.mark.parametrize("radius", [0.25, 0.6])
-def test_view_is_given_up_below_its_least_gain(field: Map, radius: float) -> None:
+def test_view_is_given_up_below_its_least_gain(field: NavigationMap, radius: float) -> None:
     take(field.grid, 0.5, 0.6, -1.0, 1.0)
     hide(field, 1.2, 0.0, radius)
     view = view_from_here(field)

@@ -12,7 +12,7 @@ import pytest
 
 from robotcore.cli.deploy._output import _make_spinner
 from robotcore.deploy.agent.releases import HEALTHY, HealthResult, Release
-from robotcore.deploy.progress import Progress
+from robotcore.deploy.progress import StepProgress
 from tests.robotcore.cli.conftest import Cli
 from tests.robotcore.cli.deploy.conftest import Deploy
 from tests.robotcore.deploy.conftest import AddAction
@@ -192,9 +192,9 @@ def test_list_names_each_release_with_its_result_and_checks(deploy: Deploy, robo
     root = robot.home / "robotcore"
     for name in (OLD, NEW):
         (root / "releases" / name).mkdir(parents=True)
-        gates = ("tests: 12 passed",)
+        checks = ("tests: 12 passed",)
         release = Release(
-            name, "mine", "search.py", "my_robot.toml", "raspberrypi", (), (), gates=gates, sender="ann@desk"
+            name, "mine", "search.py", "my_robot.toml", "raspberrypi", (), (), checks=checks, sender="ann@desk"
         )
         release.write(root / "releases" / name)
     HealthResult(HEALTHY).write(root / "releases" / OLD)
@@ -281,7 +281,7 @@ def test_remove_of_a_damaged_answer_exits_3(deploy: Deploy, add_action: AddActio
 
 
 def test_spinner_does_not_interpret_markup_of_a_robot() -> None:
-    spinner = _make_spinner(Progress("release", "[/] [red]it starts[/red]"))
+    spinner = _make_spinner(StepProgress("release", "[/] [red]it starts[/red]"))
     assert str(spinner.text) == "release      [/] [red]it starts[/red]"
 
 

@@ -285,8 +285,8 @@ def test_pin_of_another_process_is_an_error(layout: Layout, holder: str) -> None
     [
         ("import nothing_of_that_name", "does not run: ModuleNotFoundError: No module named 'nothing_of_that_name'"),
         ("import os; os.abort()", "does not run: it ended with -6"),
-        ("print('[]')", "does not run: it ended with 0"),
-        ("print('junk')", "does not run: it ended with 0"),
+        ("print('[]')", "does not run: it ended with status 0"),
+        ("print('junk')", "does not run: it ended with status 0"),
     ],
 )
 def test_a_doctor_that_does_not_run_is_a_finding(layout: Layout, source: str, said: str) -> None:
