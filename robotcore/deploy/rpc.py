@@ -64,7 +64,7 @@ class RobotLink:
         self._connection = SshConnection(host, config)
 
     def __repr__(self) -> str:
-        return f"<Link to {self.host}>"
+        return f"<RobotLink to {self.host}>"
 
     def __enter__(self) -> RobotLink:
         self._connection.__enter__()
@@ -80,10 +80,10 @@ class RobotLink:
 
         action: the action's name, see `robotcore.deploy.agent.rpc.ACTIONS`.
         answer: the model of the answer.
-        on_notice: this function is called with the progress.
+        on_message: this function is called with each progress message.
         arguments: the parameters of the action.
-        Raises DeployError. If the robot refuses the action, the error has the ``kind`` that the robot sent. If the
-        answer does not fit the model, is too long, or does not come, the kind is `DAMAGED`.
+        Raises DeployError. Its kind is the robot's if the robot refuses the action, and `DAMAGED` if the answer does
+        not fit the model, is too long, or does not come in time.
         """
         return self._ask(RemoteCall(action, answer, on_message), arguments)
 

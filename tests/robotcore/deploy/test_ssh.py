@@ -117,12 +117,12 @@ def test_text_of_a_host_is_that_of_the_user(text: str, host: RobotAddress) -> No
 ANSWERING_S = 20
 
 CONNECT = """
-with Link(Host.parse("robot"), config) as link:
+with RobotLink(RobotAddress.parse("robot"), config) as link:
     print("connected", flush=True)
 """
 
 SEND = """
-with Link(Host.parse("robot"), config) as link:
+with RobotLink(RobotAddress.parse("robot"), config) as link:
     try:
         link.send(folder, "incoming", on_progress=lambda done, part: print("sending", flush=True))
     except KeyboardInterrupt:
@@ -134,8 +134,8 @@ PROGRAM = """
 import os, sys
 from pathlib import Path
 from robotcore.deploy import ssh
-from robotcore.deploy.host import Host
-from robotcore.deploy.rpc import Link
+from robotcore.deploy.host import RobotAddress
+from robotcore.deploy.rpc import RobotLink
 
 os.open(os.ttyname(0), os.O_RDWR)  # makes it the terminal of this session
 ssh.EXIT_GRACE_S = 600  # nothing is killed

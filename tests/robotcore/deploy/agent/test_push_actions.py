@@ -284,7 +284,7 @@ def test_pin_of_another_process_is_an_error(layout: Layout, holder: str) -> None
     "source, said",
     [
         ("import nothing_of_that_name", "does not run: ModuleNotFoundError: No module named 'nothing_of_that_name'"),
-        ("import os; os.abort()", "does not run: it ended with -6"),
+        ("import os; os.abort()", "does not run: it ended with status -6"),
         ("print('[]')", "does not run: it ended with status 0"),
         ("print('junk')", "does not run: it ended with status 0"),
     ],
