@@ -1,4 +1,4 @@
-"""Load apps, by name or from a file. An app's file imports the modules beside it."""
+"""Loads apps by name or from a file. The file of an app can import the other modules of its folder."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from robotcore.errors import BehaviourError, UnknownNameError, UsageError
 from robotcore.plugins import APPS, app_names, load_registered
 from robotcore.runtime.behaviour import Behaviour
 
-INSTEAD = "Put that code below if __name__ == '__main__', or into step()"
-"""The remedy in the message about an app's file that ends the process when it is imported."""
+IMPORT_ADVICE = "Put the code that causes this below if __name__ == '__main__', or into step()"
+"""The advice to the author of an app's file whose import ends the process or hangs."""
 
 
 def is_app_file(name: str) -> bool:
@@ -25,13 +25,11 @@ def is_app_file(name: str) -> bool:
 
 
 def refuse_other_file(name: str) -> None:
-    """Raise UsageError if a folder or a file other than a ``.py`` file has this name."""
+    """Raise UsageError if the name is that of a folder or of a file other than a ``.py`` file."""
     path = Path(name)
     if name and path.exists():
-        what = "a folder" if path.is_dir() else "no .py file"
-        raise UsageError(
-            f"{name} is {what}, and no app. Name an app (robotcore apps), or the .py file of one", kind="not-an-app"
-        )
+        what = "a folder" if path.is_dir() else "another file"
+        raise UsageError(f"{name} is {what}, not an app. Name an app (robotcore apps) or a .py file", kind="not-an-app")
 
 
 def app_path(name: str) -> Path:
@@ -42,16 +40,16 @@ def app_path(name: str) -> Path:
 def load_app_file(name: str) -> type[Behaviour]:
     """Return the behaviour that a file defines.
 
-    Raises UsageError if the file or the behaviour does not exist. Raises UsageError too if the import of the file calls
-    ``sys.exit``. Raises BehaviourError if the import raises another exception.
+    name: the file, such as ``my_app.py``. If it defines several behaviours, ``my_app.py:MyApp`` selects one.
 
-    name: the file, such as ``my_app.py``. A file with several behaviours needs the class too: ``my_app.py:MyApp``.
+    Raises UsageError if the file or the behaviour does not exist, or if the import of the file calls ``sys.exit``.
+    Raises BehaviourError if the import raises another exception.
     """
     file, _, wanted = name.partition(":")
     path = app_path(name)
     if not path.is_file():
         raise UsageError(
-            f"{file}: there is no such file. Name an app (robotcore apps), or the file of one", kind="no-such-file"
+            f"{file}: there is no such file. Name an app (robotcore apps) or a .py file", kind="no-such-file"
         )
     apps = _find_behaviours(_import_file(path))
     if wanted and wanted not in apps:
@@ -60,16 +58,16 @@ def load_app_file(name: str) -> type[Behaviour]:
         return apps[wanted or next(iter(apps))]
     if apps:
         raise UsageError(
-            f"{file} holds several behaviours. Name one of them: {file}:{next(iter(apps))}", kind="several-behaviours"
+            f"{file} defines several behaviours. Choose one, for example {file}:{next(iter(apps))}",
+            kind="several-behaviours",
         )
-    raise UsageError(f"{file} holds no behaviour. Let a class in it inherit robotcore.Behaviour", kind="no-behaviour")
+    raise UsageError(f"{file} defines no behaviour. Add a class that inherits robotcore.Behaviour", kind="no-behaviour")
 
 
 class _SourceLoader(SourceFileLoader):
     """A loader that always compiles the source.
 
-    Python's cached ``.pyc`` file stores the time of the source in whole seconds. An edit within the same second would
-    have no effect.
+    Python's ``.pyc`` file contains the source's time in whole seconds. An edit in the same second would have no effect.
     """
 
     def path_stats(self, path: str) -> NoReturn:
@@ -89,7 +87,7 @@ def _import_file(path: Path) -> ModuleType:
     except SystemExit as error:
         status = "" if error.code is None else repr(error.code)
         raise UsageError(
-            f"{path} ends its process when it is imported, by exit({status}). {INSTEAD}", kind="app-exits"
+            f"the import of {path} ends the process, with exit({status}). {IMPORT_ADVICE}", kind="app-exits"
         ) from error
     except Exception as error:
         raise BehaviourError(
@@ -110,7 +108,7 @@ def _find_behaviours(module: ModuleType) -> dict[str, type[Behaviour]]:
 class _Folder:
     """A folder of apps, and the modules that were imported from it."""
 
-    others: frozenset[str]
+    earlier_modules: frozenset[str]
     """The names of the modules that were imported before this folder was first searched."""
     modules: dict[str, ModuleType] = field(default_factory=dict)
     """The folder's modules, stored here while another folder is in use."""
@@ -124,8 +122,8 @@ _folders: dict[Path, _Folder] = {}
 def use_script_folder(file: Path) -> None:
     """Let imports search the folder of an app's file first, as Python does for a script.
 
-    The folder of the previously loaded file is no longer searched. Its modules are removed from ``sys.modules``, and
-    restored when that folder is used again.
+    Imports no longer search the folder of the app that was loaded before. The modules of that folder are removed from
+    ``sys.modules``. They return if the folder is used again.
     """
     path = file.parent.absolute()
     for other, folder in _folders.items():
@@ -138,7 +136,7 @@ def use_script_folder(file: Path) -> None:
 
 def _remove_folder(path: Path, folder: _Folder) -> None:
     folder.is_in_use = False
-    for name in [name for name in sys.modules if _is_module_of(path, name, folder.others)]:
+    for name in [name for name in sys.modules if _is_module_of(path, name, folder.earlier_modules)]:
         folder.modules[name] = sys.modules.pop(name)
     with suppress(ValueError):  # an app may have changed sys.path
         sys.path.remove(str(path))
@@ -151,9 +149,8 @@ def _restore_folder(path: Path, folder: _Folder) -> None:
     folder.modules.clear()
 
 
-def _is_module_of(path: Path, name: str, others: frozenset[str]) -> bool:
-    """Return whether a module's top-level package lies directly in a folder, not in a subfolder."""
-    if (top_level := _top_level(name)) in others:
+def _is_module_of(path: Path, name: str, earlier_modules: frozenset[str]) -> bool:
+    if (top_level := _top_level(name)) in earlier_modules:
         return False
     module = sys.modules.get(top_level)
     files = getattr(module, "__path__", None) or filter(None, [getattr(module, "__file__", None)])
@@ -165,9 +162,9 @@ def _top_level(name: str) -> str:
 
 
 def load_app(name: str) -> type[Behaviour]:
-    """Return the app with this registered name, or the app in this ``.py`` file.
+    """Return the app with a registered name, or the app in a ``.py`` file.
 
-    In a registered name, an underscore counts as a hyphen.
+    An underscore in a registered name counts as a hyphen.
     """
     if is_app_file(name):
         return load_app_file(name)
@@ -178,8 +175,5 @@ def load_app(name: str) -> type[Behaviour]:
 
 
 def app_name(name: str) -> str:
-    """Return an app's name as results contain it. Underscores of a registered name become hyphens.
-
-    A file name stays the same.
-    """
+    """Return an app's name as results contain it: with hyphens in place of underscores. A file name does not change."""
     return name if is_app_file(name) else name.replace("_", "-")

@@ -19,10 +19,10 @@ class Status(Enum):
 
 
 class Stopping(NamedTuple):
-    """The distance at which an app stops in front of obstacles, and its speed of approach."""
+    """How an app stops in front of obstacles."""
 
     distance: float
-    """The distance at which the app stops, in metres."""
+    """The distance to the obstacle at which the app stops, in metres."""
     speed: float
     """The speed at which the app approaches an obstacle, in m/s."""
 
@@ -41,9 +41,9 @@ class Behaviour(ABC):
     milestones: ClassVar[tuple[str, ...]] = ()
     """The states whose first time is recorded. A milestone is reached when ``state`` first equals its name."""
     state: str = "start"
-    """The app's present state, such as ``search``. The display of a run and the trace show it."""
+    """The app's present state, such as ``search``. The trace contains it."""
     reason: str = ""
-    """The reason why the app ended, which the result contains."""
+    """Why the app ended, for the result."""
 
     @abstractmethod
     def step(self, robot: Robot) -> Status:
@@ -51,14 +51,14 @@ class Behaviour(ABC):
 
     @property
     def stopping(self) -> Stopping | None:
-        """Return how the app stops in front of obstacles. None means that it does not stop by itself.
+        """How the app stops in front of obstacles. None if it does not stop by itself.
 
-        A run is refused if the range guard would stop the robot before the app does.
+        A run is refused if the range guard would stop the robot earlier.
         """
         return None
 
     def verify(self, truth: Truth) -> bool | None:
-        """Return whether a run was a success, by the true state of the simulator at the end.
+        """Return whether a run was a success, by the true state of the simulator at its end.
 
         Return None if this app cannot decide it.
         """

@@ -1,4 +1,4 @@
-"""End the process if a run cannot end by itself: an app or a driver hangs, or a third signal arrives."""
+"""Ends the process if a run cannot end by itself: an app or a driver hangs, or a third signal arrives."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.runtime.signals import SignalGuard
 from robotcore.safety.thread_reserve import Reserve
 
 SHUTDOWN_GRACE_S = 0.2
-"""The time limit on a forced exit for closing the robot, and for each receiver of the result, in seconds."""
+"""The time limit on a forced exit for closing the robot, and for each function that gets the result, in seconds."""
 
 SHUTDOWN_THREADS = 4
 """The number of reserved threads for the calls that may hang on a forced exit.
@@ -25,17 +25,17 @@ The calls are the latch, the closing of the robot, the observers and ``on_forced
 def print_reason(result: RunResult) -> None:
     """Print the reason of a forced exit on standard error.
 
-    The file descriptor is used directly, because a hanging thread may hold the lock of ``sys.stderr``.
+    The text does not pass through ``sys.stderr``, because a thread that hangs may hold its lock.
     """
     os.write(2, f"error: {result.reason}\n".encode())
 
 
 class ForcedExit:
-    """Ends the process of a run, after it has passed the result to the receivers.
+    """Reports the result of a run, then ends the process.
 
     signals: the signal guard of the run. The process is ended only if the run is in the main thread.
-    reserve: the threads that call the receivers, because a receiver may hang too.
-    receivers: functions that are called one after the other with the result.
+    reserve: the threads that call ``receivers``, because such a call may hang too.
+    receivers: the functions that get the result. They are called one after the other.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class ForcedExit:
         """End the process after the watchdog has reported a hang and stopped the motors.
 
         error: the error of the watchdog.
-        build_result: returns the result of the run for this error.
+        build_result: a function that returns the result of the run for this error.
         """
         if self._signals.is_in_main_thread:
             try:
@@ -59,7 +59,7 @@ class ForcedExit:
     def stop_after_signals(self, assembled: Assembled, build_result: Callable[[Interrupted], RunResult]) -> None:
         """Stop every motor and report the result. `SignalGuard` then ends the process.
 
-        The latch is tripped in another thread, because a signal may have interrupted this thread in a call that hangs.
+        Another thread trips the latch, because the last signal may have interrupted this thread in a call that hangs.
         """
         self._reserve.release_memory()
         try:

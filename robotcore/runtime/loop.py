@@ -1,6 +1,6 @@
-"""The loop of a run. In each tick the app decides once, and the loop sends the filtered command once.
+"""The loop of a run. In each tick it calls the app once and sends one filtered command.
 
-A sensor is read when the app first asks for its sample in a tick. After the tick the loop lets time pass.
+It reads a sensor when the app first asks for its sample in a tick. After the tick it sleeps until the next one.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ FORK_EXIT_STATUS = 1
 """The exit status of the new process if an app calls ``os.fork`` in its step."""
 
 _FORK_MESSAGE = (
-    "error: {}.step returned in process {}, which os.fork made as a copy of the run's process. The copy ends, the run "
-    "goes on. Start other programs with subprocess, and Python functions with multiprocessing\n"
+    "error: {}.step called os.fork and returned in the new process {}. The new process ends, and the run continues. "
+    "Start other programs with subprocess, and Python functions with multiprocessing\n"
 )
 _IDLE = Commit(None, None, ())
 
 
 class Loop:
-    """Runs a behaviour on a robot until it ends, or for ``timeout`` seconds of the robot's time.
+    """Runs a behaviour on a robot until the behaviour ends, or for ``timeout`` seconds of the robot's time.
 
     assembled: the robot with its layers.
     rate_hz: the number of ticks in a second.
     observers: functions that are called with the record of each tick.
-    step_limit, observer_limit: the time limits of the app's step and of the observers, for the watchdog.
-    outage: the longest loss of a device, in seconds. During a loss the robot stands, and the app is not called.
+    step_limit, observer_limit: the watchdog's time limits for the app's step and for the observers.
+    outage: the longest time for which a device may be lost, in seconds. The robot stands still while a device is lost.
     """
 
     def __init__(
@@ -85,10 +85,9 @@ class Loop:
         return () if is_reported else self._latch.interventions(self._clock.now())
 
     def run(self) -> Outcome:
-        """Run ticks until the app ends or its time is over, stop the wheels, and return the outcome.
+        """Run ticks until the app ends or its time is over, then stop the wheels. Return the outcome.
 
-        If the latch has tripped, the error of the latch is raised in place of any other exception. The other exception
-        is a consequence of that error.
+        If the latch has tripped, its error is raised in place of any other exception, because it is the cause.
         """
         try:
             return self._run()
@@ -110,7 +109,6 @@ class Loop:
             self._let_time_pass()
 
     def _tick_or_wait(self) -> Status:
-        """Run one tick. If it fails because a device is lost, stop the robot and wait for the device."""
         try:
             status = self.tick()
         except DeviceLostError as lost:
@@ -120,13 +118,12 @@ class Loop:
         return status
 
     def _tolerate(self, lost: DeviceLostError) -> None:
-        """Stop the robot while a device is lost. Raise the error if the device has been lost for too long."""
         if not self.losses.tolerate(lost, self._clock.now()):
             raise lost
         self._stop_and_wait()
 
     def tick(self) -> Status:
-        """Call the app's step, send the command, and record the tick. A tick that fails is recorded too."""
+        """Call the app's step, send the command, and record the tick. A tick with an exception is recorded too."""
         self._latch.check()
         self._activity.ticks += 1
         if self._drive:
@@ -152,9 +149,9 @@ class Loop:
             self._filter.stop()
 
     def _probe_lost_devices(self) -> None:
-        """Read each lost sensor and stop each lost motor, to find out if they are back.
+        """Read each lost sensor and stop each lost motor. Raises DeviceLostError if one is still lost.
 
-        Raises DeviceLostError if one is still lost. Lost displays are not checked, because the app uses them itself.
+        A lost display is not tried, because the app itself shows the next picture.
         """
         for name in self.losses.lost:
             match self.robot.devices.get(name):
@@ -165,14 +162,14 @@ class Loop:
 
     @staticmethod
     def _update_odometry(drive: DifferentialDrive) -> None:
-        """Update the odometry. Ignore a DeviceError, which is raised again when the app drives or reads the pose."""
+        """A DeviceError is ignored, because the app gets it when it drives or reads the pose."""
         try:  # noqa: SIM105  each tick runs this, and `suppress` takes ten times as long
             drive.track()
         except DeviceError:
             pass
 
     def _record(self, commit: Commit, lost: str | None = None) -> None:
-        """Record the tick. If the latch tripped between two ticks, the record is that of an additional tick."""
+        """Record the tick. A latch that trips between two ticks gets a tick of its own."""
         self._activity.begin(self._observer_limit)
         if self._latch.error and not self._is_latch_recorded:
             commit = self._add_latch(commit)
@@ -214,16 +211,12 @@ class Loop:
             raise BehaviourError.from_exception(app, error) from error
         if not isinstance(status, Status):
             raise BehaviourError(
-                f"{app.__name__}.step returned {status!r}; it must return a Status, such as Status.RUNNING",
+                f"{app.__name__}.step returned {status!r}. Return a Status, such as Status.RUNNING",
                 kind="not-a-status",
             )
         return status
 
     def _step(self) -> object:
-        """Call the app's step. If the step called ``os.fork``, end the new process.
-
-        Only the original process may drive the robot.
-        """
         try:
             return self.behaviour.step(self.robot)
         finally:
@@ -240,9 +233,9 @@ class Loop:
             self._deadline = self._clock.now()
 
     def _sleep(self) -> bool:
-        """Let time pass until the next tick. Return False if the time of the next tick is already in the past.
+        """Sleep until the next tick. Return False if its time is already in the past.
 
-        The deadman may fail to stop a lost motor during the sleep. The robot is then stopped, and the sleep goes on.
+        The deadman raises DeviceLostError during the sleep if it cannot stop a lost motor.
         """
         while True:
             try:

@@ -1,4 +1,4 @@
-"""Monitors that run beside the app: the voltages of batteries, and the loss of devices."""
+"""Monitors of a run: the voltages of batteries, and the losses of devices."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ A motor that starts lowers the voltage too, but for a shorter time.
 class BatteryMonitor:
     """Reads every battery of a robot once a second, even if the app reads none.
 
-    The voltages are only recorded and cause warnings. They do not change the run.
+    The voltages are recorded and cause warnings. They do not stop the run.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -32,7 +32,7 @@ class BatteryMonitor:
         """The last voltage of each battery, in volts, by name. Each reading replaces the mapping."""
 
     def read(self, now: float) -> tuple[str, ...]:
-        """Read the batteries if one second has passed since the last reading. Return new warnings, each a sentence.
+        """Read the batteries if `PERIOD_S` has passed since the last reading. Return new warnings, each a sentence.
 
         now: the robot's time, in seconds.
         """
@@ -45,7 +45,7 @@ class BatteryMonitor:
 
 
 class BatteryGauge:
-    """Reads one battery. It warns once in a run about a low voltage, and once in each series of failed reads."""
+    """Reads one battery. It warns once in a run about a low voltage, and once about each series of failed reads."""
 
     def __init__(self, battery: Battery) -> None:
         self.name = battery.name
@@ -55,14 +55,14 @@ class BatteryGauge:
         self._has_failed = self._has_warned = False
 
     def read(self) -> str:
-        """Read the voltage. Return a warning as a text, which is empty if there is none."""
+        """Read the voltage. Return a warning, or an empty text."""
         try:
             sample = self._battery.read()
         except DeviceError as failure:
             return self._read_failure_warning(str(failure))
         if not isfinite(sample.voltage):
             return self._read_failure_warning(
-                f"{self.name}: {sample.voltage} V is not a voltage. Report it to the author of its driver"
+                f"{self.name}: the voltage is {sample.voltage} V. Report this to the author of the driver"
             )
         self.voltage = sample.voltage
         return self._low_voltage_warning(sample)
@@ -72,10 +72,7 @@ class BatteryGauge:
         return "" if has_failed else f"{why.rstrip('.')}. The run continues without this voltage"
 
     def _low_voltage_warning(self, sample: Voltage) -> str:
-        """Return a warning if the voltage has been low for `LOW_VOLTAGE_S`.
-
-        At the start of a run the warning comes at once, because no motor lowers the voltage yet.
-        """
+        """At the start of a run the warning has no delay, because no motor lowers the voltage yet."""
         limit = self._battery.warn_below
         if limit is None or sample.voltage >= limit:
             self._sufficient_at = sample.time
@@ -86,14 +83,14 @@ class BatteryGauge:
 
 
 class DeviceLossTracker:
-    """Decides whether a run may wait for lost devices, and summarises the losses.
+    """Decides whether a run waits for lost devices, and summarises the losses.
 
-    limit: the longest time for which a device may be lost, in seconds. If it is 0, each loss ends the run.
+    limit: the longest time for which a device may be lost, in seconds. With 0, each loss ends the run.
     """
 
     def __init__(self, limit: float) -> None:
         self.lost: list[str] = []
-        """The names of the lost devices, in the order of their losses. Emptied when all of them are back."""
+        """The names of the lost devices, in the order of their losses. The list is emptied when all are back."""
         self._limit = limit
         self._since = 0.0
         self._past_losses: list[tuple[str, float]] = []
@@ -104,7 +101,7 @@ class DeviceLossTracker:
         return self._limit > 0
 
     def tolerate(self, lost: DeviceLostError, now: float) -> bool:
-        """Record a tick in which a device was lost. Return whether the run may go on.
+        """Record a tick in which a device was lost. Return whether the run waits for the device.
 
         lost: the error of the device.
         now: the time of the tick, in seconds.
@@ -124,12 +121,12 @@ class DeviceLossTracker:
             self.lost.clear()
 
     def summarise(self, now: float) -> tuple[str, ...]:
-        """Return a sentence for each device that was lost, with the number and the total duration of its losses."""
+        """Return a sentence for each device that was lost: how many times, and how long in total."""
         names = sorted({name for name, _ in self._past_losses})
-        away = f"{', '.join(self.lost)} was lost for the last {now - self._since:.1f} s; the robot stood"
+        away = f"{', '.join(self.lost)} was lost for the last {now - self._since:.1f} s. The robot stood still"
         return (*map(self._summarise_device, names), *([away] if self.lost else ()))
 
     def _summarise_device(self, device: str) -> str:
         lengths = [length for name, length in self._past_losses if name == device]
         often = "once" if len(lengths) == 1 else f"{len(lengths)} times"
-        return f"{device} was lost {often}, {sum(lengths):.1f} s in all, and came back; the robot stood meanwhile"
+        return f"{device} was lost {often}, for {sum(lengths):.1f} s in total. The robot stood still meanwhile"

@@ -19,10 +19,10 @@ from robotcore.safety import EmergencyStop
 
 @dataclass(frozen=True)
 class Run:
-    """The description of a run that an observer gets.
+    """The description of a run for its observers.
 
-    An observer must not read devices, because that would change the run. It uses the attribute ``latest`` of a sensor,
-    which is the last sample that the app read.
+    An observer must not read devices, because a read changes the run. The attribute ``latest`` of a sensor is the last
+    sample that the app read.
     """
 
     request: RunRequest
@@ -32,15 +32,15 @@ class Run:
     robot: Robot
     """The robot as the app gets it."""
     truth: Truth | None
-    """The simulator's truth; None if the backend has none, or no world was named."""
+    """The true state of the simulator. None if the backend has none, or if the run has no world."""
     emergency: EmergencyStop
     """The emergency stop, which any thread may press."""
     faults: Sequence[PlannedFault] = ()
-    """The injected faults. The method `is_on` of a fault returns whether it is active at a time."""
+    """The injected faults. ``is_on(time)`` of a fault returns whether it is active."""
 
 
 class Observer(Protocol):
-    """The base class of observers. A run calls its methods at the beginning, after each tick, and at the end."""
+    """The interface of observers. A run calls its methods at the beginning, after each tick, and at the end."""
 
     def begin(self, run: Run) -> None:
         """Receive the description of the run, before the first tick."""
@@ -49,11 +49,11 @@ class Observer(Protocol):
         """Receive the record of a tick."""
 
     def end(self, result: RunResult) -> None:
-        """Receive the result of the run. If an app or a driver hangs, another thread than before calls this method."""
+        """Receive the result of the run. After a hang of an app or a driver, another thread calls this method."""
 
 
 def notify_end(observers: Sequence[Observer], result: RunResult) -> list[Exception]:
-    """Call `Observer.end` of every observer, even if one raises. Return the exceptions that they raised."""
+    """Call `Observer.end` of every observer, even if one raises. Return the exceptions."""
     failures = []
     for observer in observers:
         try:

@@ -1,4 +1,4 @@
-"""The request of a run, and the plan: a request whose names were resolved and whose values were checked."""
+"""The request of a run, and the plan: a request with resolved names and checked values."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 1000.0
 
 @dataclass(frozen=True)
 class RunRequest:
-    """The request of a run: the app, and the backend, robot and world that it runs on.
+    """The request of a run: the app, the backend, the robot and the world.
 
     >>> from robotcore import run
     >>> request = RunRequest("avoid-obstacles", seed=7, timeout_s=0.5, settings={"speed_m_s": 0.2})
@@ -54,9 +54,9 @@ class RunRequest:
     seed: int | None = None
     """The seed from which the layout of the world is drawn. If it is None, the layout is that of the world's file."""
     rate_hz: float = 20.0
-    """The number of ticks in a second, from `MIN_RATE_HZ` to `MAX_RATE_HZ`."""
+    """The number of ticks in a second: `MIN_RATE_HZ` to `MAX_RATE_HZ`."""
     timeout_s: float = 120.0
-    """The longest duration, in seconds of the robot's time."""
+    """The longest duration of the run, in seconds of the robot's time."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """The app's settings, by name."""
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -66,7 +66,7 @@ class RunRequest:
     realtime: bool = False
     """Whether simulated time passes at the pace of real time."""
     randomise: bool = False
-    """Whether the seed also draws the looks, the sensors' noise and the wheels' errors."""
+    """Whether the seed also draws the light and colours of the world, the sensor noise and the wheel errors."""
     judge: str | None = None
     """The app whose ``verify`` decides whether the run was a success. If it is None, the app judges itself."""
     faults: tuple[str, ...] = ()
@@ -75,7 +75,7 @@ class RunRequest:
 
 @dataclass(frozen=True)
 class Plan:
-    """A request whose names were resolved and whose values were checked.
+    """A request with resolved names and checked values.
 
     >>> plan = Plan.of(RunRequest("green-search", seed=7))
     >>> plan
@@ -94,10 +94,10 @@ class Plan:
     setup: Setup
     """The arguments with which the backend opens the robot."""
     drawn: DrawnValues = field(default_factory=dict)
-    """The looks and conditions that were drawn from the seed or that the world's file sets, by name."""
+    """The light, colours and imperfections of the world by name. The seed or the world's file determines them."""
     faults: tuple[PlannedFault, ...] = ()
     notes: tuple[str, ...] = ()
-    """Notes of the backend, and a note about the world if the simulator has its own scene."""
+    """Notes of the backend, and a note if the simulator did not build its scene from the world."""
 
     def __repr__(self) -> str:
         world = self.world.name if self.world else None
@@ -106,13 +106,13 @@ class Plan:
 
     @property
     def conditions(self) -> Conditions:
-        """The imperfections of the simulated devices. On a real robot there are none to simulate."""
+        """The imperfections of the simulated devices. A real robot has no simulated imperfections."""
         builds = self.backend.builds_world(self.description)
         return self.world.conditions if self.world and builds else Conditions()
 
     @classmethod
     def of(cls, request: RunRequest) -> Plan:
-        """Resolve and check everything that the request names. No device is opened.
+        """Resolve the names of a request and check its values. No device is opened.
 
         Raises UsageError if a part is unknown or does not fit, and BackendMissingError if a library is missing.
         """
@@ -139,7 +139,7 @@ class Plan:
 
 
 def draw_conditions(request: RunRequest) -> DrawnValues:
-    """Return the value of `Plan.drawn` for a request, without loading the app."""
+    """Return the values that `Plan.drawn` has for a request, without loading the app."""
     description = load_robot(request.robot)
     builds_world = load_backend(request.backend).builds_world(description)
     _, drawn = _load_world(request, description, builds_world=builds_world)
@@ -147,7 +147,7 @@ def draw_conditions(request: RunRequest) -> DrawnValues:
 
 
 def require_rate(rate_hz: float) -> None:
-    """Raise UsageError if a loop cannot run at this rate."""
+    """Raise UsageError if a loop cannot run at ``rate_hz`` ticks a second."""
     if not MIN_RATE_HZ <= rate_hz <= MAX_RATE_HZ:
         raise UsageError(
             f"--rate is {rate_hz} Hz; it must be from {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}",
@@ -162,16 +162,15 @@ def _require_positive(option: str, value: float) -> None:
 
 
 def _require_room_to_stop(behaviour: Behaviour, description: RobotDescription) -> None:
-    """Raise UsageError if the app stops at a distance at which the range guard has already stopped the robot."""
     if (stopping := behaviour.stopping) is None or not description.range_sensors_ahead:
         return
     safety = description.safety
     guard = stopping_distance(stopping.speed, safety.stop_distance_m, safety.deceleration_m_s2)
     if stopping.distance <= guard:
         raise UsageError(
-            f"the app stops {stopping.distance:g} m in front of things, but at {stopping.speed:g} m/s the range "
-            f"guard of {description.name!r} acts at {guard:.2f} m. Let the app stop farther away or drive slower "
-            "(--set), or lower safety.stop_distance_m in the robot's description",
+            f"the app stops {stopping.distance:g} m in front of an obstacle, but at {stopping.speed:g} m/s the range "
+            f"guard of {description.name!r} stops the robot at {guard:.2f} m. Let the app stop farther away or drive "
+            "slower (--set), or lower safety.stop_distance_m in the robot's description",
             kind="stops-behind-guard",
             distance_m=stopping.distance,
             speed_m_s=stopping.speed,
@@ -183,8 +182,8 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
     if request.gui and not backend.has_gui:
         others = [other.name for other in loadable_backends() if other.has_gui]
         raise UsageError(
-            f"the backend {backend.name!r} opens no window. Leave --gui out and look at --picture FILE.png, "
-            f"or take --backend {' or '.join(others)}",
+            f"the backend {backend.name!r} cannot open a window. Use --picture FILE.png in place of --gui, "
+            f"or use --backend {' or '.join(others)}",
             kind="no-window",
             backends=others,
         )
@@ -193,20 +192,18 @@ def _require_window(request: RunRequest, backend: Backend) -> None:
 def _require_randomisable(request: RunRequest, backend: Backend, *, builds_world: bool) -> None:
     if request.randomise and not builds_world:
         raise UsageError(
-            f"the backend {backend.name!r} makes no world for this robot, so there is nothing to randomise. "
-            "Leave --randomise out, or take --backend kinematic",
+            f"--randomise needs a simulated world, and the backend {backend.name!r} builds none for this robot. "
+            "Leave --randomise out, or use --backend kinematic",
             kind="nothing-to-randomise",
         )
     if request.randomise and request.seed is None:
-        raise UsageError(
-            "--randomise draws from the seed, and there is none. Name one, for example --seed 7", kind="seed-missing"
-        )
+        raise UsageError("--randomise needs a seed. Add one, for example --seed 7", kind="seed-missing")
 
 
 def _load_world(
     request: RunRequest, description: RobotDescription, *, builds_world: bool
 ) -> tuple[WorldDescription | None, DrawnValues]:
-    """Return the world, and the values of `Plan.drawn`. The world is None if the run has none."""
+    """Return the world and the values of `Plan.drawn`. The world is None if the run has none."""
     if not (request.world or builds_world):
         return None, {}
     world = load_world(request.world or DEFAULT_WORLD)
@@ -220,7 +217,7 @@ def _load_world(
 
 
 def _explain_scene(world: WorldDescription | None, backend: Backend, *, builds_world: bool) -> Iterator[str]:
-    """Yield a note if the simulator measures the robot's pose in a scene that it did not build from the world."""
+    """Yield a note if the simulator did not build its scene from the world."""
     if world and not builds_world and Capability.POSE in backend.capabilities:
         yield (
             f"the scene is used as it is. The verification and the distance to targets use the positions in "
@@ -231,7 +228,6 @@ def _explain_scene(world: WorldDescription | None, backend: Backend, *, builds_w
 def _draw(
     world: WorldDescription, description: RobotDescription, seed: int, *, is_randomised: bool
 ) -> tuple[WorldDescription, DrawnValues]:
-    """Return the world that the seed draws, and the drawn values by name."""
     world = draw_world(world, description, seed)
     drawn = describe_light(world.light)
     if is_randomised:

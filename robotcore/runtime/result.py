@@ -47,7 +47,7 @@ class RunResult:
     seed: int | None
     outcome: Outcome
     exit_status: int
-    """0 if the run is a success and the verification does not contradict it."""
+    """The exit status of the program. It is 0 if the app succeeded and ``verified`` is not False."""
     reason: str = ""
     """Why the run ended, as a sentence."""
     verified: bool | None = None
@@ -78,7 +78,7 @@ class RunResult:
     trace_sha256: str | None = None
     """The digest of the trace, see `Trace`."""
     dropped_pictures: int | None = None
-    """The number of pictures that the recording left out. None without a recording."""
+    """The number of pictures that are missing in the recording. None without a recording."""
     error: BaseException | None = field(default=None, repr=False, compare=False)
     """The exception that ended the run, if one did."""
 
@@ -89,18 +89,18 @@ class RunResult:
 
     @property
     def verifier(self) -> str:
-        """The source of ``verified`` for messages: ``judge`` if another app verified the run, else ``simulator``."""
+        """The source of ``verified``: ``judge`` if another app verified the run, otherwise ``simulator``."""
         return "judge" if self.judge else "simulator"
 
     @property
     def dispute(self) -> str:
-        """A sentence for a run that the app calls a success and the verification does not. Otherwise empty."""
+        """A clause if the app reports a success and the verification does not. Otherwise an empty text."""
         if self.outcome is Outcome.SUCCESS and self.verified is False:
             return f"the {self.verifier} does not agree"
         return ""
 
     def to_json(self) -> str:
-        """Return the result as one line of JSON, without the exception itself."""
+        """Return the result as one line of JSON, without ``error``."""
         values = {each.name: getattr(self, each.name) for each in fields(self) if each.name != "error"}
         return json.dumps(values)
 

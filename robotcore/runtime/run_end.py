@@ -22,7 +22,7 @@ class RunEnd(NamedTuple):
     error: RobotcoreError | Interrupted | None
     """The error that ended the run, if one did."""
     late: RobotcoreError | None
-    """An error after the run had ended, for example while the robot was closed."""
+    """An error after the last tick, for example while the robot was closed."""
 
 
 def build_result(plan: Plan, loop: Loop | None, verification: Verification, end: RunEnd, wall_time: float) -> RunResult:

@@ -1,4 +1,4 @@
-"""Run an app: open the robot, run the loop, stop the motors, verify, and close."""
+"""Runs an app: opens the robot, runs the loop, stops the motors, verifies the run, and closes the robot."""
 
 from __future__ import annotations
 
@@ -39,18 +39,18 @@ from robotcore.safety.thread_reserve import Reserve
 __all__ = ["Observer", "Run", "RunRequest", "RunResult", "run"]
 
 WAKE_UP_S = 0.3
-"""The time that a sensor needs for a new sample after a suspension of the program, in seconds."""
+"""The wait for new samples after a suspension of the program, in seconds."""
 
 
 class _CloseTimeoutError(Exception):
-    """The robot cannot be closed. The reason was reported before."""
+    pass
 
 
 class RunSession:
     """Executes one run.
 
     plan: the plan of the run.
-    observers, taps, on_forced_exit, timeout_scale: the arguments of `run`.
+    observers, taps, on_forced_exit, timeout_scale: the parameters of `run`.
     signals: the signal guard. The caller must have entered its context.
     """
 
@@ -79,10 +79,10 @@ class RunSession:
         self._verification = Verification()
         self._late_failure: RobotcoreError | None = None
         self._is_hung = False
-        """Whether the backend or a device does not return from a call."""
+        """Whether a call of the backend or of a device hangs."""
 
     def run(self) -> RunResult:
-        """Execute the run to its end, notify the observers, and return the result."""
+        """Execute the run, notify the observers of its end, and return the result."""
         try:
             return self._run_to_end()
         finally:
@@ -170,7 +170,7 @@ class RunSession:
         return self._loop.run()
 
     def _wait_for_sensors(self) -> None:
-        """Wait after a suspension of the program until the sensors have new samples. Older samples are stale."""
+        """After a suspension of the program, the last samples are too old."""
         self._wall.sleep_until(self._wall.now() + WAKE_UP_S)
 
     def _assemble(self, raw: Robot) -> Assembled:
@@ -207,8 +207,8 @@ class RunSession:
     def _stop(self, raw: Robot) -> None:
         """Trip the latch and stop the motors, so that no thread of the app can move them.
 
-        The failure of a stop is not reported here, because closing the robot stops the motors again. A stop that hangs
-        is reported here. In a lockstep simulation a stop may take longer, because nothing moves meanwhile.
+        A stop that fails is not reported, because closing the robot repeats it. A stop that hangs is reported. In a
+        lockstep simulation a stop may take longer, because no time passes in the simulation.
         """
         if assembled := self._assembled:
             self._activity.begin(self._close_limit)
@@ -221,7 +221,6 @@ class RunSession:
                 self._late_failure = next((each for each in failures if isinstance(each, DeviceError)), None)
 
     def _judge(self, raw: Robot, outcome: Outcome) -> None:
-        """Compare the outcome of the run with the true state of the simulator, unless the backend hangs."""
         if not self._is_hung:
             plan = self._plan
             self._activity.begin(judge_limit(plan.judge, plan.backend.name))
@@ -229,7 +228,6 @@ class RunSession:
             self._late_failure = self._late_failure or self._verification.failure
 
     def _close(self, robot: Robot) -> None:
-        """Close the robot. The guardian stops the motors of a robot that cannot be closed."""
         self._activity.begin(self._close_limit)
         try:
             with suppress(_CloseTimeoutError), self._guardian:
@@ -238,7 +236,6 @@ class RunSession:
             self._late_failure = failure
 
     def _close_robot(self, robot: Robot) -> None:
-        """Close the robot. If a driver hangs, wait at most for `SHUTDOWN_GRACE_S`."""
         if not (self._is_hung or (self._assembled and self._assembled.motor_stops.are_hung)):
             robot.close()
             return
@@ -248,16 +245,11 @@ class RunSession:
 
     @property
     def _latched_error(self) -> RobotcoreError:
-        """The error that tripped the latch. Before there is a latch, it is the watchdog's error."""
         error = (self._assembled and self._assembled.latch.error) or self._timeout_error
         assert error
         return error
 
     def _on_timeout(self, error: RobotcoreError) -> None:
-        """Handle a time limit that the loop's thread has exceeded.
-
-        Trip the latch, which stops the motors. Then interrupt the thread.
-        """
         self._timeout_error = error
         self._is_hung = isinstance(error, (BackendError, DeviceError))
         try:
@@ -267,7 +259,6 @@ class RunSession:
             self._signals.interrupt_main_thread()
 
     def _note_tracer(self, error: RobotcoreError) -> None:
-        """Report that the watchdog did not end the run because a debugger or another tracer is active."""
         note = f"the watchdog did not end the run, because a debugger or another tracer is active: {error}"
         self._plan = replace(self._plan, notes=(*self._plan.notes, note))
         with suppress(OSError):
@@ -277,7 +268,7 @@ class RunSession:
         self._forced_exit.end_after_hang(error, self._build_hang_result)
 
     def _build_hang_result(self, error: RobotcoreError) -> RunResult:
-        """Return the result after a hang. It includes the interventions that no tick recorded."""
+        """The result includes the interventions that no tick recorded."""
         result = self._build_result(error, get_outcome(error))
         unreported = len(self._loop.unreported_interventions) if self._loop else 0
         return replace(result, interventions=result.interventions + unreported)
@@ -294,7 +285,7 @@ class RunSession:
 
 
 def _find_cause(error: BaseException) -> RobotcoreError | Interrupted | None:
-    """Return the error that was being handled when the program ran out of memory. None if there was no such error."""
+    """Return the error that was handled when the program ran out of memory. None if there was none."""
     while context := error.__context__:
         if isinstance(context, (RobotcoreError, Interrupted)):
             return context
@@ -312,15 +303,16 @@ def run(
 ) -> RunResult:
     """Run an app and return its result.
 
-    request: the app, and the backend, robot and world.
-    observers: objects that are notified of the run's beginning, of each tick and of the result.
+    request: the app, the backend, the robot and the world.
+    observers: objects that get the description of the run, the record of each tick, and the result.
     taps: layers that get every sample that the app reads and every command that the app gives.
-    on_forced_exit: a function that is called with the result, in another thread, before a forced exit of the process.
-    The process is forced to exit if an app or a driver hangs and cannot be interrupted.
+    on_forced_exit: a function that gets the result if an app or a driver hangs and cannot be interrupted. Another
+    thread
+    calls it before the process ends.
     timeout_scale: a factor that multiplies every time limit of the run.
 
     Raises UsageError and BackendMissingError before any device is opened. An error during the run stops every motor,
-    and is returned in the result.
+    and is part of the result.
 
     >>> result = run(RunRequest("green-search", seed=7))
     >>> result.outcome.value, result.verified

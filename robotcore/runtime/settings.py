@@ -23,7 +23,7 @@ class Setting:
 
     name: str
     type: Any
-    """The type as the app's class declares it."""
+    """The type that the app's class declares."""
     default: Any
     """The default value. It is `dataclasses.MISSING` if there is none."""
 
@@ -31,7 +31,7 @@ class Setting:
 def list_settings(app: type[Behaviour]) -> dict[str, Setting]:
     """Return the settings of an app, by name.
 
-    Raises BehaviourError if the app's code raises, for example in a type or in a default factory.
+    Raises BehaviourError if the app's code raises an exception, for example in a default factory.
     """
     if not dataclasses.is_dataclass(app):
         return {}
@@ -48,9 +48,10 @@ def list_settings(app: type[Behaviour]) -> dict[str, Setting]:
 def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
     """Create an app from its class and its settings.
 
-    Raises UsageError if a setting is unknown, missing or of another type, and BehaviourError if the app's code raises.
+    values: the settings by name. A text is converted to the type of its setting.
 
-    values: the settings by name. A text is converted to the declared type of its setting.
+    Raises UsageError if a setting is unknown, missing or of another type. Raises BehaviourError if the app's code
+    raises.
     """
     known = list_settings(app)
     checked = {}
@@ -61,7 +62,7 @@ def configure(app: type[Behaviour], values: Mapping[str, Any]) -> Behaviour:
     for setting in known.values():
         if setting.default is dataclasses.MISSING and setting.name not in checked:
             raise UsageError(
-                f"the app needs the setting {setting.name}; give it: --set {setting.name}=VALUE",
+                f"the app needs the setting {setting.name}. Add --set {setting.name}=VALUE",
                 kind="setting-missing",
                 setting=setting.name,
             )
@@ -83,7 +84,7 @@ def _build_unknown_error(app: type[Behaviour], name: str, known: list[str]) -> U
     if known or dataclasses.is_dataclass(app):
         return UnknownNameError("setting", name, known)
     return UsageError(
-        f"unknown setting {name!r}: {app.__name__} is no dataclass. Put @dataclass above it; its fields are settings",
+        f"unknown setting {name!r}: {app.__name__} is no dataclass, so it has no settings. Put @dataclass above it",
         kind="not-a-dataclass",
     )
 
@@ -92,9 +93,9 @@ def _convert(setting: Setting, value: Any) -> Any:
     try:
         return TypeAdapter(setting.type).validate_python(value)
     except ValidationError as error:
-        _, fault = first_mistake(error)
+        _, problem = first_mistake(error)
         raise UsageError(
-            f"setting {setting.name}: {fault}; the default is {setting.default!r}",
+            f"setting {setting.name}: {problem}; the default is {setting.default!r}",
             kind="setting-invalid",
             setting=setting.name,
         ) from error

@@ -1,4 +1,4 @@
-"""Handle the signals that end or suspend the program."""
+"""Handles the signals that end or suspend the program."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from typing import Any, NoReturn
 from robotcore.errors import Interrupted
 
 LAST_SIGNAL = 3
-"""The number of signals in a run after which the process is ended at once."""
+"""The number of the signal in a run that ends the process at once."""
 
 WATCHDOG_SIGNAL: int = getattr(signal, "SIGURG", signal.SIGINT)
-"""The signal by which the watchdog interrupts a waiting call. The system ignores it if there is no handler."""
+"""The signal with which the watchdog interrupts a waiting call. Without a handler, the system ignores it."""
 
 END_SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
 SUSPEND: int | None = getattr(signal, "SIGTSTP", None)
@@ -25,18 +25,18 @@ SUSPEND: int | None = getattr(signal, "SIGTSTP", None)
 
 
 class WatchdogInterrupt(BaseException):
-    """Raised in the run's thread after the watchdog has tripped the latch.
+    """Interrupts the run's thread after the watchdog has tripped the latch.
 
-    The latch contains the error that ended the run.
+    The latch contains the error that ends the run.
     """
 
 
 def end_by_signal(number: int) -> NoReturn:
     """End the process by the default action of a signal.
 
-    The parent process then gets the signal's number in place of an exit status. So a loop in a shell script ends too
+    The parent process then sees the signal's number, so that a loop in a shell script ends too
     (https://www.cons.org/cracauer/sigint.html). A shell reports the status 128 + ``number``, and `subprocess` reports
-    ``-number``. On Windows, signals do not end a process in this way, so the process exits with 128 + ``number``.
+    ``-number``. On Windows the process exits with 128 + ``number``, because a signal does not end a process there.
     """
     if os.name == "posix":
         signal.signal(number, signal.SIG_DFL)
@@ -47,10 +47,9 @@ def end_by_signal(number: int) -> NoReturn:
 class SignalGuard:
     """A context in which a signal such as SIGINT or SIGTERM raises Interrupted in the main thread.
 
-    After a call of `mask`, signals are ignored, so that nothing interrupts the stopping of the motors. SIGHUP and
-    SIGQUIT stay ignored if the program was started so, for example by ``nohup``. If the context is entered in another
-    thread, it handles no signals, because Python delivers signals only to the main thread. `set_suspension_hooks`
-    defines how a request to suspend the program (Ctrl-Z) is handled.
+    After a call of `mask`, signals are ignored, so that the stop of the motors is not interrupted. SIGHUP and SIGQUIT
+    are ignored if the program was started so, for example by ``nohup``. A context in another thread handles no signals,
+    because Python delivers signals only to the main thread. `set_suspension_hooks` defines how Ctrl-Z is handled.
     """
 
     def __init__(self) -> None:
@@ -68,11 +67,11 @@ class SignalGuard:
 
     @property
     def is_in_main_thread(self) -> bool:
-        """Whether the context was entered in the main thread. Only then it handles signals."""
+        """Whether the context was entered in the main thread. In another thread it handles no signals."""
         return bool(self._before)
 
     def mask(self) -> None:
-        """Ignore all further signals, because the robot is being closed."""
+        """Ignore all further signals. A run calls this before it closes the robot."""
         self._is_masked = True
         self._is_suspension_deferred = False
         if self._is_interrupted:
@@ -82,7 +81,8 @@ class SignalGuard:
     def defer(self) -> Iterator[None]:
         """Return a context in which no signal raises an exception.
 
-        After the context, the last signal raises Interrupted. A third signal still ends the process at once.
+        A signal in the context raises Interrupted at the end of the context. A third signal still ends the process at
+        once.
         """
         self._is_deferred = True
         try:
@@ -92,9 +92,9 @@ class SignalGuard:
         self.check()
 
     def set_last_resort(self, last_resort: Callable[[], object]) -> None:
-        """Set the function that is called when a third signal arrives, before the process ends.
+        """Set the function that is called at the third signal, before the process ends.
 
-        An app may catch the exceptions of the first two signals, so only the third one is sure to end the process.
+        An app may catch the exceptions of the first two signals.
         """
         self._last_resort = last_resort
 
@@ -105,18 +105,18 @@ class SignalGuard:
         *,
         is_deferred: bool = False,
     ) -> None:
-        """Set the functions that are called when the program is suspended (Ctrl-Z) and continued.
+        """Set the functions that are called before and after a suspension of the program (Ctrl-Z).
 
         before: called before the program is suspended.
         after: called after the program continues.
-        is_deferred: whether the program is suspended at the next call of `check`, and not at once.
+        is_deferred: whether the suspension waits for the next call of `check`.
         """
         self._before_suspension, self._after_suspension, self._is_suspension_deferred = before, after, is_deferred
 
     def check(self) -> None:
-        """Raise the exception of the last signal again, if there was one. Otherwise handle a deferred suspension.
+        """Raise the exception of the last signal again, if there was a signal. Otherwise do a deferred suspension.
 
-        An app may have caught the exception the first time.
+        An app may have caught the exception before.
         """
         if self.raised:
             raise self.raised
@@ -127,8 +127,8 @@ class SignalGuard:
     def interrupt_main_thread(self) -> None:
         """Raise WatchdogInterrupt in the thread that created this guard. The watchdog's thread calls this method.
 
-        After a call of `mask` this does nothing. A waiting call can be interrupted only in the main thread. In another
-        thread, the exception is raised when the waiting call returns.
+        After a call of `mask` this does nothing. A waiting call in the main thread is interrupted. A waiting call in
+        another thread is not, so the exception is raised when the call returns.
         """
         if self._is_masked:
             return
@@ -179,7 +179,6 @@ class SignalGuard:
             self._suspend(number)
 
     def _suspend(self, number: int) -> None:
-        """Suspend the program, or call the handler that was installed before."""
         self._before_suspension()
         if callable(outer := self._before[number]):
             outer(number, None)
@@ -200,18 +199,18 @@ class SignalGuard:
 
 
 class _CancelInterrupt(BaseException):
-    """A harmless exception that replaces a pending WatchdogInterrupt."""
+    pass
 
 
 def _raise_in(thread: int, kind: type[BaseException]) -> None:
-    """Raise an exception in a thread, as soon as that thread executes Python code."""
+    """The exception is raised as soon as the thread executes Python code."""
     ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(kind))
 
 
 def _cancel_interrupt() -> None:
-    """Replace the pending exception of this thread by a harmless one, and catch that.
+    """Replace the pending exception of this thread by _CancelInterrupt, and catch it.
 
-    The pending exception is not cleared directly, because CPython 3.11 then hangs if a debugger is attached.
+    CPython 3.11 hangs if a pending exception is cleared directly while a debugger is attached.
     """
     with suppress(_CancelInterrupt):
         _raise_in(threading.get_ident(), _CancelInterrupt)
@@ -220,8 +219,5 @@ def _cancel_interrupt() -> None:
 
 
 def _is_handled(number: int) -> bool:
-    """Return whether the guard handles a signal.
-
-    SIGINT and SIGTERM are always handled. Another signal is not handled if the program was started to ignore it.
-    """
+    """SIGINT and SIGTERM are always handled. Another signal is not, if the program was started to ignore it."""
     return number in (signal.SIGINT, signal.SIGTERM) or signal.getsignal(number) is not signal.SIG_IGN

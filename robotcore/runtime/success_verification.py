@@ -1,4 +1,4 @@
-"""Compares the end of a run with the true state of the simulator. The judge is the app itself or another app."""
+"""Compares the end of a run with the true state of the simulator. The app itself or another app is the judge."""
 
 from __future__ import annotations
 
@@ -46,9 +46,11 @@ def verify_run(judge: Behaviour, truth: Truth | None, outcome: Outcome, name: st
 
 
 def load_judge(name: str) -> Behaviour:
-    """Return an app as a judge, with its default settings. Raises UsageError if the app has no ``verify``.
+    """Return an app as a judge, with its default settings.
 
     name: the app's name, or its file.
+
+    Raises UsageError if the app has no ``verify``.
     """
     try:
         judge = load_app(name)
@@ -56,13 +58,14 @@ def load_judge(name: str) -> Behaviour:
         raise UsageError(f"--judge: {error}", kind="unknown-judge") from error
     if judge.verify is Behaviour.verify:
         raise UsageError(
-            f"--judge {name}: it has no verify, so it judges nothing. Name an app that has one, such as green-search",
+            f"--judge {name}: this app cannot judge a run without a method verify. Use another, such as green-search",
             kind="judge-without-verify",
         )
     for setting in list_settings(judge).values():
         if setting.default is MISSING:
             raise UsageError(
-                f"--judge {name}: its setting {setting.name} has no default. Add one, because --set sets the app only",
+                f"--judge {name}: the setting {setting.name} has no default. "
+                "Add one, because --set does not apply to the judge",
                 kind="judge-setting-missing",
                 setting=setting.name,
             )
@@ -70,7 +73,7 @@ def load_judge(name: str) -> Behaviour:
 
 
 def ask_judge(judge: Behaviour, truth: Truth, name: str | None) -> bool | None:
-    """Return whether the judge calls the run a success. None if the judge cannot decide it.
+    """Return whether the run is a success by the judge's ``verify``. None if the judge cannot decide it.
 
     name: the judge's name or file. None if the app judges itself.
 

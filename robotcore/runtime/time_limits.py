@@ -1,4 +1,4 @@
-"""The time limits of a run's activities for the watchdog, with the error of each."""
+"""The watchdog's time limits for the activities of a run, with the error of each."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robotcore.runtime.behaviour import Behaviour
 from robotcore.safety import TimeLimit
 
 GRACE_S = 1.0
-"""The time in seconds that an app or an observer has to return after the watchdog has interrupted it."""
+"""The time in seconds that an app or an observer has to return after the watchdog's interruption."""
 
 OPENING_S = 60.0
 """The limit for opening a robot, in seconds. A simulator may load a large scene and open a window."""
@@ -20,10 +20,9 @@ CLOSING_S = 10.0
 """The limit for closing a robot, in seconds. A camera or a simulator may take long to end."""
 
 SIMULATION_FACTOR = 10.0
-"""The factor that multiplies the time limit of observers in a simulation.
+"""The factor of the observers' time limit in a simulation, because an observer may wait for a slow disk.
 
-Nothing real moves in a simulation, and an observer may wait for a slow disk. The factor multiplies every time limit of
-a run with a window, because a simulator stops while its window is dragged.
+In a run with a window it is the factor of every time limit. A simulator stops while the user drags its window.
 """
 
 
@@ -73,7 +72,7 @@ def observer_limit(limit_s: float) -> TimeLimit:
 
 
 def judge_limit(judge: Behaviour, backend: str) -> TimeLimit:
-    """Return the time limit for the verification by the judge, which also reads the simulator's true state."""
+    """Return the time limit for the judge's ``verify``, which also reads the true state of the simulator."""
 
     def overdue(seconds: float, frame: FrameType | None) -> RobotcoreError:
         kind = type(judge)
@@ -89,7 +88,7 @@ def judge_limit(judge: Behaviour, backend: str) -> TimeLimit:
 
 
 def close_limit(backend: str) -> TimeLimit:
-    """Return the time limit for closing a robot. If it is exceeded, the process ends."""
+    """Return the time limit for closing a robot. A longer close ends the process."""
 
     def overdue(seconds: float, _frame: FrameType | None) -> BackendError:
         return BackendError(
@@ -100,10 +99,7 @@ def close_limit(backend: str) -> TimeLimit:
 
 
 def _line(kind: type, frame: FrameType | None) -> str:
-    """Return the line that a thread executes in an app's file, as ``, at FILE:LINE``.
-
-    The text is empty if the thread executes no line of that file.
-    """
+    """Return the line that a thread executes in an app's file, such as ``, at app.py:42``. Empty if there is none."""
     file = getattr(sys.modules.get(kind.__module__), "__file__", None)
     while frame and frame.f_code.co_filename != file:
         frame = frame.f_back

@@ -1,4 +1,4 @@
-"""The record of each tick, and the digest of all decisions of a run."""
+"""The record of each tick, and the digest of a run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class TickRecord(NamedTuple):
     interventions: tuple[Intervention, ...]
     """The changes that the safety rules made to the command."""
     lost: str | None = None
-    """The name of the lost device because of which the app was not called in this tick. None if there is none."""
+    """The lost device for which the robot waits, so that the app was not called. None if no device is lost."""
     voltages: Mapping[str, float] = MappingProxyType({})
     """The last voltage of each battery, in volts, by name."""
     warnings: tuple[str, ...] = ()
@@ -38,12 +38,12 @@ class TickRecord(NamedTuple):
 
     @property
     def doing(self) -> str:
-        """A text for displays: the app's state, or the lost device for which the robot waits."""
+        """The app's state, or the lost device for which the robot waits. For displays."""
         return f"waiting for {self.lost}" if self.lost else self.state
 
 
 def format_voltages(voltages: Mapping[str, float]) -> str:
-    """Return voltages as a text. If there are several, each has its battery's name.
+    """Return voltages as a text. Each of several voltages has its battery's name.
 
     >>> format_voltages({"battery": 7.412})
     '7.41 V'
@@ -54,11 +54,10 @@ def format_voltages(voltages: Mapping[str, float]) -> str:
 
 
 class Trace:
-    """Sums up a run: the digest, counts, milestones, warnings and batteries.
+    """The summary of a run's ticks: the digest, counts, milestones, warnings and voltages.
 
-    The digest is the SHA-256 of all ticks. For each tick it contains the app's state (UTF-8, ended by a zero byte), the
-    number of wheel commands (one byte: 0 or 2), and the left and the right command as little-endian doubles. It does
-    not contain voltages.
+    The digest is the SHA-256 of these bytes of each tick: the app's state (UTF-8 and a zero byte), the number of wheel
+    commands (one byte: 0 or 2), and the left and the right command (little-endian doubles).
 
     milestones: the names of the app's milestones.
 
@@ -85,7 +84,7 @@ class Trace:
         return f"Trace(ticks={self.ticks}, interventions={self.interventions}, milestones={self.milestones})"
 
     def add(self, record: TickRecord) -> None:
-        """Add one tick."""
+        """Add the record of one tick."""
         self.ticks += 1
         self.interventions += len(record.interventions)
         self.warnings += record.warnings

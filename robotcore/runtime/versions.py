@@ -18,7 +18,7 @@ PYTHON = "python"
 def libraries(backends: Iterable[str]) -> dict[str, str]:
     """Return the versions of Python and of the libraries that influence a result, by their names in pip.
 
-    backends: the names of backends. The libraries of these backends are included.
+    backends: the names of the backends whose libraries are included.
     """
     modules = {*LIBRARIES, *(module for backend in backends for module in load_backend(backend).modules)}
     found = {PYTHON: platform.python_version()}
@@ -31,5 +31,4 @@ def libraries(backends: Iterable[str]) -> dict[str, str]:
 
 @cache
 def _find_distributions() -> Mapping[str, list[str]]:
-    """Return for each module the distributions that contain it. Cached, because the search takes long."""
     return packages_distributions()

@@ -1,4 +1,4 @@
-"""The command filter of the drive. It applies the rules to each command, and sends one command in a tick."""
+"""The command filter of the drive. It applies the rules to each command, and sends one command in each tick."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from robotcore.safety.motor_stop import StopGroup
 from robotcore.safety.velocity_limits import STOPPED, Intervention, Rule
 
 LOST = "lost device"
-"""The cause of the interventions that stop the robot while it waits for a lost device."""
+"""The cause of an intervention that stops the robot while a device is lost."""
 
 
 class Commit(NamedTuple):
-    """The result of one tick for the drive."""
+    """The commands and the interventions of one tick."""
 
     asked: Wheels | None
-    """The command of the app in rad/s; None if the app gave none."""
+    """The app's command in rad/s. None if the app gave none."""
     sent: Wheels | None
-    """The velocities that the motors accepted in rad/s; None if nothing was sent."""
+    """The velocities that the motors accepted, in rad/s. None if nothing was sent."""
     interventions: tuple[Intervention, ...]
-    """The changes that the rules, the deadman and the guardian made to the command."""
+    """The changes of the command by the rules, the deadman and the guardian."""
 
 
 class CommandFilter(Protocol):
-    """The interface to which a drive sends its commands: that of the safety filter, and of a tap that wraps it."""
+    """The interface that the drive uses to send commands. The safety filter has it, and a tap that wraps the filter."""
 
     @property
     def asked(self) -> Wheels: ...
@@ -42,17 +42,17 @@ class CommandFilter(Protocol):
 
 
 class SafetyFilter:
-    """Filters the commands of a drive, and sends one command a tick to its two motors.
+    """Limits the commands of a drive by rules, and sends one command in each tick to its two motors.
 
-    clock: the clock of the loop, whose time stays the same within a tick. It also measures the deadman's lease. On a
-    real robot it calls the deadman in a separate thread.
+    clock: the clock of the loop. Its time stays the same within a tick. It calls the deadman, on a real robot in a
+    separate thread.
     left, right: the outputs of the two motors.
-    rules: the rules in the order of their use. Each rule may reduce the result of the rule before it.
+    rules: the rules in their order. Each rule may reduce the result of the rule before it.
     lease: the time in seconds after which a command expires.
     latch: the latch of the run. A tripped latch ends the run.
-    on_sent: a function that is called with each pair of sent velocities, in rad/s, and the time in seconds.
-    motor_stops: the stops of the two motors.
-    take_guardian_stops: returns how many times the guardian has stopped the motors since the last call.
+    on_sent: a function that gets each pair of sent velocities, in rad/s, and the time in seconds.
+    motor_stops: stops the two motors.
+    take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class SafetyFilter:
     def ask(self, wheels: Wheels) -> Wheels:
         """Set the command of this tick, and return the command after the rules. Both are in rad/s.
 
-        The command replaces an earlier one of the same tick. If a velocity is NaN or infinite, the latch trips and
+        A later command in the same tick replaces an earlier one. If a velocity is NaN or infinite, the latch trips and
         InvalidCommandError is raised. The robot then stays stopped.
         """
         self._latch.check()
@@ -99,9 +99,9 @@ class SafetyFilter:
         return self._guarded
 
     def stop(self) -> None:
-        """Stop both motors now, without applying the rules. The command of this tick becomes zero.
+        """Stop both motors now. The command of this tick becomes zero. No rule is applied.
 
-        The lease ends after the stop. If the stop hangs or fails, the deadman tries again.
+        The lease ends after the stop. If the stop hangs or fails, the deadman repeats it.
         """
         with TimedLock(self._lock):
             self._asked = self._guarded = STOPPED
@@ -114,7 +114,7 @@ class SafetyFilter:
     def suspend(self, cause: str) -> None:
         """Stop both motors between two ticks. The next tick reports an intervention with this ``cause``.
 
-        If an exception has interrupted the tick, its command is dropped, so that the next tick does not send it.
+        A command of an unfinished tick is dropped, so that the next tick does not send it.
         """
         with TimedLock(self._lock):
             now = self._clock.now()
@@ -127,13 +127,14 @@ class SafetyFilter:
 
     @property
     def asked(self) -> Wheels:
-        """The command of this tick in rad/s. If there is none yet, it is the pair of velocities that was sent last."""
+        """The app's command of this tick in rad/s. Before it, the velocities that were sent last."""
         return self._asked or self._sent
 
     def commit(self) -> Commit:
-        """Send the command of this tick and begin a new lease.
+        """Send the command of this tick, and begin a new lease.
 
-        If the tick has no command, apply the rules again to the velocities that were sent last.
+        Without a command in this tick, apply the rules to the velocities that were sent last. The lease is then not
+        renewed.
         """
         guardian_stops = self._take_guardian_stops()
         self._latch.check()
@@ -162,19 +163,12 @@ class SafetyFilter:
             return Commit(asked, sent, changes)
 
     def _recheck(self) -> Wheels | None:
-        """Apply the rules to the velocities that were sent last. If the rules reduce them, send the result.
-
-        The lease is not renewed.
-        """
         if self._sent == STOPPED or (reduced := self._apply_rules(self._sent)) == self._sent:
             return None
         return self._command_motors(reduced)
 
     def _command_motors(self, wheels: Wheels) -> Wheels:
-        """Send velocities, and return those that the motors accepted.
-
-        If a motor fails, or if another thread stops the motors meanwhile, stop both motors.
-        """
+        """If a motor fails, or if another thread stops the motors during the call, both motors are stopped."""
         if not self._is_overtaken:
             motor = self._left
             try:
@@ -199,7 +193,7 @@ class SafetyFilter:
     def _is_overtaken(self) -> bool:
         """Whether another thread has stopped the motors since this commit began.
 
-        This is possible because a stop waits only a short time for the lock that a commit holds.
+        A stop waits only a limited time for the lock of a commit.
         """
         return self._stops != self._stops_before or self._latch.error is not None
 
@@ -214,7 +208,6 @@ class SafetyFilter:
         return wheels
 
     def _stop_after_lease(self, expiry: float) -> None:
-        """Stop both motors at the end of a lease."""
         driven = self._sent
         try:
             self._stop_motors(expiry)
@@ -223,7 +216,7 @@ class SafetyFilter:
                 self._stop_interventions.append(Intervention(expiry, "deadman", driven, STOPPED))
 
     def _stop_for_latch(self) -> None:
-        """Stop the motors because the latch has tripped. The first call stores the interventions in the latch."""
+        """The first call stores the last velocities and the unreported interventions in the latch."""
         if not self._is_stopped_for_latch:
             self._latch.last_velocities, self._latch.unreported_interventions, self._stop_interventions = (
                 self._sent,
@@ -234,7 +227,6 @@ class SafetyFilter:
         self.stop()
 
     def _stop_motors(self, now: float) -> None:
-        """Stop both motors, even if ``on_sent`` or the other stop fails."""
         self._stops += 1
         try:
             self._set_sent(STOPPED, now)

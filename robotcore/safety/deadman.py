@@ -1,4 +1,4 @@
-"""The deadman: a command expires after one lease unless it is renewed."""
+"""The deadman: it stops the motors if the command was not renewed within one lease."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from robotcore.safety.thread_reserve import Reserve
 from robotcore.threads import is_out_of_memory
 
 LOCK_TIMEOUT_S = 0.05
-"""The longest time to wait for a lock, in seconds. If it passes, a driver call that holds the lock hangs."""
+"""The longest wait for a lock, in seconds. After it, the driver call that holds the lock counts as hung."""
 
 
 class TimedLock:
-    """A context that acquires a lock. After `LOCK_TIMEOUT_S` it goes on without the lock, because the owner hangs."""
+    """A context that acquires a lock. It waits at most `LOCK_TIMEOUT_S`, and then goes on without the lock."""
 
     __slots__ = ("_is_held", "_lock")
 
@@ -31,7 +31,7 @@ class TimedLock:
 
 
 MIN_LEASE_S = 0.1
-"""The shortest lease, in seconds. A shorter one could end while the process waits for a processor."""
+"""The shortest lease, in seconds. A shorter lease could end while the process waits for a processor."""
 
 
 class Deadman:
@@ -66,23 +66,23 @@ class Deadman:
         self._reserve = reserve
         self._expiry: float | None = None
         self._is_call_due = False
-        """Whether a call of the clock is due. One is enough, because a call that comes too early requests the next."""
+        """Whether the clock is to call `_check`. An early call arranges the next one."""
 
     def __repr__(self) -> str:
         return f"Deadman(lease={self.lease:g}, expiry={self._expiry})"
 
     def renew(self, now: float) -> None:
-        """Begin a new lease."""
+        """Begin a new lease at the time ``now``, in seconds."""
         self._expiry = now + self.lease
         if not self._is_call_due:
             self._call_later(self._expiry)
 
     def end_lease(self) -> None:
-        """End the lease. The caller must have stopped the motors."""
+        """End the lease, so that the deadman does nothing. The caller must have stopped the motors."""
         self._expiry = None
 
     def _call_later(self, expiry: float) -> None:
-        """Request a call of the clock at ``expiry``. If the request raises, the next `renew` repeats it."""
+        """If `Clock.call_at` raises, the next `renew` calls it again."""
         self._is_call_due = True
         try:
             check = partial(self._check, expiry)
@@ -100,10 +100,7 @@ class Deadman:
                 self._end_and_stop(called_at)
 
     def _try_to_call_later(self, expiry: float) -> bool:
-        """Request a call of the clock at a later expiry. Return False if memory runs out.
-
-        The caller then stops the motors early, which is safe.
-        """
+        """Return False if memory runs out. The caller then stops the motors early, which is safe."""
         try:
             self._call_later(expiry)
         except Exception as error:
@@ -113,7 +110,7 @@ class Deadman:
         return True
 
     def _end_and_stop(self, called_at: float) -> None:
-        """End the lease and stop the motors. If memory runs out, restore the lease, so that the next call retries."""
+        """If memory runs out, the lease stays, so that the next call tries again."""
         expiry, self._expiry = self._expiry, None
         try:
             self._stop(called_at)

@@ -15,9 +15,9 @@ from robotcore.threads import is_out_of_memory
 
 
 class Latch:
-    """Stores the first error of a run, and raises it at every later `check`. Any thread may trip the latch.
+    """Stores the first error of a run, and stops the motors. Any thread may trip the latch.
 
-    reserve: the reserved memory that a stop may need.
+    reserve: the reserved memory for the stops.
 
     >>> latch = Latch()
     >>> latch.add_stop(lambda: print("the motors are stopped"))
@@ -32,11 +32,11 @@ class Latch:
 
     def __init__(self, reserve: Reserve | None = None) -> None:
         self.error: RobotcoreError | None = None
-        """The first error; None until the latch trips."""
+        """The first error. None until the latch trips."""
         self.last_velocities = STOPPED
-        """The wheel velocities at the moment when the latch tripped, in rad/s."""
+        """The last wheel velocities before the latch tripped, in rad/s."""
         self.unreported_interventions: Sequence[Intervention] = ()
-        """The stops by the deadman that no tick had reported when the latch tripped."""
+        """The stops by the deadman before the latch tripped that no tick has reported."""
         self._lock = RLock()
         self._reserve = reserve or Reserve(MonotonicClock())
         self._stops: list[Callable[[], object]] = []
@@ -46,37 +46,34 @@ class Latch:
 
     @property
     def cause(self) -> str:
-        """The name of the cause, which the intervention in the trace contains.
+        """The cause of the latch's intervention in the trace.
 
-        It is ``watchdog`` for the failure of a device or a backend, because only the watchdog trips the latch for one.
+        It is ``watchdog`` if the error is that of a device or a backend, because the watchdog has reported it.
         """
         return self.error.cause if isinstance(self.error, SafetyStop) else "watchdog"
 
     def interventions(self, now: float) -> tuple[Intervention, ...]:
-        """Return the interventions for the trace: the unreported stops of the deadman, and that of the latch."""
+        """Return the interventions for the trace: the unreported stops by the deadman, and the stop by the latch."""
         return (*self.unreported_interventions, Intervention(now, self.cause, self.last_velocities, STOPPED))
 
     def add_stop(self, stop: Callable[[], object]) -> None:
-        """Register a function that stops motors. It is called when the latch trips, in the thread that trips it.
+        """Add a function that stops motors. The latch calls it when it trips, in the thread that trips it.
 
-        Several functions are called in the order of their registration.
+        The latch calls several functions in the order in which they were added.
         """
         self._stops.append(stop)
 
     def set(self, error: RobotcoreError) -> None:
-        """Store the error if it is the first one, and call every registered function, even if one raises.
+        """Trip the latch: store the error if it is the first one, and call every function that stops motors.
 
-        A stop that fails is repeated when the robot is closed.
+        An exception of a stop is ignored, because closing the robot repeats the stop.
         """
         with self._lock:
             self.error = self.error or error
         self._reserve.retry_on_memory_error(self._call_stops)
 
     def _call_stops(self) -> None:
-        """Call the registered functions that were not called yet.
-
-        If a function runs out of memory twice, the next `set` calls it again.
-        """
+        """Each function is called once. If it runs out of memory twice, the next `set` calls it again."""
         for call in tuple(self._stops):
             try:
                 self._reserve.retry_on_memory_error(call)
@@ -87,7 +84,7 @@ class Latch:
                 self._stops.remove(call)
 
     def trip(self, error: RobotcoreError) -> NoReturn:
-        """Trip the latch with an error, and raise the first error with which it was tripped."""
+        """Trip the latch, and raise its first error."""
         self.set(error)
         raise self.error or error
 
@@ -110,5 +107,5 @@ class EmergencyStop:
         self._latch = latch
 
     def press(self, how: str) -> None:
-        """Stop every motor at once, and end the run. The result's reason contains the text ``how``."""
+        """Stop every motor at once, and end the run. ``how`` is the reason in the result."""
         self._latch.set(EmergencyStopError(how))

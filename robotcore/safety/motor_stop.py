@@ -1,4 +1,4 @@
-"""Stop motors, each independently of the others."""
+"""Stops motors, each independently of the others."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from robotcore.threads import is_out_of_memory
 T = TypeVar("T")
 
 STOP_S = 0.2
-"""The longest wait for a motor's stop, in seconds. A stop that takes longer goes on in its thread."""
+"""The longest wait for the stop of a motor, in seconds. A longer stop goes on in its thread."""
 
 
 class MotorStop:
-    """Stops one motor. No second stop begins while one is under way."""
+    """Stops one motor. At most one stop of the motor runs at a time."""
 
     def __init__(self, motor: VelocityOutput, reserve: Reserve) -> None:
         self.motor = motor
@@ -33,18 +33,18 @@ class MotorStop:
         return self._under_way is not None and self._under_way.is_under_way
 
     def apply(self) -> None:
-        """Stop the motor in this thread. If another stop is running, wait for it first.
+        """Stop the motor in this thread. Wait first for a stop in another thread.
 
-        Raises DeviceError if that other stop hangs.
+        Raises DeviceError if the other stop hangs.
         """
         if self._under_way and not self._under_way.is_done_within(STOP_S):
             raise self._build_hang_error()
         self._stop()
 
     def begin(self, within_s: float = STOP_S) -> Callable[[], Exception | None]:
-        """Begin to stop the motor in a reserved thread. Return a function that waits for the stop.
+        """Begin to stop the motor in a reserved thread. Return a function that waits for the end of the stop.
 
-        The function waits at most ``within_s`` seconds. It returns the exception if the stop fails, otherwise None.
+        The function waits at most ``within_s`` seconds. It returns the exception of the stop, or None.
         """
         call = self._under_way
         if call is None or not call.is_under_way:
@@ -58,7 +58,7 @@ class MotorStop:
         self._reserve.retry_on_memory_error(self.motor.stop)
 
     def _get_failure(self, call: BackgroundCall) -> Exception | None:
-        """Return the exception of a stop, or None. If the stop ran out of memory, repeat it in this thread first."""
+        """If the stop ran out of memory, it is repeated in this thread."""
         failure = call.failure
         if failure and is_out_of_memory(failure):
             try:
@@ -82,9 +82,9 @@ class MotorStop:
 class StopGroup:
     """Stops motors, each independently of the others.
 
-    In the thread that created the group, the motors are stopped one after the other, because the watchdog supervises
-    this thread. For any other thread, each motor is stopped in a reserved thread, so that one that hangs does not delay
-    the others. If no reserved thread is idle, the motors are stopped one after the other.
+    The thread that created the group stops the motors one after the other, because the watchdog supervises it. Any
+    other thread stops each motor in a reserved thread, so that a motor that hangs does not delay the others. Without an
+    idle reserved thread, it stops the motors one after the other.
     """
 
     def __init__(self, stops: Iterable[MotorStop], reserve: Reserve) -> None:
@@ -98,12 +98,12 @@ class StopGroup:
 
     @classmethod
     def create(cls, *motors: VelocityOutput, reserve: Reserve | None = None) -> StopGroup:
-        """Return a group for these motors."""
+        """Return a group that stops these motors."""
         reserve = reserve or Reserve(MonotonicClock())
         return cls([MotorStop(motor, reserve) for motor in motors], reserve)
 
     def select(self, *motors: VelocityOutput) -> StopGroup:
-        """Return a group for some of the motors. Both groups share the state of these motors' stops."""
+        """Return a group that stops some of the motors of this group."""
         return StopGroup([stop for stop in self._stops if stop.motor in motors], self.reserve)
 
     @property
@@ -112,16 +112,16 @@ class StopGroup:
         return any(stop.is_hung for stop in self._stops)
 
     def apply(self) -> None:
-        """Stop every motor, then raise the first failure.
+        """Stop every motor, then raise the first exception.
 
-        The failure of a lost motor is raised only if there is no other failure.
+        DeviceLostError is raised only if there is no other exception.
         """
         failures = self._stop_in_turn() if get_ident() == self._owner else self.apply_apart()
         if failures:
             raise min(failures, key=lambda failure: isinstance(failure, DeviceLostError))
 
     def apply_apart(self, within_s: float = STOP_S) -> list[Exception]:
-        """Stop each motor in a reserved thread. Return the failures after at most ``within_s`` seconds."""
+        """Stop each motor in a reserved thread. Return the exceptions after at most ``within_s`` seconds."""
         failures: list[Exception] = []
         waits = _try_all([partial(stop.begin, within_s) for stop in self._stops], failures)
         return failures + [failure for wait in waits if (failure := wait())]
@@ -133,7 +133,6 @@ class StopGroup:
 
 
 def _try_all(tries: Iterable[Callable[[], T]], failures: list[Exception]) -> list[T]:
-    """Call every function. Return the results; append each exception to ``failures``."""
     results = []
     for attempt in tries:
         try:

@@ -1,4 +1,4 @@
-"""Plausibility checks: wheels that do not follow their commands, and range readings that never change."""
+"""Checks of the sensors: wheels that do not follow their commands, and range readings that never change."""
 
 from __future__ import annotations
 
@@ -12,29 +12,26 @@ from robotcore.hal.devices import Range, RangeSensor
 from robotcore.safety.latch import Latch
 
 MIN_RESPONSE = 0.25
-"""The least share of the commanded angle that a wheel must turn.
-
-A wheel turns by a larger share even with lag, slip and a flat battery.
-"""
+"""The least share of the commanded angle that a wheel must turn. Lag, slip and a flat battery cost less."""
 
 MIN_ANGLE_RAD = 1.0
-"""The least commanded angle of a check, in radians. In a smaller angle the wheel's lag has too large a share."""
+"""The least commanded angle of a check, in radians. The wheel's lag would be too large a share of a smaller one."""
 
 MIN_COUNTS = 4
-"""The least commanded angle of a check, in counts of the encoder. It matters for encoders with coarse counts."""
+"""The least commanded angle of a check, in counts of the encoder. It matters for coarse encoders."""
 
 
 class WheelTrackingCheck:
-    """A rule that changes no command. It trips the latch if a wheel does not follow its command.
+    """Trips the latch if a wheel does not follow its command. As a rule of the command filter, it changes no command.
 
-    A check of a wheel covers a period in which the wheel is driven in one direction. The period is at least
-    ``min_duration_s`` long, and the commanded angle is at least `MIN_ANGLE_RAD`.
+    A check covers a time in which a wheel turns in one direction: at least ``min_duration_s``, and at least
+    `MIN_ANGLE_RAD` of commanded rotation.
 
     commanded: a function that returns the commanded angles of both wheels, in rad.
-    turned: a function that returns the angles of both wheels by their encoders, in rad.
-    motors, encoders: the names of the left and the right device.
+    turned: a function that returns the angles that the encoders have measured, in rad.
+    motors, encoders: the names of the left and the right motor, and of the left and the right encoder.
     min_duration_s: the least duration of a check, in seconds.
-    count: the angle of one count of the coarser encoder, in rad.
+    count: the rotation of a wheel for one count of the coarser encoder, in rad.
     """
 
     cause = "wheel fault"
@@ -57,25 +54,23 @@ class WheelTrackingCheck:
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
         now, commanded, turned = self._clock.now(), self._commanded(), self._turned()
         checks = [wheel.check(now, *each) for wheel, *each in zip(self._wheels, last, commanded, turned, strict=True)]
-        if faults := [fault for fault in checks if fault]:
-            self._latch.trip(WheelFaultError(faults))
+        if problems := [problem for problem in checks if problem]:
+            self._latch.trip(WheelFaultError(problems))
         return command
 
 
 class _WheelCheck:
-    """The check of one wheel, with the time and the angles at which the wheel's present direction began."""
-
     def __init__(self, motor: str, encoder: str, min_duration_s: float, min_angle: float) -> None:
         self._motor, self._encoder = motor, encoder
         self._min_duration_s, self._min_angle = min_duration_s, min_angle
         self._begin(0.0, 0.0, 0.0, 0.0)
 
     def check(self, now: float, velocity: float, commanded: float, turned: float) -> str:
-        """Return the wheel's fault as a text, which is empty if there is none.
+        """Return a clause if the wheel does not follow its command, otherwise an empty text.
 
         now: the time, in seconds.
         velocity: the velocity that was sent last, in rad/s.
-        commanded, turned: the commanded and the measured angle at this time, in rad.
+        commanded, turned: the commanded and the measured angle, in rad.
         """
         direction = copysign(1.0, velocity) if velocity else 0.0
         if direction == 0.0 or direction != self._direction:
@@ -95,27 +90,26 @@ class _WheelCheck:
 
 
 SAME_DISTANCE_M = 0.001
-"""Distances that differ by less than this, in metres, count as the same.
+"""Two distances count as the same if they differ by less than this, in metres.
 
-A correct distance changes by more, because a robot moves about 10 mm in a tick.
+A working sensor measures a larger difference, because a robot moves about 10 mm in a tick.
 """
 
 MIN_TURN_RAD = 1.0
-"""The least angle, in radians, by which the robot must also turn during a check.
+"""The least angle by which the robot turns during a check, in radians.
 
-Without a turn, a sensor with a wide cone may correctly measure the same distance all along a wall.
+A working sensor with a wide cone may measure the same distance all along a wall.
 """
 
 
 class StuckRangeCheck:
-    """A rule that changes no command. It trips the latch if a range sensor repeats one distance while the robot moves.
+    """Trips the latch if a range sensor repeats one distance while the robot moves.
 
-    The sensors are read only while the robot drives forward. A reading at a limit of the sensor's range may stay the
-    same for any time.
+    As a rule of the command filter, it changes no command. It reads the sensors only while the robot drives forward. A
+    reading at a limit of the sensor's range may repeat.
 
-    pose: a function that returns the pose by the encoders. Commands would not do, because a robot that is blocked would
-    then look like a stuck sensor.
-    min_distance_m: the least distance that the robot drives during a check, in metres. The robot must also turn by
+    pose: a function that returns the pose by the encoders. By the commands, a blocked robot would seem to move.
+    min_distance_m: the least distance that the robot drives during a check, in metres. It must also turn by
     `MIN_TURN_RAD`.
     """
 
@@ -130,13 +124,13 @@ class StuckRangeCheck:
     def __call__(self, command: Wheels, last: Wheels) -> Wheels:
         if command.left + command.right > 0:
             pose = self._pose()
-            if faults := [fault for fault in (sensor.check(pose) for sensor in self._sensors) if fault]:
-                self._latch.trip(RangeFaultError(faults))
+            if problems := [problem for problem in (sensor.check(pose) for sensor in self._sensors) if problem]:
+                self._latch.trip(RangeFaultError(problems))
         return command
 
 
 class _RangeHistory:
-    """The last reading of one sensor, and the distance and angle that the robot has moved since the reading changed."""
+    """The last distance of one sensor, and the motion of the robot since the distance changed."""
 
     def __init__(self, sensor: RangeSensor, min_distance_m: float) -> None:
         self._sensor, self._min_distance_m = sensor, min_distance_m
@@ -145,7 +139,7 @@ class _RangeHistory:
         self._distance = self._driven = self._turned = 0.0
 
     def check(self, pose: Pose) -> str:
-        """Read the sensor. Return its fault as a text, which is empty if there is none."""
+        """Read the sensor. Return a clause if it repeats its distance, otherwise an empty text."""
         reading = self._sensor.read()
         if self._last and reading.sequence == self._last.sequence:
             return ""

@@ -10,12 +10,13 @@ from robotcore.hal.devices import RangeSensor
 
 
 class RangeGuard:
-    """A rule that removes forward motion if an obstacle is nearer than the stopping distance. The robot can still turn.
+    """A rule that removes forward motion near an obstacle. The robot can still turn and drive backward.
 
     geometry: the geometry that converts wheel velocities to a speed.
-    distance: a function that returns the free distance ahead, in metres. It is called with the robot's speed, in m/s,
-    and only if the robot would move forward.
-    stop_distance: the least distance to an obstacle at rest, in metres.
+    distance: a function that returns the free distance ahead, in metres. Its argument is the robot's speed, in m/s. It
+    is
+    called only if the robot would move forward.
+    stop_distance: the least distance to an obstacle after the stop, in metres.
     deceleration: how fast the robot brakes, in m/s².
     """
 
@@ -50,8 +51,8 @@ class RangeGuard:
 class DistanceAhead:
     """Computes the free distance ahead, in metres, from the readings of all range sensors.
 
-    From each reading it subtracts the distance that the robot may have driven since the reading. This is the age of the
-    reading times the highest speed since then.
+    It subtracts from each reading the distance that the robot may have driven since then: the age of the reading times
+    the highest speed since the reading.
     """
 
     def __init__(self, clock: Clock, sensors: Sequence[RangeSensor]) -> None:
@@ -64,8 +65,6 @@ class DistanceAhead:
 
 
 class _ClearanceAhead:
-    """Computes the free distance ahead of one sensor."""
-
     def __init__(self, sensor: RangeSensor) -> None:
         self._sensor = sensor
         self._sequence: int | None = None
@@ -80,10 +79,10 @@ class _ClearanceAhead:
 
 
 def stopping_distance(speed: float, stop_distance: float, deceleration: float) -> float:
-    """Return the distance at which the range guard acts, in metres: stop_distance + v²/2a.
+    """Return the distance at which the range guard removes forward motion, in metres: stop_distance + v²/2a.
 
     speed: the robot's speed v, in m/s.
-    stop_distance: the least distance to an obstacle at rest, in metres.
+    stop_distance: the least distance to an obstacle after the stop, in metres.
     deceleration: how fast the robot brakes (a), in m/s².
     """
     return stop_distance + speed * speed / (2 * deceleration)

@@ -1,4 +1,4 @@
-"""Threads and memory for the stops of motors. A run reserves both first, because the system may refuse them later."""
+"""Threads and memory for the stops of motors. A run reserves them first, as the system may refuse them later."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ THREAD = "reserve"
 """The name of the reserved threads."""
 
 MEMORY_BYTES = 32 << 20
-"""The size of the reserved memory, in bytes. It only takes address space, because nothing is written to it."""
+"""The size of the reserved memory, in bytes. It uses no RAM, because nothing is written to it."""
 
 
 class BackgroundCall:
-    """A call that may hang, run in another thread."""
+    """A call in another thread, because it may hang."""
 
     def __init__(self, function: Callable[[], object], clock: Clock) -> None:
         self.failure: BaseException | None = None
@@ -48,7 +48,7 @@ class BackgroundCall:
         return self._is_over
 
     def run(self) -> None:
-        """Make the call in this thread. A second `run` does not repeat the call, and only marks its end."""
+        """Make the call in this thread. Further calls of `run` do not make it again."""
         try:
             if not self._is_made:
                 self._is_made = True
@@ -62,7 +62,7 @@ class BackgroundCall:
 
 
 class Reserve:
-    """Idle threads and memory that a run reserves before anything moves. It uses them to stop the motors.
+    """Threads and memory that a run reserves before anything moves. It uses them to stop the motors.
 
     >>> from robotcore.hal.wall_clock import MonotonicClock
     >>> reserve = Reserve(MonotonicClock())
@@ -82,7 +82,7 @@ class Reserve:
         self._memory: bytes | None = None
 
     def hold(self, threads: int) -> None:
-        """Start ``threads`` more threads, and reserve memory. Raises ResourceError if the system refuses either."""
+        """Start ``threads`` further threads, and reserve memory. Raises ResourceError if the system refuses either."""
         try:
             self._memory = self._memory or bytes(MEMORY_BYTES)
         except MemoryError as error:
@@ -92,7 +92,7 @@ class Reserve:
             self._idle.append(THREAD)
 
     def call(self, function: Callable[[], object]) -> BackgroundCall:
-        """Run a function in an idle thread, or in the caller's thread if none is idle."""
+        """Call a function in an idle thread. If none is idle, call it in this thread."""
         call = BackgroundCall(function, self._clock)
         if self._take_thread():
             try:
@@ -115,18 +115,17 @@ class Reserve:
             return function()
 
     def release_memory(self) -> None:
-        """Free the reserved memory, for a stop or at the end of a run. A second call does nothing."""
+        """Free the reserved memory. A second call does nothing."""
         self._memory = None
 
     def close(self) -> None:
-        """End the threads and free the memory. A thread with a running call ends after that call."""
+        """End the threads and free the memory. A thread with a running call ends after the call."""
         self._is_closed = True
         self.release_memory()
         while self._take_thread():
             self._calls.put(None)
 
     def _take_thread(self) -> bool:
-        """Reserve an idle thread for the next call. Return False if no thread is idle."""
         try:
             self._idle.pop()
         except IndexError:
@@ -134,7 +133,7 @@ class Reserve:
         return True
 
     def _work(self) -> None:
-        """Wait for calls and make them. If a step runs out of memory, repeat it."""
+        """If a step runs out of memory, it is repeated, because the next stop needs this thread."""
         call: BackgroundCall | None = None
         is_needed = True
         while is_needed:
@@ -146,7 +145,7 @@ class Reserve:
                 continue
 
     def _make(self, call: BackgroundCall) -> bool:
-        """Make a call. Return whether the thread waits for another call."""
+        """Return whether this thread is to wait for another call."""
         call.run()
         self._idle.append(THREAD)
         return not (self._is_closed and self._take_thread())

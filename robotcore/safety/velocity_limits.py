@@ -1,4 +1,4 @@
-"""The rules that limit velocity and acceleration, and the record of a changed command."""
+"""The rules that limit velocity and acceleration, and the record of a change of a command."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Intervention:
 
 
 class Rule(Protocol):
-    """The interface of a safety rule. A rule returns a command unchanged, or a slower one in its place."""
+    """The interface of a safety rule. A rule returns a command unchanged, or a slower command."""
 
     cause: str
     """The name of the rule in interventions."""
@@ -41,7 +41,7 @@ class Rule(Protocol):
 
 
 class VelocityLimit:
-    """A rule that limits each wheel to ``limit`` rad/s. It scales both velocities by the same factor.
+    """A rule that limits each wheel to ``limit`` rad/s. It multiplies both velocities by the same factor.
 
     >>> limit = VelocityLimit(10.0)
     >>> limit(Wheels(20.0, -5.0), STOPPED)
@@ -70,7 +70,7 @@ class VelocityLimit:
 class AccelerationLimit:
     """A rule that limits the change of each wheel's velocity in a tick to ``change`` rad/s.
 
-    It scales both changes by the same factor.
+    It multiplies both changes by the same factor.
 
     >>> AccelerationLimit(2.0)(Wheels(9.0, 4.0), last=Wheels(1.0, 2.0))
     Wheels(left=3.0, right=2.5)

@@ -1,4 +1,4 @@
-"""The watchdog: a thread that detects if the loop's thread hangs, in the app or in a driver."""
+"""The watchdog: a thread that detects a hang of the loop's thread, in the app or in a driver."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class TimeLimit(NamedTuple):
 
     limit_s: float
     error: Callable[[float, FrameType | None], RobotcoreError]
-    """A function that builds the error from the exceeded limit, in seconds, and the thread's innermost frame."""
+    """A function that returns the error. Its arguments are the limit in seconds and the thread's innermost frame."""
     grace_s: float
-    """How long the thread may take to continue after its interruption, in seconds."""
+    """The time that the thread has to continue after the interruption, in seconds."""
 
 
 class ActivityMonitor:
-    """Records the present activity and the present driver call of one thread: the thread that created the monitor."""
+    """Records the activity and the driver call of one thread: the thread that created the monitor."""
 
     __slots__ = ("activities", "activity", "call", "calls", "native_thread", "thread", "ticks")
 
@@ -51,12 +51,12 @@ class ActivityMonitor:
         """The number of ticks that have begun."""
 
     def begin(self, activity: TimeLimit | None) -> None:
-        """Record the beginning of an activity. None has no time limit."""
+        """Record the begin of an activity. ``activity`` is its time limit, or None for an activity without one."""
         self.activity = activity
         self.activities += 1
 
     def call_driver(self, call: TimeLimit, function: Callable[[], T]) -> T:
-        """Call a driver's function. Calls of other threads are not recorded."""
+        """Call a driver's function and record the call. Calls by other threads are not recorded."""
         if get_ident() != self.thread:
             return function()
         before, self.call = self.call, call
@@ -67,7 +67,10 @@ class ActivityMonitor:
             self.call = before
 
     def call_driver_with(self, call: TimeLimit, function: Callable[[ArgumentT], T], argument: ArgumentT) -> T:
-        """Call a driver's function with one argument. This is faster than one method with ``*args`` for both cases."""
+        """Call a driver's function with one argument, like `call_driver`.
+
+        Two methods are faster than one method with ``*args``.
+        """
         if get_ident() != self.thread:
             return function(argument)
         before, self.call = self.call, call
@@ -79,21 +82,21 @@ class ActivityMonitor:
 
 
 MAX_LATENESS = 2.0
-"""The largest ratio of a check's period to the planned period. Time beyond it does not count for the loop's thread.
+"""The longest measured time between two checks, in planned periods.
 
-The watchdog itself wakes up late if the process was suspended, for example.
+The watchdog itself wakes up late if the process was suspended. The time beyond this limit does not count.
 """
 
 
 class RunnableTime:
     """Measures the time in which a thread could run.
 
-    The time in which the thread waited for a processor does not count. Linux reports this time as the second figure of
-    ``schedstat`` (https://docs.kernel.org/scheduler/sched-stats.html). If `measure` is called late, the excess does not
-    count either. The reason may be that the process was suspended or another thread held the interpreter's lock.
+    Two times do not count. The first is the time in which the thread waited for a processor, the second figure of
+    ``schedstat`` on Linux (https://docs.kernel.org/scheduler/sched-stats.html). The second is the delay of a late call
+    of `measure`. Such a delay occurs if the process was suspended, or if a thread held the interpreter's lock.
 
     native_thread: the thread's identifier in the operating system.
-    period_s: the period in which `measure` is called, in seconds.
+    period_s: the planned time between two calls of `measure`, in seconds.
     """
 
     def __init__(self, native_thread: int, period_s: float) -> None:
@@ -104,7 +107,7 @@ class RunnableTime:
         self._waited = self._waiting_time()
 
     def measure(self) -> float:
-        """Return the time since the last call in which the thread could run, in seconds."""
+        """Return the seconds since the last call in which the thread could run."""
         now = self._wall.now()
         elapsed, self._last = min(now - self._last, self._longest), now
         waiting = self._waiting_time()
@@ -113,32 +116,31 @@ class RunnableTime:
         return elapsed - waited
 
     def _waiting_time(self) -> float:
-        """Return the total time that the thread has waited for a processor, in seconds."""
         with suppress(OSError, ValueError, IndexError):
             return int(self._file.read_text().split()[1]) * 1e-9
         return 0.0
 
 
 PERIOD_S = 0.05
-"""The period of the checks, in seconds."""
+"""The planned time between two checks, in seconds."""
 
 FIRST_TICK_S = 30.0
-"""The least time limit until the end of the first tick, in seconds. Nothing moves yet, and apps load libraries."""
+"""The least time limit in the first tick, in seconds. Nothing moves yet, and an app may import libraries."""
 
 
 class Watchdog:
-    """Checks from `start` to `close`, by the machine's clock, how long the loop's thread has been in one activity.
+    """Measures how long the loop's thread has been in one activity, and reports an exceeded time limit.
+
+    Its own thread does this from `start` to `close`, by the machine's clock. That thread calls these functions.
 
     monitor: the record of the activity of the loop's thread.
-    on_timeout: a function that stops the motors and interrupts the thread. It is called with the error if a time limit
-    is exceeded.
-    end: a function that is called with the error if the thread does not continue within the grace period.
-    reserve: memory that was set aside. The watchdog releases it to act when the process has no memory left.
+    on_timeout: a function that gets the error of an exceeded limit. It stops the motors and interrupts the loop's
+    thread.
+    end: a function that gets the error if the loop's thread does not continue within the grace time of its limit.
+    reserve: the reserved memory. The watchdog releases it if the process has no other memory left.
     scale: a factor that multiplies every limit.
-    report_tracer: a function that is called once with the error if a limit is exceeded while a debugger or another
-    tracer follows the thread. The run then goes on.
-
-    The watchdog's thread calls these functions.
+    report_tracer: a function that gets the error, once, if a limit is exceeded while a debugger or another tracer is
+    active. The run then goes on.
 
     >>> timeout = Event()
     >>> monitor = ActivityMonitor()
@@ -194,7 +196,6 @@ class Watchdog:
                 self._reserve.release_memory()
 
     def _check(self, passed_s: float) -> None:
-        """Compare the durations of the present activity and driver call with their time limits."""
         monitor = self._monitor
         call, activity = monitor.call, monitor.activity
         call_s = self._call_timer.advance(passed_s if call else 0.0, monitor.calls)
@@ -229,14 +230,12 @@ class Watchdog:
 
 
 class _StallTimer:
-    """Measures the time for which a count has not changed."""
-
     def __init__(self) -> None:
         self._count = -1
         self._seconds = 0.0
 
     def advance(self, passed_s: float, count: int) -> float:
-        """Add ``passed_s`` seconds, and return the seconds since the count last changed."""
+        """Return the seconds for which ``count`` has not changed. ``passed_s`` is the time since the last call."""
         self._seconds = self._seconds + passed_s if count == self._count else 0.0
         self._count = count
         return self._seconds
@@ -244,11 +243,9 @@ class _StallTimer:
 
 @dataclass
 class _Timeout:
-    """A time limit that was exceeded."""
-
     error: RobotcoreError
     activities: int
-    """The count of activities when the limit was exceeded. If the count has changed, the thread has continued."""
+    """The number of activities at the time-out. If it has changed, the thread has continued."""
     left_s: float
     """The remaining time for the thread to continue, in seconds."""
 
@@ -256,8 +253,8 @@ class _Timeout:
 def is_debugged(frame: FrameType | None) -> bool:
     """Return whether a debugger or another tracer follows a thread. A tool that measures coverage does not count.
 
-    A tracer of `sys.settrace` is set on the frames that it follows. Since Python 3.12, a debugger may also be a tool of
-    `sys.monitoring`.
+    A tracer of `sys.settrace` is an attribute of the frames that it follows. Since Python 3.12, a debugger may be a
+    tool of `sys.monitoring` instead.
 
     frame: the innermost frame of the thread.
     """

@@ -7,7 +7,7 @@ from contextlib import closing
 
 from robotcore.errors import BackendError, UsageError
 from robotcore.hal.backend import load_backend
-from robotcore.runtime.apps import INSTEAD, app_path, is_app_file, load_app
+from robotcore.runtime.apps import IMPORT_ADVICE, app_path, is_app_file, load_app
 from robotcore.runtime.plan import RunRequest
 from robotcore.runtime.settings import configure
 from robotcore.sweep.spec import Sweep
@@ -59,7 +59,8 @@ def _call_app(
         kind = "app-hangs"
     else:
         return
-    raise UsageError(f"{app_path(app) if is_app_file(app) else app} {fault}. {INSTEAD}", kind=kind, app=app, step=step)
+    name = app_path(app) if is_app_file(app) else app
+    raise UsageError(f"{name} {fault}. {IMPORT_ADVICE}", kind=kind, app=app, step=step)
 
 
 def _call_backends(worker: WorkerProcess, sweep: Sweep, function: Callable[..., None], *arguments: object) -> None:

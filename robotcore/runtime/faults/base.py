@@ -23,10 +23,9 @@ from robotcore.runtime.layers.imperfections import Noise, random_at
 
 @dataclass(frozen=True)
 class FaultContext:
-    """The context of one fault in a run. It provides the fault's random numbers.
+    """The data of one fault in a run, and the source of its random numbers.
 
-    The seed, the fault, the device and the time determine each number. So the numbers do not depend on how many times
-    an app reads a sensor.
+    The seed, the fault, the device and the time determine each random number. The number of reads has no influence.
     """
 
     clock: Clock
@@ -34,16 +33,16 @@ class FaultContext:
     seed: int
     """The seed of the run."""
     position: int
-    """The position of the fault in the list of the run's faults, from 0."""
+    """The index of the fault in the list of the run's faults, from 0."""
     spec: str
-    """The specification of the fault, for messages."""
+    """The specification of the fault, such as ``camera drop=0.2``, for messages."""
 
     def random_at(self, device: str, time: float) -> Random:
         """Return a random generator that is seeded by a device's name and a time in seconds."""
         return random_at(f"{self.seed}:{self._source(device)}", time)
 
     def noise(self, device: str, sigma: float) -> Noise:
-        """Return the normally distributed noise of a device. ``sigma`` is its standard deviation."""
+        """Return the normal noise of a device. ``sigma`` is its standard deviation."""
         return Noise(self.seed, self._source(device), sigma)
 
     def _source(self, device: str) -> str:
@@ -51,14 +50,14 @@ class FaultContext:
 
 
 ROUNDING_S = 1e-6
-"""Times that differ by less count as equal, because sums and quotients have rounding errors. In seconds."""
+"""Two times count as equal if they differ by less than this, in seconds. Sums and quotients have rounding errors."""
 
 MAX_TIME_S = 1e5
-"""The largest time that a fault's parameter may have, in seconds on a robot's clock."""
+"""The largest value of a parameter that is a time or a duration, in seconds."""
 
 
 class TargetKind(str, Enum):
-    """A kind of target that a fault can affect."""
+    """A kind of target: one kind of device, the loop, or the connection to all devices."""
 
     CAMERA = "camera"
     RANGE = "range sensor"
@@ -80,9 +79,9 @@ Probability = Annotated[float, Field(ge=0, le=1, description="probability")]
 class Fault(StrictModel):
     """The base class of faults. The fields of a subclass are the parameters of its fault.
 
-    The ``description`` of a field is its unit. The field ``value`` is the value of the effect itself, as in
-    ``drop=0.2``. A fault begins at ``after`` seconds on the robot's clock. It ends ``lasts`` seconds later, or with the
-    run.
+    The ``description`` of a field is its unit. The field ``value`` is the value of the effect itself, such as 0.2 in
+    ``drop=0.2``. The fault begins at ``after`` seconds on the robot's clock, and ends ``lasts`` seconds later. If
+    ``lasts`` is None, it ends with the run.
 
     on: the kinds of targets that the fault can affect.
     example: a specification of the fault.
@@ -96,15 +95,15 @@ class Fault(StrictModel):
 
     @abstractmethod
     def layer(self, context: FaultContext) -> Layer:
-        """Return the layer that makes devices fail. A run applies it to the target's devices and to the clock only."""
+        """Return the layer that makes devices fail. A run applies it to the devices of the target and to the clock."""
 
     def is_on(self, time: float) -> bool:
-        """Return whether the fault is active at a time in seconds."""
+        """Return whether the fault is active at ``time``, in seconds on the robot's clock."""
         return -ROUNDING_S <= time - self.after < (self.lasts or inf) - ROUNDING_S
 
 
 class TickEndClock(ClockWrapper):
-    """A clock that calls ``end_tick`` at the end of each tick, just before time passes."""
+    """A clock that calls ``end_tick`` at the end of each tick, before time passes."""
 
     def __init__(self, source: Clock, end_tick: Callable[[], None]) -> None:
         super().__init__(source)
@@ -116,10 +115,10 @@ class TickEndClock(ClockWrapper):
 
 
 class StallingClock(ClockWrapper):
-    """A clock that stalls the loop: at set times, a sleep lasts at least ``stall`` seconds.
+    """A clock that stalls the loop: at certain times, a sleep lasts at least ``stall`` seconds.
 
     The first stall begins at the time ``first``, and another one every ``every`` seconds. No stall begins at ``end`` or
-    later. During a stall, time passes and due callbacks are called.
+    later. The callbacks of `call_at` are called during a stall too. All times are in seconds.
     """
 
     def __init__(self, source: Clock, stall: float, first: float, every: float, end: float) -> None:
@@ -137,13 +136,13 @@ class StallingClock(ClockWrapper):
 
 
 class PollingLayer(Layer):
-    """A layer that reads its sensors in every tick. It reads those that the app has not read at the end of the tick."""
+    """A layer that reads its sensors in every tick. It reads a sensor at the end of a tick if the app did not."""
 
     def __init__(self) -> None:
         self._polled: list[PolledReader[Any]] = []
 
     def poll(self, read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return a function that reads like ``read``. The layer calls it in each tick in which no other part does."""
+        """Return a function that calls ``read``. At the end of a tick without its call, the layer calls it."""
         polled = PolledReader(read)
         self._polled.append(polled)
         return polled
@@ -159,7 +158,7 @@ class PollingLayer(Layer):
 class PolledReader(Generic[SampleT]):
     """Reads a sensor when it is called.
 
-    In a tick without such a call, `end_tick` reads the sensor and ignores DeviceErrors.
+    `end_tick` reads the sensor if the tick had no read, and ignores a DeviceError.
     """
 
     def __init__(self, read: Reader[SampleT]) -> None:

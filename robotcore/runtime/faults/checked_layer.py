@@ -18,7 +18,7 @@ T = TypeVar("T")
 
 
 class FaultCode:
-    """The code of one fault. It turns the exceptions of this code into errors that contain the fault.
+    """Calls the code of one fault. It converts the exceptions of this code to errors that contain the fault.
 
     fault: the specification of the fault.
     """
@@ -27,9 +27,10 @@ class FaultCode:
         self._fault = fault
 
     def build_error(self, problem: str, device: str = "") -> RobotcoreError:
-        """Return the error for a problem in this code. It is a DeviceError if the problem is that of one device.
+        """Return the error for a problem in this code.
 
         problem: a clause such as ``Fog.layer returned None``.
+        device: the device of the problem. With a device the error is a DeviceError, otherwise a BackendError.
         """
         text = f'the fault "{self._fault}" does not work: {problem}. Correct its code, or leave the fault out'
         if device:
@@ -44,7 +45,7 @@ class FaultCode:
         return self.build_error(text + line, device)
 
     def call(self, device: str, function: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
-        """Call a function of this code, and translate its exceptions."""
+        """Call a function of this code, and translate its exceptions. ``device`` is that of `build_error`."""
         try:
             return function(*args, **kwargs)
         except (Exception, SystemExit) as error:
@@ -54,7 +55,10 @@ class FaultCode:
 
 
 def is_translated(error: BaseException) -> bool:
-    """Return whether an error can end a run as it is. A UsageError cannot, because the request was valid."""
+    """Return whether an error can end a run without a translation.
+
+    A UsageError cannot. It would claim that the user's request is wrong.
+    """
     return isinstance(error, RobotcoreError) and not isinstance(error, UsageError)
 
 
@@ -123,7 +127,7 @@ class CheckedLayer(Layer):
 
 
 def _read_inner(device: str, read: Reader[SampleT]) -> SampleT:
-    """Read a sensor below the fault. An exception of a driver is translated here, because it is not the fault's."""
+    """Read a sensor below the fault. An exception of its driver must not look like an exception of the fault."""
     try:
         return read()
     except RobotcoreError:
@@ -134,7 +138,7 @@ def _read_inner(device: str, read: Reader[SampleT]) -> SampleT:
 
 
 class _InnerClock(ClockWrapper):
-    """The clock below the fault. It stores its last exception, which is not the fault's."""
+    """The clock below the fault. It stores its last exception, which the fault has not caused."""
 
     failure: BaseException | None = None
 

@@ -19,7 +19,7 @@ _MOTORS = frozenset({TargetKind.MOTOR})
 
 
 class Dead(Fault):
-    """Keeps a motor from turning."""
+    """A motor does not turn."""
 
     on = _MOTORS
     example = "right_motor dead after=10"
@@ -29,7 +29,7 @@ class Dead(Fault):
 
 
 class Weak(Fault):
-    """Turns a motor at the given share of the commanded velocity."""
+    """A motor turns at the given share of the commanded velocity."""
 
     on = _MOTORS
     example = "left_motor weak=0.6"
@@ -41,7 +41,7 @@ class Weak(Fault):
 
 
 class Reversed(Fault):
-    """Turns a motor in the wrong direction, as if its wires were swapped."""
+    """A motor turns in the wrong direction, as if its wires were swapped."""
 
     on = _MOTORS
     example = "left_motor reversed"
@@ -53,7 +53,7 @@ class Reversed(Fault):
 class MotorGainLayer(Layer):
     """Multiplies the commanded velocities of motors by ``gain`` while ``fault`` is active.
 
-    If the fault begins or ends while a motor turns, the layer sends the motor's command again at the end of the tick.
+    If the fault begins or ends while a motor turns, the layer sends the last command again at the end of the tick.
     """
 
     def __init__(self, fault: Fault, clock: Clock, gain: float) -> None:
@@ -77,9 +77,9 @@ class MotorGainLayer(Layer):
 
 
 class FaultyMotor:
-    """Multiplies each velocity by the result of ``gain()`` and sends it to a motor.
+    """Sends each velocity to a motor, multiplied by the present result of ``gain()``.
 
-    A deadman may stop the motor from another thread.
+    It has a lock, because the deadman may call `stop` from another thread.
     """
 
     def __init__(self, motor: MotorOutput, gain: Callable[[], float]) -> None:
@@ -91,7 +91,7 @@ class FaultyMotor:
     def set_velocity(self, rad_s: float) -> float:
         """Send ``gain()`` times a velocity, and return the velocity itself, both in rad/s.
 
-        The caller does not notice the fault, because a motor without the fault returns the same.
+        The result does not show the fault, because the return value of a weak motor does not show its weakness either.
         """
         with self._lock:
             self._asked = rad_s
@@ -99,22 +99,22 @@ class FaultyMotor:
         return rad_s
 
     def stop(self) -> None:
-        """Stop the motor."""
+        """Stop the motor at once."""
         with TimedLock(self._lock):
             self._stops += 1
             self._asked = self._command = 0.0
             self._motor.stop()
 
     def renew(self) -> None:
-        """Send the last velocity again if the gain has changed since it was sent."""
+        """Send the last velocity again if the gain has changed since then."""
         with self._lock:
             if self._gain() * self._asked != self._command:
                 self._send()
 
     def _send(self) -> None:
-        """Send the velocity. If another thread stopped the motor meanwhile, stop the motor again.
+        """Send the velocity. If another thread stopped the motor during the call, stop the motor again.
 
-        A stop does not wait for the lock for ever, so it may happen during this call.
+        A stop waits only a limited time for the lock. So a stop is possible during this call.
         """
         stops = self._stops
         self._command = self._gain() * self._asked

@@ -1,4 +1,4 @@
-"""Faults that last for a limited time and may be repeated: a stalled loop, a lost device, a lost connection."""
+"""Faults that occur once or repeatedly, each time for a limited time: a stalled loop, a lost device or connection."""
 
 from __future__ import annotations
 
@@ -18,36 +18,38 @@ Pause = Annotated[float, Field(ge=0.001, le=60, description="seconds")]
 
 
 class Outage(Fault):
-    """A fault in outages of ``value`` seconds. If ``every`` is set, an outage begins every ``every`` seconds.
+    """The base class of faults that occur once or repeatedly, each time for ``value`` seconds.
 
-    The first outage begins at the time ``after``. No outage begins later than ``lasts`` seconds after that time.
+    The first outage begins at the time ``after``. If ``every`` is set, another one begins every ``every`` seconds. With
+    ``lasts``, no outage begins later than ``lasts`` seconds after the first one.
     """
 
     value: Duration
     every: Duration | None = None
 
     @model_validator(mode="after")
-    def _fits_together(self) -> Outage:
+    def _require_consistent_times(self) -> Outage:
         if self.every is None and self.lasts is not None:
             raise ValueError(
-                f"lasts={self.lasts:g} limits the time in which the fault is repeated, but every=SECONDS is missing. "
-                f"Add it, or leave lasts out: the fault then happens once, for {self.value:g} seconds"
+                f"lasts={self.lasts:g} needs every=SECONDS, because it ends a repeated fault. "
+                f"Add every, or leave lasts out for one fault of {self.value:g} seconds"
             )
         if self.every is not None and self.every <= self.value:
             raise ValueError(
-                f"every={self.every:g} begins an outage before the last one of {self.value:g} seconds ends. Raise every"
+                f"every={self.every:g} is too short for a fault of {self.value:g} seconds. "
+                f"Raise every above {self.value:g}"
             )
         return self
 
     def is_on(self, time: float) -> bool:
-        """Return whether an outage is active at a time in seconds."""
+        """Return whether an outage is active at ``time``, in seconds on the robot's clock."""
         since = time + ROUNDING_S - self.after
         began = floor(since / self.every) * self.every if self.every else 0.0
         return since >= 0 and began < (self.lasts or inf) - ROUNDING_S and since - began < self.value
 
 
 class Stall(Outage):
-    """Stalls the loop for the given time. Time passes without a tick, and the deadman stops the motors."""
+    """The loop stalls for the given time. Time passes without a tick, and the deadman stops the motors."""
 
     on = frozenset({TargetKind.LOOP})
     example = "loop stall=0.3 after=5 every=10"
@@ -59,7 +61,7 @@ class Stall(Outage):
 
 
 class Lost(Outage):
-    """Disconnects devices for the given time. Each call to them fails, except the call that stops a motor."""
+    """Devices are disconnected for the given time. Each call of such a device fails, except the stop of a motor."""
 
     on = frozenset(TargetKind) - {TargetKind.LOOP}
     example = "connection lost=2 after=10"
@@ -69,7 +71,7 @@ class Lost(Outage):
 
 
 class StalledLoop(Layer):
-    """Makes the loop's sleeps longer, so that the loop stalls."""
+    """Makes sleeps of the loop longer."""
 
     def __init__(self, fault: Stall) -> None:
         self._fault = fault
@@ -80,7 +82,7 @@ class StalledLoop(Layer):
 
 
 class ConnectionLoss(Layer):
-    """Makes the calls of sensors, motors and displays fail while the connection is lost."""
+    """Raises DeviceLostError in the calls of sensors, motors and displays while the fault is active."""
 
     def __init__(self, fault: Lost, context: FaultContext) -> None:
         self._fault, self._context = fault, context
@@ -108,9 +110,9 @@ class ConnectionLoss(Layer):
         return show_picture
 
     def require(self, device: str) -> None:
-        """Raise DeviceLostError if the connection to a device is lost now."""
+        """Raise DeviceLostError if the fault is active now."""
         if self._fault.is_on(self._context.clock.now()):
             written = self._context.spec
             raise DeviceLostError(
-                device, f'the connection is lost, by the fault "{written}"', kind="injected-loss", fault=written
+                device, f'is disconnected by the fault "{written}"', kind="injected-loss", fault=written
             )

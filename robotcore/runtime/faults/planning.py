@@ -1,4 +1,4 @@
-"""Plans the faults of a run: finds the effect and the target of each specification, before the robot is opened."""
+"""Plans the faults of a run: finds the effect and the target of each specification before the robot is opened."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _KINDS = {
     "motor": TargetKind.MOTOR,
     "display": TargetKind.DISPLAY,
 }
-"""For each ``kind`` in a device's description, the kind of target."""
+"""The kind of target for each ``kind`` in a device's description."""
 
 _FIRST_OF = {
     "camera": TargetKind.CAMERA,
@@ -35,7 +35,7 @@ _FIRST_OF = {
     "battery": TargetKind.BATTERY,
     "display": TargetKind.DISPLAY,
 }
-"""For each role of one device, the kind of that device."""
+"""The kind of target for each role that one device fills."""
 
 ROLES = {
     TargetKind.CAMERA: "camera",
@@ -47,7 +47,7 @@ ROLES = {
     TargetKind.LOOP: "loop",
     TargetKind.CONNECTION: "connection",
 }
-"""For each kind, a target name that is valid on every robot with a device of this kind."""
+"""For each kind, the name of a target that exists on every robot with such a device."""
 
 
 class Target(NamedTuple):
@@ -60,23 +60,26 @@ class Target(NamedTuple):
 
 
 def find_target(name: str, description: RobotDescription, opened: Collection[str]) -> Target:
-    """Return the target with a name. ``opened`` are the names of the devices that the run opens.
+    """Return the target with a name. Raises UsageError if there is no such target.
 
-    Raises UsageError if there is no such target.
+    opened: the names of the devices that the run opens.
     """
     targets = targets_of(description, opened)
     if name in targets:
         return targets[name]
     if name in targets_of(description, [device.name for device in description.devices]):
         raise UsageError(
-            f"the app does not open {name}. It opens these targets: {', '.join(sorted(targets))}",
+            f"the app does not use {name}. Choose a target that it uses: {', '.join(sorted(targets))}",
             kind="fault-target-not-open",
         )
     raise UnknownNameError("target", name, list(targets))
 
 
 def targets_of(description: RobotDescription, opened: Collection[str]) -> dict[str, Target]:
-    """Return all targets of a robot by name. ``opened`` are the names of the devices that the run opens."""
+    """Return all targets of a robot by name.
+
+    opened: the names of the devices that the run opens.
+    """
     devices = {each.name: _KINDS[each.kind] for each in description.devices if each.name in opened}
     return {
         "loop": Target(TargetKind.LOOP, frozenset()),
@@ -106,7 +109,7 @@ def effects() -> list[str]:
 def effect_of(name: str) -> str:
     """Return the effect of a registered fault: the part of its name before the dot, such as ``noise``.
 
-    The part after the dot tells faults with the same effect apart, as in ``noise.camera``.
+    The part after the dot distinguishes faults with the same effect, as in ``noise.camera`` and ``noise.range``.
     """
     return name.partition(".")[0]
 
@@ -119,16 +122,15 @@ def load_fault(name: str) -> type[Fault]:
     found = load_registered("fault", FAULTS, name)
     if not (isinstance(found, type) and issubclass(found, Fault)):
         raise BackendMissingError(
-            f"the fault {name!r} is no class that inherits robotcore.runtime.faults.Fault. Correct its entry point"
+            f"the entry point of the fault {name!r} is not a subclass of robotcore.runtime.faults.Fault. Correct it"
         )
     return found
 
 
 def find_faults(effect: str) -> list[type[Fault]]:
-    """Return the fault classes with an effect. Several classes may have one effect, for different kinds of target.
+    """Return the fault classes with an effect. They are for different kinds of target.
 
-    Raises UnknownNameError, which suggests the nearest name, if no fault has the effect. Raises UsageError if no fault
-    is registered at all.
+    Raises UnknownNameError if no fault has the effect. Raises UsageError if no fault is registered.
     """
     names = [name for name in fault_names() if effect_of(name) == effect]
     if not names and (known := effects()):
@@ -137,7 +139,7 @@ def find_faults(effect: str) -> list[type[Fault]]:
 
 
 def effects_on(kind: TargetKind) -> list[str]:
-    """Return the names of the effects on a kind of target. A fault that cannot be loaded is left out."""
+    """Return the names of the effects on a kind of target. Faults that cannot be loaded are left out."""
     return sorted({effect_of(name) for name in fault_names() if kind in _kinds_of(name)})
 
 
@@ -157,7 +159,7 @@ def _kinds_of(name: str) -> frozenset[TargetKind]:
 
 
 class DeviceFilter(Layer):
-    """Applies ``layer`` only to the clock and to the devices with these names."""
+    """Applies ``layer`` to the clock and to the devices with these names, and to no other device."""
 
     def __init__(self, layer: Layer, names: Collection[str]) -> None:
         self._layer, self._names = layer, names
@@ -177,23 +179,23 @@ class DeviceFilter(Layer):
 
 @dataclass(frozen=True)
 class PlannedFault:
-    """A fault whose specification was checked, with its target on the robot."""
+    """A fault with a checked specification, and its target on the robot."""
 
     spec: Spec
     """The specification."""
     fault: Fault
     """The fault with its parameters."""
     target: Target
-    """The devices that fail."""
+    """The target whose devices fail."""
     position: int
-    """The position of the fault in the list of the run's faults, from 0."""
+    """The index of the fault in the list of the run's faults, from 0."""
 
     def __str__(self) -> str:
         """Return the specification in its canonical form."""
         return str(self.spec)
 
     def layer(self, clock: Clock, seed: int) -> Layer:
-        """Return the layer that makes the target's devices fail in one run."""
+        """Return the layer that makes the devices of the target fail in one run."""
         code = FaultCode(str(self))
         layer = code.call("", self.fault.layer, FaultContext(clock, seed, self.position, str(self)))
         if not isinstance(layer, Layer):
@@ -201,7 +203,7 @@ class PlannedFault:
         return DeviceFilter(CheckedLayer(layer, code), self.target.devices)
 
     def is_on(self, time: float) -> bool:
-        """Return whether the fault is active at a time on the robot's clock, in seconds."""
+        """Return whether the fault is active at ``time``, in seconds on the robot's clock."""
         try:
             return self.fault.is_on(time)
         except (Exception, SystemExit) as error:
@@ -215,10 +217,10 @@ def plan_faults(
 
     opened: the names of the devices that the run opens.
 
-    Raises UsageError, with the correct form, if a specification is wrong.
+    Raises UsageError with the correct form if a specification is wrong.
     """
     if isinstance(specs, str):
-        raise UsageError(f"faults is a text. Write a list: faults=[{specs!r}]", kind="faults-not-a-list")
+        raise UsageError(f"faults is the text {specs!r}. Write a list: faults=[{specs!r}]", kind="faults-not-a-list")
     return tuple(_plan_fault(Spec.parse(text), description, opened, index) for index, text in enumerate(specs))
 
 
@@ -238,17 +240,13 @@ def _build_kind_error(spec: Spec, kind: TargetKind, candidates: Sequence[type[Fa
     fitting = [role for each, role in ROLES.items() if any(each in fault.on for fault in candidates)]
     return _build_error(
         spec,
-        f"{spec.effect} is for {' or '.join(fitting)}; on a {kind.value} there are: {', '.join(effects_on(kind))}\n"
+        f"{spec.effect} is for {' or '.join(fitting)}. Effects on a {kind.value}: {', '.join(effects_on(kind))}\n"
         f'Write it like "{candidates[0].example}"; robotcore faults lists all effects',
         "fault-not-on-this-kind",
     )
 
 
 def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
-    """Return the fault with the parameters of a specification.
-
-    Raises UsageError, with the wrong parameter and the correct form.
-    """
     mistake = _find_mistake(spec, fault)
     if not mistake:
         try:
@@ -261,10 +259,6 @@ def _build_fault(spec: Spec, fault: type[Fault]) -> Fault:
 
 
 def _find_mistake(spec: Spec, fault: type[Fault]) -> str:
-    """Return a message about an unknown parameter, or about a missing or superfluous value.
-
-    The message is empty if there is no such mistake.
-    """
     known = [name for name in fault.model_fields if name != VALUE]
     for key, _ in spec.parameters:
         if key not in known:

@@ -26,7 +26,7 @@ Latency = Annotated[float, Field(gt=0, le=5, description="seconds")]
 
 
 class Drop(Fault):
-    """Loses each sample with the given probability. The sensor then returns its last sample again."""
+    """Samples are lost, each with the given probability. The sensor then returns its last sample again."""
 
     on = SENSORS
     example = "camera drop=0.2 after=5"
@@ -38,14 +38,14 @@ class Drop(Fault):
 
 
 class NoEcho(Drop):
-    """Loses each echo with the given probability. The sensor then returns its last sample again, not inf."""
+    """Echoes are lost, each with the given probability. The sensor then returns its last sample again, not ``inf``."""
 
     on = frozenset({TargetKind.RANGE})
     example = "range no_echo=0.5"
 
 
 class Freeze(Fault):
-    """Loses every sample. The sensor returns its last sample again and again."""
+    """All samples are lost. The sensor returns its last sample in each read."""
 
     on = SENSORS
     example = "camera freeze after=5 lasts=0.5"
@@ -55,9 +55,9 @@ class Freeze(Fault):
 
 
 class Delay(Fault):
-    """Delays each sample by the given time.
+    """Samples arrive late by the given time.
 
-    The sensor returns the last sample until a newer one arrives, so the time of capture never decreases.
+    The sensor returns its last sample until a newer one arrives. So the time of capture never decreases.
     """
 
     on = SENSORS
@@ -70,7 +70,7 @@ class Delay(Fault):
 
 
 class LostSamples(PollingLayer):
-    """Drops each sample that is captured while ``fault`` is active, with a probability.
+    """Drops the samples that are captured while ``fault`` is active, each with a probability.
 
     The first sample of a run is never dropped.
     """
@@ -87,8 +87,6 @@ class LostSamples(PollingLayer):
 
 
 class _LossyReader(Generic[SampleT]):
-    """Reads a sensor, and returns the newest sample that was not lost."""
-
     def __init__(self, read: Reader[SampleT], is_lost: Callable[[float], bool]) -> None:
         self._read, self._is_lost = read, is_lost
         self._last: SampleT | None = None
@@ -111,13 +109,13 @@ class LateSamples(PollingLayer):
         return self.poll(_DelayedReader(read, self._last_due))
 
     def _last_due(self) -> float:
-        """Return the latest capture time, in seconds, of the samples that have arrived by now."""
+        """Return the capture time, in seconds, of the newest sample that has arrived by now."""
         now = self._clock.now()
         return now - self._latency + ROUNDING_S if self._fault.is_on(now) else inf
 
 
 class _DelayedReader(Generic[SampleT]):
-    """Reads a sensor, and returns the newest sample that has arrived. The first sample arrives without a delay."""
+    """Returns the newest sample that has arrived. The first sample of a sensor arrives without a delay."""
 
     def __init__(self, read: Reader[SampleT], last_due: Callable[[], float]) -> None:
         self._read, self._last_due = read, last_due

@@ -11,14 +11,14 @@ from pydantic import Field
 from robotcore.hal.devices import Angle, Image, Range, RangeSensor, Sensor
 from robotcore.runtime.faults.base import Fault, FaultContext, PollingLayer, Probability, TargetKind
 from robotcore.runtime.layers.base import Layer, Reader, limit_reading
-from robotcore.runtime.layers.imperfections import ProcessedFrames, add_noise
+from robotcore.runtime.layers.imperfections import ProcessedFrames, build_noise_effect
 
 Deviation = Annotated[float, Field(gt=0, le=1, description="metres")]
 Distance = Annotated[float, Field(gt=0, le=100, description="metres")]
 
 
 class RangeNoise(Fault):
-    """Adds normal noise to each distance, with the given standard deviation."""
+    """Distances have normal noise with the given standard deviation."""
 
     on = frozenset({TargetKind.RANGE})
     example = "range noise=0.05"
@@ -34,9 +34,9 @@ class RangeNoise(Fault):
 
 
 class Stuck(Fault):
-    """Replaces each measured distance by the given one. The times of capture do not change.
+    """A range sensor always returns the given distance, with new times of capture.
 
-    If the distance is beyond the sensor's range, the samples contain ``inf``.
+    A distance beyond the sensor's range becomes ``inf``.
     """
 
     on = frozenset({TargetKind.RANGE})
@@ -49,7 +49,7 @@ class Stuck(Fault):
 
 
 class Spikes(Fault):
-    """Replaces a distance, with the given probability, by a random one within the sensor's range."""
+    """Distances become random distances within the sensor's range, each with the given probability."""
 
     on = frozenset({TargetKind.RANGE})
     example = "range spikes=0.1"
@@ -88,7 +88,7 @@ GreyLevels = Annotated[float, Field(gt=0, le=64, description="grey levels")]
 
 
 class CameraNoise(Fault):
-    """Adds normal noise to each pixel, with the given standard deviation."""
+    """Pixels have normal noise with the given standard deviation."""
 
     on = frozenset({TargetKind.CAMERA})
     example = "camera noise=20 after=5"
@@ -106,7 +106,7 @@ class NoisyPictures(Layer):
         self._fault, self._sigma, self._context = fault, sigma, context
 
     def sensor(self, sensor: Sensor[Any], read: Reader[Any]) -> Reader[Any]:
-        noisy = add_noise(self._context.noise(sensor.name, self._sigma))
+        noisy = build_noise_effect(self._context.noise(sensor.name, self._sigma))
 
         def effect(image: Image, time: float) -> Image:
             return noisy(image, time) if self._fault.is_on(time) else image
@@ -118,7 +118,7 @@ Share = Annotated[float, Field(ge=0, le=1, description="share")]
 
 
 class Slip(Fault):
-    """Makes an encoder miss the given share of its wheel's rotation."""
+    """An encoder does not measure the given share of its wheel's rotation."""
 
     on = frozenset({TargetKind.ENCODER})
     example = "encoders slip=0.1"
@@ -141,10 +141,7 @@ class SlipLayer(PollingLayer):
 
 
 class _SlippingEncoder:
-    """Reads an encoder, and subtracts the share of the rotation that the fault removes.
-
-    The rotation between two samples counts if the fault was active at the first of them.
-    """
+    """Subtracts a share of each rotation between two samples if the fault was active at the first of them."""
 
     def __init__(self, read: Reader[Angle], fault: Fault, share: float) -> None:
         self._read, self._fault, self._share = read, fault, share

@@ -19,14 +19,14 @@ GRAMMAR = "TARGET EFFECT[=VALUE] [KEY=VALUE …]"
 EXAMPLE = "camera drop=0.2 after=5"
 
 MAX_QUOTED_LENGTH = 60
-"""A message quotes at most this number of characters of a user's text."""
+"""The largest number of characters of a user's text in a message."""
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
 
 
 @dataclass(frozen=True)
 class Spec:
-    """A parsed specification of a fault. Its names and parameters are not checked yet.
+    """A parsed specification of a fault. Its names and values are not checked yet.
 
     >>> str(Spec.parse("  camera drop=0.20   lasts=3.0 after=5 "))
     'camera drop=0.2 after=5 lasts=3'
@@ -42,18 +42,18 @@ class Spec:
         """Parse a specification. Raises UsageError if its form is wrong."""
         words = text.split()
         if len(words) < 2:
-            raise _refusal(text, f"{'an effect' if words else 'everything'} is missing")
+            raise _build_form_error(text, "the effect is missing" if words else "the text is empty")
         target, (effect, value), *rest = words[0], *(_split_word(text, word) for word in words[1:])
         for key, given in rest:
             if given is None:
-                raise _refusal(text, f"{quote_text(key)} has no value")
+                raise _build_form_error(text, f"{quote_text(key)} has no value")
             if [other for other, _ in rest].count(key) > 1:
-                raise _refusal(text, f"{key} is given twice")
+                raise _build_form_error(text, f"{key} is given twice")
         parameters = [(key, given) for key, given in rest if given is not None]
         return cls(_check_name(text, target), effect.replace("-", "_"), value, tuple(sorted(parameters)))
 
     def __str__(self) -> str:
-        """Return the canonical form of the specification. Its parameters are sorted, and its numbers are shortest."""
+        """Return the canonical form: sorted parameters, and each number with as few digits as possible."""
         effect = self.effect if self.value is None else f"{self.effect}={self.value}"
         return " ".join([self.target, effect, *(f"{key}={value}" for key, value in self.parameters)])
 
@@ -64,35 +64,34 @@ class Spec:
 
 
 def quote_text(text: str) -> str:
-    """Return a user's text for a message, in quotes and shortened if it is long."""
+    """Return a user's text in quotes for a message. A long text is shortened to `MAX_QUOTED_LENGTH` characters."""
     return repr(text if len(text) <= MAX_QUOTED_LENGTH else f"{text[:MAX_QUOTED_LENGTH]}…")
 
 
-def _refusal(text: str, fault: str) -> UsageError:
-    return UsageError(f'{quote_text(text)}: {fault}. Write {GRAMMAR}, such as "{EXAMPLE}"', kind="fault-form")
+def _build_form_error(text: str, mistake: str) -> UsageError:
+    return UsageError(f'{quote_text(text)}: {mistake}. Write {GRAMMAR}, such as "{EXAMPLE}"', kind="fault-form")
 
 
 def _format_number(number: float) -> str:
-    """Return the shortest text from which ``float`` makes the same number."""
     return repr(number).removesuffix(".0")
 
 
 def _split_word(text: str, word: str) -> tuple[str, str | None]:
     key, sign, value = word.partition("=")
     if sign and not value:
-        raise _refusal(text, f"{quote_text(word)} has no value")
+        raise _build_form_error(text, f"{quote_text(word)} has no value")
     return _check_name(text, key), _canonical(text, value) if sign else None
 
 
 def _check_name(text: str, word: str) -> str:
     if not _NAME.fullmatch(word):
-        raise _refusal(text, f"{quote_text(word)} is no name")
+        raise _build_form_error(text, f"{quote_text(word)} is no name")
     return word
 
 
 def _canonical(text: str, value: str) -> str:
     if not value.isprintable():
-        raise _refusal(text, f"{quote_text(value)} cannot be printed")
+        raise _build_form_error(text, f"{quote_text(value)} cannot be printed")
     with suppress(ValueError):
         return _format_number(float(value))
     return value
@@ -106,7 +105,6 @@ MAX_INJECTED_FAULTS = 100
 
 
 def _read_word(value: Any) -> str:
-    """Return a TOML value as it is written in a specification."""
     match value:
         case str():
             return value
@@ -114,7 +112,7 @@ def _read_word(value: Any) -> str:
             pass
         case int() | float() if abs(value) < LARGEST:
             return repr(float(value))
-    raise ValueError("is neither a number nor a word. Write a number, or a word in quotes")
+    raise ValueError("is neither a number nor a text; write a number, or a text in quotes")
 
 
 Word = Annotated[str, BeforeValidator(_read_word)]
@@ -125,11 +123,11 @@ class _File(StrictModel):
 
 
 def read_specs(texts: Iterable[str]) -> tuple[str, ...]:
-    """Return specifications of faults in their canonical form.
+    """Return the canonical forms of the specifications of faults.
 
-    A text may be the name of a TOML file. The specifications in the file then take its place.
+    texts: specifications, or names of TOML files that contain specifications.
 
-    Raises UsageError if the form of a specification is wrong. `plan_faults` checks if it fits the robot.
+    Raises UsageError if the form of a specification is wrong. `plan_faults` checks whether it fits the robot.
     """
     specs = [str(spec) for text in texts for spec in (_read(text) if _is_file(text) else [Spec.parse(text)])]
     if len(specs) > MAX_INJECTED_FAULTS:
@@ -167,7 +165,7 @@ def _spec(words: dict[str, str], file: str, place: str) -> Spec:
 
 
 VALUE = "value"
-"""The field of a `Fault` for the value of the effect itself, such as 0.2 in ``drop=0.2``."""
+"""The name of the field in a `Fault` that contains the effect's value, such as 0.2 in ``drop=0.2``."""
 
 
 @dataclass(frozen=True)
@@ -175,26 +173,26 @@ class Parameter:
     """One parameter of a fault."""
 
     name: str
-    """The parameter's key in a specification."""
+    """The key of the parameter in a specification."""
     unit: str
-    """The parameter's unit, such as seconds."""
+    """The unit of the value, such as ``seconds``."""
     limits: str
-    """The parameter's limits as a text, such as ``from 0 to 1``. Empty if it has no limits."""
+    """The limits of the value, such as ``from 0 to 1``. Empty if there are none."""
     is_required: bool
-    """Whether each specification must contain the parameter."""
+    """Whether a specification must contain the parameter."""
 
     @property
     def form(self) -> str:
         """The form of the parameter in a specification, such as ``drop=PROBABILITY``.
 
-        The form of an optional parameter is in brackets: ``[after=SECONDS]``.
+        An optional parameter is in brackets: ``[after=SECONDS]``.
         """
         written = f"{self.name}={self.unit.upper().replace(' ', '_')}"
         return written if self.is_required else f"[{written}]"
 
 
 def parameters_of(effect: str, fault: type[Fault]) -> list[Parameter]:
-    """Return the parameters of a fault. The first one is the effect's value, and has the name of the effect."""
+    """Return the parameters of a fault. The first one is the value, with the name of the effect."""
     fields = fault.model_json_schema().get("properties", {})
     order = sorted(fields, key=lambda name: (name != VALUE, not fault.model_fields[name].is_required(), name))
     return [_parameter(effect if name == VALUE else name, fields[name], fault, name) for name in order]

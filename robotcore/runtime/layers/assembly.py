@@ -1,4 +1,4 @@
-"""Assembles the robot of a run from the driver's devices, the layers, the safety stage and the app's devices."""
+"""Assembles the robot of a run: the driver's devices, the layers, the safety stage, and the devices of the app."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ from robotcore.safety.thread_reserve import Reserve
 
 @dataclass(frozen=True)
 class Stack:
-    """The layers of a run, in order from the driver to the app, and the clock of the loop."""
+    """The layers of a run in their order from the driver to the app, and the clock of the loop."""
 
     clock: TickClock
     layers: tuple[Layer, ...]
 
     @property
     def taps(self) -> tuple[Tap, ...]:
-        """The layers that also see the calls between the app and the safety stage."""
+        """The layers that also get the calls between the app and the safety stage."""
         return tuple(layer for layer in self.layers if isinstance(layer, Tap))
 
     def wrap_motor(self, motor: Motor) -> MotorOutput:
-        """Return an output that sends commands through the layers to a driver's motor."""
+        """Return the output that sends commands through the layers to a driver's motor."""
         return reduce(lambda output, layer: layer.motor(output), self.layers, MotorOutput.of(motor))
 
     def wrap_device(self, device: Device) -> Device:
-        """Return the app's version of a driver's sensor or display. Its calls pass the layers."""
+        """Return the app's version of a driver's sensor or display. Its calls pass through the layers."""
         if isinstance(device, Sensor):
             read: Reader[Any] = device.read
             for layer in self.layers:
@@ -64,7 +64,7 @@ class Stack:
 
 
 def wrap_clock(clock: Clock, layers: Iterable[Layer]) -> Clock:
-    """Return the clock for the loop: the backend's clock, wrapped by each layer."""
+    """Return the clock of the loop: the backend's clock, wrapped by each layer."""
     return reduce(lambda wrapped, layer: layer.clock(wrapped), layers, clock)
 
 
@@ -83,20 +83,20 @@ class Assembled:
     latch: Latch
     """The latch of the run. A tripped latch ends the run."""
     command_filter: CommandFilter | None
-    """The command filter of the drive; None if the run has no drive."""
+    """The filter of the drive's commands. None if the run has no drive."""
     motor_stops: StopGroup
-    """The stops of all motors."""
+    """Stops all motors."""
     activity: ActivityMonitor
     """The activity of the loop's thread, for the watchdog."""
     suspends: tuple[Callable[[str], None], ...] = ()
-    """Functions that stop the drive and each other motor between two ticks. The argument is the cause."""
+    """The functions that stop the drive and each other motor between two ticks. Their argument is the cause."""
 
     def suspend(self, cause: str) -> None:
-        """Stop every motor between two ticks, without a command of the app.
+        """Stop every motor between two ticks, although the app gave no command.
 
-        cause: the reason, which the intervention in the trace contains.
+        cause: the cause of the intervention in the trace.
 
-        The failure of a lost motor is ignored. Any other failure is raised after all stops were tried.
+        A DeviceLostError of a stop is ignored. Any other exception is raised after all stops were tried.
         """
         with ExitStack() as each:
             for suspend in self.suspends:
@@ -104,12 +104,12 @@ class Assembled:
 
 
 def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: Iterable[Role] = ()) -> frozenset[str]:
-    """Return the names of the devices to open for an app.
+    """Return the names of the devices that a run opens for an app.
 
     needs: the roles that the app requires. Raises UnmetNeedError if the robot lacks one.
     wants: the roles that the app uses if the robot has them.
 
-    A drive requires its motors, its encoders, and the range sensors ahead for the range guard.
+    The role of the drive includes its motors, its encoders, and the range sensors that measure forward.
     """
     if isinstance(needs, str):
         written = f"Role.{needs.name}" if isinstance(needs, Role) else repr(needs)
@@ -118,8 +118,8 @@ def needed_devices(description: RobotDescription, needs: Iterable[Role], wants: 
     for role in sorted(map(_role, needs)):
         if not (found := _names_for(description, role)):
             raise UnmetNeedError(
-                f"the robot {description.name!r} has no {role.value}, which the app needs; "
-                "take another robot with --robot, or add it to the description"
+                f"the robot {description.name!r} has no {role.value}, which the app needs. "
+                "Choose another robot with --robot, or add it to the description"
             )
         names |= found
     return frozenset(names.union(*(_names_for(description, _role(role)) for role in wants)))
@@ -138,18 +138,19 @@ def assemble(
     activity: ActivityMonitor | None = None,
     reserve: Reserve | None = None,
 ) -> Assembled:
-    """Build the app's robot over a robot that a backend opened.
+    """Build the app's robot from the robot that a backend opened.
 
     raw: the robot that the backend opened.
-    description: the robot's description. Its safety limits apply.
+    description: the robot's description, with its safety limits.
     rate_hz: the number of ticks in a second.
-    clock: a clock in place of the backend's clock.
+    clock: a clock that replaces the backend's clock.
     conditions: the imperfections of the world.
     seed: the seed of the noise in ``conditions``.
     faults: the layers of injected faults.
-    taps: the recorder and the replay. They read each sensor once in a tick, and get each command of the app unchanged.
-    guard: the layer that reports the commands of motors to the guardian process.
-    activity: the record of the loop thread's activity, for the watchdog.
+    taps: the recorder and the replay. They read each sensor once in a tick, and get the app's commands without a
+    change.
+    guard: the layer that reports motor commands to the guardian process.
+    activity: the record of the loop thread's activity for the watchdog.
     reserve: the reserved threads and memory for stops.
     """
     reserve = reserve or Reserve(MonotonicClock())
@@ -232,7 +233,6 @@ def _names_for(description: RobotDescription, role: Role) -> set[str]:
 
 
 def _set_mounts(devices: Mapping[str, Device], description: RobotDescription) -> None:
-    """Set the mount of cameras and range sensors."""
     for sensor in description.devices:
         device = devices.get(sensor.name)
         if isinstance(sensor, _MOUNTED) and isinstance(device, (Camera, RangeSensor)):
@@ -240,7 +240,6 @@ def _set_mounts(devices: Mapping[str, Device], description: RobotDescription) ->
 
 
 def _set_voltage_limits(devices: Mapping[str, Device], description: RobotDescription) -> None:
-    """Set for each battery the voltage below which a run warns."""
     for battery in description.all_of(BatteryDescription):
         device = devices.get(battery.name)
         if isinstance(device, Battery):

@@ -1,4 +1,4 @@
-"""The interfaces of layers. A layer changes or observes the calls between an app and a driver's devices."""
+"""The interfaces of layers. A layer changes or observes the calls between an app and the devices of a driver."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from robotcore.hal.devices import Display, Image, Motor, Range, RangeSensor, Sam
 from robotcore.safety import CommandFilter, Latch
 
 Reader = Callable[[], SampleT]
-"""Returns the newest sample of one sensor."""
+"""A function that returns the newest sample of one sensor."""
 
 Show = Callable[[Image], None]
-"""Shows a picture on one display."""
+"""A function that shows a picture on one display."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MotorOutput:
-    """The two functions that command one motor. A layer may replace one or both of them."""
+    """The two functions that command one motor. A layer can replace both."""
 
     name: str
     """The motor's name in the robot's description."""
@@ -40,14 +40,14 @@ _REMOVED_HOOKS = {
     "stage": "command_filter(self, inner)",
     "lone_motor": "standalone_motor(self, motor)",
 }
-"""Hooks of former versions and their successors. A layer that still defines one would have no effect."""
+"""The methods of layers in earlier versions, and the methods that replace them."""
 
 
 class Layer:
     """The base class of layers, which lie between a driver's devices and the safety stage.
 
-    Each method gets a function or a clock of the next layer towards the driver. It returns the one that the next layer
-    towards the app uses. A method that a subclass does not define changes nothing.
+    Each method gets a function or a clock that leads to the driver. It returns the one that the next layer calls. By
+    default it returns its argument, so that the layer changes nothing.
     """
 
     def __init_subclass__(cls) -> None:
@@ -57,26 +57,26 @@ class Layer:
                 raise TypeError(f"{cls.__name__}.{name} is never called. Define {successor} instead")
 
     def sensor(self, sensor: Sensor[SampleT], read: Reader[SampleT]) -> Reader[SampleT]:
-        """Return the function that reads ``sensor`` through this layer."""
+        """Return the function that reads ``sensor`` through this layer. It may call ``read``."""
         return read
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
-        """Return the output that commands a motor through this layer."""
+        """Return the output that commands a motor through this layer. It may call ``motor``."""
         return motor
 
     def display(self, display: Display, show: Show) -> Show:
-        """Return the function that shows a picture on ``display`` through this layer."""
+        """Return the function that shows a picture on ``display`` through this layer. It may call ``show``."""
         return show
 
     def clock(self, clock: Clock) -> Clock:
-        """Return the clock with which the loop sleeps. It may wrap ``clock``."""
+        """Return the clock that the loop uses through this layer. It may wrap ``clock``."""
         return clock
 
 
 class Tap(Layer):
-    """A layer that also gets the calls between the app and the safety stage.
+    """A layer that also gets the app's commands and the wheel angles for the odometry.
 
-    These are the app's commands and the wheel angles for the odometry. The recorder and the replay are taps.
+    The recorder and the replay are taps.
     """
 
     def command_filter(self, inner: CommandFilter) -> CommandFilter:
@@ -84,19 +84,19 @@ class Tap(Layer):
         return inner
 
     def standalone_motor(self, motor: MotorOutput) -> MotorOutput:
-        """Return the output with which the app commands a motor that is not part of the drive."""
+        """Return the output with which the app commands a motor outside the drive. It may wrap ``motor``."""
         return motor
 
     def angles(self, read: Callable[[], Wheels]) -> Callable[[], Wheels]:
-        """Return ``read``, or a function that replaces it for the odometry. Both return wheel angles in radians."""
+        """Return the function that reads the wheel angles for the odometry, in radians. It may call ``read``."""
         return read
 
     def latch(self, latch: Latch) -> None:
-        """Receive the latch of the run. This is called once, before the first sensor is read."""
+        """Receive the latch of the run. A run calls this once, before it reads the first sensor."""
 
 
 def limit_reading(sensor: RangeSensor, reading: Range, distance: float) -> Range:
-    """Return a reading with another distance in metres, limited to the sensor's range.
+    """Return a copy of a reading with another distance in metres, limited to the sensor's range.
 
     A distance below the range becomes the sensor's minimum. A distance beyond the range becomes ``inf``.
     """

@@ -1,4 +1,4 @@
-"""Two layers that check a run: one checks the age of samples, one the duration of driver calls."""
+"""Two layers that check a run: the age of samples, and the duration of driver calls."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robotcore.safety import ActivityMonitor, Latch, TimeLimit
 class MaxAgeLayer(Layer):
     """Ends the run with StaleSampleError if a sample is older than ``limit`` seconds.
 
-    A battery's sample may be older, because no app drives by it.
+    A battery's sample may be older, because it does not influence the motion.
     """
 
     def __init__(self, clock: TickClock, limit: float, latch: Latch) -> None:
@@ -44,23 +44,20 @@ class MaxAgeReader(Generic[SampleT]):
 
 
 GRACE_S = 0.3
-"""The time in seconds for the thread to continue after the watchdog's interruption.
-
-With this value, a simulator that hangs is reported within two seconds.
-"""
+"""The time in seconds that the thread has to continue after the watchdog has interrupted it."""
 
 SHORT_S = 0.06
-"""A sleep of up to this time, in seconds, does not extend the time limit of its call. The limit is much longer."""
+"""Only a sleep longer than this, in seconds, raises the time limit of its call."""
 
-_ADVICE = "Is it still running and connected? If it is only slow, raise safety.answer_s in the robot's description"
+_ADVICE = "Check that it runs and is connected. If it is only slow, raise safety.answer_s in the robot's description"
 
 
 @dataclass(frozen=True)
 class CallMonitorLayer(Layer):
-    """Reports each call of a driver and each sleep to the watchdog."""
+    """Records each call of a driver and each sleep for the watchdog."""
 
     activity: ActivityMonitor
-    """The activity of the loop's thread, which the watchdog checks."""
+    """The record of the loop thread's activity."""
     answer_s: float
     """The time limit of one driver call, in seconds."""
     robot: str
@@ -88,7 +85,7 @@ class CallMonitorLayer(Layer):
 
     def _build_clock_error(self, seconds: float, _frame: FrameType | None) -> RobotcoreError:
         return BackendError(
-            f"the backend of {self.robot!r} has not answered for {seconds:.1f} s, in a sleep. {_ADVICE}",
+            f"the backend of {self.robot!r} has not returned from a sleep for {seconds:.1f} s. {_ADVICE}",
             kind="backend-hangs",
         )
 
@@ -96,8 +93,8 @@ class CallMonitorLayer(Layer):
 class _MonitoredClock(ClockWrapper):
     """A backend's clock whose calls the watchdog checks.
 
-    The time limit of a sleep is its duration plus the limit of a driver call. If the driver raises OSError or EOFError
-    during a sleep, BackendError is raised.
+    The time limit of a sleep is the limit of a driver call plus the duration of the sleep. If the driver raises OSError
+    or EOFError during a sleep, BackendError is raised.
     """
 
     def __init__(self, source: Clock, activity: ActivityMonitor, limit: TimeLimit) -> None:
@@ -120,6 +117,6 @@ class _MonitoredClock(ClockWrapper):
         except (OSError, EOFError) as broken:
             cause = f"{type(broken).__name__}: {broken}".removesuffix(": ")
             raise BackendError(
-                f"the backend lets no time pass: {cause}. Is the simulator still running?",
+                f"the backend's clock failed: {cause}. Check that the simulator is still running",
                 kind="connection-broken",
             ) from broken

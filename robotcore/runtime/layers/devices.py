@@ -1,4 +1,4 @@
-"""The devices that an app gets: each wraps a driver's device and calls it through the layers."""
+"""The devices of an app. Each wraps a device of a driver and calls it through the layers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robotcore.runtime.layers.base import MotorOutput, Reader, Show
 
 
 class AppSensor(Sensor[SampleT]):
-    """A sensor that reads a driver's sensor through the layers. Within a tick it always returns the same sample.
+    """A sensor that reads a driver's sensor through the layers. All reads within a tick return the same sample.
 
     All other attributes are those of the driver's sensor.
     """
@@ -53,7 +53,7 @@ class AppSensor(Sensor[SampleT]):
 
 
 def wrap_sensor(sensor: Sensor[SampleT], clock: TickClock, read: Reader[SampleT]) -> Sensor[SampleT]:
-    """Return a sensor of the same kind that reads through the layers."""
+    """Return a sensor of the same kind that calls ``read``. ``clock`` counts the ticks."""
     kind = next(each for each in (*SENSOR_KINDS, Sensor) if isinstance(sensor, each))
     return _app_class(kind)(sensor, clock, read)
 
@@ -65,7 +65,7 @@ def _app_class(kind: type[Sensor[Any]]) -> type[AppSensor[Any]]:
 
 
 class AppMotor(Motor):
-    """A motor that sends its commands to ``output``. Closing this motor closes the driver's motor."""
+    """A motor that sends its commands to ``output``. `close` closes the driver's motor."""
 
     def __init__(self, inner: Motor, output: MotorOutput) -> None:
         super().__init__(inner.name, inner.max_velocity)
@@ -93,7 +93,7 @@ class AppMotor(Motor):
 
 
 class AppDisplay(Display):
-    """A display that passes pictures through the layers to a driver's display. ``latest`` is the newest picture."""
+    """A display that shows pictures on a driver's display through the layers. ``latest`` is the newest picture."""
 
     def __init__(self, inner: Display, show: Show) -> None:
         super().__init__(inner.name)

@@ -32,9 +32,9 @@ from robotcore.safety import (
 def wheel_output(name: str, command_filter: CommandFilter, *, is_left: bool) -> MotorOutput:
     """Return the output with which an app commands one wheel of a drive.
 
-    Each command passes the filter together with the command of the other wheel. In the same tick, a later command for
-    the other wheel may scale both velocities, so the result of ``set_velocity`` is preliminary. ``stop`` stops the
-    whole drive, because one wheel that stops alone would turn the robot.
+    The filter always gets the commands of both wheels. A later command for the other wheel in the same tick may scale
+    both velocities. So the result of ``set_velocity`` is preliminary. ``stop`` stops both wheels, because one wheel
+    alone would turn the robot.
     """
 
     def set_velocity(rad_s: float) -> float:
@@ -48,15 +48,15 @@ def wheel_output(name: str, command_filter: CommandFilter, *, is_left: bool) -> 
 
 @dataclass(frozen=True)
 class GuardedDrive:
-    """A drive, and the command filter that its commands pass."""
+    """A drive, and the command filter that limits its commands."""
 
     drive: DifferentialDrive
     command_filter: CommandFilter
-    """The filter to which the drive sends the app's commands: the safety filter, wrapped by the taps."""
+    """The safety filter, wrapped by the taps. The drive sends the app's commands to it."""
     suspend: Callable[[str], None]
-    """Stops the drive between two ticks, without a command of the app. The argument is the cause."""
+    """Stops the drive between two ticks, although the app gave no command. The argument is the cause."""
     outputs: dict[str, MotorOutput]
-    """The output with which the app commands each wheel, by the motor's name."""
+    """The outputs with which the app commands the wheels, by the motor's name."""
 
     @classmethod
     def build(
@@ -81,8 +81,8 @@ class GuardedDrive:
         description: the robot's description, with the safety limits.
         drive: the description of the drive.
         taps: the taps that get the drive's commands and the wheel angles.
-        motor_stops: the stops of the robot's motors.
-        take_guardian_stops: returns how many times the guardian has stopped the motors since the last call.
+        motor_stops: stops the robot's motors.
+        take_guardian_stops: a function that returns the number of stops by the guardian since its last call.
         """
         left, right = wheels
         commanded = CommandIntegrator(clock)
@@ -133,7 +133,7 @@ def _rules(
     limit: float,
     rate_hz: float,
 ) -> Iterator[Rule]:
-    """Yield the rules in the order of their use. The range guard is last, so that no other rule changes its result."""
+    """Yield the rules in their order. The range guard is last, so that no other rule changes its result."""
     yield VelocityLimit(limit)
     if drive.max_acceleration_rad_s2:
         yield AccelerationLimit(drive.max_acceleration_rad_s2 / rate_hz)
@@ -160,7 +160,7 @@ def _read_encoders(left: Encoder, right: Encoder) -> Callable[[], Wheels]:
 def _read_present_angles(left: Encoder, right: Encoder, commanded: CommandIntegrator) -> Callable[[], Wheels]:
     """Return a function that returns the present wheel angles in radians.
 
-    It adds to each encoder's angle the rotation that was commanded since the sample was captured.
+    The present angle is the encoder's angle plus the rotation that was commanded since the sample was captured.
     """
 
     def angles() -> Wheels:

@@ -1,4 +1,4 @@
-"""The layer that reports motor commands to the guardian process, and counts the stops that the guardian made."""
+"""The layer that renews the guardian's lease while motors turn, and counts the stops by the guardian."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ if TYPE_CHECKING:
 
 
 def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | None:
-    """Start a guardian, and return the layer that reports a robot's motors to it. None if the robot has no cutoffs.
+    """Start a guardian for a robot's motors, and return its layer. None if the robot has no cutoffs.
 
     raw: the robot that the backend opened.
     lease: the deadman's lease, in seconds.
     end: the context that ends the guardian.
 
-    The guardian must stop the motors later than the deadman does. Its lease is therefore longer than the deadman's, by
-    the time for which the deadman waits for its lock and by the longest patience of the cutoffs. Raises GuardianError
-    if the guardian does not start.
+    The guardian must stop the motors later than the deadman. So its lease is longer than the deadman's. The difference
+    is the deadman's longest wait for its lock plus the longest ``patience_s`` of the cutoffs.
+
+    Raises GuardianError if the guardian does not start.
     """
     if not raw.cutoffs:
         return None
@@ -39,7 +40,7 @@ def guard_motors(raw: Robot, lease: float, end: ExitStack) -> GuardianLayer | No
 class GuardianLayer(Layer):
     """Begins a lease of the guardian before the first motor turns, and ends it after the last motor has stopped.
 
-    The clock's thread may stop motors while the loop commands them. A lock keeps the lease consistent with the set of
+    The clock's thread may stop motors while the loop commands them. A lock makes the lease agree with the set of
     turning motors. No thread holds the lock during a driver call.
     """
 
@@ -70,10 +71,10 @@ class GuardianLayer(Layer):
 
     @contextmanager
     def turning(self, motor: str) -> Iterator[None]:
-        """Return a context for a command that turns a motor. It renews the guardian's lease first.
+        """Return a context for a command that turns a motor. At its begin it renews the guardian's lease.
 
-        The motor counts as turning from then on. If the guardian does not answer, every motor is stopped, and
-        GuardianError is raised before the command is sent.
+        After the context, the motor counts as turning. If the guardian does not answer, every motor is stopped.
+        GuardianError is then raised before the command.
         """
         command = object()
         with self._stopping_all(), self._lock:
@@ -96,10 +97,10 @@ class GuardianLayer(Layer):
                     self._guardian.end_lease()
 
     def take_stops(self) -> int:
-        """Return how many times the guardian has stopped the motors since the last call.
+        """Return the number of stops by the guardian since the last call.
 
-        If it has stopped them, stop the motors through their drivers too. A driver does not notice the guardian's stop,
-        and may still send its last command.
+        After such a stop, the motors are stopped through their drivers too. A driver does not notice the guardian's
+        stop, and may send its last command again.
         """
         with self._stopping_all(), self._lock:
             stops = self._stops + self._guardian.stops()

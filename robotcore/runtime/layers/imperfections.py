@@ -1,4 +1,4 @@
-"""The layer that simulates a world's imperfections: noise, bias and blur of sensors, and velocity errors of wheels."""
+"""The layer that simulates the imperfections of a world: sensor noise, sensor bias, blur, and velocity errors."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from robotcore.hal.devices import Camera, Frame, Image, Range, RangeSensor, Sens
 from robotcore.runtime.layers.base import Layer, MotorOutput, Reader, limit_reading
 
 STRIP_POSITIONS = 1 << 16
-"""The number of positions at which a picture's noise may begin in the strip, a long array of random numbers."""
+"""The number of positions in the long array of random numbers at which a picture's noise can begin."""
 
 
 class Noise:
-    """Normal noise of one device, with the standard deviation ``sigma``.
+    """The normal noise of one device. ``sigma`` is its standard deviation.
 
     The seed, the device and the time determine each value.
 
@@ -35,19 +35,19 @@ class Noise:
         self._strip: NDArray[np.int16] = np.empty(0, dtype=np.int16)
 
     def draw_number(self, time: float) -> float:
-        """Return the error of a value that was captured at ``time``, in seconds.
+        """Return the noise of a value that was captured at ``time``, in seconds.
 
-        The error is drawn by the method of Box and Muller (1958).
+        The method is that of Box and Muller (1958).
         """
         random = self._random_at(time)
         radius = math.sqrt(-2 * math.log(1 - random.random()))
         return self._sigma * radius * math.cos(math.tau * random.random())
 
     def draw_picture(self, shape: tuple[int, ...], time: float) -> NDArray[np.int16]:
-        """Return the errors of a picture that was captured at ``time``, in seconds.
+        """Return the noise of a picture that was captured at ``time``, in seconds: an ``int16`` array in grey levels.
 
-        The errors are in whole grey levels, as ``int16`` of ``shape``. They are a section of one long array, and the
-        time selects the section. Drawing new numbers would take longer than painting the picture.
+        The result is a section of one long array, and the time selects the section. New random numbers for each picture
+        would take longer than the simulation of the picture.
         """
         size = math.prod(shape)
         if len(self._strip) < STRIP_POSITIONS + size:
@@ -56,10 +56,7 @@ class Noise:
         return self._strip[start : start + size].reshape(shape)
 
     def _draw_strip(self, length: int) -> NDArray[np.int16]:
-        """Return an array of normal noise in whole grey levels.
-
-        NumPy guarantees the same numbers in every version only for ``RandomState``.
-        """
+        """NumPy guarantees the same numbers in every version only for ``RandomState``."""
         generator = np.random.RandomState(Random(self._key).getrandbits(32))
         return np.rint(_deviation_before_rounding(self._sigma) * generator.standard_normal(length)).astype(np.int16)
 
@@ -68,15 +65,14 @@ class Noise:
 
 
 def random_at(key: str, time: float) -> Random:
-    """Return a random generator that is seeded by a key and by a time in seconds, rounded to microseconds."""
+    """Return a random generator. Its seed is a key and a time in seconds, rounded to microseconds."""
     return Random(f"{key}:{round(1e6 * time)}")
 
 
 def _deviation_before_rounding(sigma: float) -> float:
-    """Return a standard deviation for normal noise such that the noise has the deviation ``sigma`` after rounding.
+    """Return the deviation of normal noise whose deviation after rounding is ``sigma``. The method is bisection.
 
-    Rounding to whole numbers reduces a small deviation (0.2 becomes 0.11) and increases others (1 becomes 1.04). The
-    result is found by bisection.
+    Rounding to whole numbers changes a standard deviation: 0.2 becomes 0.11, and 1 becomes 1.04.
     """
     low, high = 0.0, sigma + 1
     for _ in range(30):
@@ -86,10 +82,7 @@ def _deviation_before_rounding(sigma: float) -> float:
 
 
 def _deviation_after_rounding(sigma: float) -> float:
-    """Return the standard deviation that normal noise of deviation ``sigma`` has after rounding to whole numbers.
-
-    The variance is the sum of (2k - 1) · P(abs(x) > k - 1/2) over k = 1, 2, …
-    """
+    """The variance after rounding is the sum of (2k - 1) · P(abs(x) > k - 1/2) for k = 1, 2 and so on."""
     beyond = (math.erfc((k - 0.5) / (sigma * math.sqrt(2))) for k in range(1, math.ceil(8 * sigma) + 2))
     return math.sqrt(sum((2 * k - 1) * share for k, share in enumerate(beyond, start=1)))
 
@@ -124,9 +117,9 @@ class ImperfectionLayer(Layer):
         return read
 
     def motor(self, motor: MotorOutput) -> MotorOutput:
-        """Return an output that multiplies each velocity by the wheel's gain and sends it to ``motor``.
+        """Return an output that multiplies each velocity by the wheel's gain.
 
-        The output returns the velocity without the gain, because an app must not notice the wheel's error.
+        The output returns the velocity without the gain, because a real motor does not report its error.
         """
         gain = self._gains.get(motor.name, 1.0)
         if gain == 1.0:
@@ -140,7 +133,7 @@ class ImperfectionLayer(Layer):
 
 
 class ProcessedFrames:
-    """Reads frames and applies effects to their pictures in order. Time and sequence do not change."""
+    """Reads a camera and applies the effects to each picture in their order."""
 
     def __init__(self, read: Reader[Frame], effects: Sequence[Effect]) -> None:
         self._read, self._effects = read, effects
@@ -155,9 +148,9 @@ class ProcessedFrames:
 
 
 class NoisyRange:
-    """Reads a range sensor, and adds a bias and noise to each distance.
+    """Reads a range sensor, and adds ``bias`` metres and noise to each distance.
 
-    A result below the sensor's range becomes its minimum. A result beyond the range becomes ``inf``.
+    The result is limited to the sensor's range as by `limit_reading`.
     """
 
     def __init__(self, sensor: RangeSensor, read: Reader[Range], bias: float, noise: Noise) -> None:
@@ -171,13 +164,13 @@ class NoisyRange:
 
 
 def _effects(conditions: Conditions, noise: Noise) -> Iterator[Effect]:
-    """Yield the effects in the order of a camera: lens (blur), sensor (exposure, warmth), output (noise)."""
+    """Yield the effects in the order of a camera: lens (blur), sensor (exposure and warmth), output (noise)."""
     if conditions.camera_blur_px:
         yield _blur(conditions.camera_blur_px)
     if (conditions.camera_exposure, conditions.camera_warmth) != (1.0, 0.0):
         yield _response(conditions)
     if conditions.camera_noise:
-        yield add_noise(noise)
+        yield build_noise_effect(noise)
 
 
 def _blur(sigma: float) -> Effect:
@@ -187,7 +180,6 @@ def _blur(sigma: float) -> Effect:
 
 
 def _response(conditions: Conditions) -> Effect:
-    """Return the effect of exposure and warmth. Values above white become white."""
     import cv2
 
     warmth = conditions.camera_warmth
@@ -196,11 +188,11 @@ def _response(conditions: Conditions) -> Effect:
     return lambda image, _time: np.asarray(cv2.LUT(image, table), dtype=np.uint8)
 
 
-def add_noise(noise: Noise) -> Effect:
-    """Return the effect that adds noise to a picture. The result is limited to grey levels from 0 to 255."""
+def build_noise_effect(noise: Noise) -> Effect:
+    """Return an effect that adds noise to pictures, with results from 0 to 255."""
     import cv2
 
-    def noisy(image: Image, time: float) -> Image:
+    def add_noise(image: Image, time: float) -> Image:
         return np.asarray(cv2.add(image, noise.draw_picture(image.shape, time), dtype=cv2.CV_8U), dtype=np.uint8)
 
-    return noisy
+    return add_noise

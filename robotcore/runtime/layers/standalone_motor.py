@@ -13,10 +13,10 @@ from robotcore.safety.deadman import TimedLock
 
 
 class StandaloneGuard:
-    """Guards a motor that belongs to no drive. Each command is sent at once, and expires after one lease.
+    """Limits the commands of a motor outside the drive. Each command is sent at once, and expires after one lease.
 
-    A velocity that is not finite trips the latch. After the latch has tripped, the motor stays stopped. If a tick lasts
-    longer than a lease, its further commands stop the motor.
+    A velocity that is not finite trips the latch. After that, the motor stays stopped. If a tick lasts longer than a
+    lease, further commands in this tick stop the motor.
     """
 
     def __init__(
@@ -37,11 +37,14 @@ class StandaloneGuard:
 
     @property
     def output(self) -> MotorOutput:
-        """The output that an app commands. Its calls pass this guard."""
+        """The output with which an app commands the motor."""
         return MotorOutput(self._motor.name, self.set_velocity, self.stop)
 
     def set_velocity(self, rad_s: float) -> float:
-        """Send a velocity in rad/s, limited to the motor's maximum; return the velocity that the motor accepted."""
+        """Send a velocity in rad/s, limited to the motor's maximum.
+
+        Return the velocity that the motor accepted, in rad/s.
+        """
         self._latch.check()
         if not math.isfinite(rad_s):
             self._latch.trip(invalid_velocity(self._motor.name, rad_s))
@@ -61,13 +64,13 @@ class StandaloneGuard:
         return 0.0
 
     def stop(self) -> None:
-        """Stop the motor at once. If the stop hangs or fails, the deadman tries again."""
+        """Stop the motor now. If the stop hangs or fails, the deadman repeats it."""
         with TimedLock(self._lock):
             self._stop_motor()
             self._deadman.end_lease()
 
     def suspend(self, cause: str) -> None:
-        """Stop the motor between two ticks. The ``cause`` is not used, because only a drive records interventions."""
+        """Stop the motor between two ticks. ``cause`` is not recorded, unlike that of a drive."""
         self.stop()
 
     def _stop_after_lease(self, expiry: float) -> None:

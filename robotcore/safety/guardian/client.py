@@ -1,4 +1,4 @@
-"""The app's side of the guardian: starts the guardian process, renews the lease, and reads the reports."""
+"""The app's side of the guardian: it starts the process, renews the lease, and reads the reports."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ A drive commands several motors in a tick, and one renewal is sufficient for all
 START_TIMEOUT_S = 20.0
 """The time limit for the start of the guardian, in seconds.
 
-The guardian's own limit for opening cutoffs is shorter, because its report names the cutoff.
+The guardian's own limit for opening cutoffs is shorter, so that its report contains the cutoff that failed.
 """
 
 ANSWER_TIMEOUT_S = 2.0
@@ -34,30 +34,29 @@ ANSWER_TIMEOUT_S = 2.0
 EXIT_TIMEOUT_S = 3.0
 """The time limit for the guardian's end, in seconds. The guardian's limits for a stop and a close are shorter."""
 
-_RUN_STOPPED = "Every motor was stopped: without a guardian, a hang would leave them turning. Start the run again"
+_RUN_STOPPED = "Every motor was stopped, because only a guardian can stop them if the app hangs. Start the run again"
 _MAY_TURN = "A motor that was not stopped may still turn. Switch off its power, and repair it before the next run"
-_NOT_STARTED = "Nothing has moved: without a guardian, a hang would leave the motors turning"
+_NOT_STARTED = "No motor has turned, because only a guardian can stop the motors if the app hangs"
 
 _DEATH_TIMEOUT_S = 0.1
-"""The longest wait for the exit status of a dead guardian, in seconds. The motors are stopped after the wait."""
+"""The longest wait for the exit status of a dead guardian, in seconds. The motors are stopped after it."""
 
 _STDERR = 2
 _CODE = "import sys; sys.path[:] = sys.argv[2:]; from robotcore.safety.guardian.process import main; main()"
 """The code that the guardian process runs.
 
-It is not started with ``python -m``, which would import modules from the working directory. For example, a file
-signal.py there would replace Python's module.
+With ``python -m``, a file such as signal.py in the working directory would replace Python's module.
 """
 
 
 class Guardian:
     """A process that stops the motors if this process dies or does not renew the lease in time.
 
-    Use it as a context manager. After the block the guardian ends. If the block raises, the guardian first stops the
-    motors.
+    It is a context manager. The guardian ends after the context. If the context raises, the guardian stops the motors
+    first.
 
-    The guardian is a new Python interpreter, so it inherits no state of a vendor's library. It runs in its own session,
-    so signals to the terminal's processes do not reach it.
+    The guardian is a new Python interpreter, so it inherits no state of a vendor's library. It has its own session, so
+    it gets no signals from the terminal.
     """
 
     def __init__(self, cutoffs: Sequence[CutoffSpec], lease: float) -> None:
@@ -89,9 +88,10 @@ class Guardian:
         return f"<Guardian process {self._process.pid}: {state}>"
 
     def renew_lease(self) -> bool:
-        """Begin a lease before a motor turns. Return False if the present lease is too new to need a renewal.
+        """Renew the lease before a motor turns. Return False if the last renewal was less than `MIN_RENEWAL_S` ago.
 
-        This never waits. Raises GuardianError if the guardian is gone. The motor must then not be commanded.
+        The method does not wait for an answer. Raises GuardianError if the guardian is gone. The caller must then not
+        turn the motor.
         """
         if self._failure:
             raise self._failure
@@ -116,16 +116,16 @@ class Guardian:
             self._link.send(RESTING, MSG_DONTWAIT)
 
     def stops(self) -> list[Report]:
-        """Return the reports of the stops that the guardian made since the last call. This never waits.
+        """Return the reports of the guardian's stops since the last call. The method does not wait.
 
         Raises GuardianError if the guardian died, does not answer, or failed to arm or stop a motor.
         """
         if self._failure:
             raise self._failure
         reports = [Report.from_line(line) for line in self._lines.add(self._receive()) if line]
-        if faults := [(report.action, fault) for report in reports for fault in report.failed]:
-            text = "; ".join(f"could not {action} {fault}" for action, fault in faults)
-            is_stop = any(action == "stop" for action, _ in faults)
+        if failed := [(report.action, device) for report in reports for device in report.failed]:
+            text = "; ".join(f"could not {action} {device}" for action, device in failed)
+            is_stop = any(action == "stop" for action, _ in failed)
             raise self._fail(text, "guardian-action-failed", _MAY_TURN if is_stop else _RUN_STOPPED)
         return reports
 
@@ -154,7 +154,7 @@ class Guardian:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        """End the guardian process, and wait for its end. After an exception the guardian first stops the motors."""
+        """End the guardian process and wait for its end. After an exception, the guardian stops the motors first."""
         with suppress(OSError):
             if error is None:
                 self._link.send(BYE, MSG_DONTWAIT)
@@ -162,7 +162,6 @@ class Guardian:
         self._end(EXIT_TIMEOUT_S)
 
     def _assign(self, assignment: Assignment) -> None:
-        """Send the assignment, and wait until the cutoffs are open."""
         try:
             line = assignment.to_line()
         except TypeError as error:
@@ -190,16 +189,15 @@ class Guardian:
         how = signal.strsignal(-status) if is_killed else f"exit status {status}"
         return self._fail(f"died ({how})", "guardian-died", consequence)
 
-    def _fail(self, fault: str, kind: str, consequence: str = _RUN_STOPPED) -> GuardianError:
-        """Return the error for a fault of the guardian, and store it. Every later call raises it again."""
+    def _fail(self, problem: str, kind: str, consequence: str = _RUN_STOPPED) -> GuardianError:
+        """The error is stored, and every later call raises it again."""
         process = self._process.pid
         self._failure = GuardianError(
-            f"the guardian process {process} {fault}. {consequence}", kind=kind, process=process
+            f"the guardian process {process} {problem}. {consequence}", kind=kind, process=process
         )
         return self._failure
 
     def _end(self, timeout_s: float) -> None:
-        """Wait for the process to end, and kill it after ``timeout_s`` seconds."""
         try:
             self._process.wait(timeout_s)
         except TimeoutExpired:
@@ -209,10 +207,7 @@ class Guardian:
 
 
 def _start_process(ours: socket, theirs: socket) -> Popen[bytes]:
-    """Start the guardian process with the socket ``theirs``.
-
-    The process writes its output to stderr, because stdout contains the run's result.
-    """
+    """The output of the process goes to stderr, because stdout contains the run's result."""
     try:
         return Popen(  # noqa: S603  the Python that runs this code
             [sys.executable, "-c", _CODE, str(theirs.fileno()), *sys.path],

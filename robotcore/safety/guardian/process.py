@@ -22,16 +22,17 @@ Action = Literal["open", "arm", "rest", "stop", "close"]
 """A method of `Cutoff`."""
 
 RETRYING_S = 0.5
-"""The time for which a stop that fails is repeated, in seconds."""
+"""The time during which a stop that fails is repeated, in seconds."""
 
 _PAUSE_S = 0.02
 
 
 class CutoffWorker:
-    """Runs one cutoff in a thread of its own, so that a cutoff that fails or hangs does not delay the others.
+    """Runs the actions of one cutoff in a thread of its own, so that a cutoff that hangs does not delay the others.
 
-    If ``in_place`` is set, there is no thread, and `submit` runs each action in the caller's thread. The thread ends
-    after the action `close`. Raises ResourceError if the system refuses the thread.
+    in_place: whether `submit` runs each action in the caller's thread, and there is no other thread.
+
+    The thread ends after the action ``close``. Raises ResourceError if the system refuses the thread.
     """
 
     def __init__(self, spec: CutoffSpec, clock: Clock, *, in_place: bool = False) -> None:
@@ -64,7 +65,7 @@ class CutoffWorker:
         self._opened.rest()
 
     def _stop(self) -> str | None:
-        """Stop the motors. Repeat a stop that fails until `RETRYING_S` has passed."""
+        """A stop that fails is repeated for `RETRYING_S`."""
         end = self._clock.now() + RETRYING_S
         while True:
             try:
@@ -90,35 +91,33 @@ class CutoffWorker:
 
 
 class _Task:
-    """A queued action and its result."""
-
     def __init__(self, action: Callable[[], str | None]) -> None:
         self._action = action
         self._is_over = Event()
-        self._fault: str | None = None
+        self._problem: str | None = None
         self.message: str | None = None
 
     def run(self) -> None:
         try:
             self.message = self._action()
         except RobotcoreError as error:
-            self._fault = str(error)
+            self._problem = str(error)
         except Exception as error:  # noqa: BLE001  a driver or a vendor's library may raise any exception
-            self._fault = f"{type(error).__name__}: {error}"
+            self._problem = f"{type(error).__name__}: {error}"
         self._is_over.set()
 
     def wait(self, seconds: float) -> str | None:
-        """Wait at most ``seconds`` for the action. Return its fault as a text, or None if it succeeded."""
-        return self._fault if self._is_over.wait(max(0.0, seconds)) else "does not answer"
+        """Wait at most ``seconds`` for the action. Return the problem as a text, or None if it succeeded."""
+        return self._problem if self._is_over.wait(max(0.0, seconds)) else "does not answer"
 
 
 def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float, clock: Clock) -> Report:
-    """Run an action on all cutoffs in parallel. Return the report after at most ``limit`` seconds."""
+    """Run an action of all cutoffs in parallel, for at most ``limit`` seconds. Return the report."""
     tasks = [(worker.device, worker.submit(action)) for worker in workers]
     end = clock.now() + limit
     results = [(device, task.wait(end - clock.now()), task.message) for device, task in tasks]
-    failed = tuple(f"{device}: {fault}" for device, fault, _ in results if fault)
-    succeeded = [(device, message) for device, fault, message in results if not fault]
+    failed = tuple(f"{device}: {problem}" for device, problem, _ in results if problem)
+    succeeded = [(device, message) for device, problem, message in results if not problem]
     done = tuple(device for device, message in succeeded if not isinstance(message, Unconfirmed))
     messages = (
         f"{device}: {message}" if isinstance(message, Unconfirmed) else message
@@ -129,28 +128,27 @@ def run_all(workers: Sequence[CutoffWorker], action: Action, limit: float, clock
 
 
 OPENING_S = 10.0
-STOPPING_S = 1.0
-"""The time limits for opening a cutoff and for stopping the motors, in seconds.
+"""The time limit for opening the cutoffs, in seconds. A later cutoff is reported as ``does not answer``."""
 
-A cutoff that exceeds a limit is reported as ``does not answer``.
-"""
+STOPPING_S = 1.0
+"""The time limit for stopping the motors, in seconds."""
 
 ARMING_S = 0.1
-"""The time limit for arming the cutoffs, in seconds. The longest ``patience_s`` of the cutoffs is added.
+"""The time limit for arming the cutoffs, in seconds, to which their longest ``patience_s`` is added.
 
-It is short, because the guardian does not check the app's lease while it arms.
+It is short, because the guardian does not check the lease meanwhile.
 """
 
 
 IGNORED_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGABRT)
 """The signals that the guardian ignores, because the app must end first.
 
-They are sent to all processes of a terminal or of a systemd unit. The watchdog of systemd sends SIGABRT.
+A terminal or systemd sends them to the app and to the guardian. The watchdog of systemd sends SIGABRT.
 """
 
 
 def main() -> None:
-    """Read the assignment from a socket, and guard the motors. The command line contains the socket's number."""
+    """Read the assignment from a socket, and guard the motors. The argument of the program is the socket's number."""
     for number in IGNORED_SIGNALS:
         signal.signal(number, signal.SIG_IGN)
     link = socket(fileno=int(sys.argv[1]))
@@ -176,7 +174,7 @@ class GuardianProcess:
         self._is_armed = False
 
     def run(self) -> None:
-        """Open the cutoffs, send a report about it, and guard the motors until the app ends."""
+        """Open the cutoffs, report the result to the app, and guard the motors until the app ends."""
         opened = self._run_all("open", OPENING_S)
         self._send(opened.to_line())
         if not opened.failed and not self._serve():
@@ -184,10 +182,7 @@ class GuardianProcess:
         self._run_all("close", STOPPING_S)
 
     def _serve(self) -> bool:
-        """Answer the app until it ends, and stop the motors whenever a lease expires.
-
-        Return whether the app sent `BYE`, and so has not died.
-        """
+        """Return whether the app sent `BYE`. Without it, the app's process has died."""
         while True:
             self._link.settimeout(self._lease if self._is_armed else None)
             try:
@@ -203,7 +198,6 @@ class GuardianProcess:
             self._update_lease(is_driving=received.endswith(DRIVING))
 
     def _update_lease(self, *, is_driving: bool) -> None:
-        """Arm the cutoffs if a lease has begun, or rest them if it has ended."""
         if is_driving != self._is_armed:
             changed = self._run_all("arm" if is_driving else "rest", self._arming_s)
             if changed.failed:
@@ -219,34 +213,29 @@ class GuardianProcess:
 
 
 def _log_crash(app: int, stops: Report) -> None:
-    """Write to stderr which motors were stopped after the app's process had died."""
-    stopped = f"the run of process {app} broke off; stopped {', '.join(stops.done) or 'nothing'}"
+    stopped = f"process {app} ended during its run. Stopped: {', '.join(stops.done) or 'nothing'}"
     _log([*([stopped] if stops.done or stops.failed else []), *stops.messages, *_warnings(stops)])
 
 
 def _warnings(stops: Report) -> list[str]:
-    return [f"CANNOT STOP {fault}. Cut the motors' supply" for fault in stops.failed]
+    return [f"CANNOT STOP {device}. Cut the motors' supply" for device in stops.failed]
 
 
 def _log(lines: Iterable[str]) -> None:
-    """Write lines to stderr."""
     with suppress(OSError):
         sys.stderr.write("".join(f"guardian: {line}\n" for line in lines))
         sys.stderr.flush()
 
 
 LIMIT_S = 10.0
-"""The time limit for each action of `stop_once`, in seconds.
-
-It is longer than the guardian's limits, because a system that starts or shuts down is slow.
-"""
+"""The time limit for each action of `stop_once`, in seconds. A system that starts or shuts down is slow."""
 
 
 def stop_once(specs: Iterable[CutoffSpec]) -> Report:
-    """Open the cutoffs, stop the motors, and close the cutoffs. Return a report of the stopped devices and the faults.
+    """Open cutoffs, stop their motors, and close the cutoffs. Return a report of the stopped and the failed devices.
 
-    A cutoff that fails or hangs does not delay the others. Faults are reported and not raised. If the system refuses
-    threads, the cutoffs run one after the other, and one that hangs delays the next.
+    A cutoff that fails or hangs does not delay the others, and no exception is raised. If the system refuses threads,
+    the cutoffs run one after the other. A cutoff that hangs then delays the next one.
     """
     clock = MonotonicClock()
     workers = [_make_worker(spec, clock) for spec in merge_cutoffs(specs)]
@@ -258,7 +247,6 @@ def stop_once(specs: Iterable[CutoffSpec]) -> Report:
 
 
 def _make_worker(spec: CutoffSpec, clock: Clock) -> CutoffWorker:
-    """Return a worker for a cutoff. If the system refuses a thread, the worker runs in the caller's thread."""
     try:
         return CutoffWorker(spec, clock)
     except ResourceError:

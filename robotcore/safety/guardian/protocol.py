@@ -1,8 +1,8 @@
 """The messages between the app's process and its guardian, over a pair of sockets.
 
-The app sends one line, the `Assignment`, and then single bytes such as `BYE`. The guardian answers with an empty line
-when it has received bytes. It also sends a line with a `Report` for each action. If the socket closes before the app
-has sent `BYE`, the app's process has died.
+The app sends one line, the `Assignment`, and then single bytes: `DRIVING`, `RESTING` and `BYE`. The guardian answers
+received bytes with an empty line. It sends a `Report` as a line after each action. If the socket closes before `BYE`,
+the app's process has died.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _CHUNK = 4096
 
 @dataclass(frozen=True)
 class Assignment:
-    """The data with which the app starts the guardian: the cutoffs and the lease."""
+    """The data that the guardian needs: the app's process, the cutoffs and the lease."""
 
     app: int
     """The number of the app's process."""
@@ -60,13 +60,13 @@ class Report:
     """The name of a method of `Cutoff`."""
 
     done: tuple[str, ...]
-    """The devices on which the action succeeded."""
+    """The names of the devices on which the action succeeded."""
 
     failed: tuple[str, ...]
-    """The devices on which the action failed, each with its fault."""
+    """The devices on which the action failed, each with the problem: ``right_motor: does not answer``."""
 
     messages: tuple[str, ...] = ()
-    """Remarks that the cutoffs returned, and the devices with an `Unconfirmed` stop."""
+    """The texts that the cutoffs returned. The text of an `Unconfirmed` stop begins with the device."""
 
     def to_line(self) -> bytes:
         return _line(asdict(self))
@@ -78,14 +78,14 @@ class Report:
 
 
 def receive(link: socket, flags: int = 0) -> bytes:
-    """Return the bytes that have arrived. Return no bytes if the other end is closed."""
+    """Return the bytes that have arrived. Return no bytes if the other process has closed its socket."""
     with suppress(ConnectionError):  # the other end was closed before it read all bytes
         return link.recv(_CHUNK, flags)
     return b""
 
 
 def read_line(link: socket) -> bytes:
-    """Return the first line, without the line break. Raises EOFError if the link closes before the line is complete."""
+    """Return the first line, without its line break. Raises EOFError if the link closes before the line break."""
     line = b""
     while not line.endswith(b"\n"):
         if not (more := receive(link)):
@@ -95,7 +95,7 @@ def read_line(link: socket) -> bytes:
 
 
 class LineBuffer:
-    """Assembles lines from the pieces of bytes that a socket receives."""
+    """Assembles lines from the bytes that a socket receives piece by piece."""
 
     def __init__(self) -> None:
         self._begun = b""

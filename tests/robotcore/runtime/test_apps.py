@@ -100,5 +100,5 @@ def test_library_below_the_folder_and_earlier_modules_stay(
 
 
 def test_version_of_a_library_without_a_known_distribution_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(versions, "_owners", dict)
+    monkeypatch.setattr(versions, "_find_distributions", dict)
     assert versions.libraries(()) == {"python": platform.python_version(), "numpy": np.__version__}

@@ -37,7 +37,7 @@ SPECS = {
 REASONS = {
     Outcome.TIMEOUT: "not done after 3 s",
     Outcome.STOPPED: "the newest sample is ",
-    Outcome.ERROR: "the connection is lost",
+    Outcome.ERROR: "is disconnected by the fault",
 }
 
 
@@ -153,7 +153,7 @@ def test_stuck_range_sensor_stops_the_run_before_a_contact() -> None:
 def test_read_of_the_pose_raises_the_error_of_a_lost_encoder(tmp_path: Path) -> None:
     result = run_device_loss_app(tmp_path, "raise", "left_encoder lost=1 after=0.5")
     assert result.exit_status == 3
-    assert result.reason == 'left_encoder: the connection is lost, by the fault "left_encoder lost=1 after=0.5"'
+    assert result.reason == 'left_encoder: is disconnected by the fault "left_encoder lost=1 after=0.5"'
 
 
 @pytest.mark.parametrize("instead", ["pass", "robot.drive.stop(); robot['left_motor'].set_velocity(1.0)"])
@@ -162,5 +162,5 @@ def test_lost_connection_ends_the_run_unless_the_app_stops_every_wheel(
 ) -> None:
     result = run_device_loss_app(tmp_path, instead, "connection lost=1 after=0.5")
     assert (result.outcome, result.exit_status) == (Outcome.ERROR, 3)
-    assert result.reason.endswith('the connection is lost, by the fault "connection lost=1 after=0.5"')
+    assert result.reason.endswith('is disconnected by the fault "connection lost=1 after=0.5"')
     assert wheels == {"left_motor": 0.0, "right_motor": 0.0}
