@@ -12,7 +12,7 @@ def test_drives_for_ten_seconds_by_default() -> None:
 
 
 @pytest.mark.parametrize("world", ["arena", "clutter"])
-def test_turns_away_from_what_it_meets(world: str) -> None:
+def test_turns_away_from_obstacles(world: str) -> None:
     result = run(RunRequest("avoid-obstacles", world=world, settings={"duration_s": 30}))
     assert (result.outcome, result.contacts) == (Outcome.SUCCESS, 0)
     assert "avoid" in result.milestones

@@ -1,4 +1,4 @@
-"""Parses the listings and tables of a Markdown page, and compares a command's output with the page."""
+"""Parse the listings and tables of a Markdown page, and compare the output of its commands with the page."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ CODE = re.compile(r"`([^`]+)`")
 
 
 class Listing(NamedTuple):
-    """A fenced block: its language and its text."""
+    """A fenced block of a page, with its language and its text."""
 
     language: str
     text: str
 
     @property
     def file(self) -> str:
-        """The file that the first line names."""
+        """The file whose name is in the first line of the listing."""
         return self.text.partition("\n")[0].removeprefix("# ")
 
 
-class Exchange(NamedTuple):
-    """A command of a console and its output on the page. ``…`` matches any text."""
+class ConsoleCommand(NamedTuple):
+    """A command in a console listing and its output on the page, in which ``…`` matches any text."""
 
     command: str
     answer: str
 
-    def is_answered_by(self, answer: str) -> bool:
-        """Return whether an output has the words of the page, and each decimal within a tenth.
+    def matches(self, answer: str) -> bool:
+        """Return whether an output has the words of the page, and each decimal number within 10 %.
 
-        The tolerance is for versions of OpenCV, which differ a little.
+        The tolerance allows for the differences between versions of OpenCV.
         """
         found = re.fullmatch(_pattern(self.answer), " ".join(answer.split()))
         expected = DECIMAL.findall(self.answer)
@@ -43,27 +43,27 @@ class Exchange(NamedTuple):
         )
 
 
-def listings(page: str) -> list[Listing]:
-    """Return the fenced blocks of a page, in order."""
+def list_listings(page: str) -> list[Listing]:
+    """Return the fenced blocks of a page, from the first to the last."""
     return [Listing(*block) for block in FENCE.findall(page)]
 
 
-def exchanges(console: str) -> Iterator[Exchange]:
-    """Yield the commands of a console listing."""
+def list_commands(console: str) -> Iterator[ConsoleCommand]:
+    """Yield the commands of a console listing, with their outputs."""
     for part in re.split(r"^\$ ", console, flags=re.MULTILINE)[1:]:
         command, _, answer = part.partition("\n")
-        yield Exchange(command, answer)
+        yield ConsoleCommand(command, answer)
 
 
-def rows(page: str, heading: str) -> list[list[str]]:
-    """Return the cells of the tables below a heading, without the head rows."""
+def read_rows(page: str, heading: str) -> list[list[str]]:
+    """Return the cells of each row of the tables below a heading, without their head rows."""
     section = page.partition(f"## {heading}\n")[2].partition("\n## ")[0]
     tables = re.findall(r"^\|.*\n\| ---.*\n((?:\|.*\n)+)", section, re.MULTILINE)
     return [[cell.strip() for cell in row.strip("|").split("|")] for table in tables for row in table.splitlines()]
 
 
-def code_in(text: str) -> list[str]:
-    """Return the texts in backquotes, without those of fenced blocks."""
+def find_code(text: str) -> list[str]:
+    """Return the texts in backquotes that are outside of fenced blocks."""
     return CODE.findall(FENCE.sub("", text))
 
 

@@ -17,14 +17,16 @@ from robotcore.hal.drive import DifferentialDrive
 from robotcore.hal.truth import Truth
 from robotcore.optics import Intrinsics
 from robotcore.testing.mock.robot import MockRobot
-from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
+from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
 
 PAGE = (Path(__file__).parents[2] / "docs" / "apps.md").read_text()
-LISTINGS = listings(PAGE)
+LISTINGS = list_listings(PAGE)
 FILES = [each for each in LISTINGS if each.language == "python"]
-EXCHANGES = [each for listing in LISTINGS if listing.language == "console" for each in exchanges(listing.text)]
-PARTS = [code for row in rows(PAGE, "What a robot has") for code in code_in(row[0])]
-MISTAKES = rows(PAGE, "What an app must not do")
+CONSOLE_COMMANDS = [
+    each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)
+]
+PARTS = [code for row in read_rows(PAGE, "What a robot has") for code in find_code(row[0])]
+MISTAKES = read_rows(PAGE, "What an app must not do")
 ENDLESS = "`while True: pass`"
 
 ODD = """
@@ -42,7 +44,7 @@ class Odd(Behaviour):
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Make a folder with the files of the page, in which its commands run."""
+    """Write the files of the page into a folder, and make it the current folder."""
     for file in FILES:
         (tmp_path / file.file).write_text(file.text)
     monkeypatch.chdir(tmp_path)
@@ -50,32 +52,34 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def odd(folder: Path, code: str) -> str:
-    """Write an app whose step runs the code of a cell, and return its file."""
+def write_odd_app(folder: Path, code: str) -> str:
+    """Write an app whose step runs the code of a table's cell, and return its file."""
     file = folder / "odd.py"
-    file.write_text(ODD.format(code=code_in(code)[0]))
+    file.write_text(ODD.format(code=find_code(code)[0]))
     return str(file)
 
 
 def test_every_listing_is_a_file_or_a_console() -> None:
     assert {listing.language for listing in LISTINGS} == {"python", "console"}
     assert all(file.file.endswith(".py") for file in FILES)
-    assert len(EXCHANGES) > len(FILES) > 3
+    assert len(CONSOLE_COMMANDS) > len(FILES) > 3
 
 
-@pytest.mark.parametrize("exchange", EXCHANGES, ids=lambda each: each.command)
-def test_command_output_equals_the_page(exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    program, *arguments = shlex.split(exchange.command)
+@pytest.mark.parametrize("command", CONSOLE_COMMANDS, ids=lambda each: each.command)
+def test_command_output_equals_the_page(
+    command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    program, *arguments = shlex.split(command.command)
     if program == "robotcore":
         execute(arguments)
     else:
         subprocess.run([sys.executable, "-m", program, *arguments], check=False)
     answer = "".join(capfd.readouterr())
-    assert exchange.is_answered_by(answer), answer
+    assert command.matches(answer), answer
 
 
 @pytest.mark.parametrize("code", PARTS)
-def test_what_a_robot_has_is_there(code: str) -> None:
+def test_each_listed_part_of_a_robot_exists(code: str) -> None:
     robot = MockRobot(range=1.0).layered
     frame = robot.camera.read()
     blob = Blob((160.0, 120.0), (150, 110, 20, 20), 400, 0.0, is_clipped=False)
@@ -96,8 +100,8 @@ def test_what_a_robot_has_is_there(code: str) -> None:
         (Truth, set()),
     ],
 )
-def test_page_leaves_nothing_out(kind: type, not_for_apps: set[str]) -> None:
-    named = {word for code in code_in(PAGE) for word in code.replace("(", ".").split(".")}
+def test_page_names_every_attribute(kind: type, not_for_apps: set[str]) -> None:
+    named = {word for code in find_code(PAGE) for word in code.replace("(", ".").split(".")}
     has = {name for name in dir(kind) if not name.startswith("_")}
     assert has - not_for_apps - named == set()
 
@@ -105,19 +109,19 @@ def test_page_leaves_nothing_out(kind: type, not_for_apps: set[str]) -> None:
 @pytest.mark.parametrize("row", [row for row in MISTAKES if row[2] and row[0] != ENDLESS], ids=lambda row: row[0])
 def test_mistake_ends_as_the_page_shows(row: list[str], folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     code, message, status = row
-    assert execute(["run", odd(folder, code), "--world", "open"]) == int(status)
-    assert code_in(message)[0] in capfd.readouterr().err
+    assert execute(["run", write_odd_app(folder, code), "--world", "open"]) == int(status)
+    assert find_code(message)[0] in capfd.readouterr().err
 
 
-def test_sleep_takes_none_of_the_simulated_time(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_sleep_does_not_advance_the_simulated_time(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (code,) = (row[0] for row in MISTAKES if row[0].startswith("`time.sleep"))
-    assert execute(["run", odd(folder, code), "--world", "open", "--timeout", "0.2", "--json"]) == 1
+    assert execute(["run", write_odd_app(folder, code), "--world", "open", "--timeout", "0.2", "--json"]) == 1
     result = json.loads(capfd.readouterr().out)
     assert (result["outcome"], result["ticks"]) == ("timeout", 5)
 
 
 def test_endless_loop_ends_as_the_page_shows(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     message, status = next(row[1:] for row in MISTAKES if row[0] == ENDLESS)
-    after_the_first_step = f"`exec({code_in(ENDLESS)[0]!r}) if robot.clock.now() else None`"
-    assert execute(["run", odd(folder, after_the_first_step), "--world", "open"]) == int(status)
-    assert code_in(message)[0] in capfd.readouterr().err
+    after_the_first_step = f"`exec({find_code(ENDLESS)[0]!r}) if robot.clock.now() else None`"
+    assert execute(["run", write_odd_app(folder, after_the_first_step), "--world", "open"]) == int(status)
+    assert find_code(message)[0] in capfd.readouterr().err

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.listings import listings
+from tests.docs.listings import list_listings
 
 PAGE = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
 DRIVER, TEST = "bumper.py", "test_bumper.py"
@@ -16,7 +16,7 @@ DRIVER, TEST = "bumper.py", "test_bumper.py"
 
 @pytest.fixture
 def package(tmp_path: Path) -> Path:
-    for listing in listings(PAGE):
+    for listing in list_listings(PAGE):
         if listing.file in {DRIVER, TEST}:
             (tmp_path / listing.file).write_text(listing.text, encoding="utf-8")
     return tmp_path
@@ -32,7 +32,7 @@ def test_the_device_driver_passes_its_own_test(package: Path) -> None:
     assert "1 passed" in run_test(package)
 
 
-def test_its_test_fails_if_the_driver_is_wrong(package: Path) -> None:
+def test_the_page_test_fails_if_the_driver_is_wrong(package: Path) -> None:
     driver = package / DRIVER
     driver.write_text(driver.read_text().replace("self.min_range if", "self.max_range if"), encoding="utf-8")
     assert "1 failed" in run_test(package)

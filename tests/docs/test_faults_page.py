@@ -19,7 +19,7 @@ from robotcore.plugins import fault_names
 from robotcore.runtime.faults import TargetKind, plan_faults
 from robotcore.runtime.faults.planning import ROLES, load_fault
 from robotcore.runtime.faults.spec import parameters_of, read_specs
-from tests.docs.listings import Exchange, code_in, exchanges, listings, rows
+from tests.docs.listings import ConsoleCommand, find_code, list_commands, list_listings, read_rows
 from tests.robotcore.fakes import picture
 from tests.robotcore.runtime.faults.rigs import faulty
 from tests.robotcore.runtime.test_device_loss import Board, Line
@@ -30,16 +30,18 @@ else:
     import tomli as tomllib
 
 PAGE = (Path(__file__).parents[2] / "docs" / "faults.md").read_text()
-LISTINGS = listings(PAGE)
+LISTINGS = list_listings(PAGE)
 SOURCES = {each.file: each.text for each in LISTINGS if each.language == "python"}
-EXCHANGES = [each for listing in LISTINGS if listing.language == "console" for each in exchanges(listing.text)]
+CONSOLE_COMMANDS = [
+    each for listing in LISTINGS if listing.language == "console" for each in list_commands(listing.text)
+]
 FILES = [each.text for each in LISTINGS if each.language == "toml"]
 ROVER = load_robot("rover")
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with the files of the page, where the commands are given."""
+    """Write the files of the page into a folder, and make it the current folder."""
     for name, text in SOURCES.items():
         (tmp_path / name).write_text(text)
     monkeypatch.chdir(tmp_path)
@@ -47,29 +49,31 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("exchange", EXCHANGES, ids=lambda each: each.command)
-def test_command_output_equals_the_page(exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    execute(shlex.split(exchange.command)[1:])
+@pytest.mark.parametrize("command", CONSOLE_COMMANDS, ids=lambda each: each.command)
+def test_command_output_equals_the_page(
+    command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    execute(shlex.split(command.command)[1:])
     out, err = capfd.readouterr()
-    assert exchange.is_answered_by(f"{err}\n{out}"), err + out
+    assert command.matches(f"{err}\n{out}"), err + out
 
 
-def test_file_is_what_it_stands_for(tmp_path: Path) -> None:
+def test_fault_file_equals_its_faults_on_the_page(tmp_path: Path) -> None:
     file = tmp_path / "faults.toml"
     file.write_text(FILES[0])
     assert read_specs([str(file)]) == ("camera drop=0.2 after=5", "left_motor weak=0.6")
 
 
-def test_commands_at_the_top_are_understood() -> None:
+def test_faults_of_the_first_commands_are_valid() -> None:
     shell = next(each.text for each in LISTINGS if each.language == "sh")
     words = [shlex.split(line) for line in shell.splitlines()]
     specs = [after for line in words for word, after in pairwise(line) if word == "--fault"]
     assert len(plan_faults(specs, ROVER, [device.name for device in ROVER.devices])) == 3
 
 
-def test_table_has_every_effect_with_its_unit_and_what_it_is_on() -> None:
-    answer = {(code_in(row[0])[0], tuple(code_in(row[1]))) for row in rows(PAGE, "Effects")}
-    assert answer == {_written(name) for name in fault_names()}
+def test_table_has_every_effect_with_its_unit_and_its_targets() -> None:
+    answer = {(find_code(row[0])[0], tuple(find_code(row[1]))) for row in read_rows(PAGE, "Effects")}
+    assert answer == {_build_row(name) for name in fault_names()}
 
 
 def test_test_of_an_app_passes(folder: Path) -> None:
@@ -77,7 +81,7 @@ def test_test_of_an_app_passes(folder: Path) -> None:
     found["test_stands_while_the_connection_is_lost_and_drives_on"]()
 
 
-def test_app_of_the_page_lives_through_a_board_that_hears_no_stop_where_the_robot_waits_for_it(folder: Path) -> None:
+def test_app_of_the_page_survives_a_lost_connection_if_the_robot_waits_for_it(folder: Path) -> None:
     patient = runpy.run_path(str(folder / "patient.py"))["Patient"]
     waiting, impatient = Board(), Board(outage=0.0)
     for board in (waiting, impatient):
@@ -87,8 +91,8 @@ def test_app_of_the_page_lives_through_a_board_that_hears_no_stop_where_the_robo
         impatient.run(patient().step)
 
 
-def test_fault_of_ones_own_works(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
-    points = {**registry._points(registry.FAULTS), **_entry_points(FILES[-1])}
+def test_the_new_fault_of_the_page_works(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    points = {**registry._points(registry.FAULTS), **_list_entry_points(FILES[-1])}
     monkeypatch.setattr(registry, "_points", lambda _: points)
     rig = faulty("camera fog=0.5 after=0.05")
     rig.eye.image = picture((20, 180, 220))
@@ -99,15 +103,15 @@ def test_fault_of_ones_own_works(monkeypatch: pytest.MonkeyPatch, folder: Path) 
     assert shown == [[20, 180, 220], [100, 180, 200]]
 
 
-def _entry_points(pyproject: str) -> dict[str, EntryPoint]:
-    """The faults that a package of the page brings."""
+def _list_entry_points(pyproject: str) -> dict[str, EntryPoint]:
+    """Return the faults of the package on the page."""
     project = tomllib.loads(pyproject)["project"]
     assert {"name", "version"} <= project.keys(), "else it cannot be installed"
     faults = project["entry-points"][registry.FAULTS]
     return {name: EntryPoint(name, value, registry.FAULTS) for name, value in faults.items()}
 
 
-def _written(name: str) -> tuple[str, tuple[str, ...]]:
+def _build_row(name: str) -> tuple[str, tuple[str, ...]]:
     effect, fault = name.partition(".")[0], load_fault(name)
     (first, *_) = parameters_of(effect, fault)
     roles = tuple(ROLES[kind] for kind in TargetKind if kind in fault.on)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.listings import CODE, listings, rows
+from tests.docs.listings import CODE, list_listings, read_rows
 from tests.robotcore.recording.test_foxglove_channels import SCHEMAS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "recording.md").read_text()
@@ -14,7 +14,7 @@ def test_the_listing_records_a_run_and_reads_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (listing,) = (each.text for each in listings(PAGE) if each.language == "python")
+    (listing,) = (each.text for each in list_listings(PAGE) if each.language == "python")
     exec(compile(listing, "recording.md", "exec"), {})  # noqa: S102  the page's own
     answer = capsys.readouterr().out.splitlines()
     assert answer[0].startswith("2.0 ")
@@ -22,7 +22,7 @@ def test_the_listing_records_a_run_and_reads_it(
 
 
 def test_the_table_names_every_channel_and_its_schema() -> None:
-    answer = [(CODE.findall(channels), CODE.findall(schema)) for channels, schema, _ in rows(PAGE, "Look at it")]
+    answer = [(CODE.findall(channels), CODE.findall(schema)) for channels, schema, _ in read_rows(PAGE, "Look at it")]
     assert {channel for channels, _ in answer for channel in channels} == set(SCHEMAS)
     for channels, schemas in answer:
         named = [schema for schema in schemas if "." in schema]

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from robotcore.hal.cutoff import Cutoff
-from tests.docs.listings import listings
+from tests.docs.listings import list_listings
 
 PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text()
 
 
 def test_the_cutoff_on_the_page_writes_its_stop_frame_to_the_port() -> None:
-    (listing,) = [each.text for each in listings(PAGE) if "class StopFrame" in each.text]
+    (listing,) = [each.text for each in list_listings(PAGE) if "class StopFrame" in each.text]
     found: dict[str, Any] = {}
     exec(listing, found)  # noqa: S102
     board, port = pty.openpty()

@@ -8,13 +8,13 @@ from robotcore.description import load_robot
 from robotcore.errors import EmergencyStopError
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
-from tests.docs.listings import listings
+from tests.docs.listings import list_listings
 
 PAGE = (Path(__file__).parents[2] / "docs" / "safety.md").read_text()
 
 
 def test_the_button_on_the_page_stops_the_run() -> None:
-    (listing,) = [each.text for each in listings(PAGE) if "class BenchButton" in each.text]
+    (listing,) = [each.text for each in list_listings(PAGE) if "class BenchButton" in each.text]
     found: dict[str, Any] = {}
     exec(listing, found)  # noqa: S102
     button = SimpleNamespace(when_pressed=None)

@@ -34,6 +34,6 @@ def test_the_table_has_every_driver_and_no_other() -> None:
 
 
 @pytest.mark.parametrize("section", [*sections()], ids=lambda section: section["driver"])
-def test_the_sections_are_as_their_drivers_take_them(section: dict[str, Any]) -> None:
+def test_the_sections_are_valid_for_their_drivers(section: dict[str, Any]) -> None:
     settings = DRIVERS[section["driver"]].load().settings
     settings.model_validate({key: value for key, value in section.items() if key != "driver"})

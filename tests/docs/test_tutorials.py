@@ -15,7 +15,7 @@ import pytest
 
 from robotcore.cli.main import execute, robotcore
 from robotcore.hal.wall_clock import MonotonicClock
-from tests.docs.listings import Exchange, exchanges, listings
+from tests.docs.listings import ConsoleCommand, list_commands, list_listings
 from tests.doubles.coppeliasim.double import Double
 from tests.doubles.coppeliasim.scene import Simulator
 from tests.doubles.coppeliasim.scene.objects import VisionSensor
@@ -34,16 +34,18 @@ PATIENCE_S = 10.0
 TYPED = [
     (name, each)
     for name, page in PAGES.items()
-    for listing in listings(page)
+    for listing in list_listings(page)
     if listing.language == "console"
-    for each in exchanges(listing.text)
+    for each in list_commands(listing.text)
 ]
-EXCHANGES = [pytest.param(*typed, id=typed[1].command) for typed in TYPED if typed[1].command.startswith("robotcore ")]
+CONSOLE_COMMANDS = [
+    pytest.param(page, each, id=each.command) for page, each in TYPED if each.command.startswith("robotcore ")
+]
 (OLD_REFLEX,) = (each for _, each in TYPED if each.command == "python old_reflex.py")
 COMMANDS = [
     line
     for page in (*PAGES.values(), REFERENCE)
-    for listing in listings(page)
+    for listing in list_listings(page)
     if listing.language == "sh"
     for line in listing.text.splitlines()
     if line.startswith("robotcore ")
@@ -52,9 +54,9 @@ COMMANDS = [
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Create the working folder, with the files of both pages."""
+    """Write the files of both pages into a folder, and make it the current folder."""
     for page in PAGES.values():
-        for listing in listings(page):
+        for listing in list_listings(page):
             if listing.language == "python":
                 (tmp_path / listing.file).write_text(listing.text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -73,19 +75,19 @@ def double(simulator: Simulator) -> Iterator[Double]:
 
 
 def replace_port(double: Double, text: str) -> str:
-    """Replace the default port by the double's."""
+    """Replace the simulator's default port by the double's port."""
     return text.replace(str(PORTS["vrep"]), str(double.legacy_port))
 
 
 def parse_arguments(command: str, double: Double) -> list[str]:
-    """Return the arguments of a ``robotcore`` command, with the double as its simulator."""
+    """Return the arguments of a ``robotcore`` command that uses the double as its simulator."""
     words = shlex.split(replace_port(double, command))[1:]
     return [*words, "--port", str(double.zmq_port)] if "coppeliasim" in words else words
 
 
 @contextmanager
 def run_old_script(folder: Path, double: Double, name: str) -> Iterator[subprocess.Popen[str]]:
-    """Run a script of a page with the double as its simulator."""
+    """Run a script of a page, with the double as its simulator."""
     script = folder / name
     script.write_text(replace_port(double, script.read_text(encoding="utf-8")), encoding="utf-8")
     command = [sys.executable, str(script)]
@@ -96,13 +98,13 @@ def run_old_script(folder: Path, double: Double, name: str) -> Iterator[subproce
             process.kill()
 
 
-@pytest.mark.parametrize("simulator, exchange", EXCHANGES, indirect=["simulator"])
+@pytest.mark.parametrize("simulator, command", CONSOLE_COMMANDS, indirect=["simulator"])
 def test_command_prints_the_output_on_the_page(
-    double: Double, exchange: Exchange, folder: Path, capfd: pytest.CaptureFixture[str]
+    double: Double, command: ConsoleCommand, folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    execute(parse_arguments(exchange.command, double))
+    execute(parse_arguments(command.command, double))
     answer = "".join(capfd.readouterr())
-    assert exchange.is_answered_by(answer), answer
+    assert command.matches(answer), answer
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -117,7 +119,7 @@ def test_command_exists(command: str) -> None:
 def test_old_reflex_prints_the_output_on_the_page(double: Double, folder: Path) -> None:
     with run_old_script(folder, double, "old_reflex.py") as script:
         answer, _ = script.communicate(timeout=PATIENCE_S)
-    assert OLD_REFLEX.is_answered_by(answer), answer
+    assert OLD_REFLEX.matches(answer), answer
 
 
 @pytest.mark.parametrize("simulator", ["green-relay"], indirect=True)
@@ -142,7 +144,7 @@ def await_yellow(simulator: Simulator) -> None:
 def test_wiring_of_a_real_bubblerob_is_complete(
     folder: Path, capfd: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:
-    (wiring,) = (each.text for each in listings(PAGES["bubblerob"]) if "[raspberrypi." in each.text)
+    (wiring,) = (each.text for each in list_listings(PAGES["bubblerob"]) if "[raspberrypi." in each.text)
     shipped = (ROBOTS / "bubblerob.toml").read_text(encoding="utf-8")
     (folder / "my_bubblerob.toml").write_text(shipped + wiring, encoding="utf-8")
     assert execute(["check", "my_bubblerob.toml"]) == 0
@@ -151,7 +153,7 @@ def test_wiring_of_a_real_bubblerob_is_complete(
 
 
 def test_mark_equals_mark_green() -> None:
-    (listing,) = (each.text for each in listings(PAGES["green-relay"]) if each.file == "mark.py")
+    (listing,) = (each.text for each in list_listings(PAGES["green-relay"]) if each.file == "mark.py")
     shipped = (Path(__file__).parents[2] / "apps" / "mark_green.py").read_text(encoding="utf-8")
     assert listing.partition("def step")[2] == shipped.partition("def step")[2].partition("\n\n\n")[0] + "\n"
 

@@ -40,7 +40,7 @@ AppFile = Callable[[str], str]
 
 @pytest.fixture
 def cli(capfd: pytest.CaptureFixture[str]) -> Cli:
-    """Run a command in this process, and return its answer."""
+    """Return a function that runs a command in this process, and returns its answer."""
 
     def run(*arguments: str) -> Answer:
         status = execute(arguments)
@@ -51,7 +51,7 @@ def cli(capfd: pytest.CaptureFixture[str]) -> Cli:
 
 @pytest.fixture
 def app_file(tmp_path: Path) -> AppFile:
-    """Write an app whose third tick executes some lines of Python, and return its file."""
+    """Return a function that writes an app whose third tick executes lines of Python, and returns the app's file."""
 
     def write(lines: str) -> str:
         file = tmp_path / "odd.py"
@@ -79,7 +79,7 @@ class Odd(Behaviour):
 
 @pytest.fixture
 def requests(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
-    """Run the runs of a sweep in this process, and return their requests."""
+    """Execute the runs of a sweep in this process. Return the list of their requests."""
     requests: list[RunRequest] = []
 
     def perform_here(_: object, sweep: Sweep, missing: Iterable[RunRequest]) -> Iterator[RunOutput]:
@@ -91,30 +91,30 @@ def requests(monkeypatch: pytest.MonkeyPatch) -> list[RunRequest]:
     return requests
 
 
-class Recorded(NamedTuple):
+class RecordedRun(NamedTuple):
     file: Path
     ticks: int
     time: str
 
 
 @pytest.fixture(scope="session")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
     """Record a complete run of green-search."""
     file = tmp_path_factory.mktemp("recorded") / "search.mcap"
     with redirect_stdout(StringIO()) as out:
         assert execute(["run", "green-search", "--seed", "7", "--record", str(file), "--json"]) == 0
     answer = json.loads(out.getvalue())
-    return Recorded(file, answer["ticks"], f"{answer['sim_time_s']:.2f} s")
+    return RecordedRun(file, answer["ticks"], f"{answer['sim_time_s']:.2f} s")
 
 
 @pytest.fixture(scope="session")
-def search(recorded: Recorded) -> Path:
-    """Return the file of the complete run."""
+def search_recording(recorded: RecordedRun) -> Path:
+    """Return the file of `recorded`."""
     return recorded.file
 
 
 @pytest.fixture(scope="session")
-def brief(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def brief_recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Record one second of mark-green: a small file, which tests damage often."""
     file = tmp_path_factory.mktemp("recorded") / "brief.mcap"
     arguments = ["run", "mark-green", "--robot", "lookout", "--world", "open", "--timeout", "1", "--json"]

@@ -1,4 +1,4 @@
-"""A shell with one job in its terminal: ``python -m tests.robotcore.cli.shell front|behind COMMAND…``.
+"""A shell that runs one job in its terminal: ``python -m tests.robotcore.cli.shell foreground|background COMMAND…``.
 
 Prints ``stopped`` if the job is stopped. Each byte from descriptor `CONTROL` then continues the job in the
 foreground. At the end of the job, prints ``exited`` and the status.
@@ -22,7 +22,7 @@ def main(place: str, *command: str) -> None:
 
     def begin() -> None:
         os.setpgid(0, 0)
-        if place == "front":
+        if place == "foreground":
             os.tcsetpgrp(TERMINAL, os.getpid())
         signal.signal(signal.SIGTTOU, signal.SIG_DFL)
 

@@ -39,7 +39,7 @@ def test_devices_in_the_scene_are_listed(cli: Cli, check_text: CheckText) -> Non
     assert SceneBackend.setups[-1].options == {"port": "19997", "stepped": "false"}
 
 
-def test_missing_device_is_exit_1_with_its_remedy(
+def test_a_missing_device_has_exit_status_1_and_a_remedy(
     cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     monkeypatch.setattr(SceneBackend, "findings", (LOST, JOINT))
@@ -48,7 +48,7 @@ def test_missing_device_is_exit_1_with_its_remedy(
     check_text(answer.out)
 
 
-def test_simulator_that_does_not_answer_is_exit_3(
+def test_a_simulator_that_does_not_answer_has_exit_status_3(
     cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     def fail(*_: object) -> Iterator[Finding]:
@@ -68,5 +68,5 @@ def test_backend_without_a_scene_is_refused(cli: Cli, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("arguments", [("arena", "--backend", "memory"), ("rover", "--port", "19997")])
-def test_options_that_do_not_go_together_are_refused(cli: Cli, arguments: tuple[str, ...]) -> None:
+def test_conflicting_options_are_refused(cli: Cli, arguments: tuple[str, ...]) -> None:
     assert cli("check", *arguments).status == 2

@@ -6,7 +6,7 @@ from tests.robotcore.cli.conftest import Cli
 
 
 @pytest.mark.parametrize("command", [("wiring", "rover"), ("doctor", "--robot", "rover")])
-def test_the_port_replaces_the_one_of_the_robots_file(cli: Cli, command: tuple[str, ...]) -> None:
+def test_the_option_port_replaces_the_port_in_the_robots_file(cli: Cli, command: tuple[str, ...]) -> None:
     answer = cli(*command, "--backend", "serial", "--port", "/dev/elsewhere")
     assert "/dev/elsewhere" in answer.out
     assert "/dev/ttyACM0" not in answer.out

@@ -31,7 +31,7 @@ def set_missing(monkeypatch: pytest.MonkeyPatch, *simulators: Simulator) -> None
         monkeypatch.setattr(simulator, "is_installed", False)
 
 
-def test_takes_the_physics_simulator_that_needs_no_opengl(
+def test_chooses_the_physics_simulator_that_needs_no_opengl(
     monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     set_working(monkeypatch, PyBulletBackend)
@@ -41,7 +41,7 @@ def test_takes_the_physics_simulator_that_needs_no_opengl(
     check_text(why)
 
 
-def test_takes_mujoco_if_pybullet_is_missing_with_the_reason(
+def test_chooses_mujoco_with_the_reason_if_pybullet_is_missing(
     monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     set_missing(monkeypatch, PyBulletBackend)
@@ -51,7 +51,7 @@ def test_takes_mujoco_if_pybullet_is_missing_with_the_reason(
     check_text(why)
 
 
-def test_takes_no_simulator_that_fails(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+def test_does_not_choose_a_simulator_that_fails(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
     set_missing(monkeypatch, PyBulletBackend)
     set_working(monkeypatch, MujocoBackend, failure="eye: there is no OpenGL. Install libegl1")
     backend, why = choose_simulator()
@@ -59,14 +59,16 @@ def test_takes_no_simulator_that_fails(monkeypatch: pytest.MonkeyPatch, check_te
     check_text(why)
 
 
-def test_takes_the_built_in_simulator_with_the_reasons(monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+def test_chooses_the_built_in_simulator_with_the_reasons(
+    monkeypatch: pytest.MonkeyPatch, check_text: CheckText
+) -> None:
     set_missing(monkeypatch, PyBulletBackend, MujocoBackend)
     backend, why = choose_simulator()
     assert backend == "kinematic"
     check_text(why)
 
 
-def test_finds_the_ball_and_leaves_a_picture(
+def test_finds_the_ball_and_draws_a_picture(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     set_missing(monkeypatch, PyBulletBackend, MujocoBackend)

@@ -16,7 +16,7 @@ def test_check_summarises_a_description(cli: Cli, name: str, check_text: CheckTe
     check_text(answer.out.splitlines()[0])
 
 
-def test_check_lets_a_backend_check_its_own_section(
+def test_check_calls_each_backend_for_its_section(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
     register(monkeypatch)
@@ -39,7 +39,7 @@ def test_check_prints_a_warning_and_passes(
     check_text(answer.out)
 
 
-def test_check_prints_all_faults_of_a_section_with_the_files_name(
+def test_check_prints_all_problems_of_a_section_with_the_files_name(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     register(monkeypatch)
@@ -93,7 +93,7 @@ def test_check_names_the_optional_sections_of_a_world(cli: Cli, tmp_path: Path, 
     check_text(cli("check", str(file)).out)
 
 
-def test_check_prints_a_fault_in_one_line(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
+def test_check_prints_a_problem_in_one_line(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     file = tmp_path / "yard.toml"
     file.write_text('name = "yard"\n[floor]\nlength_m = -3.0\nwidth_m = 2.0\n')
     answer = cli("check", str(file))
@@ -103,7 +103,7 @@ def test_check_prints_a_fault_in_one_line(cli: Cli, tmp_path: Path, check_text: 
 
 
 @pytest.mark.parametrize("command", [("check",), ("run", "green-search", "--world")])
-def test_all_faults_of_a_file_are_reported_a_line_each(cli: Cli, tmp_path: Path, command: tuple[str, ...]) -> None:
+def test_all_problems_of_a_file_are_reported_in_a_line_each(cli: Cli, tmp_path: Path, command: tuple[str, ...]) -> None:
     file = tmp_path / "yard.toml"
     file.write_text('name = "Yard"\n[floor]\nlength_m = -3.0\n[flor]\n')
     answer = cli(*command, str(file))

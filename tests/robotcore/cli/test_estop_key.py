@@ -59,7 +59,7 @@ estop_key._is_in_foreground = lambda terminal: True
 estop_key.EmergencyStopKey._set_cbreak_mode = lambda self: None
 main.main()
 """
-"""A job that is in the background, and still reads the terminal."""
+"""The program of a job that reads the terminal although it is in the background."""
 
 
 class Terminal:
@@ -74,7 +74,7 @@ class Terminal:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def run(self, *arguments: str, place: str = "front", program: tuple[str, str] = ("-m", "robotcore")) -> None:
+    def run(self, *arguments: str, place: str = "foreground", program: tuple[str, str] = ("-m", "robotcore")) -> None:
         command = [sys.executable, "-m", "tests.robotcore.cli.shell", place]
         job = [sys.executable, *program, "run", *arguments, "--json"]
         self._shell = subprocess.Popen(
@@ -131,23 +131,23 @@ def terminal() -> Iterator[Terminal]:
     each.close()
 
 
-def wait_for(is_so: Callable[[], bool]) -> None:
+def wait_for(condition: Callable[[], bool]) -> None:
     timer = threading.Event()
     for _ in range(round(LIMIT_S / 0.02)):
-        if is_so():
+        if condition():
             return
         timer.wait(0.02)
     pytest.fail(f"the condition was not met within {LIMIT_S:g} s")
 
 
 def type_line(terminal: Terminal) -> bool:
-    """Type a line, since the key's thread may have read the last one. Return whether the app has read a line."""
+    """Type a line, and return whether the app has read a line. The key's thread may have read an earlier line."""
     terminal.type(b"\n")
     return b"line read:" in terminal.output
 
 
 def read_end(terminal: Terminal) -> tuple[dict[str, Any], str]:
-    """Return the job's JSON and its exit line."""
+    """Return the job's JSON, and the line with its exit status."""
     return json.loads(terminal.read_line()), terminal.read_line()
 
 
@@ -192,7 +192,7 @@ def test_an_app_can_read_from_the_terminal(terminal: Terminal, tmp_path: Path) -
     assert terminal.is_restored
 
 
-def test_a_debugger_gets_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
+def test_a_debugger_can_use_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
     app = tmp_path / "debugged.py"
     app.write_text(DEBUGGED)
     terminal.run(str(app))
@@ -206,7 +206,7 @@ def test_a_debugger_gets_the_terminal(terminal: Terminal, tmp_path: Path) -> Non
     assert terminal.is_restored
 
 
-def test_a_suspended_run_restores_the_terminal_and_takes_it_again(terminal: Terminal) -> None:
+def test_a_suspended_run_restores_the_terminal_until_it_continues(terminal: Terminal) -> None:
     terminal.run(*DRIVE)
     wait_for(lambda: terminal.is_raw)
     terminal.type(b"\x1a")
@@ -221,16 +221,16 @@ def test_a_suspended_run_restores_the_terminal_and_takes_it_again(terminal: Term
 
 
 def test_a_run_in_the_background_does_not_change_the_terminal(terminal: Terminal) -> None:
-    terminal.run("avoid-obstacles", "--realtime", "--timeout", "1", place="behind")
+    terminal.run("avoid-obstacles", "--realtime", "--timeout", "1", place="background")
     terminal.type(b"  \n")
     answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("timeout", "exited 1")
     assert terminal.is_restored
 
 
-def test_keys_in_the_background_stop_no_run(terminal: Terminal) -> None:
+def test_keys_do_not_stop_a_run_in_the_background(terminal: Terminal) -> None:
     drive = ("avoid-obstacles", "--realtime", "--timeout", "2", "--world", "open")
-    terminal.run(*drive, place="behind", program=("-c", JUST_BEHIND))
+    terminal.run(*drive, place="background", program=("-c", JUST_BEHIND))
     terminal.type(b"  \n")
     answer, exited = read_end(terminal)
     assert (answer["outcome"], exited) == ("timeout", "exited 1")
@@ -238,7 +238,7 @@ def test_keys_in_the_background_stop_no_run(terminal: Terminal) -> None:
 
 @pytest.fixture
 def bar(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> Iterator[keys.EmergencyStopKey]:
-    """Make an e-stop key in this process, as if it were in the foreground."""
+    """Create an e-stop key in this process, which counts as a foreground process."""
     with os.fdopen(os.dup(terminal.slave)) as stdin:
         monkeypatch.setattr(sys, "stdin", stdin)
         monkeypatch.setattr(keys, "_is_in_foreground", lambda _: True)
@@ -271,7 +271,7 @@ def test_the_hint_is_shown_only_while_the_key_works(
     assert not bar.get_hint()
 
 
-def test_the_terminal_is_restored_after_an_interrupt_while_it_is_taken(
+def test_the_terminal_is_restored_after_an_interrupt_while_its_mode_is_set(
     terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def take_and_be_interrupted(*answer: Any) -> None:
@@ -286,7 +286,7 @@ def test_the_terminal_is_restored_after_an_interrupt_while_it_is_taken(
     assert terminal.is_restored
 
 
-def test_the_terminal_is_restored_after_an_interrupt_while_it_is_restored(
+def test_the_terminal_is_restored_after_an_interrupt_while_its_mode_is_restored(
     terminal: Terminal, bar: keys.EmergencyStopKey, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def be_interrupted(*answer: Any) -> None:

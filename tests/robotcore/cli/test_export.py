@@ -20,8 +20,8 @@ texture = { pattern = "planks" }
 
 
 @pytest.fixture
-def _pictured(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let MuJoCo's backend write a model of two lines, with a picture where there is a folder for it."""
+def _short_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Replace MuJoCo's model by a short text, which has a picture if there is a folder for pictures."""
 
     def export(_: Backend, file_format: str, robot: object, world: object, folder: str | None) -> ModelExport:
         if folder is None:
@@ -49,7 +49,7 @@ def test_a_seed_draws_the_world_around_the_robot(cli: Cli) -> None:
     assert len({still, drawn, other}) == 3
 
 
-@pytest.mark.usefixtures("_pictured")
+@pytest.mark.usefixtures("_short_model")
 def test_puts_pictures_beside_the_file(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / "hall.xml"
     assert cli("export", "rover", "--format", "mjcf", "--output", str(file)) == (0, "", "")
@@ -58,7 +58,7 @@ def test_puts_pictures_beside_the_file(cli: Cli, tmp_path: Path) -> None:
     assert cli("export", "rover", "--format", "mjcf", "--output", str(file)).status == 0
 
 
-@pytest.mark.usefixtures("_pictured")
+@pytest.mark.usefixtures("_short_model")
 def test_bytes_that_are_not_unicode_are_left_out_of_names(cli: Cli, tmp_path: Path) -> None:
     file = tmp_path / os.fsdecode(b"hall\xff.xml")
     assert cli("export", "rover", "--format", "mjcf", "--output", str(file)).status == 0
@@ -66,7 +66,7 @@ def test_bytes_that_are_not_unicode_are_left_out_of_names(cli: Cli, tmp_path: Pa
     assert (tmp_path / "hall_textures" / "floor.png").exists()
 
 
-@pytest.mark.usefixtures("_pictured")
+@pytest.mark.usefixtures("_short_model")
 def test_notes_go_to_stderr(cli: Cli, check_text: CheckText) -> None:
     answer = cli("export", "rover", "--format", "mjcf")
     assert (answer.status, answer.out) == (0, "<model/>\n")
@@ -107,7 +107,7 @@ def test_a_file_that_cannot_be_written_is_named(cli: Cli, tmp_path: Path, check_
     check_text(answer.err)
 
 
-@pytest.mark.usefixtures("_pictured")
+@pytest.mark.usefixtures("_short_model")
 def test_a_file_with_the_name_of_the_folder_is_named(cli: Cli, tmp_path: Path, check_text: CheckText) -> None:
     (tmp_path / "hall_textures").touch()
     answer = cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))
@@ -116,7 +116,7 @@ def test_a_file_with_the_name_of_the_folder_is_named(cli: Cli, tmp_path: Path, c
     assert len(answer.err.splitlines()) == 1
 
 
-@pytest.mark.usefixtures("_pictured")
+@pytest.mark.usefixtures("_short_model")
 def test_a_model_without_its_pictures_is_not_written(cli: Cli, tmp_path: Path) -> None:
     (tmp_path / "hall_textures").touch()
     cli("export", "rover", "--format", "mjcf", "--output", str(tmp_path / "hall.xml"))

@@ -38,12 +38,12 @@ def test_a_wrong_fault_is_refused_before_anything_runs(
     assert cli(command, *SHORT, "--fault", spec, "--json").json["exit_status"] == 2
 
 
-def test_a_run_that_does_not_begin_answers_with_its_faults(cli: Cli) -> None:
+def test_the_answer_of_a_run_that_does_not_begin_has_its_faults(cli: Cli) -> None:
     answer = cli("run", "avoid-obstacles", "--world", "nowhere", "--fault", "range  drop=0.50", "--json")
     assert (answer.status, answer.json["faults"]) == (2, ["range drop=0.5"])
 
 
-def test_a_lost_run_is_reported_with_its_faults() -> None:
+def test_a_run_that_loses_a_device_is_reported_with_its_faults() -> None:
     request = RunRequest("avoid-obstacles", world="open", faults=("range drop=0.5",))
     assert make_failed_output(request, BackendError("died")).record.result.faults == ["range drop=0.5"]
 

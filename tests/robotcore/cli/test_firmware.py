@@ -14,7 +14,7 @@ from tests.texts import CheckText
 
 
 class AnsweringBoard:
-    """A board at the end of a pty, which answers each line with ``reply``, after ``deaf_lines`` ignored lines."""
+    """A board at the end of a pty. It ignores ``deaf_lines`` lines, and answers each later line with ``reply``."""
 
     def __init__(self, pty: Pty, reply: bytes, deaf_lines: int = 0) -> None:
         self._pty, self._reply, self._deaf = pty, reply, deaf_lines
@@ -69,7 +69,7 @@ def test_flashed_board_is_asked_for_its_version(
 
 
 @pytest.mark.parametrize("reply", [b"", b"Invalid Command\r\n"])
-def test_board_without_the_version_of_robotcore_is_a_failure(
+def test_a_board_that_does_not_report_its_version_is_a_failure(
     cli: Cli, tools: Tools, pty: Pty, reply: bytes, check_text: CheckText
 ) -> None:
     tools.put("avrdude")

@@ -18,7 +18,7 @@ BOTH = pytest.mark.parametrize("command", ["run", "sweep"])
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _enter_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
@@ -58,7 +58,7 @@ def test_an_app_file_that_cannot_be_imported_is_reported_with_its_traceback(
     assert re.match(r' +File ".*odd\.py", line 1\n +x = \(\n', answer.err), "and nothing of what imports it"
 
 
-def test_options_that_do_not_go_together_are_reported(cli: Cli, check_text: CheckText) -> None:
+def test_conflicting_options_are_reported(cli: Cli, check_text: CheckText) -> None:
     app, error, status = _answer(cli("sweep", "green-search", "--cluster", "tcp://lab:8786", "--jobs", "2", "--json"))
     assert (app, status) == ("green-search", 2)
     check_text(error)
@@ -122,7 +122,7 @@ def test_a_full_disk_does_not_change_the_exit_status() -> None:
     assert done.stderr.startswith("error: unknown app 'green-serch'")
 
 
-def test_a_class_is_graded_with_a_broken_file_among_its_apps(cli: Cli) -> None:
+def test_apps_of_a_class_can_be_graded_if_one_of_them_is_broken(cli: Cli) -> None:
     works = "from robotcore import Behaviour, Status\nclass Ready(Behaviour):\n"
     Path("ann.py").write_text(f"{works}    def step(self, robot):\n        return Status.SUCCESS\n")
     Path("bob.py").write_text(f"{works}    def step(self, robot)\n")

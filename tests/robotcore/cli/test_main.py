@@ -72,7 +72,7 @@ def test_help_imports_nothing_heavy() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_unknown_command_offers_the_nearest(cli: Cli, check_text: CheckText) -> None:
+def test_for_an_unknown_command_the_nearest_name_is_suggested(cli: Cli, check_text: CheckText) -> None:
     answer = cli("bakends")
     assert (answer.status, answer.out) == (2, "")
     check_text(answer.err)
@@ -94,7 +94,7 @@ def test_a_closed_pipe_prints_no_error() -> None:
     assert (done.returncode, done.stderr) == (1, "")
 
 
-def test_interrupted_outside_a_run_is_128_plus_sigint(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_outside_a_run_has_exit_status_128_plus_sigint(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted() -> list[str]:
         raise KeyboardInterrupt
 
@@ -103,7 +103,7 @@ def test_interrupted_outside_a_run_is_128_plus_sigint(cli: Cli, monkeypatch: pyt
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_an_interrupted_process_reports_and_dies_of_the_signal(app_file: AppFile, number: int) -> None:
+def test_an_interrupted_process_reports_the_signal_and_ends_by_it(app_file: AppFile, number: int) -> None:
     command = [sys.executable, "-m", "robotcore", "run", app_file(f"os.kill(os.getpid(), {int(number)})"), "--json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (-number, "")
@@ -121,7 +121,7 @@ def test_buffered_output_is_written_before_the_process_ends(app_file: AppFile) -
 
 
 @pytest.mark.skipif(not shutil.which("bash"), reason="there is no bash")
-def test_ctrl_c_ends_a_shells_loop_too(app_file: AppFile) -> None:
+def test_ctrl_c_also_ends_a_loop_of_the_shell(app_file: AppFile) -> None:
     line = shlex.join([sys.executable, "-m", "robotcore", "run", app_file("os.killpg(0, signal.SIGINT)")])
     loop = ["bash", "-c", f"for each in 1 2; do {line}; done; echo went on"]
     done = subprocess.run(loop, start_new_session=True, capture_output=True, text=True, check=False)

@@ -67,20 +67,20 @@ def test_json_holds_every_control_character_as_an_escape(capsys: pytest.CaptureF
     assert all(each.isprintable() for each in capsys.readouterr().out.rstrip("\n"))
 
 
-def test_an_error_of_an_app_forges_no_line(cli: Cli, app_file: AppFile) -> None:
+def test_an_error_of_an_app_cannot_forge_a_line(cli: Cli, app_file: AppFile) -> None:
     result = cli("run", app_file(f"raise ValueError({HOSTILE!r})"))
     assert result.status == 5
     require_harmless(result.err)
     assert all(each.isprintable() or each == "\n" for each in result.out)
 
 
-def test_the_reasons_of_a_sweep_forge_no_line(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
+def test_the_reasons_of_a_sweep_cannot_forge_a_line(cli: Cli, app_file: AppFile, tmp_path: Path) -> None:
     app = app_file(f"raise ValueError({HOSTILE!r})")
     result = cli("sweep", app, "--world", "open", "--seeds", "1-2", "--jobs", "1", "--out", str(tmp_path / "out"))
     require_harmless(result.out)
 
 
-def test_every_command_writes_by_one_module() -> None:
+def test_every_command_writes_with_the_module_output() -> None:
     """`robotcore deploy` has its own terminal lines."""
     files = [file for file in CLI.rglob("*.py") if file.name != "output.py"]
     calls = [node for file in files for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]

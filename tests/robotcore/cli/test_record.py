@@ -57,7 +57,7 @@ def test_pictures_that_were_dropped_are_counted(
     assert cli("info", str(file), "--json").json["dropped_pictures"] == answer.json["dropped_pictures"]
 
 
-def test_an_app_that_hangs_leaves_a_recording_with_its_interventions(app_file: AppFile, tmp_path: Path) -> None:
+def test_the_recording_of_a_hanging_app_has_its_interventions(app_file: AppFile, tmp_path: Path) -> None:
     file = tmp_path / "run.mcap"
     command = [sys.executable, "-m", "robotcore", "run", app_file(DEAF), "--record", str(file), "--json"]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)

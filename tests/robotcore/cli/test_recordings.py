@@ -13,30 +13,30 @@ from hypothesis import strategies as st
 
 from robotcore.recording.chunks import ChunkedFile, ChunkLocation
 from robotcore.view.canvas import GOOD
-from tests.robotcore.cli.conftest import AppFile, Cli, Recorded
+from tests.robotcore.cli.conftest import AppFile, Cli, RecordedRun
 from tests.texts import CheckText
 
 COMMANDS = ("replay", "info", "compare")
 HEAD_BYTES = 9
-"""A record of an MCAP file begins with its kind and its length."""
+"""The length of a record's head in an MCAP file, in bytes. The head has the record's kind and length."""
 
 
-def test_same_app_is_bit_equal(cli: Cli, recorded: Recorded, check_text: CheckText) -> None:
+def test_same_app_is_bit_equal(cli: Cli, recorded: RecordedRun, check_text: CheckText) -> None:
     answers = cli("replay", str(recorded.file))
     assert (answers.status, answers.err) == (0, "")
     check_text(answers.out, hide=[f"{recorded.ticks} ticks, {recorded.time}", *re.findall("[0-9a-f]{64}", answers.out)])
 
 
-def test_json_is_one_line_with_the_digests(cli: Cli, recorded: Recorded) -> None:
+def test_json_is_one_line_with_the_digests(cli: Cli, recorded: RecordedRun) -> None:
     answers = cli("replay", str(recorded.file), "--json").json
     assert (answers["bit_equal"], answers["deviation"], answers["exit_status"]) == (True, None, 0)
     assert answers["ticks"] == recorded.ticks
     assert answers["trace_sha256"] == answers["recorded_sha256"]
 
 
-def test_another_setting_is_evaluated_and_drawn(cli: Cli, search: Path, tmp_path: Path) -> None:
+def test_another_setting_is_evaluated_and_drawn(cli: Cli, search_recording: Path, tmp_path: Path) -> None:
     picture = tmp_path / "other.png"
-    answers = cli("replay", str(search), "--set", "speed_m_s=0.1", "--picture", str(picture), "--json")
+    answers = cli("replay", str(search_recording), "--set", "speed_m_s=0.1", "--picture", str(picture), "--json")
     assert answers.status == 0
     assert answers.json["parting"]
     assert answers.json["differing_ticks"] > 0
@@ -46,8 +46,8 @@ def test_another_setting_is_evaluated_and_drawn(cli: Cli, search: Path, tmp_path
     assert not (drawn[:130, :, ::-1] == GOOD).all(axis=2).any()
 
 
-def test_app_that_needs_another_device_is_refused(cli: Cli, brief: Path, check_text: CheckText) -> None:
-    answers = cli("replay", str(brief), "--app", "green-search")
+def test_app_that_needs_another_device_is_refused(cli: Cli, brief_recording: Path, check_text: CheckText) -> None:
+    answers = cli("replay", str(brief_recording), "--app", "green-search")
     assert answers.status == 2
     check_text(answers.err)
 
@@ -66,22 +66,24 @@ def test_lossy_recording_is_refused_and_evaluated_with_a_warning(
 
 
 def test_comparison_of_a_run_with_itself_is_alike(
-    cli: Cli, search: Path, tmp_path: Path, check_text: CheckText
+    cli: Cli, search_recording: Path, tmp_path: Path, check_text: CheckText
 ) -> None:
     picture = tmp_path / "both.png"
-    answers = cli("compare", str(search), str(search), "--picture", str(picture))
+    answers = cli("compare", str(search_recording), str(search_recording), "--picture", str(picture))
     assert answers.status == 0
     check_text(answers.out.splitlines()[0])
     assert picture.stat().st_size > 10_000
 
 
-def test_comparison_of_different_runs_has_exit_status_1(cli: Cli, search: Path, brief: Path) -> None:
-    answers = cli("compare", str(search), str(brief), "--json")
+def test_comparison_of_different_runs_has_exit_status_1(
+    cli: Cli, search_recording: Path, brief_recording: Path
+) -> None:
+    answers = cli("compare", str(search_recording), str(brief_recording), "--json")
     assert answers.status == answers.json["exit_status"] == 1
     assert (answers.json["first"]["outcome"], answers.json["second"]["outcome"]) == ("success", "timeout")
 
 
-def test_info_shows_the_run_and_its_devices(cli: Cli, recorded: Recorded) -> None:
+def test_info_shows_the_run_and_its_devices(cli: Cli, recorded: RecordedRun) -> None:
     answers = cli("info", str(recorded.file))
     assert answers.status == 0
     assert f"{recorded.ticks} ticks" in answers.out
@@ -109,20 +111,20 @@ def test_a_file_that_is_no_recording_is_named(
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_missing_extra_is_named_with_its_remedy(
-    cli: Cli, search: Path, monkeypatch: pytest.MonkeyPatch, command: str, check_text: CheckText
+    cli: Cli, search_recording: Path, monkeypatch: pytest.MonkeyPatch, command: str, check_text: CheckText
 ) -> None:
     monkeypatch.setattr("robotcore.recording.mcap_file.find_spec", lambda _: None)
-    answers = cli(command, *[str(search)] * (2 if command == "compare" else 1))
+    answers = cli(command, *[str(search_recording)] * (2 if command == "compare" else 1))
     assert answers.status == 3
     check_text(answers.err)
 
 
 def test_a_damaged_recording_is_replayed_up_to_the_damage(
-    cli: Cli, search: Path, tmp_path: Path, check_text: CheckText
+    cli: Cli, search_recording: Path, tmp_path: Path, check_text: CheckText
 ) -> None:
     file = tmp_path / "damaged.mcap"
-    chunk = _middle_chunk(search)
-    file.write_bytes(_flip_bit(search.read_bytes(), chunk.offset + chunk.length // 2))
+    chunk = _middle_chunk(search_recording)
+    file.write_bytes(_flip_bit(search_recording.read_bytes(), chunk.offset + chunk.length // 2))
     info, replayed = cli("info", str(file)), cli("replay", str(file))
     answers = cli("info", str(file), "--json").json
     assert (info.status, answers["damaged"], answers["whole"]) == (0, True, False)
@@ -135,7 +137,7 @@ def test_a_damaged_recording_is_replayed_up_to_the_damage(
     assert cli("replay", str(file), "--json").json["bit_equal"] is True
 
 
-def test_damage_between_two_chunks_costs_nothing_of_the_run(cli: Cli, recorded: Recorded, tmp_path: Path) -> None:
+def test_damage_between_two_chunks_loses_no_tick(cli: Cli, recorded: RecordedRun, tmp_path: Path) -> None:
     file = tmp_path / "damaged.mcap"
     chunk = _middle_chunk(recorded.file)
     file.write_bytes(_flip_bit(recorded.file.read_bytes(), chunk.offset + chunk.length + HEAD_BYTES))
@@ -155,11 +157,11 @@ damages = st.one_of(
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(damage=st.lists(damages, min_size=1, max_size=3))
 def test_damaged_file_ends_in_a_shorter_recording_or_a_named_error(
-    cli: Cli, brief: Path, tmp_path: Path, command: str, damage: list[tuple[str, float, int]]
+    cli: Cli, brief_recording: Path, tmp_path: Path, command: str, damage: list[tuple[str, float, int]]
 ) -> None:
     file = tmp_path / "damaged.mcap"
-    file.write_bytes(_damage(brief.read_bytes(), damage))
-    answers = cli(*_arguments(command, file, brief, tmp_path))
+    file.write_bytes(_damage(brief_recording.read_bytes(), damage))
+    answers = cli(*_arguments(command, file, brief_recording, tmp_path))
     assert answers.status in (0, 1, 2, 3)
     assert "Traceback" not in answers.err
     assert answers.status != 2 or "damaged.mcap" in answers.err

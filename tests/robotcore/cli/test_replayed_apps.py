@@ -45,14 +45,14 @@ class Choosing(Behaviour):
 
 @pytest.fixture(autouse=True)
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The folder that commands run in, with the apps."""
+    """Make a temporary folder the current folder, in which the tests write apps."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 @pytest.fixture
 def chosen(cli: Cli, project: Path) -> Path:
-    """A recording of an app with settings of many types, in the same folder."""
+    """Record an app that has settings of many types, and return the recording's file."""
     app, file = project / "choosing.py", project / "chosen.mcap"
     app.write_text(CHOOSING)
     assert cli("run", "choosing.py", "--record", str(file)).status in (0, 1)
@@ -60,8 +60,8 @@ def chosen(cli: Cli, project: Path) -> Path:
     return file
 
 
-def set_in(file: Path, settings: dict[str, object], app: str = "choosing.py") -> str:
-    """Write the recording with other settings or another app beside it."""
+def change_settings(file: Path, settings: dict[str, object], app: str = "choosing.py") -> str:
+    """Write a copy of a recording with other settings or another app, and return its name."""
     forged = file.with_name("forged.mcap")
     request = {"settings": settings, "app": app}
     forged.write_bytes(change_json(file, "/run", lambda _, event: event | {"request": event["request"] | request}))
@@ -175,7 +175,7 @@ def test_changed_app_of_equal_time_and_size_is_imported_anew(cli: Cli, app_file:
 
 @pytest.mark.parametrize("arguments", [(), ("--set", "speed=1")], ids=["verified", "evaluated"])
 @pytest.mark.parametrize("place", ["absolute", "relative", "above", "beside"])
-def test_file_that_holds_another_text_than_was_recorded_is_not_run(
+def test_a_file_that_differs_from_the_recorded_text_is_not_run(
     cli: Cli,
     app_file: AppFile,
     tmp_path: Path,
@@ -233,7 +233,7 @@ def test_another_named_file_is_evaluated(cli: Cli, app_file: AppFile, tmp_path: 
     "settings", [{"log": "evil"}, {"place": "evil"}, {"thing": "1"}, {"thing": [1]}, {"speed": 0.1, "log": ""}], ids=str
 )
 @pytest.mark.parametrize("arguments", [(), ("--set", "speed=1")], ids=["verified", "evaluated"])
-def test_text_that_a_recording_sets_reaches_no_app_that_the_user_has_not_named(
+def test_a_text_setting_of_a_recording_reaches_only_an_app_that_the_user_names(
     cli: Cli,
     project: Path,
     chosen: Path,
@@ -241,7 +241,7 @@ def test_text_that_a_recording_sets_reaches_no_app_that_the_user_has_not_named(
     arguments: tuple[str, ...],
     check_text: CheckText,
 ) -> None:
-    file = set_in(chosen, settings)
+    file = change_settings(chosen, settings)
     before = sorted(project.iterdir())
     answer = cli("replay", file, *arguments)
     assert (answer.status, answer.out) == (2, "")
@@ -261,16 +261,16 @@ def test_text_that_a_recording_sets_reaches_no_app_that_the_user_has_not_named(
 def test_numbers_choices_and_defaults_of_a_recording_are_set(
     cli: Cli, chosen: Path, settings: dict[str, object]
 ) -> None:
-    assert cli("replay", set_in(chosen, settings)).status == 0
+    assert cli("replay", change_settings(chosen, settings)).status == 0
 
 
 def test_text_of_a_recording_is_set_if_the_user_names_the_app(cli: Cli, project: Path, chosen: Path) -> None:
-    assert cli("replay", set_in(chosen, {"log": "other.log"}), "--app", "choosing.py").status == 0
+    assert cli("replay", change_settings(chosen, {"log": "other.log"}), "--app", "choosing.py").status == 0
     assert (project / "other.log").exists()
 
 
-def test_text_that_the_user_sets_takes_the_place_of_the_recorded_one(cli: Cli, project: Path, chosen: Path) -> None:
-    assert cli("replay", set_in(chosen, {"log": "evil"}), "--set", "log=mine.log").status == 0
+def test_a_text_setting_of_the_user_replaces_the_recorded_one(cli: Cli, project: Path, chosen: Path) -> None:
+    assert cli("replay", change_settings(chosen, {"log": "evil"}), "--set", "log=mine.log").status == 0
     assert (project / "mine.log").exists()
     assert not (project / "evil").exists()
 
@@ -290,11 +290,11 @@ def test_recorded_text_is_not_run_outside_of_the_project(
     monkeypatch.setattr("sys.prefix", str(work / "environment"))
     apps = {"outside": str(elsewhere), "above": "../elsewhere.py", "link": "link.py"}
     app = apps.get(place, f"{place}/app.py")
-    answer = cli("replay", set_in(chosen, {}, app))
+    answer = cli("replay", change_settings(chosen, {}, app))
     assert (answer.status, answer.out) == (2, "")
     assert "imported" not in answer.err
     check_text(answer.err)
-    assert cli("replay", set_in(chosen, {}, app), "--app", app).status == 0
+    assert cli("replay", change_settings(chosen, {}, app), "--app", app).status == 0
 
 
 @pytest.mark.parametrize("folder", ["", "apps"])
@@ -304,5 +304,5 @@ def test_recorded_text_below_the_current_folder_runs_by_an_absolute_path_too(
     (project / folder).mkdir(exist_ok=True)
     app = project / folder / "choosing.py"
     app.write_text(CHOOSING)
-    assert cli("replay", set_in(chosen, {}, str(app))).status == 0
-    assert cli("replay", set_in(chosen, {}, str(app.relative_to(project)))).status == 0
+    assert cli("replay", change_settings(chosen, {}, str(app))).status == 0
+    assert cli("replay", change_settings(chosen, {}, str(app.relative_to(project)))).status == 0

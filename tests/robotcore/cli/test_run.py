@@ -159,13 +159,13 @@ def test_a_signal_before_the_run_has_its_line_too(cli: Cli, monkeypatch: pytest.
 
 
 def test_host_and_port_are_options_of_the_backend(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    requests = _requests(monkeypatch)
+    requests = _collect_requests(monkeypatch)
     cli("run", "a", "--host", "pi.local", "--port", "23000", "--option", "port=1", "--option", "path=/a=b")
     assert requests[0].options == {"host": "pi.local", "port": "23000", "path": "/a=b"}
 
 
 def test_defaults_are_those_of_a_request(cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
-    requests = _requests(monkeypatch)
+    requests = _collect_requests(monkeypatch)
     cli("run", "a")
     assert requests == [RunRequest("a")]
 
@@ -192,7 +192,7 @@ def test_the_name_of_the_picture_stays_out_of_the_json(cli: Cli, tmp_path: Path,
 def test_picture_that_cannot_be_written_is_refused_before_the_run(
     cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    requests = _requests(monkeypatch)
+    requests = _collect_requests(monkeypatch)
     (tmp_path / "folder.png").mkdir()
     answer = cli(*SHORT, "--json", "--picture", str(tmp_path / name))
     assert (answer.status, requests) == (2, [])
@@ -219,13 +219,13 @@ def test_a_picture_does_not_change_the_decisions(cli: Cli, tmp_path: Path) -> No
     assert watched["trace_sha256"] == plain["trace_sha256"]
 
 
-def _requests(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Return where the requests will be found; none of them is run."""
+def _collect_requests(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Return a list to which each later request is added. No request is run."""
     requests: list[Any] = []
 
-    def keep(request: RunRequest, *_: object, **__: object) -> None:
+    def collect(request: RunRequest, *_: object, **__: object) -> None:
         requests.append(request)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("robotcore.runtime.session.run", keep)
+    monkeypatch.setattr("robotcore.runtime.session.run", collect)
     return requests

@@ -13,8 +13,8 @@ from tests.robotcore.safety.guardian.recorder import notes
 from tests.texts import CheckText
 
 
-class Unopened(RecordingBackend):
-    """Gives cutoffs that note what they are asked for; one of them may fail."""
+class CutoffBackend(RecordingBackend):
+    """A backend whose cutoffs log their calls. The cutoff of the device ``failing`` fails in the way ``manner``."""
 
     def __init__(self, diary: Path, failing: str = "", manner: str = "fails to stop") -> None:
         super().__init__(diary, manner)
@@ -32,7 +32,7 @@ def diary(tmp_path: Path) -> Path:
     return tmp_path / "diary"
 
 
-def given(monkeypatch: pytest.MonkeyPatch, backend: Unopened) -> Unopened:
+def install(monkeypatch: pytest.MonkeyPatch, backend: CutoffBackend) -> CutoffBackend:
     monkeypatch.setattr("robotcore.hal.backend.load_backend", lambda _: backend)
     return backend
 
@@ -40,7 +40,7 @@ def given(monkeypatch: pytest.MonkeyPatch, backend: Unopened) -> Unopened:
 def test_every_motor_is_stopped_and_no_other_device_is_opened(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    backend = given(monkeypatch, Unopened(diary))
+    backend = install(monkeypatch, CutoffBackend(diary))
     answer = cli("stop", "--backend", "recording", "--option", "port=7")
     assert (answer.status, answer.err) == (0, "")
     check_text(answer.out)
@@ -52,7 +52,7 @@ def test_every_motor_is_stopped_and_no_other_device_is_opened(
 def test_a_motor_that_cannot_be_stopped_is_named_and_the_others_are_stopped(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    given(monkeypatch, Unopened(diary, failing="left_motor"))
+    install(monkeypatch, CutoffBackend(diary, failing="left_motor"))
     answer = cli("stop", "--backend", "recording")
     assert answer.status == 3
     check_text(answer.out)
@@ -62,7 +62,7 @@ def test_a_motor_that_cannot_be_stopped_is_named_and_the_others_are_stopped(
 def test_an_unconfirmed_stop_is_not_reported_as_done(
     cli: Cli, diary: Path, monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    given(monkeypatch, Unopened(diary, failing="left_motor", manner="is unsure"))
+    install(monkeypatch, CutoffBackend(diary, failing="left_motor", manner="is unsure"))
     answer = cli("stop", "--backend", "recording")
     assert (answer.status, answer.err) == (0, "")
     check_text(answer.out)

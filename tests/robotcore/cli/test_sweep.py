@@ -26,7 +26,7 @@ SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _enter_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
@@ -58,23 +58,23 @@ def test_json_repeats_the_request(cli: Cli, requests: list[RunRequest]) -> None:
     assert (done["backends"], done["worlds"]) == (["kinematic"], ["open", "arena"])
 
 
-def test_the_guide_explains_every_key(cli: Cli, requests: list[RunRequest]) -> None:
+def test_the_page_explains_every_key(cli: Cli, requests: list[RunRequest]) -> None:
     done = cli(*SHORT, "--seeds", "1", "--json").json
     guide = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text(encoding="utf-8")
     assert [key for key in (*done, *done["groups"][0]) if f"`{key}`" not in guide] == []
 
 
-def test_json_has_no_more_digits_than_make_sense(
-    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_json_numbers_have_six_decimals(cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
     times = iter((26.4, 26.500000000000007))
-    monkeypatch.setattr("tests.robotcore.cli.conftest.perform", lambda request: _passing(request, next(times)))
+    monkeypatch.setattr(
+        "tests.robotcore.cli.conftest.perform", lambda request: _perform_with_time(request, next(times))
+    )
     (group,) = cli(*SHORT, "--seeds", "1-2", "--json").json["groups"]
     assert group["median_time_s"] == 26.45
     assert group["verified_95"] == [0.34238, 1.0]
 
 
-def _passing(request: RunRequest, time: float) -> RunOutput:
+def _perform_with_time(request: RunRequest, time: float) -> RunOutput:
     ended = perform(request)
     result = replace(ended.record.result, sim_time_s=time, verified=True)
     return RunOutput(replace(ended.record, result=result))
@@ -125,7 +125,7 @@ def test_failing_runs_are_reported_by_reason_with_a_command_and_all_of_them_by_a
     assert "\n  all failing runs: here/failures.csv\n" in done.out
 
 
-def test_a_requirement_that_is_missed_is_exit_1_with_got_and_required(
+def test_a_missed_requirement_has_exit_status_1_with_the_value_and_the_bound(
     cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
     arguments = ("sweep", "green-search", "--timeout", "0.1", "--seeds", "1-2", "--world", "open")
@@ -184,7 +184,7 @@ def test_an_exclusive_simulator_has_one_run_at_a_time(
     assert given == [at_a_time]
 
 
-def test_a_missing_backend_is_exit_3(cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
+def test_a_missing_backend_has_exit_status_3(cli: Cli, monkeypatch: pytest.MonkeyPatch, check_text: CheckText) -> None:
     def rehearse(_: object) -> None:
         raise BackendMissingError("no simulator")
 
@@ -219,10 +219,10 @@ def test_every_field_of_a_request_has_an_option_except_gui_and_realtime() -> Non
     assert {plural.get(name, name) for name in fields} <= {parameter.name for parameter in command.params}
 
 
-def test_a_report_is_written_of_all_that_is_there(
+def test_a_report_has_all_results_of_the_folder(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    done = _report(monkeypatch)
+    done = _replace_report(monkeypatch)
     assert cli(*SHORT, "--seeds", "1-2", "--out", "here", "--report", "page").out.endswith(
         "The report: page/index.html\n"
     )
@@ -233,10 +233,8 @@ def test_a_report_is_written_of_all_that_is_there(
     assert done["command"] == line
 
 
-def test_a_report_is_given_the_requirements(
-    cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    done = _report(monkeypatch)
+def test_a_report_has_the_requirements(cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch) -> None:
+    done = _replace_report(monkeypatch)
     cli(*SHORT, "--seeds", "1", "--out", "here", "--report", "page", "--require", "contacts<=0")
     assert [str(each) for each in done["requirements"]] == ["contacts<=0"]
 
@@ -244,14 +242,14 @@ def test_a_report_is_given_the_requirements(
 def test_a_report_that_cannot_be_written_is_reported_before_the_sweep(
     cli: Cli, requests: list[RunRequest], monkeypatch: pytest.MonkeyPatch, check_text: CheckText
 ) -> None:
-    _report(monkeypatch, BackendMissingError("no Jinja2"))
+    _replace_report(monkeypatch, BackendMissingError("no Jinja2"))
     answer = cli(*SHORT, "--report", "page")
     assert (answer.status, answer.out) == (3, "")
     check_text(answer.err)
     assert requests == []
 
 
-def test_a_report_into_a_folder_that_cannot_be_is_refused_before_the_sweep(
+def test_a_report_into_an_impossible_folder_is_refused_before_the_sweep(
     cli: Cli, requests: list[RunRequest], check_text: CheckText
 ) -> None:
     done = cli(*SHORT, "--report", "/proc/nope")
@@ -259,13 +257,13 @@ def test_a_report_into_a_folder_that_cannot_be_is_refused_before_the_sweep(
     check_text(done.err)
 
 
-def _report(monkeypatch: pytest.MonkeyPatch, fault: Exception | None = None) -> dict[str, Any]:
-    """Put a report in place of the real one; return where what it is told will be found."""
+def _replace_report(monkeypatch: pytest.MonkeyPatch, error: Exception | None = None) -> dict[str, Any]:
+    """Replace the module that writes reports. Return a dict that receives the arguments of ``write_report``."""
     done: dict[str, Any] = {}
 
     def require_writable(directory: Path) -> None:
-        if fault:
-            raise fault
+        if error:
+            raise error
 
     def write_report(records: Any, directory: Path, pictures: Path, **more: Any) -> Path:
         done.update(given=(records, directory, pictures), **more)

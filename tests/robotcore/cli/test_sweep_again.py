@@ -18,7 +18,7 @@ SHORT = ("sweep", "avoid-obstacles", "--world", "open", "--set", "duration_s=0.2
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _enter_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 

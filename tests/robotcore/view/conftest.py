@@ -12,7 +12,7 @@ STATES = ("search", "seen", "approach", "arrived")
 
 @pytest.fixture
 def track() -> Track:
-    """Ten ticks of each state, the first on the spot, in the arena."""
+    """Build a track in the arena with ten ticks in each state. The robot does not move in the first state."""
     start = load_world("arena").start.pose._replace(heading=0.6)
     track = Track()
     for tick in range(10 * len(STATES)):

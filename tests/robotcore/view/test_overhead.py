@@ -17,7 +17,7 @@ def track() -> Track:
     return track
 
 
-def test_states_are_in_the_order_of_their_first_time(track: Track) -> None:
+def test_states_are_in_the_order_of_their_first_occurrence(track: Track) -> None:
     assert track.states == ["a", "b"]
 
 

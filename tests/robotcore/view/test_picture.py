@@ -35,15 +35,15 @@ from tests.texts import Raises
 Rgb = tuple[int, int, int]
 
 
-def colours_near(image: Image, x: float, y: float, reach: int = 2) -> list[Rgb]:
+def list_colours_near(image: Image, x: float, y: float, reach: int = 2) -> list[Rgb]:
     """Return the colours around a pixel, red first."""
     column, row = round(x), round(y)
     patch = image[row - reach : row + reach + 1, column - reach : column + reach + 1, ::-1].reshape(-1, 3)
     return [(int(red), int(green), int(blue)) for red, green, blue in patch]
 
 
-def on_sheet(figure: RunFigure, x: float, y: float) -> tuple[float, float]:
-    """Return the pixel of a point of the world."""
+def find_pixel(figure: RunFigure, x: float, y: float) -> tuple[float, float]:
+    """Return the pixel of the picture that shows a point of the world."""
     assert figure.world
     column, row = MapTransform.fit(figure.world, figure.track, _MAP).to_pixel(x, y)
     return column + _EDGE, row + _TOP
@@ -55,19 +55,19 @@ def test_the_ball_is_drawn_in_its_colour(figure: RunFigure) -> None:
     ball = figure.world.target
     around = [(ball.x_m + dx, ball.y_m + dy) for dx, dy in ((0, 0), (-0.06, 0), (0, -0.06))]
     image = draw_figure(figure)
-    assert all(ball.colour in colours_near(image, *on_sheet(figure, *place)) for place in around)
+    assert all(ball.colour in list_colours_near(image, *find_pixel(figure, *place)) for place in around)
 
 
 def test_every_obstacle_is_drawn_in_its_colour(figure: RunFigure) -> None:
     assert figure.world
     image = draw_figure(figure)
     for thing in figure.world.obstacles:
-        assert thing.colour in colours_near(image, *on_sheet(figure, thing.x_m, thing.y_m))
+        assert thing.colour in list_colours_near(image, *find_pixel(figure, thing.x_m, thing.y_m))
 
 
 def test_north_is_up_and_east_is_right(figure: RunFigure) -> None:
-    x, y = on_sheet(figure, 0.0, 0.0)
-    east, north = on_sheet(figure, 1.0, 0.0), on_sheet(figure, 0.0, 1.0)
+    x, y = find_pixel(figure, 0.0, 0.0)
+    east, north = find_pixel(figure, 1.0, 0.0), find_pixel(figure, 0.0, 1.0)
     assert east[0] > x
     assert north[1] < y
     assert east[1] - y == north[0] - x == 0
@@ -77,19 +77,19 @@ def test_the_path_has_the_colour_of_its_state(figure: RunFigure) -> None:
     image = draw_figure(figure)
     colours = assign_state_colours(figure.track.states)
     for step in figure.track.points[16:34:4]:
-        assert colours[step.state] in colours_near(image, *on_sheet(figure, step.pose.x, step.pose.y), reach=4)
+        assert colours[step.state] in list_colours_near(image, *find_pixel(figure, step.pose.x, step.pose.y), reach=4)
 
 
 def test_the_robot_is_drawn_at_its_last_pose(figure: RunFigure) -> None:
     pose = figure.track.points[-1].pose
     belly = pose.to_world(0.05, 0.06)
-    assert figure.robot.body.colour in colours_near(draw_figure(figure), *on_sheet(figure, *belly))
+    assert figure.robot.body.colour in list_colours_near(draw_figure(figure), *find_pixel(figure, *belly))
 
 
 def test_milestones_at_one_pose_do_not_hide_each_other(figure: RunFigure) -> None:
     figure.track.points = [step._replace(pose=figure.track.points[0].pose) for step in figure.track.points]
     image = draw_figure(figure)
-    x, y = on_sheet(figure, *figure.track.points[0].pose[:2])
+    x, y = find_pixel(figure, *figure.track.points[0].pose[:2])
     row = {tuple(int(part) for part in pixel) for pixel in image[round(y), round(x) : round(x) + 90, ::-1]}
     assert set(assign_state_colours(figure.track.states).values()) <= row
 
@@ -97,7 +97,7 @@ def test_milestones_at_one_pose_do_not_hide_each_other(figure: RunFigure) -> Non
 def test_the_map_shows_a_robot_that_left_the_floor(figure: RunFigure) -> None:
     far = figure.track.points[-1].pose._replace(x=5.0, y=-0.3)
     figure.track.points.append(figure.track.points[-1]._replace(pose=far))
-    x, _ = on_sheet(figure, far.x + figure.robot.body.reach_m, far.y)
+    x, _ = find_pixel(figure, far.x + figure.robot.body.reach_m, far.y)
     assert x < _EDGE + _MAP
 
 
@@ -105,7 +105,7 @@ def test_the_map_shows_a_robot_that_left_the_floor(figure: RunFigure) -> None:
 def test_the_last_picture_is_beside_the_map_in_colour_or_grey(figure: RunFigure, shape: tuple[int, ...]) -> None:
     seen = np.full(shape, 77, np.uint8)
     image = draw_figure(dataclasses.replace(figure, last_image=seen))
-    assert colours_near(image, _SIDE + 40, _TOP + 40) == [(77, 77, 77)] * 25
+    assert list_colours_near(image, _SIDE + 40, _TOP + 40) == [(77, 77, 77)] * 25
 
 
 @pytest.mark.parametrize("verified, is_green", [(True, True), (None, True), (False, False)])
@@ -158,8 +158,8 @@ def test_a_replay_that_ends_early_has_the_last_image_before_its_end() -> None:
 REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 1})
 
 
-class Looker(PictureRecorder):
-    """Stores the run for the test."""
+class RunKeeper(PictureRecorder):
+    """A recorder that also stores the run."""
 
     def begin(self, run: Run) -> None:
         super().begin(run)
@@ -167,7 +167,7 @@ class Looker(PictureRecorder):
 
 
 def test_the_recorder_stores_the_true_pose_of_every_tick() -> None:
-    recorder = Looker()
+    recorder = RunKeeper()
     result = run(REQUEST, [recorder])
     assert recorder.run.world
     steps = recorder._track.points
@@ -177,13 +177,13 @@ def test_the_recorder_stores_the_true_pose_of_every_tick() -> None:
 
 
 def test_the_recorder_reads_no_camera() -> None:
-    recorder = Looker()
+    recorder = RunKeeper()
     run(REQUEST, [recorder])
     assert find_last_image(recorder.run.robot) is None
 
 
 def test_the_picture_on_a_display_comes_before_the_camera_image() -> None:
-    recorder = Looker()
+    recorder = RunKeeper()
     run(RunRequest("mark-green", world="open", seed=3, settings={"duration_s": 0.2}), [recorder])
     display, camera = recorder.run.robot.display, recorder.run.robot.camera
     assert isinstance(display, AppDisplay)
@@ -193,7 +193,7 @@ def test_the_picture_on_a_display_comes_before_the_camera_image() -> None:
 
 
 def test_a_run_without_truth_has_a_picture_without_a_path(tmp_path: Path) -> None:
-    recorder = Looker()
+    recorder = RunKeeper()
     run(RunRequest("avoid-obstacles", backend="mock", settings={"duration_s": 0.2}), [recorder])
     recorder.save(tmp_path / "run.png")
     picture = cv2.imread(str(tmp_path / "run.png"))
@@ -202,7 +202,7 @@ def test_a_run_without_truth_has_a_picture_without_a_path(tmp_path: Path) -> Non
 
 
 def test_a_picture_that_cannot_be_saved_is_reported(raises: Raises, tmp_path: Path) -> None:
-    recorder = Looker()
+    recorder = RunKeeper()
     run(REQUEST, [recorder])
     with raises(UsageError, "file-not-writable"):
         recorder.save(tmp_path / "missing" / "run.png")

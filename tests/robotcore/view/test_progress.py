@@ -21,7 +21,7 @@ REQUEST = RunRequest("avoid-obstacles", world="open", settings={"duration_s": 0.
 
 
 class RecordedProgressLine(ProgressLine):
-    """Stores the text of the line at each tick."""
+    """A progress line that stores its text at each tick."""
 
     def __init__(self, hint: Callable[[], str] = str) -> None:
         self.console = Console(file=io.StringIO(), force_terminal=True, width=160)
@@ -85,7 +85,7 @@ def test_the_line_has_the_last_range(monkeypatch: pytest.MonkeyPatch, distance: 
     check_text(columns(progress.lines[-1])[2])
 
 
-def test_the_line_has_the_voltage_and_warnings_stand_below(check_text: CheckText) -> None:
+def test_the_line_has_the_voltage_and_the_warnings_follow_below(check_text: CheckText) -> None:
     progress = RecordedProgressLine()
     run(REQUEST, [progress])
     progress._run = progress.last_run

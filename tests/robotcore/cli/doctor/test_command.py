@@ -14,8 +14,8 @@ from tests.robotcore.cli.conftest import Cli
 from tests.texts import CheckText
 
 
-class Ward(Backend):
-    """A backend whose findings a test sets."""
+class FindingBackend(Backend):
+    """A backend with the findings that a test sets."""
 
     name = "ward"
     summary = "for tests"
@@ -46,31 +46,31 @@ BAD = Finding.error("pins", "another program holds GPIO 17", "End that program",
 
 
 @pytest.fixture
-def ward(monkeypatch: pytest.MonkeyPatch) -> type[Ward]:
-    """Leave only this backend and a broken one installed."""
+def ward(monkeypatch: pytest.MonkeyPatch) -> type[FindingBackend]:
+    """Install only the backend ``ward`` and a broken one."""
     from importlib.metadata import EntryPoint
 
-    values = {"ward": f"{__name__}:Ward", "broken": "no_such_package:Thing"}
+    values = {"ward": f"{__name__}:FindingBackend", "broken": "no_such_package:Thing"}
     points = {registry.BACKENDS: {name: EntryPoint(name, value, "") for name, value in values.items()}}
     monkeypatch.setattr("robotcore.plugins._points", lambda group: points.get(group, {}))
     for name in ("found", "error", "is_here"):
-        monkeypatch.setattr(Ward, name, getattr(Ward, name))
-    return Ward
+        monkeypatch.setattr(FindingBackend, name, getattr(FindingBackend, name))
+    return FindingBackend
 
 
-def test_an_error_is_exit_status_1(cli: Cli, ward: type[Ward], check_text: CheckText) -> None:
+def test_an_error_has_exit_status_1(cli: Cli, ward: type[FindingBackend], check_text: CheckText) -> None:
     ward.found = (FINE, POOR, BAD)
     answer = cli("doctor", "--backend", "ward")
     assert answer.status == 1
     check_text(answer.out.splitlines()[-1])
 
 
-def test_a_warning_is_exit_status_0(cli: Cli, ward: type[Ward]) -> None:
+def test_a_warning_has_exit_status_0(cli: Cli, ward: type[FindingBackend]) -> None:
     ward.found = (FINE, POOR)
     assert cli("doctor", "--backend", "ward").status == 0
 
 
-def test_each_finding_is_a_line_with_its_remedy_below(cli: Cli, ward: type[Ward]) -> None:
+def test_each_finding_is_a_line_with_its_remedy_below(cli: Cli, ward: type[FindingBackend]) -> None:
     ward.found = (FINE, BAD)
     lines = cli("doctor", "--backend", "ward").out.splitlines()
     assert [line.split() for line in lines[-5:-2]] == [
@@ -80,7 +80,7 @@ def test_each_finding_is_a_line_with_its_remedy_below(cli: Cli, ward: type[Ward]
     ]
 
 
-def test_json_is_one_line_with_all_findings(cli: Cli, ward: type[Ward]) -> None:
+def test_json_is_one_line_with_all_findings(cli: Cli, ward: type[FindingBackend]) -> None:
     ward.found = (POOR, BAD)
     answer = cli("doctor", "--backend", "ward", "--json")
     assert (answer.status, answer.json["exit_status"]) == (1, 1)
@@ -99,7 +99,7 @@ def test_json_is_one_line_with_all_findings(cli: Cli, ward: type[Ward]) -> None:
 @pytest.mark.parametrize("arguments, status", [(("--backend", "ward"), 1), ((), 0)])
 def test_a_chosen_backend_that_is_not_installed_is_an_error(
     cli: Cli,
-    ward: type[Ward],
+    ward: type[FindingBackend],
     monkeypatch: pytest.MonkeyPatch,
     arguments: tuple[str, ...],
     status: int,
@@ -115,15 +115,15 @@ def test_a_chosen_backend_that_is_not_installed_is_an_error(
     check_text(answer.out.splitlines()[-1])
 
 
-def test_only_the_backend_of_this_board_is_checked(cli: Cli, ward: type[Ward]) -> None:
+def test_only_the_backend_of_this_board_is_checked(cli: Cli, ward: type[FindingBackend]) -> None:
     ward.is_here = True
     assert {each["about"] for each in cli("doctor", "--json").json["findings"]} == {"machine"}
     ward.found = (FINE,)
     assert [each["about"] for each in cli("doctor", "--json").json["findings"][3:]] == ["ward"]
 
 
-def test_on_no_known_board_all_backends_are_checked_and_a_broken_one_is_an_error(
-    cli: Cli, ward: type[Ward], check_text: CheckText
+def test_on_an_unknown_board_all_backends_are_checked_and_a_broken_one_is_an_error(
+    cli: Cli, ward: type[FindingBackend], check_text: CheckText
 ) -> None:
     ward.found = (FINE,)
     answer = cli("doctor", "--json")
@@ -132,14 +132,14 @@ def test_on_no_known_board_all_backends_are_checked_and_a_broken_one_is_an_error
     check_text(f"{broken['said']}\n{broken['remedy']}")
 
 
-def test_an_exception_of_a_check_becomes_a_warning(cli: Cli, ward: type[Ward], check_text: CheckText) -> None:
+def test_an_exception_of_a_check_becomes_a_warning(cli: Cli, ward: type[FindingBackend], check_text: CheckText) -> None:
     ward.found, ward.error = (FINE,), RuntimeError("the board does not answer")
     answer = cli("doctor", "--backend", "ward")
     assert (answer.status, answer.err) == (0, "")
     check_text(answer.out.splitlines()[-3])
 
 
-def test_a_robot_is_checked_too(cli: Cli, ward: type[Ward], tmp_path: Path) -> None:
+def test_a_robot_is_checked_too(cli: Cli, ward: type[FindingBackend], tmp_path: Path) -> None:
     pole = tmp_path / "pole.toml"
     pole.write_text(POLE, encoding="utf-8")
     found = cli("doctor", "--backend", "ward", "--robot", str(pole), "--json").json["findings"]
@@ -148,7 +148,7 @@ def test_a_robot_is_checked_too(cli: Cli, ward: type[Ward], tmp_path: Path) -> N
 
 @pytest.mark.parametrize("option", [("--robot", "rovr"), ("--backend", "wrd")])
 def test_an_unknown_name_is_wrong_usage(
-    cli: Cli, ward: type[Ward], option: tuple[str, str], check_text: CheckText
+    cli: Cli, ward: type[FindingBackend], option: tuple[str, str], check_text: CheckText
 ) -> None:
     answer = cli("doctor", *option)
     assert answer.status == 2
@@ -156,7 +156,7 @@ def test_an_unknown_name_is_wrong_usage(
 
 
 def test_a_broken_numpy_is_reported_and_no_backend_is_checked(
-    cli: Cli, ward: type[Ward], monkeypatch: pytest.MonkeyPatch
+    cli: Cli, ward: type[FindingBackend], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ward.found = (FINE,)
     broken = Finding.error("NumPy", "does not work", "pip install numpy", kind="library-broken")

@@ -12,7 +12,7 @@ from tests.robotcore.fakes import RigBackend
 from tests.texts import CheckText
 
 
-class Dead(RigBackend):
+class RaisingBackend(RigBackend):
     """A backend whose ``open`` raises an error."""
 
     needs_world = True
@@ -29,7 +29,7 @@ def diagnose_all(backend: Backend, robot: str | None = None) -> list[Finding]:
     return list(diagnose(backend, load_robot(robot) if robot else None))
 
 
-def test_a_simulator_is_opened_and_driven_and_renders(check_text: CheckText) -> None:
+def test_a_simulator_opens_moves_a_robot_and_renders(check_text: CheckText) -> None:
     (found,) = diagnose_all(load_backend("kinematic"))
     assert (found.level, found.kind) == (Level.OK, "works")
     check_text(found.message)
@@ -60,7 +60,7 @@ def test_a_simulator_in_which_nothing_moves_is_an_error(monkeypatch: pytest.Monk
 def test_a_simulator_that_does_not_open_is_an_error_with_its_cause_and_its_remedy(
     error: Exception, kind: str, check_text: CheckText
 ) -> None:
-    (found,) = diagnose_all(Dead(error))
+    (found,) = diagnose_all(RaisingBackend(error))
     assert (found.subject, found.level, found.kind) == ("rig", Level.ERROR, kind)
     check_text(f"{found.message}\n{found.remedy}")
 
@@ -91,6 +91,6 @@ def test_a_wrong_robot_file_is_an_error_with_the_command_that_checks_it(check_te
     error = DescriptionError.of_all(
         "my.toml", [("board.nose", "is missing", "Add it"), ("b", "c", "D"), ("e", "f", "G")]
     )
-    (found,) = diagnose_all(Dead(error), "lookout")
+    (found,) = diagnose_all(RaisingBackend(error), "lookout")
     assert (found.level, found.kind, found.remedy) == (Level.ERROR, "description", "robotcore check lookout")
     check_text(found.message)

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import pytest
 
-Typed = Callable[..., "subprocess.CompletedProcess[str]"]
+TypeCommand = Callable[..., "subprocess.CompletedProcess[str]"]
 
 HOME = Path(__file__).parents[4]
-"""Where robotcore, drivers and apps are."""
+"""The folder that has the packages robotcore, drivers and apps."""
 
 
 @pytest.fixture
-def typed() -> Typed:
-    """Type a command of Python's in a folder, as a user does, who has robotcore installed."""
+def type_command() -> TypeCommand:
+    """Return a function that runs ``python -m COMMAND`` in a folder, with robotcore installed."""
 
     def run(folder: Path, *command: str, path: str = "") -> subprocess.CompletedProcess[str]:
         found = os.pathsep.join(filter(None, (str(HOME), path)))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from robotcore.cli.main import execute
-from tests.robotcore.cli.scaffold.conftest import Typed
+from tests.robotcore.cli.scaffold.conftest import TypeCommand
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -41,21 +41,21 @@ def install(package: Path) -> str:
     return str(package)
 
 
-def test_passes_the_conformance_kit_and_runs_an_app(package: Path, typed: Typed) -> None:
-    answer = typed(package, *TESTS, path=install(package)).stdout
+def test_passes_the_conformance_kit_and_runs_an_app(package: Path, type_command: TypeCommand) -> None:
+    answer = type_command(package, *TESTS, path=install(package)).stdout
     assert "47 passed" in answer
     assert "failed" not in answer
 
 
-def test_its_tests_report_a_wrong_sign_and_a_missing_installation(package: Path, typed: Typed) -> None:
+def test_its_tests_report_a_reversed_motor_and_a_missing_installation(package: Path, type_command: TypeCommand) -> None:
     devices = package / "tiny_board" / "devices.py"
     devices.write_text(devices.read_text().replace("turn(self._wheel, rad_s)", "turn(self._wheel, -rad_s)"))
-    answer = typed(package, *TESTS).stdout
-    assert "positive must drive it forward, on both sides" in answer
+    answer = type_command(package, *TESTS).stdout
+    assert "Negate the velocity of each motor that turns backward" in answer
     assert "install it first: pip install -e ." in answer
 
 
-def test_its_backend_is_found_and_runs_with_the_shipped_robot(package: Path, typed: Typed) -> None:
-    ran = typed(package, "robotcore", "run", "avoid-obstacles", "--backend", "tiny-board", path=install(package))
+def test_its_backend_is_found_and_runs_with_the_shipped_robot(package: Path, type_command: TypeCommand) -> None:
+    ran = type_command(package, "robotcore", "run", "avoid-obstacles", "--backend", "tiny-board", path=install(package))
     assert ran.returncode == 0, ran.stderr
     assert "success  avoid-obstacles on tiny-board" in ran.stdout

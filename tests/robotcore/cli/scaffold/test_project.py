@@ -12,7 +12,7 @@ import pytest
 from robotcore import RunRequest, run
 from robotcore.cli.main import execute
 from robotcore.deploy.project import DeployOptions, DeployTable, build_project
-from tests.robotcore.cli.scaffold.conftest import Typed
+from tests.robotcore.cli.scaffold.conftest import TypeCommand
 from tests.texts import CheckText
 
 if sys.version_info >= (3, 11):
@@ -32,8 +32,8 @@ def project(tmp_path: Path) -> Path:
     return folder
 
 
-def tool_table(project: Path) -> dict[str, Any]:
-    """Return the table of the project's file with its app, robot and world."""
+def read_tool_table(project: Path) -> dict[str, Any]:
+    """Return the table ``tool.robotcore`` of the project's pyproject.toml."""
     answer: dict[str, Any] = tomllib.loads((project / "pyproject.toml").read_text())["tool"]["robotcore"]
     return answer
 
@@ -45,14 +45,14 @@ def test_prints_the_first_commands(tmp_path: Path, capfd: pytest.CaptureFixture[
     check_text(capfd.readouterr().out)
 
 
-def test_passes_its_own_tests(project: Path, typed: Typed) -> None:
-    assert "6 passed" in typed(project, *TESTS).stdout
+def test_passes_its_own_tests(project: Path, type_command: TypeCommand) -> None:
+    assert "6 passed" in type_command(project, *TESTS).stdout
 
 
-def test_its_tests_fail_if_the_app_is_wrong(project: Path, typed: Typed) -> None:
+def test_its_tests_fail_if_the_app_is_wrong(project: Path, type_command: TypeCommand) -> None:
     app = project / "search.py"
     app.write_text(app.read_text().replace("< self.stop_distance_m", "< 2 * self.stop_distance_m"))
-    assert "4 failed, 2 passed" in typed(project, *TESTS).stdout
+    assert "4 failed, 2 passed" in type_command(project, *TESTS).stdout
 
 
 def test_is_a_project_that_can_be_deployed(project: Path) -> None:
@@ -64,12 +64,12 @@ def test_is_a_project_that_can_be_deployed(project: Path) -> None:
 def test_the_commented_settings_of_deploy_are_valid(project: Path) -> None:
     file = project / "pyproject.toml"
     file.write_text(re.sub(r"^# (?=\w+ = )", "", file.read_text(), flags=re.MULTILINE))
-    deploy = tool_table(project)["deploy"]
+    deploy = read_tool_table(project)["deploy"]
     assert deploy.keys() == DeployTable.model_fields.keys()
     assert build_project(DeployOptions(), here=project).settings == {"speed_m_s": "0.15"}
 
 
-def test_its_robot_and_its_room_are_described_right(
+def test_its_robot_and_its_room_are_valid(
     project: Path, capfd: pytest.CaptureFixture[str], check_text: CheckText
 ) -> None:
     capfd.readouterr()
@@ -81,6 +81,8 @@ def test_its_robot_and_its_room_are_described_right(
 
 
 @pytest.mark.parametrize("backend", ["kinematic", "virtualpi"])
-def test_its_app_finds_the_ball_on_the_desk_and_on_the_robots_own_drivers(project: Path, backend: str) -> None:
-    answer: dict[str, Any] = {key: str(project / name) for key, name in tool_table(project).items() if key != "deploy"}
+def test_its_app_finds_the_ball_in_simulation_and_with_the_robots_drivers(project: Path, backend: str) -> None:
+    answer: dict[str, Any] = {
+        key: str(project / name) for key, name in read_tool_table(project).items() if key != "deploy"
+    }
     assert run(RunRequest(**answer, backend=backend, seed=7)).verified

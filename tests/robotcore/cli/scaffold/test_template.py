@@ -16,7 +16,7 @@ from tests.texts import CheckText, Raises
 
 
 @pytest.mark.parametrize("name", ["my-robot", "my_robot", "r2", "a-1-b", "x" * 60])
-def test_takes_a_name_that_is_free(name: str, tmp_path: Path) -> None:
+def test_accepts_a_free_name(name: str, tmp_path: Path) -> None:
     require_free(PROJECT, tmp_path / name)
     require_free(DRIVER, tmp_path / name)
 
@@ -32,13 +32,13 @@ def test_takes_a_name_that_is_free(name: str, tmp_path: Path) -> None:
         ("'; rm -rf ~", "rm-rf"),
     ],
 )
-def test_offers_the_name_that_was_meant(name: str, meant: str, tmp_path: Path, raises: Raises) -> None:
+def test_suggests_a_valid_name(name: str, meant: str, tmp_path: Path, raises: Raises) -> None:
     with raises(UsageError, "invalid-project-name", name=name, meant=meant):
         require_free(PROJECT, tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["2wd", "süß", "机器人", "_", "robot\n", "🤖"])
-def test_refuses_a_name_that_no_module_can_have(name: str, tmp_path: Path, raises: Raises) -> None:
+def test_refuses_a_name_that_is_invalid_for_a_module(name: str, tmp_path: Path, raises: Raises) -> None:
     with raises(UsageError, "invalid-project-name", name=name):
         require_free(PROJECT, tmp_path / name)
 
@@ -75,22 +75,22 @@ def test_refuses_a_folder_without_a_parent(tmp_path: Path, raises: Raises) -> No
         require_free(PROJECT, tmp_path / "nowhere" / "my-robot")
 
 
-def texts_of(folder: Path) -> dict[str, str]:
+def read_texts(folder: Path) -> dict[str, str]:
     """Return the text of each file of a project by its path."""
     files = (file for file in folder.rglob("*") if file.is_file())
     return {str(file.relative_to(folder)): file.read_text(encoding="utf-8") for file in files}
 
 
 @pytest.mark.parametrize("template", [PROJECT, DRIVER], ids=lambda each: each.folder)
-def test_nothing_is_left_of_the_templates_own_name(template: Template, tmp_path: Path) -> None:
+def test_the_copy_does_not_have_the_templates_own_name(template: Template, tmp_path: Path) -> None:
     made = tmp_path / "hauls-2"
     make(template, made)
-    answer = str(texts_of(made)).lower()
+    answer = str(read_texts(made)).lower()
     assert not [each for each in ("my-robot", "my_robot", "my-board", "my_board", "myboard") if each in answer]
-    assert "hauls_2.toml" in texts_of(made)
+    assert "hauls_2.toml" in read_texts(made)
 
 
-def test_a_name_that_holds_the_templates_own_is_put_once(tmp_path: Path) -> None:
+def test_a_name_that_contains_the_templates_own_name_is_inserted_once(tmp_path: Path) -> None:
     make(PROJECT, tmp_path / "not-my-robot")
     assert 'name = "not-my-robot"' in (tmp_path / "not-my-robot" / "pyproject.toml").read_text()
     assert 'name = "not_my_robot"' in (tmp_path / "not-my-robot" / "not_my_robot.toml").read_text()
@@ -104,10 +104,10 @@ def test_caches_are_not_copied(cache: str, tmp_path: Path, monkeypatch: pytest.M
     (installed / "tests" / "test_search.py").write_text("")
     monkeypatch.setitem(PROJECT.__dict__, "root", installed)
     make(PROJECT, tmp_path / "scout")
-    assert texts_of(tmp_path / "scout") == {"tests/test_search.py": ""}
+    assert read_texts(tmp_path / "scout") == {"tests/test_search.py": ""}
 
 
-def test_files_have_the_users_usual_permissions(tmp_path: Path) -> None:
+def test_a_project_has_the_permissions_of_a_new_folder(tmp_path: Path) -> None:
     usual = tmp_path / "usual"
     usual.mkdir()
     make(PROJECT, tmp_path / "scout")

@@ -8,10 +8,10 @@ from robotcore import Behaviour, Interval, Robot, Role, Status, Stopping, Truth
 from robotcore.autonomy.vision import Blob, ColourDetector
 
 AHEAD_RAD = 0.2
-"""Below this bearing, the ball is ahead: the robot drives, and the range sensor measures the ball."""
+"""The robot drives forward if the ball's bearing is smaller. The range sensor then measures the ball."""
 
 STANDING_S = 0.5
-"""Seconds at rest until the robot has arrived."""
+"""The app succeeds after the robot has stood in front of the ball for this time, in seconds."""
 
 
 @dataclass
@@ -32,7 +32,7 @@ class Search(Behaviour):
         self._arrived_at_s = 0.0
 
     def step(self, robot: Robot) -> Status:
-        """Command the wheels until the next tick."""
+        """Command the wheels for one tick."""
         if self.state == "arrived":
             return self._stand(robot)
         frame = robot.camera.read()
@@ -40,14 +40,14 @@ class Search(Behaviour):
         return self._approach(robot, seen[0]) if seen else self._search(robot)
 
     def _search(self, robot: Robot) -> Status:
-        """Turn left on the spot, one full turn."""
+        """Turn left on the spot. Fail after one full turn."""
         heading = robot.drive.pose.heading
         if self.state != "search":
             self.state, self._began_at_rad = "search", heading
         robot.drive.set_velocity(0.0, self.turn_rad_s)
         if heading - self._began_at_rad < tau:
             return Status.RUNNING
-        self.reason = f"turned round once and saw nothing {self.hue}"
+        self.reason = f"saw nothing {self.hue} in a full turn"
         return Status.FAILURE
 
     def _approach(self, robot: Robot, ball: Blob) -> Status:
@@ -62,18 +62,18 @@ class Search(Behaviour):
         return Status.RUNNING
 
     def _stand(self, robot: Robot) -> Status:
-        """Stand still for a moment, since a rolling robot has not arrived."""
+        """Stand still for `STANDING_S` seconds, because a moving robot has not arrived."""
         robot.drive.stop()
         stood_s = robot.clock.now() - self._arrived_at_s
         return Status.SUCCESS if stood_s > STANDING_S else Status.RUNNING
 
     @property
     def stopping(self) -> Stopping:
-        """The distance and the speed of the stop. The range guard must not stop the robot earlier."""
+        """The distance and the speed at which this app stops. The range guard of the robot must not stop it earlier."""
         return Stopping(self.stop_distance_m, self.speed_m_s)
 
     def verify(self, truth: Truth) -> bool:
-        """Return whether the robot is at rest, near the ball, and sees it."""
+        """Return whether the robot stands near the ball, sees it, and has touched nothing."""
         distance = truth.distance_to_target
         is_near = distance is not None and 0.15 <= distance <= 0.40
         is_clean = truth.is_at_rest and not truth.contacts

@@ -1,4 +1,4 @@
-"""The backend, which opens the devices of a robot on the board."""
+"""The backend of my-board, which opens the devices of a robot."""
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack, closing
@@ -27,7 +27,7 @@ from my_board.failures import translate_errors
 
 
 class MyBoardOptions(StrictModel):
-    """The options of ``--option``, one field each, such as ``port: str = "/dev/ttyUSB0"``. There are none yet."""
+    """The options that ``--option`` can set. Add a field for each, such as ``port: str = "/dev/ttyUSB0"``."""
 
 
 class MyBoardBackend(Backend):
@@ -78,9 +78,9 @@ def _open_device(drive: Drive | None, board: Board, clock: Clock, description: A
 
 
 def _find_wheel(device: str, drive: Drive | None) -> str:
-    """Return the wheel of a motor or an encoder: left or right."""
+    """Return ``left`` or ``right``, the wheel of a motor or an encoder."""
     if drive and device in (drive.left, drive.left_encoder):
         return "left"
     if drive and device in (drive.right, drive.right_encoder):
         return "right"
-    raise DeviceError(device, "is on no wheel. Name it in the robot's [drive]")
+    raise DeviceError(device, "it belongs to no wheel. Name it in the section [drive] of the robot's file")

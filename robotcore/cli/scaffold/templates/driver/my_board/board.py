@@ -1,4 +1,4 @@
-"""The board. This one is invented: replace it by the calls of your board's library."""
+"""The connection to the board. This board is invented. Replace its methods by calls of your board's library."""
 
 import math
 
@@ -7,16 +7,16 @@ from robotcore.hal.clock import Clock, SteppedClock
 
 GEOMETRY = DifferentialGeometry(wheel_radius=0.0325, track=0.155)
 WALL_M = 1.5
-"""The distance of the wall from the start."""
+"""The distance from the start to the wall."""
 
 FULL_V = 7.8
 
 
 class Board:
-    """Two wheels that follow their commands, and a wall ahead.
+    """A simulated board with two wheels that follow their commands, and a wall ahead.
 
-    The app and the polling of the sensors call it from several threads. If the library allows one call at a time, add
-    a lock here.
+    Several threads call it, because the sensors are polled while the app runs. If your library allows only one call at
+    a time, add a lock here.
     """
 
     def __init__(self) -> None:
@@ -38,7 +38,7 @@ class Board:
         return self._angles[wheel]
 
     def distance(self) -> float:
-        """Return the distance in m from the axle to the wall; inf if the wall is behind."""
+        """Return the distance from the axle to the wall in m, or inf if the wall is behind the robot."""
         ahead = math.cos(self._pose.heading)
         return (WALL_M - self._pose.x) / ahead if ahead > 0 else math.inf
 

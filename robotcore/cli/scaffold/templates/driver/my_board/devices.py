@@ -1,4 +1,4 @@
-"""The devices of a robot on the board. Methods whose name begins with _ are robotcore's hooks."""
+"""The devices of a robot on the board. robotcore calls the methods whose names begin with an underscore."""
 
 import math
 
@@ -24,7 +24,7 @@ class BoardMotor(Motor):
 
 
 class BoardEncoder(Encoder):
-    """The encoder of a wheel, which counts from the opening."""
+    """The encoder of a wheel. Its angle is zero when it is opened."""
 
     def __init__(self, description: EncoderDescription, board: Board, wheel: str, clock: Clock) -> None:
         super().__init__(description.name)
@@ -68,7 +68,7 @@ class BoardRange(RangeSensor):
 
 
 class BoardBattery(Battery):
-    """The battery of the board. If it fails, the run continues."""
+    """The battery of the board. If it cannot be read, the run continues."""
 
     def __init__(self, description: BatteryDescription, board: Board, clock: Clock) -> None:
         super().__init__(description.name)

@@ -8,9 +8,9 @@ from robotcore.errors import DeviceError
 
 @contextmanager
 def translate_errors(device: str) -> Iterator[None]:
-    """Raise DeviceError with the device's name for each error of the library.
+    """Raise DeviceError with the device's name for each error of the board's library.
 
-    ConnectionError stands for the errors of the library. Name all of them here.
+    The invented board raises only ConnectionError. Name all errors of your library here.
     """
     try:
         yield

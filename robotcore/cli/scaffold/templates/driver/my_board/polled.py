@@ -1,4 +1,4 @@
-"""Poll a sensor beside the app, so that no read waits for the board."""
+"""Poll a sensor in the background, so that an app does not wait for the board."""
 
 from collections.abc import Callable
 from typing import Generic
@@ -14,9 +14,9 @@ PERIOD_S = 0.02
 
 
 class Polled(Generic[SampleT]):
-    """Calls ``read(time, sequence)`` once per period, and keeps the last sample.
+    """Calls ``read(time, sequence)`` every `PERIOD_S` seconds, and stores the sample.
 
-    Raises DeviceError if the first call fails. After a later failure, `newest` raises until a call succeeds again.
+    Raises DeviceError if the first call fails. After a later failure, `newest` raises the error until a call succeeds.
     """
 
     def __init__(self, device: str, clock: Clock, read: Callable[[float, int], SampleT]) -> None:

@@ -1,4 +1,4 @@
-"""Tests beside the conformance kit: the backend's name, and the failures of its board."""
+"""Tests in addition to the conformance kit: the backend's name, and the failures of its board."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The conformance kit on the backend, with a reason for each rule that cannot be tested."""
+"""Test the backend with robotcore's conformance kit. Each rule that cannot be tested has a reason."""
 
 from pathlib import Path
 from typing import ClassVar
@@ -26,7 +26,7 @@ class TestMyBoard(ConformanceSuite):
 
 
 class SlowBoard(Board):
-    """A board in real time, each answer of which passes a gate."""
+    """A board in real time that answers only while the test's gate is open."""
 
     def __init__(self, gate: Gate) -> None:
         super().__init__()

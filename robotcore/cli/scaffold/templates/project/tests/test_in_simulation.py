@@ -1,4 +1,4 @@
-"""Runs in rooms that a seed draws, verified by the simulator."""
+"""Run the app in rooms drawn from a seed. The simulator verifies each success."""
 
 from pathlib import Path
 
@@ -12,6 +12,6 @@ WORLD = str(FOLDER / "room.toml")
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_finds_the_ball_wherever_it_lies(seed: int) -> None:
+def test_finds_the_ball_in_rooms_drawn_from_a_seed(seed: int) -> None:
     result = run(RunRequest(APP, robot=ROBOT, world=WORLD, seed=seed))
     assert result.verified, f"{result.outcome.value}: {result.reason or result}"

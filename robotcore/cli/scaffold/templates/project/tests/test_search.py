@@ -1,4 +1,4 @@
-"""The decisions of the app on scripted readings."""
+"""Test the decisions of the app with scripted sensor samples."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ GREEN_BGR = (40, 160, 40)
 
 
 def picture(ball_at: int) -> Image:
-    """Return a grey picture with a ball in this column."""
+    """Return a grey picture with a green ball at the column ``ball_at``."""
     image = np.full((240, 320, 3), 128, np.uint8)
     cv2.circle(image, (ball_at, 120), 20, GREEN_BGR, -1)
     return image
