@@ -1,4 +1,4 @@
-"""Worlds and robots that the tests of this backend open."""
+"""Worlds and robots for the tests of the kinematic backend."""
 
 from __future__ import annotations
 
@@ -53,50 +53,50 @@ def ball(x: float, y: float, radius: float = 0.1, name: str = "ball") -> Ball:
     return Ball(name=name, colour=COLOURS["green"], radius_m=radius, x_m=x, y_m=y)
 
 
-def opened(
+def open_robot(
     world: WorldDescription | None = None,
     robot: RobotDescription = ROVER,
     devices: set[str] | None = None,
     rate_hz: float = 20.0,
     **options: Any,
 ) -> Robot:
-    """Open a robot, with all its devices where none are named."""
+    """Open a robot with these devices, by default all."""
     names = {device.name for device in robot.devices} if devices is None else devices
     setup = Setup(robot, world or room(), frozenset(names), rate_hz=rate_hz, options=options)
     return KinematicBackend().open(setup)
 
 
-def rover_with(**motor: Any) -> RobotDescription:
-    """Return the rover with other motors."""
+def build_rover(**motor: Any) -> RobotDescription:
+    """Return the description of the rover with changed motors."""
     changed = tuple(d.model_copy(update=motor) if d.kind == "motor" else d for d in ROVER.devices)
     return ROVER.model_copy(update={"devices": changed})
 
 
-def let_pass(robot: Robot, seconds: float) -> None:
+def sleep(robot: Robot, seconds: float) -> None:
     robot.clock.sleep_until(robot.clock.now() + seconds)
 
 
 def drive(robot: Robot, linear: float, angular: float, seconds: float) -> None:
-    """Command both wheels of a rover for some time, then stop them."""
-    wheels = rover_drive().geometry.to_wheels(linear, angular)
+    """Drive a rover at these velocities for some time, then stop it."""
+    wheels = get_rover_drive().geometry.to_wheels(linear, angular)
     for motor, velocity in zip(robot.motors.values(), wheels, strict=True):
         motor.set_velocity(velocity)
-    let_pass(robot, seconds)
+    sleep(robot, seconds)
     for motor in robot.motors.values():
         motor.stop()
 
 
-def rover_drive() -> Drive:
+def get_rover_drive() -> Drive:
     assert ROVER.drive
     return ROVER.drive
 
 
-def truth_of(robot: Robot) -> TruthSource:
+def get_truth(robot: Robot) -> TruthSource:
     assert robot.truth
     return robot.truth
 
 
-def wheel_angles(robot: Robot) -> Wheels:
-    """Return what the encoders of a rover read."""
+def read_wheel_angles(robot: Robot) -> Wheels:
+    """Return the angles of a rover's encoders."""
     left, right = robot["left_encoder"], robot["right_encoder"]
     return Wheels(left.read().angle, right.read().angle)  # type: ignore[attr-defined]

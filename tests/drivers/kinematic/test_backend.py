@@ -7,11 +7,11 @@ from robotcore.description import MotorDescription, Start, load_robot, load_worl
 from robotcore.errors import DeviceClosedError, DeviceGroupError, UnknownNameError, UsageError
 from robotcore.hal.backend import Capability, Setup, load_backend
 from robotcore.hal.devices import MemoryDisplay
-from tests.drivers.kinematic.rooms import ROVER, ball, let_pass, opened, room, truth_of
+from tests.drivers.kinematic.rooms import ROVER, ball, get_truth, open_robot, room, sleep
 from tests.texts import Raises
 
 
-def test_the_registry_finds_it_and_it_needs_nothing_installed() -> None:
+def test_backend_is_registered_and_installed() -> None:
     backend = load_backend("kinematic")
     assert isinstance(backend, KinematicBackend)
     assert backend.is_installed
@@ -20,59 +20,59 @@ def test_the_registry_finds_it_and_it_needs_nothing_installed() -> None:
 
 @pytest.mark.parametrize("world", world_names())
 def test_every_shipped_world_opens(world: str) -> None:
-    with opened(load_world(world)) as robot:
+    with open_robot(load_world(world)) as robot:
         assert robot.camera.read().image.any()
         assert robot.range.read().distance > 0
 
 
 def test_only_the_chosen_devices_are_opened() -> None:
-    with opened(devices={"eye", "right_motor"}) as robot:
+    with open_robot(devices={"eye", "right_motor"}) as robot:
         assert list(robot.devices) == ["right_motor", "eye"]
 
 
 def test_a_single_motor_turns_the_robot_about_the_other_wheel() -> None:
-    with opened(devices={"right_motor"}) as robot:
+    with open_robot(devices={"right_motor"}) as robot:
         robot.motors["right_motor"].set_velocity(4.0)
-        let_pass(robot, 1.0)
-        assert truth_of(robot).pose().heading > 0.5
+        sleep(robot, 1.0)
+        assert get_truth(robot).pose().heading > 0.5
 
 
-def test_a_robot_without_a_drive_stands_where_it_was_put() -> None:
+def test_robot_without_a_drive_stays_at_the_start() -> None:
     world = room(ball(1.0, 0.0), start=Start(x_m=0.2, yaw_rad=0.1))
-    with opened(world, load_robot("lookout")) as robot:
-        let_pass(robot, 1.0)
-        truth = truth_of(robot)
+    with open_robot(world, load_robot("lookout")) as robot:
+        sleep(robot, 1.0)
+        truth = get_truth(robot)
         assert (truth.pose(), truth.twist(), truth.contacts()) == ((0.2, 0.0, 0.1), (0.0, 0.0), 0)
         assert robot.camera.read().time == 1.0
         assert isinstance(robot.display, MemoryDisplay)
 
 
-def test_a_motor_beside_the_drive_runs_free() -> None:
+def test_motor_outside_the_drive_does_not_move_the_robot() -> None:
     fan = MotorDescription(kind="motor", name="fan", max_velocity_rad_s=50.0)
-    with opened(robot=ROVER.model_copy(update={"devices": (*ROVER.devices, fan)})) as robot:
+    with open_robot(robot=ROVER.model_copy(update={"devices": (*ROVER.devices, fan)})) as robot:
         assert robot.motors["fan"].set_velocity(80.0) == 50.0
-        let_pass(robot, 1.0)
-        assert truth_of(robot).pose() == (0.0, 0.0, 0.0)
+        sleep(robot, 1.0)
+        assert get_truth(robot).pose() == (0.0, 0.0, 0.0)
 
 
 def test_every_encoder_without_a_wheel_is_named(raises: Raises) -> None:
     drive = ROVER.drive.model_copy(update={"left_encoder": None, "right_encoder": None}) if ROVER.drive else None
     with raises(DeviceGroupError):
-        opened(robot=ROVER.model_copy(update={"drive": drive}))
+        open_robot(robot=ROVER.model_copy(update={"drive": drive}))
 
 
-def test_without_a_world_it_says_so(raises: Raises) -> None:
+def test_missing_world_is_refused(raises: Raises) -> None:
     with raises(UsageError, "world-missing"):
         KinematicBackend().open(Setup(ROVER, None, frozenset()))
 
 
 def test_option_is_refused(raises: Raises) -> None:
     with raises(UnknownNameError, "unknown-option"):
-        opened(camera_noise=3.0)
+        open_robot(camera_noise=3.0)
 
 
 def test_a_closed_robot_refuses_reads_and_commands() -> None:
-    robot = opened()
+    robot = open_robot()
     eye, motor = robot.camera, robot.motors["left_motor"]
     robot.close()
     with pytest.raises(DeviceClosedError):

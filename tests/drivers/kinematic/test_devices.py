@@ -14,7 +14,7 @@ from robotcore.hal.devices import Camera, Encoder, Image, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
-from tests.drivers.kinematic.rooms import ball, box, drive, let_pass, opened, post, room, truth_of, wheel_angles
+from tests.drivers.kinematic.rooms import ball, box, drive, get_truth, open_robot, post, read_wheel_angles, room, sleep
 
 COUNT = math.tau / 960
 WORLD = room(box(1.2, 0.0, 0.2, 1.0), ball(0.9, 0.3))
@@ -28,11 +28,11 @@ def nose(robot: Robot) -> RangeSensor:
     return robot.range
 
 
-def test_encoders_count_whole_counts_of_their_own_wheel() -> None:
-    with opened() as robot:
+def test_encoders_return_whole_counts_of_their_wheel() -> None:
+    with open_robot() as robot:
         drive(robot, 0.2, 0.8, 1.0)
-        let_pass(robot, 2.0)
-        angles = wheel_angles(robot)
+        sleep(robot, 2.0)
+        angles = read_wheel_angles(robot)
         true = [(0.2 + side * 0.8 * 0.155 / 2) / 0.0325 for side in (-1, 1)]
         for angle, turned in zip(angles, true, strict=True):
             assert angle / COUNT == pytest.approx(round(angle / COUNT), abs=1e-6)
@@ -40,32 +40,32 @@ def test_encoders_count_whole_counts_of_their_own_wheel() -> None:
 
 
 @pytest.mark.parametrize("turned, count", [(-0.4, 0), (-0.6, -1)])
-def test_encoders_tell_the_nearest_count_behind_zero_too(turned: float, count: int) -> None:
-    with opened() as robot:
+def test_negative_angles_are_rounded_to_the_nearest_count(turned: float, count: int) -> None:
+    with open_robot() as robot:
         drive(robot, turned * COUNT * 0.0325 / 0.1, 0.0, 0.1)
-        let_pass(robot, 1.0)
-        assert wheel_angles(robot) == pytest.approx((count * COUNT, count * COUNT))
+        sleep(robot, 1.0)
+        assert read_wheel_angles(robot) == pytest.approx((count * COUNT, count * COUNT))
 
 
-def test_every_sample_of_an_instant_is_the_same_one() -> None:
-    with opened(WORLD) as robot:
+def test_reads_at_the_same_time_return_the_same_sample() -> None:
+    with open_robot(WORLD) as robot:
         encoder = robot["left_encoder"]
         assert isinstance(encoder, Encoder)
         for sensor in (camera(robot), nose(robot), encoder):
             assert sensor.read() is sensor.read()
 
 
-def test_samples_are_numbered_in_the_order_they_are_taken_and_carry_their_time() -> None:
-    with opened(WORLD) as robot:
+def test_samples_have_increasing_sequences_and_their_time() -> None:
+    with open_robot(WORLD) as robot:
         taken = []
         for _ in range(3):
             taken.append((nose(robot).read().sequence, nose(robot).read().time))
-            let_pass(robot, 0.25)
+            sleep(robot, 0.25)
     assert taken == [(0, 0.0), (1, 0.25), (2, 0.5)]
 
 
-def test_a_picture_is_read_only_and_stays_what_it_was() -> None:
-    with opened(WORLD) as robot:
+def test_picture_is_read_only_and_does_not_change() -> None:
+    with open_robot(WORLD) as robot:
         first = camera(robot).read()
         kept = first.image.copy()
         drive(robot, 0.0, 1.0, 0.5)
@@ -78,16 +78,16 @@ def test_a_picture_is_read_only_and_stays_what_it_was() -> None:
     assert first.image.dtype == np.uint8
 
 
-def test_nothing_is_painted_unless_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_picture_is_painted_only_when_it_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
     painted: list[CameraView] = []
     paint = Painter.picture
 
-    def counted(painter: Painter, view: CameraView) -> Image:
+    def count_picture(painter: Painter, view: CameraView) -> Image:
         painted.append(view)
         return paint(painter, view)
 
-    monkeypatch.setattr(Painter, "picture", counted)
-    with opened(WORLD) as robot:
+    monkeypatch.setattr(Painter, "picture", count_picture)
+    with open_robot(WORLD) as robot:
         drive(robot, 0.1, 0.0, 1.0)
         assert not painted
         camera(robot).read()
@@ -95,21 +95,21 @@ def test_nothing_is_painted_unless_it_is_read(monkeypatch: pytest.MonkeyPatch) -
     assert len(painted) == 1
 
 
-def test_the_camera_sees_the_ball_green_and_on_its_side() -> None:
-    with opened(WORLD) as robot:
+def test_ball_on_the_left_is_green_and_left_in_the_picture() -> None:
+    with open_robot(WORLD) as robot:
         blue, green, red = camera(robot).read().image.astype(int).transpose(2, 0, 1)
     rows, columns = np.nonzero((green > blue + 40) & (green > red + 40))
     assert len(rows) > 500
     assert columns.mean() < 150
 
 
-def test_two_runs_are_equal_to_the_bit() -> None:
+def test_two_runs_are_bitwise_equal() -> None:
     runs = []
     for _ in range(2):
-        with opened(WORLD) as robot:
+        with open_robot(WORLD) as robot:
             drive(robot, 0.2, 0.7, 1.5)
             image = camera(robot).read().image.tobytes()
-            runs.append((truth_of(robot).pose(), nose(robot).read(), image))
+            runs.append((get_truth(robot).pose(), nose(robot).read(), image))
     assert runs[0] == runs[1]
 
 
@@ -146,13 +146,13 @@ def test_touching_reads_the_minimum(gap: float) -> None:
     assert sonar(room(box(0.15 + gap, 0.0, 0.1, 2.0))).measure(HERE).distance == 0.02
 
 
-def test_the_cone_hears_what_the_axis_misses() -> None:
+def test_post_beside_the_axis_is_detected_in_the_cone() -> None:
     aside = room(post(1.1, 0.25, 0.1))
     assert math.isfinite(sonar(aside, cone=0.5).measure(HERE).distance)
     assert math.isinf(sonar(aside, cone=0.1).measure(HERE).distance)
 
 
-def test_the_point_is_on_the_side_that_is_hit() -> None:
+def test_point_is_on_the_surface_of_the_post() -> None:
     echo = sonar(room(post(0.9, 0.2, 0.05)), cone=0.6).measure(HERE)
     assert echo.point
     x, y, z = echo.point
@@ -172,35 +172,35 @@ def test_a_ball_is_cut_at_the_height_of_the_sensor() -> None:
     assert math.isinf(sonar(room(ball(1.1, 0.0)), z=0.21).measure(HERE).distance)
 
 
-def test_a_ball_behind_is_not_heard() -> None:
+def test_ball_behind_the_sensor_is_not_detected() -> None:
     assert sonar(room(ball(-0.5, 0.0))).measure(HERE) == (math.inf, None)
 
 
-def test_rays_pass_over_what_is_lower_than_the_sensor() -> None:
+def test_box_below_the_sensor_is_not_detected() -> None:
     low, high = box(0.7, 0.0, 0.2, 2.0, height=0.08), box(1.2, 0.0, 0.2, 2.0, name="high")
     assert sonar(room(low, high)).measure(HERE).distance == pytest.approx(1.0)
 
 
-def test_the_nearest_of_several_is_heard() -> None:
+def test_distance_is_that_of_the_nearest_body() -> None:
     behind = room(ball(0.8, 0.0), walls=Walls(height_m=0.3))
     assert sonar(behind).measure(HERE).distance == pytest.approx(0.6)
 
 
 @pytest.mark.parametrize("yaw", [0.0, 1.2, -2.0, math.pi])
-def test_a_sensor_hears_where_it_is_mounted_to_look(yaw: float) -> None:
+def test_sensor_measures_in_the_direction_of_its_mount(yaw: float) -> None:
     wall = room(box(0.1 + 0.7 * math.cos(yaw), 0.7 * math.sin(yaw), 0.2, 2.0, yaw=yaw))
     echo = sonar(wall, yaw=yaw).measure(HERE)
     assert echo.distance == pytest.approx(0.6)
     assert echo.point == pytest.approx((0.6, 0.0, 0.0))
 
 
-def test_an_echo_moves_with_the_robot() -> None:
+def test_distance_depends_on_the_pose_of_the_robot() -> None:
     pose = Pose(0.3, -0.2, 0.7)
     x, y = pose.to_world(1.1, 0.0)
     assert sonar(room(ball(x, y))).measure(pose).distance == pytest.approx(0.9)
 
 
-def test_lengths_are_those_of_a_search_along_each_ray() -> None:
+def test_distance_equals_a_numerical_search_along_the_rays() -> None:
     world = room(ball(0.9, 0.1), post(1.2, -0.3, 0.15), box(1.0, 0.5, 0.3, 0.1, yaw=0.5))
     origin, steps = np.array((0.1 - 0.05, 0.0)), np.linspace(0.0, 2.0, 20001)
     found = []

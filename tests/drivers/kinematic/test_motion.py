@@ -7,24 +7,24 @@ import pytest
 from drivers.kinematic.motion import Wheel
 from robotcore.description import Start
 from robotcore.geometry import Pose
-from tests.drivers.kinematic.rooms import drive, let_pass, opened, room, rover_with, truth_of
+from tests.drivers.kinematic.rooms import build_rover, drive, get_truth, open_robot, room, sleep
 
 COASTING_S = 3.0
 
 
-def pose_after(linear: float, angular: float, seconds: float, rate_hz: float = 20.0) -> Pose:
-    with opened(rate_hz=rate_hz) as robot:
+def drive_to_pose(linear: float, angular: float, seconds: float, rate_hz: float = 20.0) -> Pose:
+    with open_robot(rate_hz=rate_hz) as robot:
         drive(robot, linear, angular, seconds)
-        let_pass(robot, COASTING_S)
-        return truth_of(robot).pose()
+        sleep(robot, COASTING_S)
+        return get_truth(robot).pose()
 
 
-def test_a_metre_straight_ahead_is_a_metre() -> None:
-    assert pose_after(0.2, 0.0, 5.0) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
+def test_straight_motion_ends_after_one_metre() -> None:
+    assert drive_to_pose(0.2, 0.0, 5.0) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
 
 
-def test_a_full_turn_on_the_spot_stays_on_the_spot() -> None:
-    assert pose_after(0.0, math.tau / 4, 4.0) == pytest.approx((0.0, 0.0, math.tau), abs=1e-9)
+def test_full_turn_does_not_change_the_position() -> None:
+    assert drive_to_pose(0.0, math.tau / 4, 4.0) == pytest.approx((0.0, 0.0, math.tau), abs=1e-9)
 
 
 @pytest.mark.parametrize("rate_hz", [20.0, 50.0, 7.0])
@@ -32,16 +32,16 @@ def test_an_arc_follows_the_circle_at_every_rate(rate_hz: float) -> None:
     linear, angular, seconds = 0.15, 0.6, 5.0
     radius, turn = linear / angular, angular * seconds
     circle = (radius * math.sin(turn), radius * (1 - math.cos(turn)), turn)
-    assert pose_after(linear, angular, seconds, rate_hz) == pytest.approx(circle, abs=1e-9)
+    assert drive_to_pose(linear, angular, seconds, rate_hz) == pytest.approx(circle, abs=1e-9)
 
 
-def test_when_the_command_ends_the_lag_has_cost_its_own_length() -> None:
-    with opened() as robot:
+def test_lag_shortens_the_path_until_the_stop() -> None:
+    with open_robot() as robot:
         drive(robot, 0.2, 0.0, 5.0)
-        assert truth_of(robot).pose().x == pytest.approx(1.0 - 0.2 * 0.05, abs=1e-9)
+        assert get_truth(robot).pose().x == pytest.approx(1.0 - 0.2 * 0.05, abs=1e-9)
 
 
-def test_velocity_rises_as_the_first_order_lag_says() -> None:
+def test_velocity_follows_the_first_order_lag() -> None:
     wheel = Wheel(lag=0.05, step=1 / 240)
     wheel.target = 6.0
     for _ in range(24):
@@ -50,16 +50,16 @@ def test_velocity_rises_as_the_first_order_lag_says() -> None:
     assert wheel.angle == pytest.approx(6.0 * (0.1 - 0.05 * (1 - math.exp(-2))), abs=1e-12)
 
 
-def test_without_a_lag_velocity_is_there_at_once() -> None:
-    with opened(robot=rover_with(lag_s=0.0)) as robot:
+def test_robot_without_a_lag_has_its_velocity_at_once() -> None:
+    with open_robot(robot=build_rover(lag_s=0.0)) as robot:
         drive(robot, 0.3, 0.0, 1.0)
-        assert truth_of(robot).pose().x == pytest.approx(0.3, abs=1e-9)
-        assert truth_of(robot).twist() == pytest.approx((0.3, 0.0))
-        let_pass(robot, 1.0)
-        assert truth_of(robot).pose().x == pytest.approx(0.3, abs=1e-9)
+        assert get_truth(robot).pose().x == pytest.approx(0.3, abs=1e-9)
+        assert get_truth(robot).twist() == pytest.approx((0.3, 0.0))
+        sleep(robot, 1.0)
+        assert get_truth(robot).pose().x == pytest.approx(0.3, abs=1e-9)
 
 
-def test_a_wheel_without_a_lag_turns_as_reported_in_its_first_step() -> None:
+def test_wheel_without_a_lag_has_its_velocity_in_its_first_step() -> None:
     wheel = Wheel(lag=0.0, step=0.5)
     for target, angle in ((4.0, 2.0), (-1.0, 1.5)):
         wheel.target = target
@@ -67,27 +67,27 @@ def test_a_wheel_without_a_lag_turns_as_reported_in_its_first_step() -> None:
         assert (wheel.velocity, wheel.angle) == (target, angle)
 
 
-def test_twist_is_that_of_the_body_not_of_the_command() -> None:
-    with opened() as robot:
+def test_twist_includes_the_lag() -> None:
+    with open_robot() as robot:
         for motor in robot.motors.values():
             motor.set_velocity(6.0)
-        let_pass(robot, 0.05)
-        twist = truth_of(robot).twist()
+        sleep(robot, 0.05)
+        twist = get_truth(robot).twist()
     assert twist == pytest.approx((6.0 * 0.0325 * (1 - math.exp(-1)), 0.0))
 
 
-def test_how_a_sleep_is_cut_does_not_matter() -> None:
+def test_one_long_sleep_equals_many_short_ones() -> None:
     poses = []
     for naps in (1, 40):
-        with opened() as robot:
+        with open_robot() as robot:
             for motor, velocity in zip(robot.motors.values(), (3.0, 5.0), strict=True):
                 motor.set_velocity(velocity)
             for _ in range(naps):
-                let_pass(robot, 2.0 / naps)
-            poses.append(truth_of(robot).pose())
+                sleep(robot, 2.0 / naps)
+            poses.append(get_truth(robot).pose())
     assert poses[0] == poses[1]
 
 
-def test_the_start_pose_is_the_worlds() -> None:
-    with opened(room(start=Start(x_m=0.5, y_m=-0.25, yaw_rad=2.0))) as robot:
-        assert truth_of(robot).pose() == (0.5, -0.25, 2.0)
+def test_robot_starts_at_the_start_of_the_world() -> None:
+    with open_robot(room(start=Start(x_m=0.5, y_m=-0.25, yaw_rad=2.0))) as robot:
+        assert get_truth(robot).pose() == (0.5, -0.25, 2.0)

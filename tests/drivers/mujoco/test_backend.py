@@ -20,7 +20,7 @@ from robotcore.errors import (
     UsageError,
 )
 from robotcore.hal.devices import Motor
-from tests.drivers.physics.worlds import ROVER, ball, box, drive, setup, truth_of, world
+from tests.drivers.physics.worlds import ROVER, ball, box, drive, get_truth, setup, world
 from tests.texts import Raises
 
 BLIND = ("left_motor", "right_motor", "left_encoder", "right_encoder", "nose")
@@ -106,7 +106,7 @@ def test_a_motor_turns_no_faster_than_its_limit() -> None:
         assert isinstance(motor := robot["left_motor"], Motor)
         assert motor.set_velocity(50.0) == 12.0
         drive(robot, 50.0, 50.0, 1.0)
-        assert truth_of(robot).twist().linear == pytest.approx(12.0 * 0.0325, rel=0.01)
+        assert get_truth(robot).twist().linear == pytest.approx(12.0 * 0.0325, rel=0.01)
 
 
 def test_a_reset_of_mujocos_state_is_an_error(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def run_program() -> str:
     """Drive a robot into things for two seconds. Return its samples and its true state as a text."""
     with MujocoBackend().open(setup(world(box(0.5, yaw=0.4), ball(0.3, 0.5)))) as robot:
         drive(robot, 5.0, 7.3, 2.0)
-        truth, image = truth_of(robot), robot.camera.read().image
+        truth, image = get_truth(robot), robot.camera.read().image
         return f"{truth.pose()} {truth.twist()} {truth.contacts()} {robot.range.read()} {crc32(image.tobytes())}"
 
 

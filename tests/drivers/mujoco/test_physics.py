@@ -8,7 +8,7 @@ from drivers.mujoco.backend import MujocoBackend, Simulation
 from robotcore.description import MotorDescription
 from robotcore.hal.devices import Motor
 from tests.drivers.physics import driving, ranging, seeing
-from tests.drivers.physics.worlds import ROVER, Thing, ball, box, drive, post, setup, truth_of, world
+from tests.drivers.physics.worlds import ROVER, Thing, ball, box, drive, get_truth, post, setup, world
 
 STEP_S = 1 / 240
 
@@ -17,16 +17,16 @@ class TestDriving(driving.Driving):
     backend = MujocoBackend
 
     def test_wheels_follow_a_command_with_their_lag_at_every_step(self) -> None:
-        with self.opened() as robot:
+        with self.open_robot() as robot:
             for step in range(1, 25):
                 drive(robot, 1.0, 1.0, STEP_S)
                 reached = 0.0325 * (1 - math.exp(-step * STEP_S / 0.05))
-                assert truth_of(robot).twist().linear == pytest.approx(reached, rel=0.003), step
+                assert get_truth(robot).twist().linear == pytest.approx(reached, rel=0.003), step
 
     def test_the_truth_is_of_the_current_time_and_not_a_step_old(self) -> None:
-        with self.opened() as robot:
+        with self.open_robot() as robot:
             drive(robot, 4.0, 4.0, STEP_S)
-            truth = truth_of(robot)
+            truth = get_truth(robot)
         assert truth.pose().x == pytest.approx(truth.twist().linear * STEP_S, rel=1e-3)
 
 

@@ -1,4 +1,4 @@
-"""What every driver with a physics engine is held to, beyond the kit's rules."""
+"""Tests for every driver with a physics engine, in addition to the conformance kit."""
 
 import pytest
 

@@ -22,21 +22,21 @@ from robotcore.geometry import Pose
 from robotcore.hal.devices import Image
 from robotcore.optics import CameraView
 from robotcore.simulation.painter import Painter
-from tests.drivers.physics.worlds import LOOKOUT, ROVER, OnAnEngine, ball, box, drive, eye, post, world
+from tests.drivers.physics.worlds import LOOKOUT, ROVER, EngineTests, ball, box, drive, get_camera, post, world
 
 EYE = Mount(x_m=0.14, z_m=0.10)
 
 
-class Seeing(OnAnEngine):
-    """What the camera sees: the same on every engine."""
+class Seeing(EngineTests):
+    """Tests of the camera, for every engine."""
 
     @pytest.mark.parametrize("aside", [0.1300, 0.1315, 0.1330])
-    def test_a_box_covers_the_pixels_whose_centres_a_pinhole_sees_it_at(self, aside: float) -> None:
+    def test_box_covers_the_pixels_of_the_pinhole_projection(self, aside: float) -> None:
         start = Start(x_m=0.3, y_m=-0.2, yaw_rad=0.7)
         at = start.pose.to_world(1.2, aside)
         thing = box(*at, length=0.2, width=0.31, height=0.17, yaw=start.yaw_rad)
-        with self.opened(thing, start=start, with_camera=True) as robot:
-            camera = eye(robot)
+        with self.open_robot(thing, start=start, with_camera=True) as robot:
+            camera = get_camera(robot)
             view = CameraView.of(camera.intrinsics, EYE, start.pose)
             rows, columns = np.nonzero(camera.numbers(view) == camera.things["box"])
         front = [start.pose.to_world(1.1, aside + side) for side in (0.155, -0.155)]
@@ -47,15 +47,15 @@ class Seeing(OnAnEngine):
         assert rows.max() == np.floor(bottom)
         assert rows.min() == pytest.approx(top, abs=2.0)
 
-    def test_a_ball_covers_what_a_ball_should(self) -> None:
-        with self.opened(ball(1.14), with_camera=True) as robot:
-            camera = eye(robot)
+    def test_ball_covers_the_area_of_the_pinhole_projection(self) -> None:
+        with self.open_robot(ball(1.14), with_camera=True) as robot:
+            camera = get_camera(robot)
             mask = camera.numbers(CameraView.of(camera.intrinsics, EYE, Pose(0.0, 0.0, 0.0))) == camera.things["ball"]
         ideal = np.pi * camera.intrinsics.focal_length**2 * 0.01 / (1.0 - 0.01)
         assert mask.sum() == pytest.approx(ideal, rel=0.03)
 
     def test_a_picture_is_bgr_contiguous_and_read_only(self) -> None:
-        with self.opened(box(0.5, width=4.0, height=1.0), with_camera=True) as robot:
+        with self.open_robot(box(0.5, width=4.0, height=1.0), with_camera=True) as robot:
             image = robot.camera.read().image
         assert image.shape == (240, 320, 3)
         assert image.dtype == np.uint8
@@ -64,8 +64,8 @@ class Seeing(OnAnEngine):
         blue, green, red = (int(part) for part in image[120, 160])
         assert red > 3 * green > green > blue
 
-    def test_the_sky_is_the_worlds_sky_above_the_horizon_and_the_floor_below(self) -> None:
-        with self.opened(with_camera=True) as robot:
+    def test_sky_is_above_the_horizon_and_the_floor_below(self) -> None:
+        with self.open_robot(with_camera=True) as robot:
             image = robot.camera.read().image
         assert tuple(image[0, 0]) == Light().sky_colour[::-1]
         assert (image[:119] == image[0, 0]).all()
@@ -85,34 +85,34 @@ class Seeing(OnAnEngine):
     )
     def test_a_face_shows_ambient_and_diffuse_light(self, light: Light, shade: float) -> None:
         thing = box(0.5, width=4.0, height=1.0)
-        with self.opened_in(world(thing, light=light)) as robot:
+        with self.open_in_world(world(thing, light=light)) as robot:
             image = robot.camera.read().image
         assert image[120, 160].tolist() == pytest.approx([part * shade for part in (20, 40, 200)], abs=1.5)
 
     @pytest.mark.parametrize("described", [ROVER, LOOKOUT], ids=["rover", "lookout"])
-    def test_a_robot_is_not_in_its_own_way(self, described: RobotDescription) -> None:
-        with self.opened(robot=described, with_camera=True) as robot:
-            camera = eye(robot)
+    def test_own_body_is_not_in_the_picture(self, described: RobotDescription) -> None:
+        with self.open_robot(robot=described, with_camera=True) as robot:
+            camera = get_camera(robot)
             behind = CameraView.of(camera.intrinsics, EYE, Pose(-1.0, 0.0, 0.0))
             numbers = camera.numbers(behind)
         assert len(np.unique(numbers)) == 2
         assert not np.isin(numbers, list(camera.things.values())).any()
 
-    def test_a_camera_that_looks_down_sees_the_floor_at_its_feet(self) -> None:
+    def test_pitched_camera_shows_the_view_of_its_mount(self) -> None:
         devices = tuple(
             device.model_copy(update={"mount": Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6)})
             if isinstance(device, CameraDescription)
             else device
             for device in ROVER.devices
         )
-        with self.opened(ball(0.6), robot=ROVER.model_copy(update={"devices": devices}), with_camera=True) as robot:
-            camera = eye(robot)
+        with self.open_robot(ball(0.6), robot=ROVER.model_copy(update={"devices": devices}), with_camera=True) as robot:
+            camera = get_camera(robot)
             view = CameraView.of(camera.intrinsics, Mount(x_m=0.14, z_m=0.10, pitch_rad=0.6), Pose(0.0, 0.0, 0.0))
             assert (robot.camera.read().image == camera.picture(view)).all()
 
-    def test_nothing_is_rendered_unless_it_is_read_and_once_an_instant(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        with self.opened(with_camera=True) as robot:
-            camera = eye(robot)
+    def test_picture_is_rendered_once_when_it_is_read(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        with self.open_robot(with_camera=True) as robot:
+            camera = get_camera(robot)
             rendered, render = list[CameraView](), camera.picture
 
             def picture(view: CameraView) -> Image:
@@ -137,48 +137,49 @@ HERE = Pose(0.0, 0.0, 0.0)
 Mask = np.ndarray
 
 
-class Texturing(OnAnEngine):
-    """How textures show: the same on every engine, and as in the built-in simulator."""
+class Texturing(EngineTests):
+    """Tests that an engine shows textures as the built-in simulator does."""
 
     @pytest.mark.parametrize("pattern", PATTERNS)
-    def test_the_built_in_simulator_shows_the_same_pattern_at_every_pixel(self, pattern: Pattern) -> None:
+    def test_textures_equal_those_of_the_built_in_simulator(self, pattern: Pattern) -> None:
         texture = Texture(pattern=pattern, scale_m=0.8, contrast=0.5)
         plain = box(1.2, 0.5, width=0.4, yaw=0.4), post(0.9, -0.2)
         things = [thing.model_copy(update={"texture": texture}) for thing in plain]
         ground = world(*things, ball(0.8, 0.15))
         ground = ground.model_copy(update={"floor": ground.floor.model_copy(update={"texture": texture})})
-        ours, theirs, _ = self.pictures(ground, HERE)
+        ours, theirs, _ = self.render_both(ground, HERE)
         is_near = np.arange(240) > 140
         differences = np.abs(ours.astype(int) - theirs).max(axis=2)
         assert (differences[is_near] <= 2).mean() > 0.98
         assert (differences <= 2).mean() > 0.9
 
-    def test_a_texture_darkens_as_in_the_built_in_simulator_what_the_light_makes_brighter_than_white(self) -> None:
+    def test_overexposed_texture_equals_that_of_the_built_in_simulator(self) -> None:
         texture = Texture(pattern="planks", scale_m=0.3, contrast=0.5)
         wall = box(1.2, width=3.0, height=1.0).model_copy(update={"texture": texture, "colour": (250, 240, 230)})
         facing = Light(azimuth_rad=math.pi, elevation_rad=0.3, brightness=1.4)
-        ours, theirs, masks = self.pictures(world(wall, light=facing), HERE)
+        ours, theirs, masks = self.render_both(world(wall, light=facing), HERE)
         mine, other = masks["box"]
         assert ours[mine].mean(axis=0) == pytest.approx(theirs[other].mean(axis=0), abs=2.0)
 
     @pytest.mark.parametrize("name, seed", [("arena", 1), ("arena", 9), ("clutter", 4), ("open", 10), ("occluded", 11)])
-    def test_of_a_randomised_world_both_simulators_show_every_thing_in_the_same_colour(
-        self, name: str, seed: int
-    ) -> None:
+    def test_colours_of_a_randomised_world_equal_the_built_in_simulator(self, name: str, seed: int) -> None:
         drawn = randomise(draw_world(load_world(name), ROVER, seed), seed).world
-        ours, theirs, masks = self.pictures(drawn, drawn.start.pose)
+        ours, theirs, masks = self.render_both(drawn, drawn.start.pose)
         assert masks
         for thing, (mine, other) in masks.items():
             assert ours[mine].mean(axis=0) == pytest.approx(theirs[other].mean(axis=0), abs=3.0), thing
 
-    def pictures(
+    def render_both(
         self, described: WorldDescription, pose: Pose
     ) -> tuple[np.ndarray, np.ndarray, dict[str, tuple[Mask, Mask]]]:
-        """Return what the painter and the engine show, and by name where each shows what both show enough of."""
+        """Return the pictures of the painter and of the engine, and the masks of each thing in both, by name.
+
+        Things with few pixels in one of the pictures are left out.
+        """
         painter = Painter(described)
         start = Start(x_m=pose.x, y_m=pose.y, yaw_rad=pose.heading)
-        with self.opened_in(described.model_copy(update={"start": start})) as robot:
-            camera = eye(robot)
+        with self.open_in_world(described.model_copy(update={"start": start})) as robot:
+            camera = get_camera(robot)
             view = CameraView.of(camera.intrinsics, EYE, pose)
             theirs, numbers, labels = camera.picture(view), camera.numbers(view), painter.labels(view)
         masks = {thing: (labels == n, numbers == camera.things[thing]) for n, thing in enumerate(painter.things, 1)}

@@ -1,4 +1,4 @@
-"""What the tests of a driver with a physics engine open, and how."""
+"""Worlds and robots for the tests of drivers with a physics engine."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LOOKOUT = load_robot("lookout")
 
 
 def world(*things: Thing, start: Start | None = None, light: Light | None = None) -> WorldDescription:
-    """Return open ground with these things on it."""
+    """Return a floor with these things on it."""
     return WorldDescription(
         name="ground",
         floor=Floor(length_m=6.0, width_m=6.0),
@@ -65,40 +65,40 @@ def setup(
     devices: Iterable[str] | None = None,
     **more: Any,
 ) -> Setup:
-    """Return a setup that opens every device, where none is named."""
+    """Return a setup with these devices, by default all."""
     names = [device.name for device in robot.devices] if devices is None else devices
     return Setup(robot, described, frozenset(names), **more)
 
 
-class OnAnEngine:
-    """Tests that hold on every engine; a driver's own say on which."""
+class EngineTests:
+    """The base class of the tests for every physics engine. A driver's subclass sets ``backend``."""
 
     backend: ClassVar[type[Backend]]
 
-    def opened(
+    def open_robot(
         self,
         *things: Thing,
         start: Start | None = None,
         robot: RobotDescription = ROVER,
         with_camera: bool = False,
     ) -> Robot:
-        """Open a robot among these things, with all its devices, a camera only where one is wanted: it takes time."""
+        """Open a robot among these things. Its camera is opened only on request, because opening it takes time."""
         devices = [device.name for device in robot.devices if with_camera or not isinstance(device, CameraDescription)]
         return self.backend().open(setup(world(*things, start=start), robot=robot, devices=devices))
 
-    def opened_in(self, described: WorldDescription) -> Robot:
-        """Open the rover, with all its devices, in a world."""
+    def open_in_world(self, described: WorldDescription) -> Robot:
+        """Open the rover with all its devices in a world."""
         return self.backend().open(setup(described))
 
 
-def eye(robot: Robot) -> BulletCamera | MujocoCamera:
-    """Return the camera as its driver has it, which also says what each pixel shows."""
+def get_camera(robot: Robot) -> BulletCamera | MujocoCamera:
+    """Return the camera of the driver, whose ``numbers`` has the body of each pixel."""
     assert isinstance(robot.camera, BulletCamera | MujocoCamera)
     return robot.camera
 
 
-def with_motors(**changes: float) -> RobotDescription:
-    """Return the rover with other motors."""
+def build_rover(**changes: float) -> RobotDescription:
+    """Return the description of the rover with changed motors."""
     devices = [
         device.model_copy(update=changes) if isinstance(device, MotorDescription) else device
         for device in ROVER.devices
@@ -107,12 +107,12 @@ def with_motors(**changes: float) -> RobotDescription:
 
 
 def drive(robot: Robot, left: float, right: float, seconds: float) -> None:
-    """Turn the wheels, rad/s, and let time pass."""
+    """Turn the wheels at these velocities, in rad/s, for some time."""
     robot.motors["left_motor"].set_velocity(left)
     robot.motors["right_motor"].set_velocity(right)
     robot.clock.sleep_until(robot.clock.now() + seconds)
 
 
-def truth_of(robot: Robot) -> TruthSource:
+def get_truth(robot: Robot) -> TruthSource:
     assert robot.truth is not None
     return robot.truth

@@ -17,7 +17,7 @@ from robotcore.errors import (
     UsageError,
 )
 from robotcore.hal.devices import Encoder
-from tests.drivers.physics.worlds import ROVER, drive, setup, truth_of, world
+from tests.drivers.physics.worlds import ROVER, drive, get_truth, setup, world
 from tests.drivers.pybullet.worlds import opened
 from tests.texts import Raises
 
@@ -85,7 +85,7 @@ def test_an_error_about_a_dead_server_names_the_device(connections: list[Bullet]
         with raises(BackendError):
             robot.clock.sleep_until(1.0)
         with pytest.raises(BackendError):
-            truth_of(robot).pose()
+            get_truth(robot).pose()
 
 
 def test_an_unknown_option_is_refused_with_the_nearest_name(raises: Raises) -> None:
@@ -134,4 +134,4 @@ def test_a_motor_turns_no_faster_than_its_limit() -> None:
     with opened() as robot:
         assert robot.motors["left_motor"].set_velocity(50.0) == 12.0
         drive(robot, 50.0, 50.0, 1.0)
-        assert truth_of(robot).twist().linear == pytest.approx(12.0 * 0.0325, rel=0.01)
+        assert get_truth(robot).twist().linear == pytest.approx(12.0 * 0.0325, rel=0.01)
