@@ -22,7 +22,7 @@ from tests.drivers.raspberrypi import test_conformance as raspberrypi_suites
 from tests.drivers.raspberrypi.virtual import test_conformance as virtual_pi_suites
 from tests.drivers.serial.boards.rosarduino import test_conformance as serial_suites
 from tests.drivers.vrep import test_conformance as vrep_suites
-from tests.robotcore.recording.replay.memory import recorded
+from tests.robotcore.recording.replay.memory import record_run
 
 NO_LOST_ECHO = "the simulator answers every ray"
 NO_HARDWARE = "the backend has no hardware"
@@ -77,7 +77,7 @@ class TestReplay(ConformanceSuite):
 @cache
 def _record_search() -> Recording:
     """Return the recording of a run that reads every sensor in each tick."""
-    return recorded("green-search", seed=7, timeout_s=6.0)
+    return record_run("green-search", seed=7, timeout_s=6.0)
 
 
 def test_every_backend_has_a_suite() -> None:

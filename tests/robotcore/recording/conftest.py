@@ -20,8 +20,8 @@ from tests.robotcore.recording import irregular_app
 IRREGULAR_APP = str(Path(irregular_app.__file__))
 
 
-class Witness:
-    """A recorder in memory, to compare with the file."""
+class MemoryRecorder:
+    """An observer that keeps the events of a run in memory, to compare them with the file."""
 
     def __init__(self) -> None:
         self.layer = RecordingTap(lambda: True)
@@ -40,8 +40,8 @@ class Witness:
         self.result = result
 
 
-class Blinking(Tap):
-    """A camera that fails at every fourth read."""
+class FailingCameraTap(Tap):
+    """A tap that makes every fourth read of the camera fail."""
 
     reads = 0
 
@@ -49,19 +49,19 @@ class Blinking(Tap):
         if not isinstance(sensor, Camera):
             return read
 
-        def blinking() -> SampleT:
+        def read_or_fail() -> SampleT:
             self.reads += 1
             if self.reads % 4 == 0:
                 raise DeviceError(sensor.name, "no picture came")
             return read()
 
-        return blinking
+        return read_or_fail
 
 
-class Recorded:
-    """A recorded run: the file, its recording, and the recorder in memory."""
+class RecordedRun:
+    """A run that was recorded in a file and in memory."""
 
-    def __init__(self, file: Path, witness: Witness, recorder: Recorder) -> None:
+    def __init__(self, file: Path, witness: MemoryRecorder, recorder: Recorder) -> None:
         self.file, self.witness, self.recorder = file, witness, recorder
 
     @property
@@ -69,18 +69,18 @@ class Recorded:
         return read(self.file)
 
 
-def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = IRREGULAR_APP, **asked: Any) -> Recorded:
+def record(file: Path, *below: Tap, is_jpeg: bool = False, app: str = IRREGULAR_APP, **asked: Any) -> RecordedRun:
     """Record a run of `IrregularApp`, or of another app."""
-    recorder, witness = Recorder(file, is_jpeg=is_jpeg), Witness()
+    recorder, witness = Recorder(file, is_jpeg=is_jpeg), MemoryRecorder()
     run(RunRequest(app, **{"seed": 3, **asked}), [recorder, witness], [*below, recorder.layer, witness.layer])
-    return Recorded(file, witness, recorder)
+    return RecordedRun(file, witness, recorder)
 
 
 @pytest.fixture(scope="session")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
-    """A successful run with a camera that fails sometimes."""
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
+    """Return a successful run whose camera sometimes fails."""
     file = tmp_path_factory.mktemp("recorded") / "run.mcap"
-    return record(file, Blinking(), settings={"ticks": 30})
+    return record(file, FailingCameraTap(), settings={"ticks": 30})
 
 
 @pytest.fixture

@@ -25,7 +25,7 @@ from robotcore.view.comparison_view import build_rows
 from tests.doubles import battery_backend
 
 
-def draining(time: float) -> float:
+def compute_voltage(time: float) -> float:
     return 7.0 - time / 7
 
 
@@ -34,7 +34,7 @@ def file(tmp_path: Path) -> Path:
     return tmp_path / "run.mcap"
 
 
-def recorded(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = draining) -> Recording:
+def record_run(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = compute_voltage) -> Recording:
     battery_backend.install(monkeypatch, volts)
     rover = str(battery_backend.load_battery_rover(file.parent).file)
     recorder = Recorder(file)
@@ -45,29 +45,29 @@ def recorded(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script = draini
 
 
 def test_recorded_voltages_are_bit_equal(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    recording = recorded(monkeypatch, file)
+    recording = record_run(monkeypatch, file)
     voltages = [sample for key, sample in recording.samples.items() if key.device == "cells"]
-    assert voltages == [Voltage(draining(time), time, 20 * time) for time in range(6)]
+    assert voltages == [Voltage(compute_voltage(time), time, 20 * time) for time in range(6)]
     (cells,) = (each for each in summarise_devices(recording) if each.name == "cells")
     assert (cells.kind, cells.samples, cells.rate_hz) == ("battery", 6, 1.0)
 
 
 def test_warning_is_in_its_tick_and_in_the_log(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    recording = recorded(monkeypatch, file, 6.0)
+    recording = record_run(monkeypatch, file, 6.0)
     assert [warning.partition(" V")[0] for warning in recording.ticks[0].warnings] == ["cells: 6.00"]
     assert all(not tick.warnings for tick in recording.ticks[1:])
     assert LogLine(Level.Warning, *recording.ticks[0].warnings) in list(RunLog(()).list_new(recording.ticks[0]))
 
 
 def test_table_has_the_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    recording = recorded(monkeypatch, file)
+    recording = record_run(monkeypatch, file)
     rows = list(csv.DictReader(write_csv(recording, file.with_suffix(".csv"), "").read_text().splitlines()))
     voltages = [(row["cells_v"], row["cells_time_s"]) for row in rows if row["cells_v"]]
-    assert voltages == [(str(draining(time)), str(float(time))) for time in range(6)]
+    assert voltages == [(str(compute_voltage(time)), str(float(time))) for time in range(6)]
 
 
 def test_cut_file_has_the_same_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    recording = recorded(monkeypatch, file, 6.0)
+    recording = record_run(monkeypatch, file, 6.0)
     whole, cut = recording.result, build_result(replace(recording, result=None))
     assert whole
     assert cut.batteries == whole.batteries == {"cells": {"lowest_v": 6.0, "last_v": 6.0}}
@@ -75,9 +75,11 @@ def test_cut_file_has_the_same_voltages(monkeypatch: pytest.MonkeyPatch, file: P
     assert summarise_contents(recording)["batteries"] == whole.batteries
 
 
-@pytest.mark.parametrize("volts", [draining, lambda time: DeviceError("cells", "no answer") if time < 2.5 else 7.0])
+@pytest.mark.parametrize(
+    "volts", [compute_voltage, lambda time: DeviceError("cells", "no answer") if time < 2.5 else 7.0]
+)
 def test_run_with_a_battery_is_replayed_bit_equal(monkeypatch: pytest.MonkeyPatch, file: Path, volts: Script) -> None:
-    recording = recorded(monkeypatch, file, volts)
+    recording = record_run(monkeypatch, file, volts)
     replayed = replay(recording)
     assert recording.result
     assert (replayed.deviation, replayed.is_exact) == (None, True)
@@ -89,14 +91,14 @@ def test_run_with_a_battery_is_replayed_bit_equal(monkeypatch: pytest.MonkeyPatc
 def test_other_pace_of_battery_reads_is_no_difference(
     monkeypatch: pytest.MonkeyPatch, file: Path, period: float
 ) -> None:
-    recording = recorded(monkeypatch, file)
+    recording = record_run(monkeypatch, file)
     monkeypatch.setattr(monitors, "PERIOD_S", period)
     assert replay(recording).deviation is None
     assert not evaluate(recording).late_reads
 
 
 def test_comparison_has_the_lowest_voltages(monkeypatch: pytest.MonkeyPatch, file: Path) -> None:
-    one = recorded(monkeypatch, file)
+    one = record_run(monkeypatch, file)
     other = replace(one, result=replace(one.result, batteries={})) if one.result else one
     row = [
         row

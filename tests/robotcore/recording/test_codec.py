@@ -42,7 +42,7 @@ shown = st.builds(ShownPicture, names, st.none() | counts, st.none() | raised)
 interventions = st.builds(Intervention, doubles, names, wheels, wheels)
 
 
-def several(of: st.SearchStrategy[Any]) -> st.SearchStrategy[tuple[Any, ...]]:
+def build_tuples(of: st.SearchStrategy[Any]) -> st.SearchStrategy[tuple[Any, ...]]:
     return st.lists(of, max_size=3).map(tuple)
 
 
@@ -51,17 +51,17 @@ ticks = st.builds(
     number=counts,
     time=doubles,
     state=names,
-    reads=several(reads),
-    asks=several(asks),
-    motor_asks=several(motor_asks),
-    turned=several(st.builds(WheelAngles, st.none() | wheels, st.none() | raised)),
-    standing=several(wheels),
+    reads=build_tuples(reads),
+    asks=build_tuples(asks),
+    motor_asks=build_tuples(motor_asks),
+    turned=build_tuples(st.builds(WheelAngles, st.none() | wheels, st.none() | raised)),
+    standing=build_tuples(wheels),
     pose=st.none() | st.builds(Pose, doubles, doubles, doubles),
     asked=st.none() | wheels,
     sent=st.none() | wheels,
-    interventions=several(interventions),
+    interventions=build_tuples(interventions),
     commit_error=st.none() | raised,
-    shown=several(shown),
+    shown=build_tuples(shown),
     error=st.none() | raised,
 )
 points = st.none() | st.tuples(doubles, doubles, doubles)
@@ -77,18 +77,18 @@ events = (
 def test_decoded_event_has_the_same_doubles(event: Any) -> None:
     again = from_json(type(event), to_json(event))
     assert type(again) is type(event)
-    assert bits(again) == bits(event)
+    assert get_bits(again) == get_bits(event)
 
 
-def bits(value: Any) -> Any:
+def get_bits(value: Any) -> Any:
     """Return a value with each double replaced by its bytes. Every NaN is the same."""
     if isinstance(value, float):
         return b"nan" if value != value else struct.pack("<d", value)  # noqa: PLR0124
     if hasattr(value, "__dataclass_fields__"):
-        return [type(value), *(bits(getattr(value, name)) for name in value.__dataclass_fields__)]
+        return [type(value), *(get_bits(getattr(value, name)) for name in value.__dataclass_fields__)]
     if isinstance(value, dict):
-        return {name: bits(each) for name, each in value.items()}
-    return [type(value), *map(bits, value)] if isinstance(value, tuple) else value
+        return {name: get_bits(each) for name, each in value.items()}
+    return [type(value), *map(get_bits, value)] if isinstance(value, tuple) else value
 
 
 def test_non_finite_number_is_a_string_in_json() -> None:

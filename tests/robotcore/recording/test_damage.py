@@ -11,17 +11,17 @@ from robotcore.errors import RecordingError
 from robotcore.hal.devices import Frame
 from robotcore.recording import Recording, read
 from robotcore.recording.chunks import MAGIC, ChunkedFile
-from tests.robotcore.recording.conftest import Recorded, record
-from tests.robotcore.recording.test_codec import bits
+from tests.robotcore.recording.conftest import RecordedRun, record
+from tests.robotcore.recording.test_codec import get_bits
 from tests.texts import Raises
 
 HUGE = MAGIC + b"\x06" + (56).to_bytes(8, "little") + bytes(32) + b"\xff" * 8 + bytes(16)
-"""A chunk that claims a size larger than any memory."""
+"""A chunk whose header states a size larger than any memory."""
 
 
-def holds_nothing_that_was_not(part: Recording, whole: Recording) -> None:
-    """Fail unless a recording is the first part of another one, with the same samples."""
-    assert bits(tuple(part.ticks)) == bits(tuple(whole.ticks[: len(part.ticks)]))
+def require_first_part(part: Recording, whole: Recording) -> None:
+    """Fail unless ``part`` has the first ticks of ``whole`` and the same samples."""
+    assert get_bits(tuple(part.ticks)) == get_bits(tuple(whole.ticks[: len(part.ticks)]))
     for key in part.samples:
         try:
             sample = part.samples[key]
@@ -33,32 +33,32 @@ def holds_nothing_that_was_not(part: Recording, whole: Recording) -> None:
             assert sample.image.tobytes() == expected.image.tobytes()
             assert (sample.time, sample.sequence) == (expected.time, expected.sequence)
         else:
-            assert bits(sample) == bits(expected)
+            assert get_bits(sample) == get_bits(expected)
 
 
-def reads_or_says_why_not(file: Path, whole: Recording) -> Recording | None:
+def read_or_refuse(file: Path, whole: Recording) -> Recording | None:
     try:
         part = read(file)
     except RecordingError:
         return None
-    holds_nothing_that_was_not(part, whole)
+    require_first_part(part, whole)
     return part
 
 
 @pytest.fixture(scope="module")
-def short(tmp_path_factory: pytest.TempPathFactory) -> Recorded:
-    """A small recording, for tests with many examples."""
+def short_run(tmp_path_factory: pytest.TempPathFactory) -> RecordedRun:
+    """Return a small recording, for tests with many examples."""
     return record(tmp_path_factory.mktemp("short") / "run.mcap", is_jpeg=True)
 
 
-def test_file_cut_after_any_chunk_has_the_ticks_before(recorded: Recorded, file: Path) -> None:
+def test_file_cut_after_any_chunk_has_the_ticks_before(recorded: RecordedRun, file: Path) -> None:
     whole, content = recorded.recording, recorded.file.read_bytes()
     ends = [place.offset + place.length for place, _ in ChunkedFile(recorded.file).chunks()]
     lengths = []
     for end in ends:
         file.write_bytes(content[:end])
         part = read(file)
-        holds_nothing_that_was_not(part, whole)
+        require_first_part(part, whole)
         assert (part.is_cut, part.is_damaged) == (True, False)
         lengths.append(len(part.ticks))
     assert lengths == sorted(lengths)
@@ -66,7 +66,7 @@ def test_file_cut_after_any_chunk_has_the_ticks_before(recorded: Recorded, file:
     assert len(set(lengths)) > 3
 
 
-def test_cut_file_with_ticks_can_be_replayed(recorded: Recorded, file: Path) -> None:
+def test_cut_file_with_ticks_can_be_replayed(recorded: RecordedRun, file: Path) -> None:
     content = recorded.file.read_bytes()
     file.write_bytes(content[: len(content) // 2])
     part = read(file)
@@ -75,37 +75,37 @@ def test_cut_file_with_ticks_can_be_replayed(recorded: Recorded, file: Path) -> 
     assert all(read.key in part.samples for tick in part.ticks for read in tick.reads if read.key)
 
 
-def test_file_cut_at_any_byte_is_read_or_refused(short: Recorded, file: Path) -> None:
-    whole, content = short.recording, short.file.read_bytes()
+def test_file_cut_at_any_byte_is_read_or_refused(short_run: RecordedRun, file: Path) -> None:
+    whole, content = short_run.recording, short_run.file.read_bytes()
     for length in sorted(random.Random(7).sample(range(len(content)), 150)):
         file.write_bytes(content[:length])
-        if part := reads_or_says_why_not(file, whole):
+        if part := read_or_refuse(file, whole):
             assert part.is_cut
 
 
 @given(st.data())
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_flipped_bytes_add_no_content(short: Recorded, file: Path, data: st.DataObject) -> None:
-    content = bytearray(short.file.read_bytes())
+def test_flipped_bytes_add_no_content(short_run: RecordedRun, file: Path, data: st.DataObject) -> None:
+    content = bytearray(short_run.file.read_bytes())
     for at in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=3)):
         content[at] ^= data.draw(st.integers(1, 255))
     file.write_bytes(content)
-    reads_or_says_why_not(file, short.recording)
+    read_or_refuse(file, short_run.recording)
 
 
-def test_flipped_byte_in_a_picture_ends_the_recording_before_it(recorded: Recorded, file: Path) -> None:
+def test_flipped_byte_in_a_picture_ends_the_recording_before_it(recorded: RecordedRun, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     places = [place for place, _ in ChunkedFile(recorded.file).chunks()]
     content[places[3].offset + places[3].length // 2] ^= 1
     file.write_bytes(content)
     part = read(file)
-    holds_nothing_that_was_not(part, recorded.recording)
+    require_first_part(part, recorded.recording)
     assert part.is_cut
     assert part.is_damaged
     assert 0 < len(part.ticks) < len(recorded.recording.ticks)
 
 
-def test_record_longer_than_the_file_is_damage(recorded: Recorded, file: Path) -> None:
+def test_record_longer_than_the_file_is_damage(recorded: RecordedRun, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     head = _head_of_chunk(content, 3)
     content[head + 7] ^= 1
@@ -113,7 +113,7 @@ def test_record_longer_than_the_file_is_damage(recorded: Recorded, file: Path) -
     assert read(file).is_damaged
 
 
-def test_damage_before_the_first_tick_is_not_reported_as_a_cut(recorded: Recorded, file: Path) -> None:
+def test_damage_before_the_first_tick_is_not_reported_as_a_cut(recorded: RecordedRun, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     place, _ = next(ChunkedFile(recorded.file).chunks())
     content[place.offset + place.length // 2] ^= 1
@@ -138,14 +138,14 @@ def _head_of_chunk(content: bytearray, number: int) -> int:
         at += 9 + int.from_bytes(content[at + 1 : at + 9], "little")
 
 
-def test_missing_chunk_in_the_middle_is_damage(recorded: Recorded, file: Path) -> None:
+def test_missing_chunk_in_the_middle_is_damage(recorded: RecordedRun, file: Path) -> None:
     content = bytearray(recorded.file.read_bytes())
     places = [place for place, _ in ChunkedFile(recorded.file).chunks()]
     before, out = places[2], places[3]
     end_before, end = before.offset + before.length, out.offset + out.length
     del content[end_before:end]
     file.write_bytes(content)
-    part = reads_or_says_why_not(file, recorded.recording)
+    part = read_or_refuse(file, recorded.recording)
     assert part
     assert part.is_cut
 

@@ -14,7 +14,7 @@ from tests.texts import CheckText
 GUARD = Intervention(0.1, "range guard", Wheels(2.0, 2.0), Wheels(0.0, 0.0))
 
 
-def log_lines(*ticks: Tick, milestones: tuple[str, ...] = ()) -> list[list[str]]:
+def list_lines(*ticks: Tick, milestones: tuple[str, ...] = ()) -> list[list[str]]:
     log = RunLog(milestones)
     return [[line.text for line in log.list_new(tick)] for tick in ticks]
 
@@ -23,12 +23,12 @@ def tick(*reads: Read, state: str = "search", interventions: tuple[Intervention,
     return Tick(0, 0.0, state, reads=reads, interventions=interventions)
 
 
-def failed(message: str) -> Read:
+def build_failed_read(message: str) -> Read:
     return Read("eye", error=RecordedError("DeviceError", message))
 
 
 def test_milestone_has_one_line(check_text: CheckText) -> None:
-    lines = log_lines(tick(), tick(state="seen"), tick(state="seen"), milestones=("seen",))
+    lines = list_lines(tick(), tick(state="seen"), tick(state="seen"), milestones=("seen",))
     assert list(map(len, lines)) == [0, 1, 0]
     check_text(lines[1][0])
 
@@ -43,8 +43,15 @@ def test_injected_fault_has_a_line_at_its_begin_and_its_end(check_text: CheckTex
 
 def test_error_of_a_device_has_a_line_at_each_change(check_text: CheckText) -> None:
     good = Read("eye", 1, 0.1, 0)
-    ticks = [tick(failed("a")), tick(failed("a")), tick(), tick(failed("b")), tick(good), tick(good)]
-    *errors, recovered, after = log_lines(*ticks)
+    ticks = [
+        tick(build_failed_read("a")),
+        tick(build_failed_read("a")),
+        tick(),
+        tick(build_failed_read("b")),
+        tick(good),
+        tick(good),
+    ]
+    *errors, recovered, after = list_lines(*ticks)
     assert errors == [["a"], [], [], ["b"]]
     assert after == []
     check_text(*recovered)
@@ -52,14 +59,14 @@ def test_error_of_a_device_has_a_line_at_each_change(check_text: CheckText) -> N
 
 def test_intervention_has_a_line_at_its_begin_and_its_end(check_text: CheckText) -> None:
     guarded = tick(interventions=(GUARD,))
-    lines = log_lines(guarded, guarded, tick(), tick())
+    lines = list_lines(guarded, guarded, tick(), tick())
     assert list(map(len, lines)) == [1, 0, 1, 0]
     check_text("\n".join(line for each in lines for line in each))
 
 
 def test_dropped_pictures_have_one_line() -> None:
     lost = tick(Read("eye", 1, 0.1, None))
-    assert [len(lines) for lines in log_lines(tick(), lost, lost)] == [0, 1, 0]
+    assert [len(lines) for lines in list_lines(tick(), lost, lost)] == [0, 1, 0]
 
 
 def test_error_that_ends_a_run_has_a_line() -> None:

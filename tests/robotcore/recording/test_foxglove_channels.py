@@ -20,7 +20,7 @@ from robotcore.recording.message_schemas import (
     TRUTH_SCHEMA,
     Schema,
 )
-from tests.robotcore.recording.conftest import Recorded
+from tests.robotcore.recording.conftest import RecordedRun
 
 SCHEMAS = {
     "/eye": "foxglove.RawImage",
@@ -41,7 +41,7 @@ SCHEMAS = {
 }
 
 
-def test_every_channel_has_its_foxglove_schema(recorded: Recorded) -> None:
+def test_every_channel_has_its_foxglove_schema(recorded: RecordedRun) -> None:
     with recorded.file.open("rb") as file:
         found = {
             channel.topic: schema.name
@@ -51,10 +51,10 @@ def test_every_channel_has_its_foxglove_schema(recorded: Recorded) -> None:
     assert found == SCHEMAS
 
 
-def test_last_messages_of_the_channels_have_every_frame(recorded: Recorded) -> None:
+def test_last_messages_of_the_channels_have_every_frame(recorded: RecordedRun) -> None:
     with recorded.file.open("rb") as file:
         last = {channel.topic: message.data for _, channel, message in make_reader(file).iter_messages()}
-    frames = {frame: parent for topic in ("/tf", "/tf_static") for parent, frame in transforms_in(last[topic])}
+    frames = {frame: parent for topic in ("/tf", "/tf_static") for parent, frame in decode_transforms(last[topic])}
     assert frames == {
         "base_link": "odom",
         "base_link_true": "truth",
@@ -65,28 +65,28 @@ def test_last_messages_of_the_channels_have_every_frame(recorded: Recorded) -> N
     }
 
 
-def transforms_in(message: bytes) -> list[tuple[str, str]]:
+def decode_transforms(message: bytes) -> list[tuple[str, str]]:
     """Return the parent and child of each transform (FrameTransforms.proto, FrameTransform.proto)."""
     transforms = [dict(read_fields(bytes(each))) for _, each in read_fields(message)]
     return [(bytes(each[2]).decode(), bytes(each[3]).decode()) for each in transforms]
 
 
-def test_picture_that_is_read_twice_is_stored_once(recorded: Recorded) -> None:
+def test_picture_that_is_read_twice_is_stored_once(recorded: RecordedRun) -> None:
     with recorded.file.open("rb") as file:
         counts = Counter(channel.topic for _, channel, _ in make_reader(file).iter_messages())
     kept = {key for _, notes in recorded.witness.ticks for key, _ in notes.samples if key.device == "eye"}
     assert counts["/eye"] == len(kept) < counts["/ticks"]
 
 
-def test_file_has_descriptions_app_and_request(recorded: Recorded) -> None:
+def test_file_has_descriptions_app_and_request(recorded: RecordedRun) -> None:
     with recorded.file.open("rb") as file:
         attached = {each.name: each.data for each in make_reader(file).iter_attachments()}
     assert set(attached) == {"robot.json", "world.json", "app.py"}
     assert json.loads(attached["robot.json"])["name"] == "rover"
     with recorded.file.open("rb") as file:
-        noted = {each.name: each.metadata for each in make_reader(file).iter_metadata()}
-    assert noted["robotcore.run"]["backend"] == "kinematic"
-    assert noted["robotcore.result"]["outcome"] == "success"
+        metadata = {each.name: each.metadata for each in make_reader(file).iter_metadata()}
+    assert metadata["robotcore.run"]["backend"] == "kinematic"
+    assert metadata["robotcore.result"]["outcome"] == "success"
 
 
 @pytest.mark.parametrize(
@@ -109,14 +109,14 @@ def test_optical_frame_looks_ahead() -> None:
     """The optical z axis is the camera's x (ahead), the optical x axis is the camera's -y (to the right)."""
     turn = to_quaternion(-math.pi / 2, 0.0, -math.pi / 2)
     again = read_fields(turn.encode())
-    x, y, z, w = (number_of(value) for _, value in again)
+    x, y, z, w = (decode_double(value) for _, value in again)
     ahead = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
     right = (1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y))
     assert ahead == pytest.approx((1, 0, 0))
     assert right == pytest.approx((0, -1, 0))
 
 
-def number_of(value: memoryview) -> float:
+def decode_double(value: memoryview) -> float:
     return float(memoryview(bytes(value)).cast("d")[0])
 
 

@@ -74,7 +74,7 @@ def content(base: Path) -> Content:
     return Content(SourceRecording.of(base))
 
 
-def fault_of(action: Callable[[], object]) -> str:
+def get_error_message(action: Callable[[], object]) -> str:
     """Return the message of an action's RecordingError; empty if it raises none."""
     try:
         action()
@@ -85,14 +85,14 @@ def fault_of(action: Callable[[], object]) -> str:
 
 def read_all(file: Path) -> Recording | None:
     """Read everything in a recording. Return None if it is refused; other errors are raised."""
-    if fault := fault_of(lambda: read(file)):
-        assert fault.isprintable()
-        assert file.name in fault
+    if message := get_error_message(lambda: read(file)):
+        assert message.isprintable()
+        assert file.name in message
         return None
     recording = read(file)
     for key in recording.samples:
-        fault = fault_of(partial(recording.samples.__getitem__, key))
-        assert not fault or "damaged" in fault
+        message = get_error_message(partial(recording.samples.__getitem__, key))
+        assert not message or "damaged" in message
     for tick in recording.ticks:
         errors = [read.error for read in tick.reads if read.error] + [tick.error] * (tick.error is not None)
         assert all(error.rebuild().args for error in errors if error)
@@ -229,6 +229,6 @@ def test_forged_picture_is_refused_before_it_is_decoded(
 
 def test_unknown_format_is_escaped_in_the_message(base: Path, file: Path) -> None:
     file.write_bytes(change_json(base, "/run", lambda _, event: event | {"format": ESCAPES * 1000}))
-    fault = fault_of(lambda: read(file))
-    assert fault.isprintable()
-    assert len(fault) < len(str(file)) + 300
+    message = get_error_message(lambda: read(file))
+    assert message.isprintable()
+    assert len(message) < len(str(file)) + 300

@@ -58,7 +58,7 @@ def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.Monke
     flushes: queue.Queue[int] = queue.Queue()
     flush = McapFile.flush
 
-    def heard(self: McapFile) -> None:
+    def count_flush(self: McapFile) -> None:
         flush(self)
         flushes.put(len(read(file).ticks))
 
@@ -67,7 +67,7 @@ def test_first_tick_is_in_the_file_at_once(file: Path, monkeypatch: pytest.Monke
             if record.tick == 0:
                 assert [flushes.get(timeout=100) for _ in range(2)] == [0, 1]
 
-    monkeypatch.setattr(McapFile, "flush", heard)
+    monkeypatch.setattr(McapFile, "flush", count_flush)
     recorder = Recorder(file)
     run(RunRequest(IRREGULAR_APP), [recorder, Waiting()], [recorder.layer])
 
@@ -103,9 +103,9 @@ def test_signal_before_the_metadata_leaves_a_closed_file(
 @pytest.mark.parametrize("limit", [100, 5_000, 20_000])
 def test_full_disk_ends_the_recording_and_not_the_run(file: Path, limit: int) -> None:
     done = subprocess.run([*COMMAND, str(file), str(limit)], capture_output=True, text=True, check=True, timeout=100)
-    outcome, fault = done.stdout.splitlines()[-2:]
+    outcome, message = done.stdout.splitlines()[-2:]
     assert outcome == "success"
-    assert fault == f"{file}: File too large. Free disk space, or name a file on another disk"
+    assert message == f"{file}: File too large. Free disk space, or name a file on another disk"
     assert done.stderr == ""
     assert file.stat().st_size <= limit
 

@@ -15,8 +15,8 @@ from robotcore.recording.recorder import Recorder
 from robotcore.runtime.result import Outcome, RunResult
 from robotcore.runtime.session import Run, RunRequest, run
 from robotcore.runtime.trace import TickRecord
-from tests.robotcore.recording.conftest import IRREGULAR_APP, Recorded, record
-from tests.robotcore.recording.test_codec import bits
+from tests.robotcore.recording.conftest import IRREGULAR_APP, RecordedRun, record
+from tests.robotcore.recording.test_codec import get_bits
 
 DRIVES_BY_AN_ARRAY = """
 import numpy as np
@@ -30,14 +30,16 @@ class DriveByAnArray(Behaviour):
 """
 
 
-def test_recorded_ticks_are_bit_equal(recorded: Recorded) -> None:
+def test_recorded_ticks_are_bit_equal(recorded: RecordedRun) -> None:
     ticks, seen = recorded.recording.ticks, recorded.witness.ticks
     assert len(ticks) == len(seen) == 30
     for tick, (recorded_value, notes) in zip(ticks, seen, strict=True):
-        assert bits((tick.number, tick.time, tick.state, tick.asked, tick.sent)) == bits(tuple(recorded_value)[:5])
-        assert bits(tick.interventions) == bits(recorded_value.interventions)
+        assert get_bits((tick.number, tick.time, tick.state, tick.asked, tick.sent)) == get_bits(
+            tuple(recorded_value)[:5]
+        )
+        assert get_bits(tick.interventions) == get_bits(recorded_value.interventions)
         for kind in ("reads", "asks", "turned", "standing", "shown"):
-            assert bits(getattr(tick, kind)) == bits(tuple(getattr(notes, kind))), kind
+            assert get_bits(getattr(tick, kind)) == get_bits(tuple(getattr(notes, kind))), kind
 
 
 def test_command_that_is_an_array_element_is_recorded(tmp_path: Path) -> None:
@@ -49,7 +51,7 @@ def test_command_that_is_an_array_element_is_recorded(tmp_path: Path) -> None:
     assert {tick.asked for tick in read(recorder.path).ticks} == {Wheels(0.5, 0.5)}
 
 
-def test_recorded_samples_are_equal(recorded: Recorded) -> None:
+def test_recorded_samples_are_equal(recorded: RecordedRun) -> None:
     samples = recorded.recording.samples
     kept = [each for _, notes in recorded.witness.ticks for each in notes.samples if each[0].device != "screen"]
     assert {key for key in samples if key.device != "screen"} == {key for key, _ in kept}
@@ -61,10 +63,10 @@ def test_recorded_samples_are_equal(recorded: Recorded) -> None:
             assert not again.image.flags.writeable
             assert (again.time, again.sequence) == (sample.time, sample.sequence)
         else:
-            assert bits(again) == bits(sample)
+            assert get_bits(again) == get_bits(sample)
 
 
-def test_every_read_has_a_sample_or_an_error(recorded: Recorded) -> None:
+def test_every_read_has_a_sample_or_an_error(recorded: RecordedRun) -> None:
     recording = recorded.recording
     for each in (each for tick in recording.ticks for each in tick.reads):
         assert bool(each.error) == (each.key is None)
@@ -73,7 +75,7 @@ def test_every_read_has_a_sample_or_an_error(recorded: Recorded) -> None:
             assert (sample.time, sample.sequence) == (each.time, each.sequence)
 
 
-def test_error_of_a_device_is_recorded(recorded: Recorded) -> None:
+def test_error_of_a_device_is_recorded(recorded: RecordedRun) -> None:
     failed = [read.error for tick in recorded.recording.ticks for read in tick.reads if read.error]
     assert failed
     again = failed[0].rebuild()
@@ -82,12 +84,12 @@ def test_error_of_a_device_is_recorded(recorded: Recorded) -> None:
     assert str(again).startswith("eye: ")
 
 
-def test_recorded_pose_is_that_of_the_odometry(recorded: Recorded) -> None:
-    assert bits(tuple(tick.pose for tick in recorded.recording.ticks)) == bits(tuple(recorded.witness.poses))
+def test_recorded_pose_is_that_of_the_odometry(recorded: RecordedRun) -> None:
+    assert get_bits(tuple(tick.pose for tick in recorded.recording.ticks)) == get_bits(tuple(recorded.witness.poses))
     assert len(set(recorded.witness.poses)) > 20
 
 
-def test_metadata_of_the_run_is_recorded(recorded: Recorded) -> None:
+def test_metadata_of_the_run_is_recorded(recorded: RecordedRun) -> None:
     recorded_value, run = recorded.recording.metadata, recorded.witness.run
     assert recorded_value.request == run.request
     assert (recorded_value.description, recorded_value.world) == (run.description, run.world)
@@ -98,20 +100,20 @@ def test_metadata_of_the_run_is_recorded(recorded: Recorded) -> None:
     assert {"python", "numpy", "machine"} <= set(recorded_value.platform)
 
 
-def test_whole_recording_has_a_result_and_can_be_replayed(recorded: Recorded) -> None:
+def test_whole_recording_has_a_result_and_can_be_replayed(recorded: RecordedRun) -> None:
     recording, result = recorded.recording, recorded.witness.result
     assert result
     assert recording.result == replace(result, error=None, dropped_pictures=0)
     assert (recording.is_cut, recording.is_replayable, recording.missing_inputs) == (False, True, "")
 
 
-def test_ground_truth_is_recorded(recorded: Recorded) -> None:
+def test_ground_truth_is_recorded(recorded: RecordedRun) -> None:
     recording = recorded.recording
     assert [glimpse.tick for glimpse in recording.truth] == [tick.number for tick in recording.ticks]
     assert recording.truth[-1].pose != recording.truth[0].pose
 
 
-def test_shown_pictures_are_recorded(recorded: Recorded) -> None:
+def test_shown_pictures_are_recorded(recorded: RecordedRun) -> None:
     recording = recorded.recording
     tick = next(tick for tick in recording.ticks if tick.shown)
     key = tick.shown[0].key

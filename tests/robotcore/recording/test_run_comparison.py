@@ -17,34 +17,34 @@ from robotcore.recording.summary import measure_path
 from robotcore.runtime.result import Outcome
 from robotcore.view.canvas import Canvas
 from robotcore.view.comparison_view import FIRST, NOTHING, SECOND, build_rows, draw_comparison, format_comparison
-from tests.robotcore.recording.replay.memory import changed, recorded
+from tests.robotcore.recording.replay.memory import change_tick, record_run
 from tests.texts import CheckText
 
 
 @pytest.fixture(scope="module")
 def run() -> Recording:
-    return recorded("avoid-obstacles", seed=1, settings={"duration_s": 6})
+    return record_run("avoid-obstacles", seed=1, settings={"duration_s": 6})
 
 
 @pytest.fixture(scope="module")
 def other() -> Recording:
-    return recorded("avoid-obstacles", seed=2, settings={"duration_s": 6})
+    return record_run("avoid-obstacles", seed=2, settings={"duration_s": 6})
 
 
-def compared(first: Recording, second: Recording) -> Comparison:
+def compare(first: Recording, second: Recording) -> Comparison:
     return Comparison(RunSummary("a.mcap", first), RunSummary("b.mcap", second))
 
 
-def lines(comparison: Comparison) -> str:
+def format_lines(comparison: Comparison) -> str:
     console = Console(width=200)
     with console.capture() as capture:
         console.print(format_comparison(comparison))
     return capture.get()
 
 
-def head(comparison: Comparison) -> str:
+def format_heading(comparison: Comparison) -> str:
     """Return the lines above the table."""
-    return lines(comparison).partition("\n\n")[0]
+    return format_lines(comparison).partition("\n\n")[0]
 
 
 def with_milestones(recording: Recording, **milestones: float) -> Recording:
@@ -53,62 +53,62 @@ def with_milestones(recording: Recording, **milestones: float) -> Recording:
 
 
 def test_recording_is_alike_itself(run: Recording) -> None:
-    same = compared(run, run)
+    same = compare(run, run)
     assert (same.is_alike, same.exit_status, same.first_difference, same.first_other_milestone) == (True, 0, None, None)
 
 
 def test_times_of_milestones_may_differ(run: Recording) -> None:
-    comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.5, near=9.0))
+    comparison = compare(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.5, near=9.0))
     assert comparison.is_alike
 
 
 def test_order_of_milestones_must_be_the_same(run: Recording) -> None:
-    comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, near=1.0, seen=2.0))
+    comparison = compare(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, near=1.0, seen=2.0))
     assert (comparison.exit_status, comparison.first_other_milestone) == (1, ("seen", "near"))
 
 
 def test_milestone_of_one_recording_only_is_reported(run: Recording) -> None:
-    comparison = compared(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0))
+    comparison = compare(with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0))
     assert comparison.first_other_milestone == ("near", None)
 
 
 def test_text_names_the_recording_that_reached_a_milestone(run: Recording, check_text: CheckText) -> None:
     more, less = with_milestones(run, seen=1.0, near=2.0), with_milestones(run, seen=1.0)
-    check_text(head(compared(more, less)))
-    check_text(head(compared(less, more)))
+    check_text(format_heading(compare(more, less)))
+    check_text(format_heading(compare(less, more)))
 
 
 def test_rooms_that_differ_are_reported_and_drawn(run: Recording, other: Recording, check_text: CheckText) -> None:
-    assert not compared(run, run).has_other_room
-    assert compared(run, run).to_dict()["rooms_differ"] is False
-    two = compared(run, other)
+    assert not compare(run, run).has_other_room
+    assert compare(run, run).to_dict()["rooms_differ"] is False
+    two = compare(run, other)
     assert two.to_dict()["rooms_differ"] is True
-    check_text(head(two))
-    same_paths = compared(run, replace(run, metadata=replace(run.metadata, world=other.metadata.world)))
-    assert (draw_comparison(same_paths)[:136] != draw_comparison(compared(run, run))[:136]).any()
+    check_text(format_heading(two))
+    same_paths = compare(run, replace(run, metadata=replace(run.metadata, world=other.metadata.world)))
+    assert (draw_comparison(same_paths)[:136] != draw_comparison(compare(run, run))[:136]).any()
 
 
 def test_unknown_room_is_no_other_room(run: Recording) -> None:
-    assert not compared(run, replace(run, metadata=replace(run.metadata, world=None))).has_other_room
+    assert not compare(run, replace(run, metadata=replace(run.metadata, world=None))).has_other_room
 
 
 def test_room_in_another_light_is_no_other_room(run: Recording) -> None:
     world = run.metadata.world
     assert world
     dark = world.model_copy(update={"name": "dark", "light": world.light.model_copy(update={"ambient": 0.1})})
-    assert not compared(run, replace(run, metadata=replace(run.metadata, world=dark))).has_other_room
+    assert not compare(run, replace(run, metadata=replace(run.metadata, world=dark))).has_other_room
 
 
 def test_table_of_the_picture_has_every_text(run: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
     written: list[str] = []
     text = Canvas.write_text
 
-    def noted(self: Canvas, place: Any, words: str, *numbers: Any, **more: Any) -> float:
+    def record_text(self: Canvas, place: Any, words: str, *numbers: Any, **more: Any) -> float:
         written.append(words)
         return text(self, place, words, *numbers, **more)
 
-    monkeypatch.setattr(Canvas, "write_text", noted)
-    both = compared(run, run)
+    monkeypatch.setattr(Canvas, "write_text", record_text)
+    both = compare(run, run)
     draw_comparison(both)
     words = " ".join(written).split()
     for row in build_rows(both):
@@ -118,23 +118,23 @@ def test_table_of_the_picture_has_every_text(run: Recording, monkeypatch: pytest
 def test_different_outcomes_are_not_alike(run: Recording) -> None:
     assert run.result
     timeout = replace(run, result=replace(run.result, outcome=Outcome.TIMEOUT))
-    assert not compared(run, timeout).is_alike
+    assert not compare(run, timeout).is_alike
 
 
 def test_first_different_state_is_reported(run: Recording) -> None:
-    first_difference = compared(run, changed(changed(run, 9, state="lost"), 30, state="lost")).first_difference
+    first_difference = compare(run, change_tick(change_tick(run, 9, state="lost"), 30, state="lost")).first_difference
     assert first_difference == StateDifference(9, run.ticks[9].time, run.ticks[9].state, "lost")
 
 
 def test_earlier_end_is_the_first_difference(run: Recording) -> None:
-    first_difference = compared(run, replace(run, ticks=run.ticks[:20])).first_difference
+    first_difference = compare(run, replace(run, ticks=run.ticks[:20])).first_difference
     assert first_difference
     assert (first_difference.tick, first_difference.second) == (20, None)
 
 
 def test_cut_file_is_measured_up_to_its_end(run: Recording) -> None:
     cut = replace(run, ticks=run.ticks[:20], result=None, is_cut=True)
-    comparison = compared(run, cut)
+    comparison = compare(run, cut)
     assert (comparison.exit_status, comparison.second.outcome) == (1, "cut")
     assert run.result
     reached = {name: time for name, time in run.result.milestones.items() if time <= cut.ticks[-1].time}
@@ -158,7 +158,7 @@ def test_drift_is_the_distance_of_odometry_and_truth(run: Recording) -> None:
 
 
 def test_values_without_truth_and_drive_are_none(run: Recording) -> None:
-    watching = recorded("mark-green", robot="lookout", world="open", seed=3, timeout_s=1.0)
+    watching = record_run("mark-green", robot="lookout", world="open", seed=3, timeout_s=1.0)
     payload = RunSummary("a", replace(watching, truth=[])).to_dict()
     assert (
         payload["odometry_m"],
@@ -166,12 +166,12 @@ def test_values_without_truth_and_drive_are_none(run: Recording) -> None:
         payload["drift_m"],
         payload["final_odometry"],
     ) == (None, None, None, None)
-    comparison = compared(run, replace(watching, truth=[]))
+    comparison = compare(run, replace(watching, truth=[]))
     assert comparison.to_dict()["alike"] is False
 
 
 def test_picture_shows_both_paths_in_their_colours(run: Recording, other: Recording) -> None:
-    image = draw_comparison(compared(run, other))
+    image = draw_comparison(compare(run, other))
     assert image.shape == (1000, 1600, 3)
     for colour in (FIRST, SECOND):
         assert (np.abs(image[136:, :900].astype(int) - colour[::-1]).max(axis=2) < 8).sum() > 200
@@ -180,5 +180,5 @@ def test_picture_shows_both_paths_in_their_colours(run: Recording, other: Record
 
 def test_runs_without_a_world_are_drawn_on_a_fitting_floor(run: Recording) -> None:
     bare = replace(run, metadata=replace(run.metadata, world=None), truth=[])
-    image = draw_comparison(compared(bare, bare))
+    image = draw_comparison(compare(bare, bare))
     assert (np.abs(image[136:, :900].astype(int) - SECOND[::-1]).max(axis=2) < 8).sum() > 200

@@ -14,18 +14,18 @@ from robotcore.recording import Read, RecordedError, Recording
 from robotcore.recording.csv_table import write_csv
 from robotcore.recording.summary import summarise_contents, summarise_devices
 from robotcore.view.video import write_video
-from tests.robotcore.recording.replay.memory import changed, recorded
+from tests.robotcore.recording.replay.memory import change_tick, record_run
 from tests.texts import Raises
 
 
 @pytest.fixture(scope="module")
 def search() -> Recording:
-    return recorded("green-search", seed=7, timeout_s=2.0)
+    return record_run("green-search", seed=7, timeout_s=2.0)
 
 
 def test_devices_are_counted_with_samples_reads_and_errors(search: Recording) -> None:
     failed = Read("nose", error=RecordedError("DeviceError", "nose: gone"))
-    devices = {each.name: each for each in summarise_devices(changed(search, 5, reads=(failed,)))}
+    devices = {each.name: each for each in summarise_devices(change_tick(search, 5, reads=(failed,)))}
     nose, eye, screen, motor = (devices[name] for name in ("nose", "eye", "screen", "left_motor"))
     assert (nose.samples, nose.reads, nose.errors) == (40, 40, 1)
     assert eye.samples == 40
@@ -36,7 +36,7 @@ def test_devices_are_counted_with_samples_reads_and_errors(search: Recording) ->
 
 def test_sample_that_is_read_again_counts_once(search: Recording) -> None:
     again = tuple(read for read in search.ticks[4].reads if read.device == "eye")
-    eye = next(each for each in summarise_devices(changed(search, 5, reads=again)) if each.name == "eye")
+    eye = next(each for each in summarise_devices(change_tick(search, 5, reads=again)) if each.name == "eye")
     assert (eye.samples, eye.reads) == (40, 41)
 
 
@@ -69,7 +69,7 @@ def test_table_has_one_row_per_tick_with_every_digit(search: Recording, tmp_path
 
 
 def test_cell_without_a_value_is_empty(search: Recording, tmp_path: Path) -> None:
-    bare = changed(search, 7, reads=(), asked=None, sent=None, pose=None)
+    bare = change_tick(search, 7, reads=(), asked=None, sent=None, pose=None)
     rows = list(csv.DictReader(write_csv(bare, tmp_path / "t.csv", "").read_text().splitlines()))
     assert {rows[7][name] for name in ("nose_m", "eye_sequence", "asked_left_rad_s", "sent_left_rad_s", "x_m")} == {""}
 

@@ -15,37 +15,37 @@ from robotcore.testing import ConformanceSuite
 
 
 class Sound(ConformanceSuite):
-    """The suite on a backend that passes every rule."""
+    """The conformance suite on a backend that passes every rule."""
 
     backend = KinematicBackend
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A driver with a fault."""
+    """A driver that violates rules on purpose."""
 
-    fault: str
-    """The fault in words."""
+    problem: str
+    """What the driver does wrong."""
 
     rules: frozenset[str]
     """The rules that must fail."""
 
     suite: type[ConformanceSuite]
-    """The suite on the driver with the fault."""
+    """The conformance suite on the driver."""
 
 
 def broken(
-    fault: str,
+    problem: str,
     rules: str,
     damage: Callable[[Robot], Any] = lambda _: None,
     change_setup: Callable[[Setup], Setup] = lambda setup: setup,
 ) -> Broken:
-    """Return a sound driver with one fault.
+    """Return a sound driver that was changed to do one thing wrong.
 
-    fault: the fault in words.
+    problem: what it does wrong.
     rules: the names of the rules that must fail, separated by spaces.
-    damage: changes the opened robot.
-    change_setup: changes the set-up before the opening.
+    damage: changes the open robot.
+    change_setup: changes the setup before the robot is opened.
     """
 
     class Suite(Sound):
@@ -54,21 +54,21 @@ def broken(
             damage(robot)
             return robot
 
-    return Broken(fault, frozenset(rules.split()), Suite)
+    return Broken(problem, frozenset(rules.split()), Suite)
 
 
-def failing_rules(suite: type[ConformanceSuite]) -> set[str]:
-    """Return the rules that fail. Raises any exception that is no failed assertion, since a rule must not crash."""
-    return {rule for rule in rule_names() if any(_fails(suite, rule, given) for given in _parameters(rule))}
+def find_failing_rules(suite: type[ConformanceSuite]) -> set[str]:
+    """Return the names of the rules that fail. An exception other than a failed assertion is raised."""
+    return {rule for rule in list_rules() if any(_fails(suite, rule, given) for given in _parameters(rule))}
 
 
-def rule_names() -> set[str]:
-    """Return the name of every rule, without ``test_``."""
+def list_rules() -> set[str]:
+    """Return the names of all rules, without ``test_``."""
     return {name.removeprefix("test_") for name in dir(ConformanceSuite) if name.startswith("test_")}
 
 
-def swap_in(owner: object, name: str, replacement: Any) -> None:
-    """Replace an attribute or a method of one object."""
+def replace_attribute(owner: object, name: str, replacement: Any) -> None:
+    """Replace an attribute or a method of an object."""
     setattr(owner, name, replacement)
 
 

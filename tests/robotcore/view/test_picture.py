@@ -29,7 +29,7 @@ from robotcore.view.picture import (
     find_last_image,
     require_writable,
 )
-from tests.robotcore.recording.replay.memory import recorded
+from tests.robotcore.recording.replay.memory import record_run
 from tests.texts import Raises
 
 Rgb = tuple[int, int, int]
@@ -143,7 +143,7 @@ def test_colours_repeat_if_there_are_many_states() -> None:
 
 
 def test_a_replay_that_ends_early_has_the_last_image_before_its_end() -> None:
-    recording = recorded("green-search", seed=3, timeout_s=0.5)
+    recording = record_run("green-search", seed=3, timeout_s=0.5)
     pictures = []
     for tick in (recording.ticks[1], recording.ticks[-1]):
         key = tick.shown[-1].key

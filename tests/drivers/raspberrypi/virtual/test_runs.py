@@ -10,7 +10,7 @@ import pytest
 from robotcore import RunRequest, RunResult, run
 from robotcore.recording.replay.verification import replay
 from robotcore.sweep import LocalEngine, Sweep, run_sweep
-from tests.robotcore.recording.replay.memory import recorded
+from tests.robotcore.recording.replay.memory import record_run
 
 
 @cache
@@ -52,7 +52,7 @@ def test_the_ball_is_found_in_a_world_with_conditions_of_its_own() -> None:
 
 
 def test_a_recorded_run_replays_to_the_bit() -> None:
-    replayed = replay(recorded(backend="virtualpi", seed=7))
+    replayed = replay(record_run(backend="virtualpi", seed=7))
     assert replayed.is_equal
 
 

@@ -52,18 +52,18 @@ class Memory:
         return Recording(self.about, self.ticks, self.samples, self.result, self.truth)
 
 
-def recorded(app: str = "green-search", *, disturbed_by: Any = None, **asked: Any) -> Recording:
+def record_run(app: str = "green-search", *, disturbance: Any = None, **asked: Any) -> Recording:
     """Run an app, and return its recording.
 
-    disturbed_by: an observer and layer below the recording one, which disturbs the run.
+    disturbance: an observer and layer below the recording layer, which disturbs the run.
     """
     memory = Memory()
-    others = [disturbed_by] if disturbed_by else []
+    others = [disturbance] if disturbance else []
     run(RunRequest(app, **asked), [memory, *others], [*others, memory.layer])
     return memory.recording
 
 
-def changed(recording: Recording, number: int, **what: Any) -> Recording:
+def change_tick(recording: Recording, number: int, **changes: Any) -> Recording:
     """Return the recording with one changed tick."""
-    ticks = [replace(tick, **what) if tick.number == number else tick for tick in recording.ticks]
+    ticks = [replace(tick, **changes) if tick.number == number else tick for tick in recording.ticks]
     return replace(recording, ticks=ticks)

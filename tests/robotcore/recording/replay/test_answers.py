@@ -21,7 +21,7 @@ from robotcore.runtime.layers.base import Reader, Show, Tap
 from robotcore.runtime.result import Outcome
 from robotcore.runtime.trace import TickRecord
 from tests.robotcore.fakes import NullMotor
-from tests.robotcore.recording.replay.memory import changed, recorded
+from tests.robotcore.recording.replay.memory import change_tick, record_run
 from tests.robotcore.recording.replay.test_verification import require_equal
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
@@ -53,7 +53,7 @@ def gripper(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def record_gripper(**asked: Any) -> Recording:
-    return recorded(GRIPPER_APP, seed=3, **asked)
+    return record_run(GRIPPER_APP, seed=3, **asked)
 
 
 @pytest.mark.usefixtures("gripper")
@@ -66,7 +66,7 @@ class TestMotorOutsideTheDrive:
         require_equal(recording)
 
     def test_e_stop_is_replayed(self) -> None:
-        recording = record_gripper(disturbed_by=EmergencyStop(6))
+        recording = record_gripper(disturbance=EmergencyStop(6))
         assert recording.result
         assert recording.result.outcome is Outcome.STOPPED
         require_equal(recording)
@@ -75,7 +75,7 @@ class TestMotorOutsideTheDrive:
         recording = record_gripper()
         first, *others = recording.ticks[7].motor_asks
         slower = type(first)(first.device, 0.25, 0.25)
-        deviation = replay(changed(recording, 7, motor_asks=(slower, *others))).deviation
+        deviation = replay(change_tick(recording, 7, motor_asks=(slower, *others))).deviation
         assert deviation
         assert (deviation.tick, deviation.subject) == (7, "the command")
         assert (deviation.recorded, deviation.replayed) == ("gripper 0.25 rad/s", "gripper 12.0 rad/s")
@@ -85,7 +85,7 @@ class TestMotorOutsideTheDrive:
         recording = record_gripper()
         asks = recording.ticks[8].motor_asks[:1] * (1 if tick == 8 else 2)
         asks = (recording.ticks[tick].motor_asks[0], *asks[1:])
-        deviation = replay(changed(recording, tick, motor_asks=asks)).deviation
+        deviation = replay(change_tick(recording, tick, motor_asks=asks)).deviation
         assert deviation
         assert "no command" in (deviation.recorded, deviation.replayed)
 
@@ -122,7 +122,7 @@ class RangeReadFailure(Tap):
 
 
 def test_error_of_a_read_by_the_guard_is_not_raised_in_the_app() -> None:
-    recording = recorded(f"{APPS}:DriveThenReadApp", seed=3, disturbed_by=RangeReadFailure())
+    recording = record_run(f"{APPS}:DriveThenReadApp", seed=3, disturbance=RangeReadFailure())
     first = recording.ticks[0]
     assert [(read.by, bool(read.error)) for read in first.reads if read.device == "nose"] == [
         ("guard", True),
@@ -152,7 +152,7 @@ class DisplayFailure(Tap):
 
 
 def test_display_that_failed_fails_again_at_the_same_picture() -> None:
-    recording = recorded(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, disturbed_by=DisplayFailure())
+    recording = record_run(f"{APPS}:DisplayApp", robot="lookout", world="open", seed=3, disturbance=DisplayFailure())
     states = [tick.state for tick in recording.ticks]
     assert "shown screen: it is dark" in states
     assert "screen: it is dark shown" in states
@@ -180,7 +180,7 @@ def shell() -> Iterator[None]:
 @pytest.mark.usefixtures("shell")
 @pytest.mark.parametrize("app", ["avoid-obstacles", f"{APPS}:IntermittentApp"])
 def test_suspension_is_an_intervention_and_no_command(app: str) -> None:
-    recording = recorded(app, disturbed_by=Suspension(5), seed=2, timeout_s=2.0)
+    recording = record_run(app, disturbance=Suspension(5), seed=2, timeout_s=2.0)
     causes = [each.cause for tick in recording.ticks for each in tick.interventions]
     assert causes.count("suspension") == 1
     require_equal(recording)
@@ -188,13 +188,13 @@ def test_suspension_is_an_intervention_and_no_command(app: str) -> None:
 
 @pytest.mark.usefixtures("shell", "gripper")
 def test_suspension_is_no_command_to_a_motor_outside_the_drive() -> None:
-    recording = record_gripper(disturbed_by=Suspension(5))
+    recording = record_gripper(disturbance=Suspension(5))
     assert [len(tick.motor_asks) for tick in recording.ticks] == [1, 1, 2] * 4
     require_equal(recording)
 
 
 def test_wheel_fault_is_replayed() -> None:
-    recording = recorded("avoid-obstacles", seed=2, timeout_s=6.0, faults=("left_motor dead after=0.5",))
+    recording = record_run("avoid-obstacles", seed=2, timeout_s=6.0, faults=("left_motor dead after=0.5",))
     assert recording.result
     assert (recording.result.outcome, recording.result.exit_status) == (Outcome.STOPPED, 4)
     require_equal(recording)
@@ -207,7 +207,7 @@ def test_quit_signal_ends_the_replay_in_the_same_tick() -> None:
             if self.now == self.at:
                 signal.raise_signal(signal.SIGQUIT)
 
-    recording = recorded("avoid-obstacles", disturbed_by=Quit(6), seed=2, timeout_s=2.0)
+    recording = record_run("avoid-obstacles", disturbance=Quit(6), seed=2, timeout_s=2.0)
     replayed = replay(recording)
     assert (replayed.deviation, replayed.ended_by) == (None, "interrupted by SIGQUIT")
     assert replayed.ticks == len(recording.ticks)

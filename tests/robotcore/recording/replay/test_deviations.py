@@ -1,4 +1,4 @@
-"""Each kind of difference is found in its tick, even if the app catches the error."""
+"""Each kind of difference between a replay and its recording is found in its tick."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from robotcore.recording import DriveCommand, Read, Recording
 from robotcore.recording.replay import Deviation, replay
 from robotcore.runtime.behaviour import Behaviour, Status
 from robotcore.runtime.session import RunRequest, run
-from tests.robotcore.recording.replay.memory import Memory, changed
+from tests.robotcore.recording.replay.memory import Memory, change_tick
 
 AT = 4
 
 
 @dataclass
-class Doing(Behaviour):
+class ActionApp(Behaviour):
     """Drives, and calls a function of the test in tick ``AT``. If ``swallows``, it catches the error."""
 
     action: Any = None
@@ -42,23 +42,23 @@ class Doing(Behaviour):
 
 
 @pytest.fixture
-def app(monkeypatch: pytest.MonkeyPatch) -> Doing:
-    """The app that runs and is replayed. The recording is of an app that only drives."""
-    doing = Doing()
-    monkeypatch.setattr("robotcore.runtime.plan.load_app", lambda _: Doing)
-    monkeypatch.setattr("robotcore.runtime.plan.configure", lambda *_: doing)
-    return doing
+def app(monkeypatch: pytest.MonkeyPatch) -> ActionApp:
+    """Return the app that is recorded and replayed. It only drives, until a test sets ``action``."""
+    action_app = ActionApp()
+    monkeypatch.setattr("robotcore.runtime.plan.load_app", lambda _: ActionApp)
+    monkeypatch.setattr("robotcore.runtime.plan.configure", lambda *_: action_app)
+    return action_app
 
 
 @pytest.fixture
-def recording(app: Doing) -> Recording:
+def recording(app: ActionApp) -> Recording:
     memory = Memory()
     run(RunRequest("doing", seed=1), [memory], [memory.layer])
     app.count = -1
     return memory.recording
 
 
-def deviation_of(recording: Recording) -> Deviation:
+def find_deviation(recording: Recording) -> Deviation:
     replayed = replay(recording)
     assert replayed.exit_status == 1
     assert replayed.deviation
@@ -66,59 +66,59 @@ def deviation_of(recording: Recording) -> Deviation:
     return replayed.deviation
 
 
-def another_state(app: Doing, robot: Robot) -> None:
+def change_state(app: ActionApp, robot: Robot) -> None:
     app.state = "elsewhere"
     robot.drive.set_wheels(1.0, 2.0)
 
 
-def another_command(app: Doing, robot: Robot) -> None:
+def change_command(app: ActionApp, robot: Robot) -> None:
     robot.drive.set_wheels(1.0, 2.0000000000000004)
 
 
-def a_stop(app: Doing, robot: Robot) -> None:
+def stop(app: ActionApp, robot: Robot) -> None:
     robot.drive.stop()
 
 
-def a_command_more(app: Doing, robot: Robot) -> None:
+def repeat_command(app: ActionApp, robot: Robot) -> None:
     robot.drive.set_wheels(1.0, 2.0)
     robot.drive.set_wheels(1.0, 2.0)
 
 
-def no_command(app: Doing, robot: Robot) -> None:
+def skip_command(app: ActionApp, robot: Robot) -> None:
     """Read a sensor only."""
 
 
-def a_look(app: Doing, robot: Robot) -> None:
+def read_camera(app: ActionApp, robot: Robot) -> None:
     robot.camera.read()
     robot.drive.set_wheels(1.0, 2.0)
 
 
-def an_end(app: Doing, robot: Robot) -> Status:
+def end_early(app: ActionApp, robot: Robot) -> Status:
     robot.drive.set_wheels(1.0, 2.0)
     return Status.SUCCESS
 
 
-def an_error(app: Doing, robot: Robot) -> None:
+def raise_error(app: ActionApp, robot: Robot) -> None:
     raise ValueError("odd")
 
 
 DIFFERENT = {
-    another_state: ("the state", "'4'", "'elsewhere'"),
-    another_command: ("the command", "right 2.0 rad/s", "right 2.0000000000000004 rad/s"),
-    a_stop: ("the command", "left 1.0", "stop"),
-    a_command_more: ("the command", "no command", "left 1.0"),
-    no_command: ("the command", "left 1.0", "no command"),
-    a_look: ("the reading of eye", "not read", "read"),
+    change_state: ("the state", "'4'", "'elsewhere'"),
+    change_command: ("the command", "right 2.0 rad/s", "right 2.0000000000000004 rad/s"),
+    stop: ("the command", "left 1.0", "stop"),
+    repeat_command: ("the command", "no command", "left 1.0"),
+    skip_command: ("the command", "left 1.0", "no command"),
+    read_camera: ("the reading of eye", "not read", "read"),
 }
 
 
 @pytest.mark.parametrize("swallows", [False, True])
 @pytest.mark.parametrize("action", DIFFERENT)
 def test_first_difference_is_reported_with_both_values(
-    app: Doing, recording: Recording, action: Any, swallows: bool
+    app: ActionApp, recording: Recording, action: Any, swallows: bool
 ) -> None:
     app.action, app.swallows = action, swallows
-    deviation = deviation_of(recording)
+    deviation = find_deviation(recording)
     what, recorded, replayed = DIFFERENT[action]
     assert (deviation.tick, deviation.time) == (AT, recording.ticks[AT].time)
     assert deviation.subject.startswith(what)
@@ -127,57 +127,57 @@ def test_first_difference_is_reported_with_both_values(
     assert any(read.startswith("nose ") and " m of " in read for read in deviation.reads)
 
 
-def test_earlier_end_is_a_difference(app: Doing, recording: Recording) -> None:
-    app.action = an_end
+def test_earlier_end_is_a_difference(app: ActionApp, recording: Recording) -> None:
+    app.action = end_early
     replayed = replay(recording)
     assert replayed.deviation
     assert (replayed.deviation.recorded, replayed.deviation.replayed) == ("the app goes on", "success")
 
 
-def test_new_error_of_the_app_is_a_difference(app: Doing, recording: Recording) -> None:
-    app.action = an_error
-    deviation = deviation_of(recording)
+def test_new_error_of_the_app_is_a_difference(app: ActionApp, recording: Recording) -> None:
+    app.action = raise_error
+    deviation = find_deviation(recording)
     assert (deviation.tick, deviation.subject) == (AT, "the end")
-    assert "Doing raised ValueError: odd" in deviation.replayed
+    assert "ActionApp raised ValueError: odd" in deviation.replayed
 
 
-def test_missing_error_of_the_app_is_a_difference(app: Doing, recording: Recording) -> None:
-    app.action = an_error
+def test_missing_error_of_the_app_is_a_difference(app: ActionApp, recording: Recording) -> None:
+    app.action = raise_error
     memory = Memory()
     run(RunRequest("doing", seed=1), [memory], [memory.layer])
-    app.count, app.action = -1, no_command
-    deviation = deviation_of(memory.recording)
+    app.count, app.action = -1, skip_command
+    deviation = find_deviation(memory.recording)
     assert deviation.tick == AT
     assert "ValueError: odd" in deviation.recorded
 
 
-def test_later_end_is_a_difference(app: Doing, recording: Recording) -> None:
+def test_later_end_is_a_difference(app: ActionApp, recording: Recording) -> None:
     replayed = replay(replace(recording, ticks=recording.ticks[:8]))
     assert replayed.deviation
     assert (replayed.deviation.recorded, replayed.deviation.replayed) == ("success", "the app goes on")
 
 
-def test_reading_a_device_more_often_is_no_difference(app: Doing, recording: Recording) -> None:
-    def look_twice(app: Doing, robot: Robot) -> None:
+def test_reading_a_device_more_often_is_no_difference(app: ActionApp, recording: Recording) -> None:
+    def read_twice(app: ActionApp, robot: Robot) -> None:
         assert robot.range.read() is robot.range.read()
         robot.drive.set_wheels(1.0, 2.0)
 
-    app.action = look_twice
+    app.action = read_twice
     assert replay(recording).exit_status == 0
 
 
-def test_reading_a_device_less_often_is_no_difference(app: Doing, recording: Recording) -> None:
+def test_reading_a_device_less_often_is_no_difference(app: ActionApp, recording: Recording) -> None:
     reads = (*recording.ticks[AT].reads, Read("eye", 0, 0.0, 0))
-    assert replay(changed(recording, AT, reads=reads)).exit_status == 0
+    assert replay(change_tick(recording, AT, reads=reads)).exit_status == 0
 
 
-def test_command_gets_the_recorded_answer_of_the_filter(app: Doing, recording: Recording) -> None:
-    heard = []
+def test_command_gets_the_recorded_answer_of_the_filter(app: ActionApp, recording: Recording) -> None:
+    answers = []
 
-    def listen(app: Doing, robot: Robot) -> None:
-        heard.append(robot.drive.set_wheels(1.0, 2.0))
+    def store_answer(app: ActionApp, robot: Robot) -> None:
+        answers.append(robot.drive.set_wheels(1.0, 2.0))
 
-    app.action = listen
+    app.action = store_answer
     asks = (DriveCommand(Wheels(1.0, 2.0), Wheels(0.25, 0.5)),)
-    assert replay(changed(recording, AT, asks=asks)).exit_status == 0
-    assert heard == [Wheels(0.25, 0.5)]
+    assert replay(change_tick(recording, AT, asks=asks)).exit_status == 0
+    assert answers == [Wheels(0.25, 0.5)]

@@ -13,7 +13,7 @@ from robotcore.recording import Recording
 from robotcore.recording.replay import Evaluation, evaluate
 from robotcore.runtime.result import Outcome
 from robotcore.view.text import format_replay
-from tests.robotcore.recording.replay.memory import recorded
+from tests.robotcore.recording.replay.memory import record_run
 from tests.texts import CheckText, Raises
 
 APPS = str(Path(__file__).parent / "recorded_apps.py")
@@ -21,7 +21,7 @@ APPS = str(Path(__file__).parent / "recorded_apps.py")
 
 @pytest.fixture(scope="module")
 def search() -> Recording:
-    return recorded("green-search", seed=7, timeout_s=8.0)
+    return record_run("green-search", seed=7, timeout_s=8.0)
 
 
 def test_recorded_app_has_no_difference(search: Recording) -> None:
@@ -52,11 +52,11 @@ def test_text_of_one_tick_has_the_singular(
 ) -> None:
     monkeypatch.chdir(Path(APPS).parent)
     first = replace(search, ticks=search.ticks[:1])
-    check_text(text_of(evaluate(first)))
-    check_text(text_of(evaluate(first, "recorded_apps.py:FinalActionApp")))
+    check_text(format_evaluation(evaluate(first)))
+    check_text(format_evaluation(evaluate(first, "recorded_apps.py:FinalActionApp")))
 
 
-def text_of(evaluation: Evaluation) -> str:
+def format_evaluation(evaluation: Evaluation) -> str:
     console = Console(width=200)
     with console.capture() as capture:
         console.print(format_replay(evaluation))
@@ -69,13 +69,13 @@ def test_app_that_raises_has_its_own_exit_status(search: Recording) -> None:
 
 
 def test_need_for_an_unrecorded_device_is_refused(raises: Raises) -> None:
-    reflex = recorded("avoid-obstacles", seed=1, settings={"duration_s": 1})
+    reflex = record_run("avoid-obstacles", seed=1, settings={"duration_s": 1})
     with raises(UnmetNeedError, "not-recorded", devices=["eye"]):
         evaluate(reflex, "green-search")
 
 
 def test_evaluation_makes_no_wheel_tracking_check() -> None:
-    ahead = recorded(f"{APPS}:FinalActionApp", settings={"action": "go_on", "speed": 0.2}, seed=3, timeout_s=4.0)
+    ahead = record_run(f"{APPS}:FinalActionApp", settings={"action": "go_on", "speed": 0.2}, seed=3, timeout_s=4.0)
     assert max(max(tick.sent) for tick in ahead.ticks if tick.sent) > 0
     evaluation = evaluate(ahead, settings={"speed": -0.3})
     assert evaluation.result.outcome is not Outcome.STOPPED, evaluation.result.reason
@@ -83,7 +83,7 @@ def test_evaluation_makes_no_wheel_tracking_check() -> None:
 
 
 def test_evaluation_makes_no_age_check() -> None:
-    looked = recorded("green-search", seed=7, timeout_s=4.0)
+    looked = record_run("green-search", seed=7, timeout_s=4.0)
     ticks = [replace(tick, reads=() if tick.number else tick.reads) for tick in looked.ticks]
     evaluation = evaluate(replace(looked, ticks=ticks))
     assert evaluation.result.outcome is not Outcome.STOPPED, evaluation.result.reason
@@ -93,7 +93,7 @@ def test_evaluation_makes_no_age_check() -> None:
 
 
 def test_late_reads_are_counted() -> None:
-    seldom = recorded(f"{APPS}:IntermittentApp", seed=5, timeout_s=2.0)
+    seldom = record_run(f"{APPS}:IntermittentApp", seed=5, timeout_s=2.0)
     evaluation = evaluate(seldom, f"{APPS}:IntermittentApp")
     assert evaluation.late_reads == {}
     often = evaluate(seldom, f"{APPS}:FinalActionApp", {"ticks": 1000})

@@ -1,4 +1,4 @@
-"""Drivers with faults, one file for each kind of device."""
+"""Broken drivers, one module for each kind of device."""
 
 from tests.robotcore.testing.broken import cameras, devices, lifecycles, motors, ranges, times, truths
 from tests.robotcore.testing.harness import Broken

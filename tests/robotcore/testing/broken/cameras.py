@@ -10,7 +10,7 @@ from robotcore.hal.devices import Camera, Device, Frame, Image
 from robotcore.hal.robot import Robot
 from robotcore.optics import Intrinsics
 from tests.robotcore.testing.broken.sensing import Damage, change_description, change_samples
-from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
+from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
 
 
 def change_pictures(change: Callable[[Image], Any]) -> Damage:
@@ -36,7 +36,7 @@ def share_one_buffer(robot: Robot) -> None:
     for camera in robot.devices.values():
         if isinstance(camera, Camera):
             buffer = np.empty((camera.intrinsics.height, camera.intrinsics.width, 3), dtype=np.uint8)
-            swap_in(camera, "_newest", _into(buffer, camera._newest))
+            replace_attribute(camera, "_newest", _into(buffer, camera._newest))
 
 
 def _into(buffer: Image, newest: Callable[[], Frame]) -> Callable[[], Frame]:

@@ -12,7 +12,7 @@ from robotcore.hal.devices import Battery, Encoder, Image, Voltage
 from robotcore.hal.robot import Robot
 from tests.doubles.battery_backend import BatteryBackend
 from tests.robotcore.testing.broken.sensing import Damage, change_samples
-from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
+from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
 
 
 def refuse_grey(robot: Robot) -> None:
@@ -20,7 +20,7 @@ def refuse_grey(robot: Robot) -> None:
         _, _, _ = image.shape
 
     if "screen" in robot.devices:
-        swap_in(robot["screen"], "_show", show)
+        replace_attribute(robot["screen"], "_show", show)
 
 
 def draw_a_frame(robot: Robot) -> None:
@@ -29,7 +29,7 @@ def draw_a_frame(robot: Robot) -> None:
             image[0] = 0
 
     if "screen" in robot.devices:
-        swap_in(robot["screen"], "_show", show)
+        replace_attribute(robot["screen"], "_show", show)
 
 
 BROKEN_DISPLAYS = (
@@ -52,14 +52,14 @@ class BatterySuite(Sound):
         return POWERED
 
 
-def broken_battery(fault: str, rules: str, change: Callable[[Voltage], Voltage]) -> Broken:
+def broken_battery(problem: str, rules: str, change: Callable[[Voltage], Voltage]) -> Broken:
     class Suite(BatterySuite):
         def open(self, setup: Setup) -> Robot:
             robot = super().open(setup)
             change_samples(Battery, change)(robot)
             return robot
 
-    return Broken(fault, frozenset(rules.split()), Suite)
+    return Broken(problem, frozenset(rules.split()), Suite)
 
 
 BROKEN_BATTERIES = (
@@ -86,8 +86,8 @@ def swap_encoders(robot: Robot) -> None:
     if len(encoders) == 2:
         left, right = encoders
         left_newest, right_newest = left._newest, right._newest
-        swap_in(left, "_newest", right_newest)
-        swap_in(right, "_newest", left_newest)
+        replace_attribute(left, "_newest", right_newest)
+        replace_attribute(right, "_newest", left_newest)
 
 
 BROKEN_ENCODERS = (

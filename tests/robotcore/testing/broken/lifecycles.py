@@ -6,7 +6,7 @@ from types import TracebackType
 from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Display
 from robotcore.hal.robot import Robot
-from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
+from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
 
 
 def choose_all(setup: Setup) -> Setup:
@@ -22,31 +22,31 @@ def choose_no_device_without_a_drive(setup: Setup) -> Setup:
 
 
 def ignore_close(robot: Robot) -> None:
-    swap_in(robot, "close", lambda: None)
+    replace_attribute(robot, "close", lambda: None)
 
 
 def refuse_second_close(robot: Robot) -> None:
     close = robot.close
 
     def close_once() -> None:
-        swap_in(robot, "close", raise_error)
+        replace_attribute(robot, "close", raise_error)
         close()
 
     def raise_error() -> None:
         raise RuntimeError("not connected")
 
-    swap_in(robot, "close", close_once)
+    replace_attribute(robot, "close", close_once)
 
 
 def keep_sensor_open(robot: Robot) -> None:
     if "nose" in robot.devices:
-        swap_in(robot["nose"], "close", lambda: None)
+        replace_attribute(robot["nose"], "close", lambda: None)
 
 
 def keep_display_open(robot: Robot) -> None:
     for device in robot.devices.values():
         if isinstance(device, Display):
-            swap_in(device, "close", lambda: None)
+            replace_attribute(device, "close", lambda: None)
 
 
 class FirstErrorRobot(Robot):
@@ -95,9 +95,9 @@ class SecondOpenSuite(Sound):
 
 
 BROKEN = (
-    broken("it opens more than it was asked for", "only_the_chosen_devices_are_opened", change_setup=choose_all),
+    broken("it opens other devices too", "only_the_chosen_devices_are_opened", change_setup=choose_all),
     broken("it needs a drive", "robot_without_a_drive_opens", change_setup=choose_no_device_without_a_drive),
-    broken("options are not looked at", "unknown_option_is_refused", change_setup=drop_options),
+    broken("options are ignored", "unknown_option_is_refused", change_setup=drop_options),
     broken(
         "closing does nothing",
         "closing_stops_every_motor exception_in_the_with_block_stops_every_motor closed_device_refuses_use "

@@ -6,7 +6,7 @@ from typing import Any
 
 from robotcore.hal.devices import Motor, invalid_velocity
 from robotcore.hal.robot import Robot
-from tests.robotcore.testing.harness import broken, swap_in
+from tests.robotcore.testing.harness import broken, replace_attribute
 
 Apply = Callable[[float], None]
 
@@ -14,7 +14,7 @@ Apply = Callable[[float], None]
 def change_apply(change: Callable[[Apply], Apply]) -> Callable[[Robot], None]:
     def damage(robot: Robot) -> None:
         for motor in robot.motors.values():
-            swap_in(motor, "_apply", change(motor._apply))
+            replace_attribute(motor, "_apply", change(motor._apply))
 
     return damage
 
@@ -24,7 +24,7 @@ def change_set_velocity(change: Callable[[Motor, float], float]) -> Callable[[Ro
 
     def damage(robot: Robot) -> None:
         for motor in robot.motors.values():
-            swap_in(motor, "set_velocity", _build_set_velocity(change, motor))
+            replace_attribute(motor, "set_velocity", _build_set_velocity(change, motor))
 
     return damage
 
@@ -42,8 +42,8 @@ def swap_motors(robot: Robot) -> None:
     if len(motors) == 2:
         left, right = motors
         left_apply, right_apply = left._apply, right._apply
-        swap_in(left, "_apply", right_apply)
-        swap_in(right, "_apply", left_apply)
+        replace_attribute(left, "_apply", right_apply)
+        replace_attribute(right, "_apply", left_apply)
 
 
 def ignore_zero(apply: Apply) -> Apply:

@@ -1,4 +1,4 @@
-"""Changes to the samples of sensors."""
+"""Functions that change the samples, the descriptions and the attributes of devices."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import Any
 
 from robotcore.hal.backend import Setup
 from robotcore.hal.robot import Robot
-from tests.robotcore.testing.harness import swap_in
+from tests.robotcore.testing.harness import replace_attribute
 
 Damage = Callable[[Robot], None]
 
 
 def change_samples(kind: type[Any], change: Callable[[Any], Any]) -> Damage:
-    """Change every sample of the sensors of one kind."""
+    """Return a damage that changes every sample of the sensors of one kind."""
 
     def damage(robot: Robot) -> None:
         for device in robot.devices.values():
             if isinstance(device, kind):
-                swap_in(device, "_newest", _chained(device._newest, change))
+                replace_attribute(device, "_newest", _chained(device._newest, change))
 
     return damage
 
@@ -29,7 +29,7 @@ def _chained(newest: Callable[[], Any], change: Callable[[Any], Any]) -> Callabl
 
 
 def change_description(name: str, **changes: float) -> Callable[[Setup], Setup]:
-    """Open a device by a description that differs from the one of the suite."""
+    """Return a change of the setup that changes the description of a device."""
 
     def change_setup(setup: Setup) -> Setup:
         devices = tuple(d.model_copy(update=changes) if d.name == name else d for d in setup.robot.devices)
@@ -40,11 +40,11 @@ def change_description(name: str, **changes: float) -> Callable[[Setup], Setup]:
 
 
 def set_attributes(name: str, **values: Any) -> Damage:
-    """Set attributes of a device if it is open."""
+    """Return a damage that sets attributes of a device."""
 
     def damage(robot: Robot) -> None:
         if name in robot.devices:
             for attribute, value in values.items():
-                swap_in(robot[name], attribute, value)
+                replace_attribute(robot[name], attribute, value)
 
     return damage

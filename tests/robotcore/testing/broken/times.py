@@ -8,7 +8,7 @@ from robotcore.hal.devices import Range, RangeSensor
 from robotcore.hal.robot import Robot
 from robotcore.testing import Gate
 from tests.robotcore.testing.broken.sensing import change_samples
-from tests.robotcore.testing.harness import Broken, Sound, broken, swap_in
+from tests.robotcore.testing.harness import Broken, Sound, broken, replace_attribute
 
 EPOCH_S = 1.7e9
 
@@ -68,7 +68,7 @@ def sleep_one_step(robot: Robot) -> None:
 
 def end_sleeps_early(robot: Robot) -> None:
     sleep_until = robot.clock.sleep_until
-    swap_in(robot.clock, "sleep_until", lambda deadline: sleep_until(deadline - 0.005))
+    replace_attribute(robot.clock, "sleep_until", lambda deadline: sleep_until(deadline - 0.005))
 
 
 def set_back(robot: Robot) -> None:
@@ -80,12 +80,12 @@ def set_back(robot: Robot) -> None:
         sleeps.append(deadline)
         return sleep_until(deadline)
 
-    swap_in(robot.clock, "sleep_until", sleep)
-    swap_in(robot.clock, "now", lambda: now() - (1.0 if len(sleeps) == 4 else 0.0))
+    replace_attribute(robot.clock, "sleep_until", sleep)
+    replace_attribute(robot.clock, "now", lambda: now() - (1.0 if len(sleeps) == 4 else 0.0))
 
 
 def drop_calls(robot: Robot) -> None:
-    swap_in(robot.clock, "call_at", lambda deadline, callback: None)
+    replace_attribute(robot.clock, "call_at", lambda deadline, callback: None)
 
 
 BROKEN_CLOCKS = (

@@ -11,17 +11,17 @@ from robotcore.hal.backend import Setup
 from robotcore.hal.devices import Encoder
 from robotcore.hal.robot import Robot
 from tests.robotcore.testing.broken.sensing import change_samples
-from tests.robotcore.testing.harness import broken, swap_in
+from tests.robotcore.testing.harness import broken, replace_attribute
 
 _NUMBERS = itertools.count()
 
 
 def change_truth(name: str, change: Callable[[Any], Any]) -> Callable[[Robot], None]:
-    """Change one value of the truth."""
+    """Return a damage that changes one value of the ground truth."""
 
     def damage(robot: Robot) -> None:
         read = getattr(robot.truth, name)
-        swap_in(robot.truth, name, lambda: change(read()))
+        replace_attribute(robot.truth, name, lambda: change(read()))
 
     return damage
 
@@ -43,7 +43,7 @@ def keep_state_between_runs(robot: Robot) -> None:
 
 
 BROKEN = (
-    broken("the world's start is not looked at", "pose_begins_at_the_start", change_setup=start_at_the_origin),
+    broken("the start of the world is ignored", "pose_begins_at_the_start", change_setup=start_at_the_origin),
     broken("the track is not the described one", "pose_moves_as_the_wheels_roll", change_setup=narrow_the_track),
     broken(
         "the twist is that of one wheel",
